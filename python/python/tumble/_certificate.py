@@ -28,7 +28,7 @@ class CertificateRow:
     kind: str
     """"contact", "limit", "locked", "box" or "free"."""
     gap: float
-    """Gap at the start of the step, m."""
+    """Gap at the start of the step, m; of a limit of a hinge rad."""
     force: float
     """Normal force of a contact, or force of the row, N."""
     friction_force: float
@@ -237,6 +237,8 @@ def _length(value: float) -> str:
 
 def _fault(part: str, row: CertificateRow, time_step: float) -> str:
     """Predicate of the sentence about a row."""
+    if part == "penetration" and row.kind == "limit":
+        return f"ends the step {row.penetration * time_step:.3g} beyond (m or rad)"
     if part == "penetration":
         return f"ends the step {_length(row.penetration * time_step)} inside"
     if part == "normal_law":

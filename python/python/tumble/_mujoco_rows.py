@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ._problem import Law
 
 try:
-    import mujoco
+    import mujoco as mujoco
 except ImportError as error:
     raise ImportError("tumble.mujoco needs mujoco; install it with pip install mujoco") from error
 
@@ -26,6 +26,8 @@ _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 _PASSIVE = 2
 """Values of ``contact.exclude`` from which a contact has no rows."""
+_IMMOVABLE = 1e-9
+"""Largest entry of a normal row that counts as zero."""
 _LEAST_FRICTION = 1e-5
 """MuJoCo raises coefficients to this one, mjMINMU."""
 
@@ -66,6 +68,8 @@ class ContactRows:
     """Factor of the second tangent, μ₂ / μ₁ (C,)."""
     surface: Floats
     """Velocities of the surfaces along the tangents (C, 2), m/s."""
+    immovable: int
+    """Contacts left out, because no joint moves the geoms along the normal."""
 
 
 @contextmanager
@@ -106,6 +110,35 @@ class RowCollector:
         found, model = data.contact, self.model
         geoms = np.asarray(found.geom, np.int64).reshape(-1, 2)
         kept = np.flatnonzero((geoms >= 0).all(axis=1) & (np.asarray(found.exclude) < _PASSIVE))
+        J = self._contact_directions(data, geoms, kept)
+        movable = np.abs(J[:, 0]).max(axis=1, initial=0.0) > _IMMOVABLE
+        immovable = len(kept) - int(movable.sum())
+        if immovable:
+            kept, J = kept[movable], J[movable]
+        geoms = geoms[kept]
+        frictions = np.asarray(found.friction).reshape(-1, 5)[kept]
+        first, second = frictions[:, 0], frictions[:, 1]
+        rough = (np.asarray(found.dim)[kept] >= 3) & (first > _LEAST_FRICTION)
+        stretch = np.where(rough, second / np.where(rough, first, 1.0), 1.0)
+        J[:, 2] *= stretch[:, None]
+        surface = np.zeros((len(kept), 2))
+        if hasattr(found, "surfacevel"):
+            surface += np.asarray(found.surfacevel).reshape(-1, 3)[kept, :2]
+            surface[:, 1] *= stretch
+        return ContactRows(
+            index=kept,
+            geoms=geoms,
+            J=J,
+            gap=np.asarray(found.dist)[kept] - (np.asarray(found.includemargin)[kept] - travel),
+            friction=np.where(rough, first, 0.0),
+            stretch=stretch,
+            surface=surface,
+            immovable=immovable,
+        )
+
+    def _contact_directions(self, data: Any, geoms: Integers, kept: Integers) -> Floats:
+        """Velocity of the second geom against the first in each contact's frame (C, 3, nv)."""
+        found, model = data.contact, self.model
         geoms = geoms[kept]
         bodies = model.geom_bodyid[geoms]
         moved = self.moved[bodies]
@@ -116,26 +149,9 @@ class RowCollector:
         J = np.zeros((len(kept), 3, model.nv))
         for side, sign in ((0, -1.0), (1, 1.0)):
             # Velocity of the point by each degree of freedom: v + ω × lever.
-            turned = np.einsum("crk,ckd->crd", frames, np.swapaxes(_crossed(turning, levers[:, side]), 1, 2))
-            J += sign * moved[:, side, None, :] * (frames @ along.T + turned)
-        frictions = np.asarray(found.friction).reshape(-1, 5)[kept]
-        dims = np.asarray(found.dim)[kept]
-        first, second = frictions[:, 0], frictions[:, 1]
-        rough = (dims >= 3) & (first > _LEAST_FRICTION)
-        stretch = np.where(rough, second / np.where(rough, first, 1.0), 1.0)
-        if (stretch != 1.0).any():
-            J[:, 2] *= stretch[:, None]
-        surface = getattr(found, "surfacevel", None)
-        speeds = np.zeros((len(kept), 2)) if surface is None else np.asarray(surface).reshape(-1, 3)[kept, :2]
-        return ContactRows(
-            index=kept,
-            geoms=geoms,
-            J=J,
-            gap=np.asarray(found.dist)[kept] - (np.asarray(found.includemargin)[kept] - travel),
-            friction=np.where(rough, first, 0.0),
-            stretch=stretch,
-            surface=speeds * np.stack([np.ones(len(kept)), stretch], axis=1),
-        )
+            speeds = along + turning @ _skew(levers[:, side])
+            J += sign * moved[:, side, None, :] * (frames @ np.swapaxes(speeds, 1, 2))
+        return J
 
     def joints(self, data: Any, turns: Any = None) -> JointRows:
         """Rows of ``data`` that are not contacts. ``turns`` is the raise of the joint margins."""
@@ -146,7 +162,7 @@ class RowCollector:
         if turns is not None:
             limited = kind == _LIMIT_JOINT
             gap[limited] += turns[id_[limited]]
-        loss = np.where(np.isin(kind, _LOSSES), np.asarray(data.efc_frictionloss)[index], 0.0)
+        loss = np.where((kind == _LOSSES[0]) | (kind == _LOSSES[1]), np.asarray(data.efc_frictionloss)[index], 0.0)
         gap[loss > 0.0] = 0.0
         return JointRows(index=index, kind=kind, id=id_, J=self._directions(data, index), gap=gap, loss=loss)
 
@@ -187,6 +203,13 @@ class RowCollector:
             of, word = mujoco.mjtObj.mjOBJ_JOINT, "joint"
             id_ = id_ if kind == _LIMIT_JOINT else int(self.model.dof_jntid[id_])
         return mujoco.mj_id2name(self.model, of, id_) or f"{word} {id_}"
+
+
+def notes_of(collector: RowCollector, contacts: ContactRows) -> Tuple[str, ...]:
+    """Parts of a step that the rows do not cover."""
+    if not contacts.immovable:
+        return collector.notes
+    return (*collector.notes, f"{contacts.immovable} contacts whose normal no joint moves are left out")
 
 
 def laws_of(rows: JointRows, time_step: float) -> List[Law]:
@@ -249,18 +272,14 @@ def _margins_add_up() -> bool:
     return bool(data.contact.includemargin[0] > 1.5)
 
 
-def _crossed(turning: Floats, levers: Floats) -> Floats:
-    """ω × lever of every contact and degree of freedom (C, nv, 3)."""
-    a, b = turning[None], levers[:, None]
-    crossed: Floats = np.stack(
-        [
-            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
-            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
-            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
-        ],
-        axis=-1,
-    )
-    return crossed
+def _skew(levers: Floats) -> Floats:
+    """Matrices with ω · S = ω × lever (C, 3, 3)."""
+    skew = np.zeros((len(levers), 3, 3))
+    x, y, z = levers.T
+    skew[:, 1, 0], skew[:, 2, 0] = z, -y
+    skew[:, 0, 1], skew[:, 2, 1] = -z, x
+    skew[:, 0, 2], skew[:, 1, 2] = y, -x
+    return skew
 
 
 def _notes(model: Any) -> Tuple[str, ...]:

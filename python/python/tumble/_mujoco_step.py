@@ -9,31 +9,36 @@ from typing import Any, Dict, List, Optional, Tuple
 import numpy as np
 
 from ._certificate import Certificate
+from ._mujoco_problem import (
+    RECOVERY,
+    StepProblem,
+    StepSolution,
+    by_key,
+    contact_keys,
+    exact_offsets,
+    joint_keys,
+    recovered,
+)
 from ._mujoco_rows import (
     ContactRows,
     Floats,
-    Integers,
     JointRows,
     RowCollector,
     groups_at,
     laws_of,
     mujoco,
+    notes_of,
     raised_margins,
     step_mass,
 )
-from ._problem import ContactProblem, ContactSolution, Law
 from ._tumble import TumbleError
 
-RECOVERY = 0.2
-"""Speed at which overlaps and position errors of the start are removed, m/s or rad/s."""
 RESIDUAL = 1e-9
 """Residual to which a step is solved, m/s."""
 _REACH = 2.0
 """Contacts are detected this many times the distance ahead that the fastest body travels in a step."""
 _LEAST_REACH = 1e-4
 """Least distance of that kind, m."""
-_NEAR = 0.05
-"""Contacts take part from the start if their gap speed without impulses is smaller than this, m/s."""
 _BOUNCE = 2.0
 """Contacts bounce if they approach faster than this many steps of gravity."""
 _INTEGRATORS = {
@@ -164,8 +169,10 @@ class HardStepper:
         mujoco.mj_comVel(model, data)
         spin, velocity = data.cvel[:, :3], data.cvel[:, 3:]
         levers = data.xpos - data.subtree_com[model.body_rootid]
-        speeds = np.linalg.norm(velocity + np.cross(spin, levers), axis=1)
-        speeds += np.linalg.norm(spin, axis=1) * self._radius
+        # |v + ω × r| is at most |v| + |ω| |r|.
+        spins = np.sqrt((spin * spin).sum(axis=1))
+        distances = np.sqrt((levers * levers).sum(axis=1)) + self._radius
+        speeds = np.sqrt((velocity * velocity).sum(axis=1)) + spins * distances
         time_step = model.opt.timestep
         falling = time_step * float(np.linalg.norm(model.opt.gravity))
         travel = time_step * _REACH * (float(speeds.max(initial=0.0)) + falling) + _LEAST_REACH
@@ -176,67 +183,60 @@ class HardStepper:
     def _solve(
         self, data: Any, mass: Floats, before: Floats, free: Floats, contacts: ContactRows, joints: JointRows
     ) -> Tuple[HardStep, Floats]:
-        time_step, count, size = self.model.opt.timestep, len(contacts.gap), self.model.nv
-        offsets = np.zeros((count, 3))
-        offsets[:, 0] = np.maximum(contacts.gap / time_step, -self.recovery)
-        offsets[:, 1:] = contacts.surface
-        normals = contacts.J[:, 0]
-        if self.restitution > 0.0 and count:
-            approach = normals @ before
-            least = _BOUNCE * time_step * float(np.linalg.norm(self.model.opt.gravity))
-            hits = (approach < -least) & (contacts.gap + time_step * approach < 0.0)
-            rebound = np.where(hits, self.restitution * approach, np.inf)
-            offsets[:, 0] = np.minimum(offsets[:, 0], rebound)
-        fixed = np.maximum(joints.gap / time_step, -self.recovery)
-        locked = joints.kind == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-        fixed[locked] = np.minimum(fixed[locked], self.recovery)
-        joint_laws = laws_of(joints, time_step)
+        time_step, size = self.model.opt.timestep, self.model.nv
+        offsets, fixed = exact_offsets(contacts, joints, time_step)
+        rebound = self._rebound(contacts, before)
+        laws = laws_of(joints, time_step)
+        problem = StepProblem(mass, free, contacts, joints, laws, self._start(contacts, joints), self.residual)
 
-        near = offsets[:, 0] + np.minimum(normals @ free, 0.0) < _NEAR
-        start = self._start(contacts, joints)
-        impulses, tail = np.zeros((count, 3)), np.zeros(len(fixed))
-        solution: Optional[ContactSolution] = None
-        iterations, after = 0, free
-        while near.any() or len(fixed):
-            rows = np.concatenate([contacts.J[near].reshape(-1, size), joints.J])
-            w = np.concatenate([offsets[near].ravel(), fixed])
-            laws: List[Law] = [float(value) if value > 0.0 else _FRICTIONLESS for value in contacts.friction[near]]
-            guess = None if start is None else np.concatenate([start[0][near].ravel(), start[1]])
-            solution, after = _solved(mass, rows, free, w, laws + joint_laws, self.residual, guess)
-            iterations += solution.iterations
-            impulses[near] = solution.impulses[: 3 * int(near.sum())].reshape(-1, 3)
-            tail = solution.impulses[3 * int(near.sum()) :]
-            missed = ~near & (normals @ after + offsets[:, 0] < -0.1 * self.residual)
-            if not missed.any():
-                break
-            near |= missed
-        self._last = _by_key(contacts, joints, impulses, tail)
-        residual = 0.0 if solution is None else solution.residual
-        solved = residual <= self.residual and bool(np.isfinite(after).all())
+        def attempt(bound: float) -> StepSolution:
+            normals, rows = recovered(offsets[:, 0], fixed, joints, bound, time_step)
+            return problem.solve(np.column_stack([np.minimum(normals, rebound), offsets[:, 1:]]), rows)
+
+        found = attempt(self.recovery)
+        if found.residual > self.residual and (offsets[:, 0].min(initial=0.0) < 0.0 or fixed.any()):
+            # Overlaps that cannot be removed, as of a body between two walls, stay as they are.
+            kept = attempt(0.0)
+            kept.iterations += found.iterations
+            found = kept if kept.residual <= self.residual else found
+        offsets[:, 0] = np.minimum(offsets[:, 0], rebound)
+        self._last = by_key(contacts, joints, found.impulses, found.tail)
+        solved = found.residual <= self.residual and bool(np.isfinite(found.after).all())
         step = dict(
             M=mass,
             J=np.concatenate([contacts.J.reshape(-1, size), joints.J]),
             velocity_before=before,
-            velocity_after=after,
+            velocity_after=found.after,
             force=mass @ (free - before) / time_step,
-            impulses=np.concatenate([impulses.ravel(), tail]),
-            laws=[float(value) for value in contacts.friction] + joint_laws,
+            impulses=np.concatenate([found.impulses.ravel(), found.tail]),
+            laws=[float(value) for value in contacts.friction] + laws,
             time_step=time_step,
             w=np.concatenate([offsets.ravel(), fixed]),
         )
         report = HardStep(
             solved=solved,
-            residual=residual,
-            iterations=iterations,
-            contacts=count,
-            closed=int((impulses[:, 0] > 0.0).sum()),
+            residual=found.residual,
+            iterations=found.iterations,
+            contacts=len(contacts.gap),
+            closed=int((found.impulses[:, 0] > 0.0).sum()),
             overlap=float(max(0.0, -contacts.gap.min(initial=0.0))),
-            notes=self.collector.notes,
+            notes=notes_of(self.collector, contacts),
             _parts={"collector": self.collector, "contacts": contacts, "joints": joints, "step": step},
         )
         if not solved:
-            self._complain(f"the step at {data.time:.6g} s is not solved: residual {residual:.1e} m/s")
-        return report, after
+            self._complain(f"the step to {data.time:.6g} s is not solved: residual {found.residual:.1e} m/s")
+        return report, found.after
+
+    def _rebound(self, contacts: ContactRows, before: Floats) -> Floats:
+        """Offset of each normal row by restitution; infinite for contacts that do not bounce."""
+        offsets: Floats = np.full(len(contacts.gap), np.inf)
+        if self.restitution > 0.0 and len(offsets):
+            time_step = self.model.opt.timestep
+            approach = contacts.J[:, 0] @ before
+            least = _BOUNCE * time_step * float(np.linalg.norm(self.model.opt.gravity))
+            hits = (approach < -least) & (contacts.gap + time_step * approach < 0.0)
+            offsets[hits] = self.restitution * approach[hits]
+        return offsets
 
     def _complain(self, text: str) -> None:
         if self.unsolved == "raise":
@@ -250,8 +250,8 @@ class HardStepper:
             return None
         known, rows = self._last
         none = np.zeros(3)
-        first = [known.get(key, none) for key in _contact_keys(contacts)]
-        second = [rows.get(key, 0.0) for key in _joint_keys(joints)]
+        first = [known.get(key, none) for key in contact_keys(contacts)]
+        second = [rows.get(key, 0.0) for key in joint_keys(joints)]
         return np.array(first).reshape(-1, 3), np.array(second, dtype=np.float64)
 
     def _write_forces(
@@ -279,30 +279,11 @@ class HardStepper:
             mujoco.mj_sensorAcc(model, data)
 
 
-_FRICTIONLESS: Law = ["limit", "free", "free"]
-"""Law of a contact without friction, whose tangents are kept."""
-
-
 def _integrate(model: Any, data: Any) -> None:
     if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_EULER):
         mujoco.mj_Euler(model, data)
     else:
         mujoco.mj_implicit(model, data)
-
-
-def _solved(
-    mass: Floats, rows: Floats, free: Floats, w: Floats, laws: List[Law], residual: float, guess: Optional[Floats]
-) -> Tuple[ContactSolution, Floats]:
-    """Solution and velocities. The better one of two forms, where the first is not solved."""
-    pull = np.linalg.solve(mass, rows.T)
-    W = rows @ pull
-    problem = ContactProblem(W=0.5 * (W + W.T), q=rows @ free + w, laws=laws)
-    solution = problem.solve(residual=residual, start=guess)
-    if not solution.solved:
-        others = [ContactProblem(M=mass, H=rows.T, f=mass @ free, w=w, laws=laws).solve(residual=residual)]
-        others.append(problem.solve(residual=residual))
-        solution = min([solution, *others], key=lambda each: each.residual)
-    return solution, free + pull @ solution.impulses
 
 
 def _write_contact(rows: Floats, contact: Any, force: Floats, elliptic: bool) -> None:
@@ -326,35 +307,3 @@ def _body_radii(model: Any) -> Floats:
     reach = np.linalg.norm(model.geom_pos, axis=1) + model.geom_rbound
     np.maximum.at(radii, model.geom_bodyid, reach)
     return radii
-
-
-def _contact_keys(contacts: ContactRows) -> List[Tuple[int, int, int]]:
-    """Geoms of each contact and its number among those of the same geoms."""
-    seen: Dict[Tuple[int, int], int] = {}
-    keys = []
-    for first, second in contacts.geoms.tolist():
-        number = seen.get((first, second), 0)
-        seen[first, second] = number + 1
-        keys.append((first, second, number))
-    return keys
-
-
-def _joint_keys(joints: JointRows) -> List[Tuple[int, int, int]]:
-    """Kind and id of each row and its number among those of the same id."""
-    return _numbered(joints.kind, joints.id)
-
-
-def _numbered(kinds: Integers, ids: Integers) -> List[Tuple[int, int, int]]:
-    seen: Dict[Tuple[int, int], int] = {}
-    keys = []
-    for pair in zip(kinds.tolist(), ids.tolist()):
-        number = seen.get(pair, 0)
-        seen[pair] = number + 1
-        keys.append((*pair, number))
-    return keys
-
-
-def _by_key(
-    contacts: ContactRows, joints: JointRows, impulses: Floats, tail: Floats
-) -> Tuple[Dict[Any, Floats], Dict[Any, Floats]]:
-    return dict(zip(_contact_keys(contacts), impulses)), dict(zip(_joint_keys(joints), tail))

@@ -12,9 +12,11 @@ from __future__ import annotations
 from collections import OrderedDict
 from typing import Any
 
+from ._certificate import Certificate
+from ._mujoco_certify import certify_step
 from ._mujoco_step import HardStep, HardStepper, UnsolvedStep
 
-__all__ = ["HardStep", "HardStepper", "UnsolvedStep", "hard_step"]
+__all__ = ["HardStep", "HardStepper", "UnsolvedStep", "certify", "hard_step"]
 
 _MOST_STEPPERS = 8
 """Models of which ``hard_step`` keeps a stepper."""
@@ -28,10 +30,23 @@ def hard_step(model: Any, data: Any, *, restitution: float = 0.0, unsolved: str 
     :param unsolved: "warn", "raise" or "ignore", for a step that is not solved.
     :raises TumbleError: if the step is not solved and ``unsolved`` is "raise".
     """
+    stepper = _stepper(model)
+    stepper.configure(restitution=restitution, unsolved=unsolved)
+    return stepper.step(data)
+
+
+def certify(model: Any, data: Any) -> Certificate:
+    """Certificate of the step that ``mujoco.mj_step(model, data)`` would take. ``data`` does not change.
+
+    Contacts and joint limits that the step reaches without a force are rows too.
+    """
+    return certify_step(_stepper(model), data)[0]
+
+
+def _stepper(model: Any) -> HardStepper:
     stepper = _STEPPERS.get(id(model))
     if stepper is None:
         stepper = _STEPPERS[id(model)] = HardStepper(model)
         if len(_STEPPERS) > _MOST_STEPPERS:
             _STEPPERS.popitem(last=False)
-    stepper.configure(restitution=restitution, unsolved=unsolved)
-    return stepper.step(data)
+    return stepper
