@@ -10,13 +10,15 @@ How-to and limits: docs/referee.md.
 from __future__ import annotations
 
 from collections import OrderedDict
-from typing import Any
+from typing import Any, Callable, Optional
 
 from ._certificate import Certificate
 from ._mujoco_certify import certify_step
+from ._mujoco_compare import Comparison
+from ._mujoco_compare import compare as _compare
 from ._mujoco_step import HardStep, HardStepper, UnsolvedStep
 
-__all__ = ["HardStep", "HardStepper", "UnsolvedStep", "certify", "hard_step"]
+__all__ = ["Comparison", "HardStep", "HardStepper", "UnsolvedStep", "certify", "compare", "hard_step"]
 
 _MOST_STEPPERS = 8
 """Models of which ``hard_step`` keeps a stepper."""
@@ -41,6 +43,18 @@ def certify(model: Any, data: Any) -> Certificate:
     Contacts and joint limits that the step reaches without a force are rows too.
     """
     return certify_step(_stepper(model), data)[0]
+
+
+def compare(
+    model: Any, data: Any, steps: int, *, control: Optional[Callable[[Any], None]] = None
+) -> Comparison:
+    """MuJoCo's steps beside hard steps, from copies of ``data``.
+
+    :param steps: number of steps of both kinds.
+    :param control: function that sets ``ctrl`` of the data it is called with, before each of MuJoCo's steps. The hard
+        steps have the same controls.
+    """
+    return _compare(HardStepper(model, unsolved="ignore"), data, steps, control)
 
 
 def _stepper(model: Any) -> HardStepper:
