@@ -193,12 +193,13 @@ class HardStepper:
             normals, rows = recovered(offsets[:, 0], fixed, joints, bound, time_step)
             return problem.solve(np.column_stack([np.minimum(normals, rebound), offsets[:, 1:]]), rows)
 
-        found = attempt(self.recovery)
+        found, notes = attempt(self.recovery), notes_of(self.collector, contacts)
         if found.residual > self.residual and (offsets[:, 0].min(initial=0.0) < 0.0 or fixed.any()):
             # Overlaps that cannot be removed, as of a body between two walls, stay as they are.
             kept = attempt(0.0)
             kept.iterations += found.iterations
-            found = kept if kept.residual <= self.residual else found
+            if kept.residual <= self.residual:
+                found, notes = kept, (*notes, "overlaps that cannot be removed are kept")
         offsets[:, 0] = np.minimum(offsets[:, 0], rebound)
         self._last = by_key(contacts, joints, found.impulses, found.tail)
         solved = found.residual <= self.residual and bool(np.isfinite(found.after).all())
@@ -220,7 +221,7 @@ class HardStepper:
             contacts=len(contacts.gap),
             closed=int((found.impulses[:, 0] > 0.0).sum()),
             overlap=float(max(0.0, -contacts.gap.min(initial=0.0))),
-            notes=notes_of(self.collector, contacts),
+            notes=notes,
             _parts={"collector": self.collector, "contacts": contacts, "joints": joints, "step": step},
         )
         if not solved:
