@@ -64,7 +64,7 @@ def creep(impratio: float, seconds: float) -> float:
     start, begin = height(data), data.time
     while data.time < SETTLED + seconds:
         mujoco.mj_step(model, data)
-    return (start - height(data)) / (data.time - begin)
+    return (start - height(data)) / float(data.time - begin)
 
 
 def hard_drop(seconds: float) -> tuple[float, float]:

@@ -82,10 +82,10 @@ def certify_step(stepper: HardStepper, data: Any) -> Tuple[Certificate, Any]:
 def _rows_ahead(stepper: HardStepper, data: Any) -> Tuple[ContactRows, JointRows]:
     """Contacts and joint limits that the step may reach, detected with raised margins."""
     model, scratch = stepper.model, copy.copy(data)
-    travel, turns = stepper.reach(scratch)
-    with raised_margins(model, travel, turns):
+    ahead = stepper.reach(scratch)
+    with raised_margins(model, ahead):
         mujoco.mj_fwdPosition(model, scratch)
-    return stepper.collector.contacts(scratch, travel), stepper.collector.joints(scratch, turns)
+    return stepper.collector.contacts(scratch, ahead), stepper.collector.joints(scratch, ahead)
 
 
 def _untouched(contacts: ContactRows, ahead: ContactRows) -> Any:
@@ -96,17 +96,14 @@ def _untouched(contacts: ContactRows, ahead: ContactRows) -> Any:
 
 def _unlimited(joints: JointRows, ahead: JointRows) -> Any:
     """Joint limits ahead that have no row in MuJoCo's step."""
-    limit = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
-    known = {
-        (int(id_), float(np.sign(row.sum()))) for kind, id_, row in zip(joints.kind, joints.id, joints.J) if kind == limit
-    }
-    return np.array(
-        [
-            kind == limit and (int(id_), float(np.sign(row.sum()))) not in known
-            for kind, id_, row in zip(ahead.kind, ahead.id, ahead.J)
-        ],
-        dtype=bool,
-    )
+    limits = (int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT), int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON))
+
+    def keys(rows: JointRows) -> List[Tuple[int, int, bool]]:
+        # The sign tells the lower limit from the upper one.
+        return [(int(kind), int(id_), bool(J.sum() > 0.0)) for kind, id_, J in zip(rows.kind, rows.id, rows.J)]
+
+    known = set(keys(joints))
+    return np.array([key[0] in limits and key not in known for key in keys(ahead)], dtype=bool)
 
 
 def _contact_forces(model: Any, data: Any, contacts: ContactRows) -> Floats:

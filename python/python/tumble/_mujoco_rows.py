@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Iterator, List, Tuple
+from typing import Any, Iterator, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -72,11 +72,30 @@ class ContactRows:
     """Contacts left out, because no joint moves the geoms along the normal."""
 
 
+@dataclass
+class Reach:
+    """How far ahead of a step contacts and limits are detected."""
+
+    travel: float
+    """Raise of the margin of every pair of geoms, m."""
+    bodies: Floats
+    """Distance ahead for each body (nbody,), m."""
+    joints: Floats
+    """Raise of the margin of each joint (njnt,), m or rad."""
+    tendons: Floats
+    """Raise of the margin of each tendon (ntendon,), m."""
+
+
 @contextmanager
-def raised_margins(model: Any, travel: float, turns: Any) -> Iterator[None]:
-    """Detects contacts ``travel`` (m) ahead and joint limits ``turns`` (njnt,) ahead, and restores the model at the end."""
-    share = 0.5 if _margins_add_up() else 1.0
-    fields = ((model.geom_margin, share * travel), (model.pair_margin, travel), (model.jnt_margin, turns))
+def raised_margins(model: Any, ahead: Reach) -> Iterator[None]:
+    """Detects contacts and limits ahead, and restores the model at the end."""
+    travel = ahead.travel
+    fields = (
+        (model.geom_margin, 0.5 * travel if _margins_add_up() else travel),
+        (model.pair_margin, travel),
+        (model.jnt_margin, ahead.joints),
+        (model.tendon_margin, ahead.tendons),
+    )
     saved = [array.copy() for array, _ in fields]
     override = model.opt.o_margin
     try:
@@ -104,12 +123,26 @@ class RowCollector:
         self.moved = moved
         """Whether a degree of freedom moves a body (nbody, nv)."""
         self.notes = _notes(model)
+        none, integers = np.zeros(0), np.zeros(0, np.int64)
+        self._no_joints = JointRows(integers, integers, integers, np.zeros((0, model.nv)), none, none)
+        self._no_contacts = ContactRows(
+            integers, np.zeros((0, 2), np.int64), np.zeros((0, 3, model.nv)), none, none, none, np.zeros((0, 2)), 0
+        )
 
-    def contacts(self, data: Any, travel: float = 0.0) -> ContactRows:
-        """Contacts of ``data``. ``travel`` is the raise of the margins with which they were detected."""
+    def contacts(self, data: Any, ahead: Optional[Reach] = None) -> ContactRows:
+        """Contacts of ``data``. ``ahead`` is how the margins were raised with which they were detected."""
+        if not data.ncon:
+            return self._no_contacts
         found, model = data.contact, self.model
         geoms = np.asarray(found.geom, np.int64).reshape(-1, 2)
-        kept = np.flatnonzero((geoms >= 0).all(axis=1) & (np.asarray(found.exclude) < _PASSIVE))
+        gap = np.asarray(found.dist) - np.asarray(found.includemargin)
+        used = (geoms >= 0).all(axis=1) & (np.asarray(found.exclude) < _PASSIVE)
+        if ahead is not None:
+            gap += ahead.travel
+            used &= gap <= ahead.bodies[model.geom_bodyid[geoms]].sum(axis=1)
+        kept = np.flatnonzero(used)
+        if not len(kept):
+            return self._no_contacts
         J = self._contact_directions(data, geoms, kept)
         movable = np.abs(J[:, 0]).max(axis=1, initial=0.0) > _IMMOVABLE
         immovable = len(kept) - int(movable.sum())
@@ -129,7 +162,7 @@ class RowCollector:
             index=kept,
             geoms=geoms,
             J=J,
-            gap=np.asarray(found.dist)[kept] - (np.asarray(found.includemargin)[kept] - travel),
+            gap=gap[kept],
             friction=np.where(rough, first, 0.0),
             stretch=stretch,
             surface=surface,
@@ -153,15 +186,20 @@ class RowCollector:
             J += sign * moved[:, side, None, :] * (frames @ np.swapaxes(speeds, 1, 2))
         return J
 
-    def joints(self, data: Any, turns: Any = None) -> JointRows:
-        """Rows of ``data`` that are not contacts. ``turns`` is the raise of the joint margins."""
+    def joints(self, data: Any, ahead: Optional[Reach] = None) -> JointRows:
+        """Rows of ``data`` that are not contacts. ``ahead`` is how the margins of limits were raised."""
+        if not data.nefc:
+            return self._no_joints
         kinds = np.asarray(data.efc_type, np.int64)
         index = np.flatnonzero(kinds <= _LIMIT_TENDON)
         kind, id_ = kinds[index], np.asarray(data.efc_id, np.int64)[index]
         gap = np.asarray(data.efc_pos)[index] - np.asarray(data.efc_margin)[index]
-        if turns is not None:
-            limited = kind == _LIMIT_JOINT
-            gap[limited] += turns[id_[limited]]
+        if not len(index):
+            return self._no_joints
+        if ahead is not None:
+            for limit, raised in ((_LIMIT_JOINT, ahead.joints), (_LIMIT_TENDON, ahead.tendons)):
+                limited = kind == limit
+                gap[limited] += raised[id_[limited]]
         loss = np.where((kind == _LOSSES[0]) | (kind == _LOSSES[1]), np.asarray(data.efc_frictionloss)[index], 0.0)
         gap[loss > 0.0] = 0.0
         return JointRows(index=index, kind=kind, id=id_, J=self._directions(data, index), gap=gap, loss=loss)

@@ -23,6 +23,7 @@ from ._mujoco_rows import (
     ContactRows,
     Floats,
     JointRows,
+    Reach,
     RowCollector,
     groups_at,
     laws_of,
@@ -39,6 +40,8 @@ _REACH = 2.0
 """Contacts are detected this many times the distance ahead that the fastest body travels in a step."""
 _LEAST_REACH = 1e-4
 """Least distance of that kind, m."""
+_LEAST_TURN = 1e-2
+"""Least distance ahead of limits, rad or m."""
 _BOUNCE = 2.0
 """Contacts bounce if they approach faster than this many steps of gravity."""
 _INTEGRATORS = {
@@ -136,13 +139,13 @@ class HardStepper:
             self._last = None
         options.integrator = single_stage(integrator)
         try:
-            travel, turns = self.reach(data)
-            with raised_margins(model, travel, turns):
+            ahead = self.reach(data)
+            with raised_margins(model, ahead):
                 mujoco.mj_step1(model, data)
             mujoco.mj_fwdActuation(model, data)
             mujoco.mj_fwdAcceleration(model, data)
-            contacts = self.collector.contacts(data, travel)
-            joints = self.collector.joints(data, turns)
+            contacts = self.collector.contacts(data, ahead)
+            joints = self.collector.joints(data, ahead)
             position, before = data.qpos.copy(), data.qvel.copy()
             # The integrator without constraint forces: free velocities, activations, time and the implicit mass.
             data.qfrc_constraint[:] = 0.0
@@ -161,24 +164,28 @@ class HardStepper:
         self._last_time = data.time
         return report
 
-    def reach(self, data: Any) -> Tuple[float, Floats]:
-        """Distance (m) and turns (njnt,) up to which contacts and joint limits are detected ahead."""
+    def reach(self, data: Any) -> Reach:
+        """Distances up to which contacts and limits are detected ahead."""
         model = self.model
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
-        spin, velocity = data.cvel[:, :3], data.cvel[:, 3:]
         levers = data.xpos - data.subtree_com[model.body_rootid]
+        squares = np.stack([data.cvel[:, :3], data.cvel[:, 3:], levers])
+        spins, speeds, distances = np.sqrt((squares * squares).sum(axis=2))
         # |v + ω × r| is at most |v| + |ω| |r|.
-        spins = np.sqrt((spin * spin).sum(axis=1))
-        distances = np.sqrt((levers * levers).sum(axis=1)) + self._radius
-        speeds = np.sqrt((velocity * velocity).sum(axis=1)) + spins * distances
+        speeds += spins * (distances + self._radius)
         time_step = model.opt.timestep
-        falling = time_step * float(np.linalg.norm(model.opt.gravity))
-        travel = time_step * _REACH * (float(speeds.max(initial=0.0)) + falling) + _LEAST_REACH
+        bodies = _REACH * time_step * (speeds + time_step * _length(model.opt.gravity)) + _LEAST_REACH
         rates = np.zeros(model.njnt)
         np.maximum.at(rates, model.dof_jntid, np.abs(data.qvel))
-        return travel, time_step * 3.0 * _REACH * rates + 1e-2
+        turned = 3.0 * _REACH * time_step
+        return Reach(
+            travel=float(bodies.max()),
+            bodies=bodies,
+            joints=turned * rates + _LEAST_TURN,
+            tendons=turned * np.abs(data.ten_velocity) + _LEAST_TURN,
+        )
 
     def _solve(
         self, data: Any, mass: Floats, before: Floats, free: Floats, contacts: ContactRows, joints: JointRows
@@ -234,7 +241,7 @@ class HardStepper:
         if self.restitution > 0.0 and len(offsets):
             time_step = self.model.opt.timestep
             approach = contacts.J[:, 0] @ before
-            least = _BOUNCE * time_step * float(np.linalg.norm(self.model.opt.gravity))
+            least = _BOUNCE * time_step * _length(self.model.opt.gravity)
             hits = (approach < -least) & (contacts.gap + time_step * approach < 0.0)
             offsets[hits] = self.restitution * approach[hits]
         return offsets
@@ -278,6 +285,10 @@ class HardStepper:
         if model.nsensor:
             data.qvel[:] = before
             mujoco.mj_sensorAcc(model, data)
+
+
+def _length(vector: Any) -> float:
+    return float(np.sqrt(vector @ vector))
 
 
 def _integrate(model: Any, data: Any) -> None:
