@@ -40,7 +40,7 @@ def certify_step(stepper: HardStepper, data: Any) -> Tuple[Certificate, Any]:
     open_contacts, open_joints = _untouched(contacts, ahead_contacts), _unlimited(joints, ahead_joints)
     time_step, size = model.opt.timestep, model.nv
     pushes, forces = _contact_forces(model, after, contacts), np.asarray(after.efc_force)[joints.index]
-    J = np.concatenate([contacts.J.reshape(-1, size), joints.J])
+    J = np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J])
     carried = np.concatenate([pushes.ravel(), forces])
     loads = after.qfrc_smooth.copy()
     notes = notes_of(collector, contacts)
@@ -60,8 +60,8 @@ def certify_step(stepper: HardStepper, data: Any) -> Tuple[Certificate, Any]:
         M=step_mass(model, after),
         J=np.concatenate(
             [
-                contacts.J.reshape(-1, size),
-                ahead_contacts.J[open_contacts].reshape(-1, size),
+                contacts.J.reshape(3 * len(contacts.gap), size),
+                ahead_contacts.J[open_contacts].reshape(open_count, size),
                 joints.J,
                 ahead_joints.J[open_joints],
             ]

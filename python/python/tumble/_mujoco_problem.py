@@ -47,30 +47,47 @@ class StepProblem:
     start: Optional[Tuple[Floats, Floats]]
     residual: float
 
-    def solve(self, offsets: Floats, fixed: Floats) -> StepSolution:
-        """Solution for offsets of the contacts (C, 3) and of the joint rows."""
+    def solve(self, offsets: Floats, fixed: Floats, thorough: bool) -> StepSolution:
+        """Solution for offsets of the contacts (C, 3) and of the joint rows. ``thorough`` tries all forms."""
         normals = self.contacts.J[:, 0]
         near = offsets[:, 0] + np.minimum(normals @ self.free, 0.0) < _NEAR
         found = StepSolution(np.zeros((len(near), 3)), np.zeros(len(fixed)), self.free, 0.0, 0)
         while near.any() or len(fixed):
-            self._solve_near(near, offsets, fixed, found)
+            self._solve_near(near, offsets, fixed, found, thorough)
             missed = ~near & (normals @ found.after + offsets[:, 0] < -0.1 * self.residual)
             if not missed.any():
                 break
             near |= missed
         return found
 
-    def _solve_near(self, near: Any, offsets: Floats, fixed: Floats, found: StepSolution) -> None:
+    def _solve_near(
+        self, near: Any, offsets: Floats, fixed: Floats, found: StepSolution, thorough: bool
+    ) -> None:
         count = int(near.sum())
-        rows = np.concatenate([self.contacts.J[near].reshape(-1, len(self.free)), self.joints.J])
+        rows = np.concatenate([self.contacts.J[near].reshape(3 * count, len(self.free)), self.joints.J])
         w = np.concatenate([offsets[near].ravel(), fixed])
         laws: List[Law] = [float(value) if value > 0.0 else _FRICTIONLESS for value in self.contacts.friction[near]]
         guess = None if self.start is None else np.concatenate([self.start[0][near].ravel(), self.start[1]])
-        solution, found.after = _solved(self.mass, rows, self.free, w, laws + self.laws, self.residual, guess)
+        solution, found.after = self._best(rows, w, laws + self.laws, guess, thorough)
         found.iterations += solution.iterations
         found.residual = solution.residual
         found.impulses[near] = solution.impulses[: 3 * count].reshape(-1, 3)
         found.tail = solution.impulses[3 * count :]
+
+    def _best(
+        self, rows: Floats, w: Floats, laws: List[Law], guess: Optional[Floats], thorough: bool
+    ) -> Tuple[ContactSolution, Floats]:
+        """Solution and velocities. The best one of all forms and starts, if the first is not solved."""
+        pull = np.linalg.solve(self.mass, rows.T)
+        W = rows @ pull
+        problem = ContactProblem(W=0.5 * (W + W.T), q=rows @ self.free + w, laws=laws)
+        solution = problem.solve(residual=self.residual, start=guess)
+        if thorough and not solution.solved:
+            others = [ContactProblem(M=self.mass, H=rows.T, f=self.mass @ self.free, w=w, laws=laws)]
+            others += [problem] if guess is not None else []
+            found = [solution, *(each.solve(residual=self.residual) for each in others)]
+            solution = min(found, key=lambda each: each.residual)
+        return solution, self.free + pull @ solution.impulses
 
 
 def exact_offsets(contacts: ContactRows, joints: JointRows, time_step: float) -> Tuple[Floats, Floats]:
@@ -89,21 +106,6 @@ def recovered(gaps: Floats, fixed: Floats, joints: JointRows, bound: float, time
     locked = joints.kind == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
     rows: Floats = np.where(locked, np.minimum(least, np.maximum(bound, share * fixed)), least)
     return normals, rows
-
-
-def _solved(
-    mass: Floats, rows: Floats, free: Floats, w: Floats, laws: List[Law], residual: float, guess: Optional[Floats]
-) -> Tuple[ContactSolution, Floats]:
-    """Solution and velocities. The better one of two forms, where the first is not solved."""
-    pull = np.linalg.solve(mass, rows.T)
-    W = rows @ pull
-    problem = ContactProblem(W=0.5 * (W + W.T), q=rows @ free + w, laws=laws)
-    solution = problem.solve(residual=residual, start=guess)
-    if not solution.solved:
-        others = [ContactProblem(M=mass, H=rows.T, f=mass @ free, w=w, laws=laws).solve(residual=residual)]
-        others.append(problem.solve(residual=residual))
-        solution = min([solution, *others], key=lambda each: each.residual)
-    return solution, free + pull @ solution.impulses
 
 
 def contact_keys(contacts: ContactRows) -> List[Tuple[int, int, int]]:

@@ -42,6 +42,12 @@ _LEAST_REACH = 1e-4
 """Least distance of that kind, m."""
 _LEAST_TURN = 1e-2
 """Least distance ahead of limits, rad or m."""
+_WILD = 3.0
+"""Overlaps are kept if their removal makes velocities this many times as large."""
+_LEAST_WILD = 20.0
+"""Speed that is not too large for this, m/s or rad/s."""
+_RETRY = 20
+"""Overlaps that are kept are tried again after this many steps."""
 _BOUNCE = 2.0
 """Contacts bounce if they approach faster than this many steps of gravity."""
 _INTEGRATORS = {
@@ -121,6 +127,8 @@ class HardStepper:
         self._radius = _body_radii(model)
         self._last: Optional[Tuple[Dict[Any, Floats], Dict[Any, Floats]]] = None
         self._last_time = np.nan
+        self._kept = 0
+        """Steps since overlaps could last be removed."""
 
     def configure(self, *, restitution: float, unsolved: str) -> None:
         """Sets what the constructor was given."""
@@ -136,7 +144,7 @@ class HardStepper:
         model, options = self.model, self.model.opt
         integrator, time_step = options.integrator, options.timestep
         if data.time != self._last_time:
-            self._last = None
+            self._last, self._kept = None, 0
         options.integrator = single_stage(integrator)
         try:
             ahead = self.reach(data)
@@ -196,23 +204,30 @@ class HardStepper:
         laws = laws_of(joints, time_step)
         problem = StepProblem(mass, free, contacts, joints, laws, self._start(contacts, joints), self.residual)
 
-        def attempt(bound: float) -> StepSolution:
+        def attempt(bound: float, thorough: bool) -> StepSolution:
             normals, rows = recovered(offsets[:, 0], fixed, joints, bound, time_step)
-            return problem.solve(np.column_stack([np.minimum(normals, rebound), offsets[:, 1:]]), rows)
+            return problem.solve(np.column_stack([np.minimum(normals, rebound), offsets[:, 1:]]), rows, thorough)
 
-        found, notes = attempt(self.recovery), notes_of(self.collector, contacts)
-        if found.residual > self.residual and (offsets[:, 0].min(initial=0.0) < 0.0 or fixed.any()):
-            # Overlaps that cannot be removed, as of a body between two walls, stay as they are.
-            kept = attempt(0.0)
+        notes = notes_of(self.collector, contacts)
+        overlaps = bool(offsets[:, 0].min(initial=0.0) < 0.0 or fixed.any())
+        # Overlaps that cannot be removed, as of a body between two walls, stay as they are.
+        keeps = overlaps and self._kept % _RETRY != 0
+        found = attempt(0.0 if keeps else self.recovery, thorough=not overlaps)
+        fast = _LEAST_WILD + _WILD * max(np.abs(free).max(initial=0.0), np.abs(before).max(initial=0.0))
+        if overlaps and (found.residual > self.residual or np.abs(found.after).max(initial=0.0) > fast):
+            kept = attempt(0.0, thorough=True)
             kept.iterations += found.iterations
             if kept.residual <= self.residual:
-                found, notes = kept, (*notes, "overlaps that cannot be removed are kept")
+                found, keeps = kept, True
+        self._kept = self._kept + 1 if keeps else 0
+        if keeps:
+            notes = (*notes, "overlaps that cannot be removed are kept")
         offsets[:, 0] = np.minimum(offsets[:, 0], rebound)
         self._last = by_key(contacts, joints, found.impulses, found.tail)
         solved = found.residual <= self.residual and bool(np.isfinite(found.after).all())
         step = dict(
             M=mass,
-            J=np.concatenate([contacts.J.reshape(-1, size), joints.J]),
+            J=np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J]),
             velocity_before=before,
             velocity_after=found.after,
             force=mass @ (free - before) / time_step,
