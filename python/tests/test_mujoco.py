@@ -192,6 +192,35 @@ def test_the_directions_of_contacts_are_those_of_mujoco():
         np.testing.assert_allclose(J, contact.frame.reshape(3, 3) @ by_point, atol=1e-14)
 
 
+def test_sensors_and_callbacks_work():
+    model, data = load(
+        f"<geom type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom {BOX} mass='2'/>"
+        "<site name='s' type='box' size='.11 .11 .11'/></body>",
+        "",
+        "<sensor><touch site='s'/><accelerometer site='s'/></sensor>",
+    )
+    called = []
+    mujoco.set_mjcb_control(lambda model, data: called.append(data.time))
+    try:
+        steps(model, data, 10)
+    finally:
+        mujoco.set_mjcb_control(None)
+    np.testing.assert_allclose(data.sensordata, [2 * GRAVITY, 0.0, 0.0, GRAVITY], atol=1e-9)
+    assert len(called) == 10
+
+
+def test_a_conveyor_carries_a_box():
+    floor = "<geom type='plane' size='5 5 1' surfacevel='.5 0 0'/>"
+    try:
+        model, data = load(f"{floor}<body pos='0 0 .1'><freejoint/><geom {BOX} mass='2'/></body>")
+    except ValueError:
+        pytest.skip("this version of MuJoCo has no surface velocities")
+    steps(model, data, 20)
+    assert data.qvel[0] == pytest.approx(GRAVITY * 0.04, abs=1e-9)
+    steps(model, data, 100)
+    assert data.qvel[0] == pytest.approx(0.5, abs=1e-9)
+
+
 def test_sparse_and_dense_rows_agree():
     body = (
         "<geom type='plane' size='5 5 1'/><body name='a' pos='0 0 .1'><freejoint/><geom type='box' size='.1 .1 .1'/></body>"

@@ -196,6 +196,59 @@ def test_what_is_wrong_is_named(wrong, said):
 
 
 def test_a_step_without_contacts_has_dynamics_alone():
-    none = {"points": np.zeros((0, 3)), "normals": np.zeros((0, 3)), "pairs": np.zeros((0, 2), int), "forces": np.zeros((0, 3)), "gaps": []}
-    certificate = slide(**none, friction=[], velocities_after=[[1, 0, -0.01 * GRAVITY]])
+    none = {name: np.zeros((0, 3)) for name in ("points", "normals", "forces")}
+    certificate = slide(**none, pairs=[], gaps=[], friction=[], velocities_after=[[1, 0, -0.01 * GRAVITY]])
     assert certificate.rows == () and certificate.residual < 1e-15 and certificate.worst == "dynamics"
+
+
+def test_a_step_of_pybullet_is_certified():
+    pybullet = pytest.importorskip("pybullet", reason="pybullet is not installed")
+    from tumble.referee_adapters import pybullet as adapter
+
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        pybullet.setGravity(0, 0, -GRAVITY)
+        pybullet.createMultiBody(0, pybullet.createCollisionShape(pybullet.GEOM_PLANE))
+        shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+        box = pybullet.createMultiBody(2.0, shape, basePosition=[0, 0, 0.5])
+        pybullet.changeDynamics(box, -1, linearDamping=0, angularDamping=0)
+        falls = adapter.step(client)
+        assert falls.rows == () and falls.residual < 1e-12
+        for _ in range(240):
+            rests = adapter.step(client)
+        assert sum(row.force for row in rests.rows) == pytest.approx(2 * GRAVITY, rel=1e-2)
+        assert 1e-6 < rests.penetration < 1.0 and rests.cone < 1e-9
+    finally:
+        pybullet.disconnect(client)
+
+
+def test_a_step_of_drake_is_certified():
+    pytest.importorskip("pydrake", reason="drake is not installed")
+    from pydrake import geometry, math
+    from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, CoulombFriction
+    from pydrake.multibody.tree import SpatialInertia
+    from pydrake.systems.analysis import Simulator
+    from pydrake.systems.framework import DiagramBuilder
+    from tumble.referee_adapters import drake as adapter
+
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.002)
+    plant.set_contact_model(ContactModel.kPoint)
+    surface = geometry.ProximityProperties()
+    geometry.AddContactMaterial(dissipation=1.0, friction=CoulombFriction(0.5, 0.5), properties=surface)
+    ball = plant.AddRigidBody("ball", SpatialInertia.SolidSphereWithMass(2.0, 0.1))
+    plant.RegisterCollisionGeometry(ball, math.RigidTransform(), geometry.Sphere(0.1), "ball", surface)
+    below = math.RigidTransform([0, 0, -0.5])
+    plant.RegisterCollisionGeometry(plant.world_body(), below, geometry.Box(10, 10, 1), "floor", surface)
+    plant.Finalize()
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetFreeBodyPose(context, ball, math.RigidTransform([0, 0, 0.101]))
+    falls = adapter.step(simulator, plant, scene_graph)
+    assert falls.rows == () and falls.residual < 1e-12
+    for _ in range(1000):
+        rests = adapter.step(simulator, plant, scene_graph)
+    (row,) = rests.rows
+    assert row.name == "ball–world" and row.force == pytest.approx(2 * GRAVITY, rel=1e-3)
+    assert rests.dynamics < 1e-6 and rests.penetration > 1e-6
