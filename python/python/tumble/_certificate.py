@@ -54,7 +54,7 @@ class CertificateRow:
 
 @dataclass(frozen=True)
 class Certificate:
-    """How well a step of any engine meets Newton's law, hard contact and Coulomb's law.
+    """Residuals of a step of any engine against Newton's law, hard contact and Coulomb's law.
 
     All residuals are speeds, m/s. ``str()`` describes the largest one in a sentence, ``table()`` lists all rows.
     """

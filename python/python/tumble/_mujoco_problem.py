@@ -26,9 +26,9 @@ class StepSolution:
     """Impulses and velocities of a step."""
 
     impulses: Floats
-    """Of every contact (C, 3), N s."""
+    """Impulses of the contacts (C, 3), N s."""
     tail: Floats
-    """Of every joint row, N s."""
+    """Impulses of the joint rows, N s."""
     after: Floats
     """Velocities at the end of the step."""
     residual: float

@@ -74,7 +74,7 @@ class ContactRows:
 
 @dataclass
 class Reach:
-    """How far ahead of a step contacts and limits are detected."""
+    """Distances ahead of a step up to which contacts and limits are detected."""
 
     travel: float
     """Raise of the margin of every pair of geoms, m."""

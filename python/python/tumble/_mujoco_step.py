@@ -288,11 +288,8 @@ class HardStepper:
         pushes[:, 2] *= contacts.stretch
         rows = np.zeros(len(data.efc_force))
         rows[joints.index] = forces[3 * count :]
-        elliptic = model.opt.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC)
-        for index, force in zip(contacts.index, pushes):
-            contact = data.contact[int(index)]
-            if contact.efc_address >= 0:
-                _write_contact(rows, contact, force, elliptic)
+        if count:
+            _write_contacts(model, data, rows, contacts, pushes)
         data.efc_force[:] = rows
         data.qfrc_constraint[:] = step["J"].T @ forces
         mujoco.mj_solveM(model, data, data.qacc.reshape(1, -1), (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1))
@@ -313,19 +310,26 @@ def _integrate(model: Any, data: Any) -> None:
         mujoco.mj_implicit(model, data)
 
 
-def _write_contact(rows: Floats, contact: Any, force: Floats, elliptic: bool) -> None:
-    """Force of a contact (normal and two tangents) in MuJoCo's rows."""
-    at, dim = contact.efc_address, contact.dim
-    if dim == 1:
-        rows[at] = force[0]
-    elif elliptic:
-        rows[at : at + 3] = force
-    else:
-        share = force[0] / (dim - 1)
-        pulls = np.zeros(dim - 1)
-        pulls[:2] = force[1:] / contact.friction[:2]
-        rows[at : at + 2 * (dim - 1) : 2] = 0.5 * (share + pulls)
-        rows[at + 1 : at + 2 * (dim - 1) : 2] = 0.5 * (share - pulls)
+def _write_contacts(model: Any, data: Any, rows: Floats, contacts: ContactRows, pushes: Floats) -> None:
+    """Forces of contacts (normal and two tangents) in MuJoCo's rows."""
+    found, index = data.contact, contacts.index
+    at = np.asarray(found.efc_address)[index]
+    dims = np.asarray(found.dim)[index]
+    flat = (dims == 1) & (at >= 0)
+    rows[at[flat]] = pushes[flat, 0]
+    cones = (dims > 1) & (at >= 0)
+    if model.opt.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC):
+        for axis in range(3):
+            rows[at[cones] + axis] = pushes[cones, axis]
+        return
+    # Edges of a pyramid: their sum is the normal force, the difference of two is a tangent force by its friction.
+    shares = pushes[:, 0] / np.maximum(dims - 1, 1)
+    pulls = pushes[:, 1:] / np.asarray(found.friction).reshape(-1, 5)[index, :2]
+    for axis in range(int(dims.max()) - 1):
+        own = cones & (dims - 1 > axis)
+        pull = pulls[own, axis] if axis < 2 else 0.0
+        rows[at[own] + 2 * axis] = 0.5 * (shares[own] + pull)
+        rows[at[own] + 2 * axis + 1] = 0.5 * (shares[own] - pull)
 
 
 def _body_radii(model: Any) -> Floats:
