@@ -252,3 +252,26 @@ def test_a_step_of_drake_is_certified():
     (row,) = rests.rows
     assert row.name == "ball–world" and row.force == pytest.approx(2 * GRAVITY, rel=1e-3)
     assert rests.dynamics < 1e-6 and rests.penetration > 1e-6
+
+
+def test_a_step_of_newton_is_certified():
+    newton = pytest.importorskip("newton", reason="newton is not installed")
+    import warp
+    from tumble.referee_adapters import newton as adapter
+
+    builder = newton.ModelBuilder()
+    builder.add_ground_plane()
+    box = builder.add_body(xform=warp.transform((0, 0, 0.1), warp.quat_identity()), label="box")
+    builder.add_shape_box(box, hx=0.1, hy=0.1, hz=0.1)
+    model = builder.finalize(device="cpu")
+    solver, start, end, contacts = newton.solvers.SolverXPBD(model), model.state(), model.state(), model.contacts()
+    observables = solver.observables({solver.ObservableKind.CONTACT_F}, contacts=contacts)
+    for _ in range(200):
+        start.clear_forces()
+        model.collide(start, contacts)
+        certificate = adapter.step(solver, start, end, model.control(), contacts, 0.002, observables)
+        # Single precision.
+        assert certificate.dynamics < 1e-3
+        start, end = end, start
+    assert sum(row.force for row in certificate.rows) == pytest.approx(8 * GRAVITY, rel=1e-2)
+    assert certificate.penetration > 1e-3 and "inside" in str(certificate)

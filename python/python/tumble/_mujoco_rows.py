@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._problem import Law
+from ._tumble import TumbleError
 
 try:
     import mujoco as mujoco
@@ -113,6 +114,8 @@ class RowCollector:
     """Collects the rows of a model's steps."""
 
     def __init__(self, model: Any) -> None:
+        if not hasattr(model, "M_rownnz"):
+            raise TumbleError(f"mujoco {mujoco.__version__} is too old for tumble.mujoco; 3.10 or later is needed")
         self.model = model
         moved = np.zeros((model.nbody, model.nv))
         for body in range(model.nbody):
@@ -283,7 +286,7 @@ def step_mass(model: Any, data: Any) -> Floats:
         mujoco.mj_fullM(model, data, mass)
     except TypeError:
         mujoco.mj_fullM(model, mass, data.qM)
-    if np.isnan(data.qH).any() or not hasattr(model, "M_rownnz"):
+    if np.isnan(data.qH).any():
         return mass
     return dense_of(model, data.qH)
 
