@@ -87,6 +87,9 @@ class StepProblem:
             others += [problem] if guess is not None else []
             found = [solution, *(each.solve(residual=self.residual) for each in others)]
             solution = min(found, key=lambda each: each.residual)
+            if not solution.solved:
+                again = problem.solve(residual=self.residual, start=solution.impulses)
+                solution = min(solution, again, key=lambda each: each.residual)
         return solution, self.free + pull @ solution.impulses
 
 

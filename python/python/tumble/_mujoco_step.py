@@ -48,6 +48,8 @@ _LEAST_WILD = 20.0
 """Speed that is not too large for this, m/s or rad/s."""
 _RETRY = 20
 """Overlaps that are kept are tried again after this many steps."""
+_LARGEST = 1e10
+"""Acceleration from which MuJoCo resets a state, mjMAXVAL."""
 _BOUNCE = 2.0
 """Contacts bounce if they approach faster than this many steps of gravity."""
 _INTEGRATORS = {
@@ -147,11 +149,12 @@ class HardStepper:
             self._last, self._kept = None, 0
         options.integrator = single_stage(integrator)
         try:
-            ahead = self.reach(data)
-            with raised_margins(model, ahead):
-                mujoco.mj_step1(model, data)
-            mujoco.mj_fwdActuation(model, data)
-            mujoco.mj_fwdAcceleration(model, data)
+            ahead = self._forces(data)
+            if not np.abs(data.qacc_smooth).max(initial=0.0) < _LARGEST:
+                # MuJoCo's own warning and reset.
+                data.qacc[:] = data.qacc_smooth
+                mujoco.mj_checkAcc(model, data)
+                ahead = self._forces(data)
             contacts = self.collector.contacts(data, ahead)
             joints = self.collector.joints(data, ahead)
             position, before = data.qpos.copy(), data.qvel.copy()
@@ -171,6 +174,15 @@ class HardStepper:
         data.qvel[:] = after
         self._last_time = data.time
         return report
+
+    def _forces(self, data: Any) -> Reach:
+        """Computes positions, contacts ahead and all forces but those of the rows."""
+        ahead = self.reach(data)
+        with raised_margins(self.model, ahead):
+            mujoco.mj_step1(self.model, data)
+        mujoco.mj_fwdActuation(self.model, data)
+        mujoco.mj_fwdAcceleration(self.model, data)
+        return ahead
 
     def reach(self, data: Any) -> Reach:
         """Distances up to which contacts and limits are detected ahead."""
