@@ -97,6 +97,27 @@ def test_a_ball_lands_on_the_floor_and_bounces_with_restitution():
     assert data.qvel[2] == pytest.approx(-0.5 * before, rel=1e-9)
 
 
+def test_a_stack_of_boxes_rests_where_it_is():
+    bodies = "".join(f"<body pos='0 0 {0.1 + 0.2 * place}'><freejoint/><geom {BOX}/></body>" for place in range(8))
+    model, data = load("<geom type='plane' size='5 5 1'/>" + bodies)
+    assert steps(model, data, 200)[-1].closed == 32
+    np.testing.assert_allclose(data.qpos.reshape(8, 7)[:, 2], 0.1 + 0.2 * np.arange(8), atol=1e-12)
+
+
+def test_a_tumbling_rod_gains_no_energy():
+    model, data = load(
+        "<geom type='plane' size='5 5 1'/><body pos='0 0 .5'><freejoint/><geom type='capsule' size='.02 .3' friction='.6'/></body>",
+        "timestep='.001'",
+    )
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data.qvel[:] = 2.0, 0.0, 0.0, 3.0, 20.0, 1.0
+    energies = []
+    for _ in range(1500):
+        steps(model, data, 1)
+        energies.append(data.energy.sum())
+    assert np.diff(energies).max() < 1e-6 and energies[-1] < 0.5 * energies[0]
+
+
 def test_a_bullet_does_not_pass_a_thin_wall():
     model, data = load(
         "<geom type='box' size='.001 1 1' pos='1 0 0'/>"
@@ -342,6 +363,27 @@ def test_unsolved_steps_are_said():
         tm.hard_step(model, data, restitution=2)
 
 
+def test_wrong_arguments_are_named():
+    model, data = on_floor(BOX, 0.1)
+    other = load("<body><joint/><geom size='.1'/></body>")[0]
+    for call, said in (
+        (lambda: tm.hard_step(3, data), "model is int; a mujoco.MjModel is needed"),
+        (lambda: tm.hard_step(model, None), "data is NoneType; a mujoco.MjData is needed"),
+        (lambda: tm.certify(other, data), "data belongs to another model; mujoco.MjData(model) is needed"),
+        (lambda: tm.compare(model, data, 0), "steps is 0; a whole number from 1 is needed"),
+        (lambda: tm.HardStepper(model, recovery=0), "recovery is 0; a positive number is needed"),
+    ):
+        with pytest.raises(tumble.TumbleError) as error:
+            call()
+        assert str(error.value) == said
+
+
+def test_a_model_without_joints_is_stepped():
+    model, data = load("<geom size='.1'/><body><geom size='.1'/></body>")
+    assert steps(model, data, 1)[0].certificate().residual == 0.0 and data.time == 0.002
+    assert tm.certify(model, data).rows == ()
+
+
 ROBOTS = ["ant", "half_cheetah", "hopper", "humanoid"]
 
 
@@ -360,6 +402,16 @@ def test_gymnasiums_robots_are_stepped_for_a_second(name):
             report = tm.hard_step(model, data)
             assert report.solved and report.residual <= 1e-9
     assert np.isfinite(data.qpos).all()
+
+
+def test_the_program_that_measures_prints_a_table(tmp_path, monkeypatch, capsys):
+    (tmp_path / "ball.xml").write_text(
+        "<mujoco><worldbody><geom type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+    )
+    monkeypatch.setattr("sys.argv", ["measure_mujoco.py", str(tmp_path / "ball.xml"), "--seconds", "0.1"])
+    runpy.run_path(str(EXAMPLES / "measure_mujoco.py"), run_name="__main__")
+    cells = capsys.readouterr().out.splitlines()[-1].split("|")
+    assert [cell.strip() for cell in cells[1:6]] == ["ball", "6", "50", "1", "0"]
 
 
 def test_the_pinched_capsule_creeps_with_soft_contacts_alone():

@@ -27,6 +27,7 @@ from .referee import certify
 def certify_step(stepper: HardStepper, data: Any) -> Tuple[Certificate, Any]:
     """Certificate of MuJoCo's next step from ``data``, and a copy of ``data`` after that step."""
     model, collector = stepper.model, stepper.collector
+    collector.check(data)
     after = copy.copy(data)
     integrator = model.opt.integrator
     model.opt.integrator = single_stage(integrator)

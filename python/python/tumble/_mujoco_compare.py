@@ -102,6 +102,7 @@ def compare(
 ) -> Comparison:
     """Takes ``steps`` of both kinds on copies of ``data``."""
     model = stepper.model
+    stepper.collector.check(data)
     steps = whole("steps", steps, 1)
     soft, hard = copy.copy(data), copy.copy(data)
     rows: List[List[float]] = []

@@ -114,6 +114,8 @@ class RowCollector:
     """Collects the rows of a model's steps."""
 
     def __init__(self, model: Any) -> None:
+        if not isinstance(model, mujoco.MjModel):
+            raise TumbleError(f"model is {type(model).__name__}; a mujoco.MjModel is needed")
         if not hasattr(model, "M_rownnz"):
             raise TumbleError(f"mujoco {mujoco.__version__} is too old for tumble.mujoco; 3.10 or later is needed")
         self.model = model
@@ -131,6 +133,13 @@ class RowCollector:
         self._no_contacts = ContactRows(
             integers, np.zeros((0, 2), np.int64), np.zeros((0, 3, model.nv)), none, none, none, np.zeros((0, 2)), 0
         )
+
+    def check(self, data: Any) -> None:
+        """Raises TumbleError unless ``data`` fits the model."""
+        if not isinstance(data, mujoco.MjData):
+            raise TumbleError(f"data is {type(data).__name__}; a mujoco.MjData is needed")
+        if len(data.qpos) != self.model.nq or len(data.qvel) != self.model.nv:
+            raise TumbleError("data belongs to another model; mujoco.MjData(model) is needed")
 
     def contacts(self, data: Any, ahead: Optional[Reach] = None) -> ContactRows:
         """Contacts of ``data``. ``ahead`` is how the margins were raised with which they were detected."""
@@ -334,5 +343,5 @@ def _notes(model: Any) -> Tuple[str, ...]:
     if model.nflex:
         notes.append(f"contacts of {model.nflex} flexes are left out")
     if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)):
-        notes.append("sleeping bodies are stepped")
+        notes.append("sleeping bodies have no rows")
     return tuple(notes)

@@ -143,6 +143,7 @@ class HardStepper:
 
     def step(self, data: Any) -> HardStep:
         """Advances ``data`` by one time step."""
+        self.collector.check(data)
         model, options = self.model, self.model.opt
         integrator, time_step = options.integrator, options.timestep
         if data.time != self._last_time:
