@@ -100,7 +100,8 @@ def test_a_ball_lands_on_the_floor_and_bounces_with_restitution():
 def test_a_stack_of_boxes_rests_where_it_is():
     bodies = "".join(f"<body pos='0 0 {0.1 + 0.2 * place}'><freejoint/><geom {BOX}/></body>" for place in range(8))
     model, data = load("<geom type='plane' size='5 5 1'/>" + bodies)
-    assert steps(model, data, 200)[-1].closed == 32
+    # Eight interfaces of four contacts at least.
+    assert steps(model, data, 200)[-1].closed >= 32
     np.testing.assert_allclose(data.qpos.reshape(8, 7)[:, 2], 0.1 + 0.2 * np.arange(8), atol=1e-12)
 
 
