@@ -18,6 +18,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Robots from files", "docs/robots.md"),
             ("Constants from recorded motion", "docs/fit.md"),
             ("Learning", "docs/learning.md"),
+            ("The referee", "docs/referee.md"),
         ],
     ),
     (

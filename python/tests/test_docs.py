@@ -7,7 +7,7 @@ import pytest
 FENCE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/python.md", "docs/robots.md", "docs/fit.md", "python/README.md"])
+@pytest.mark.parametrize("name", ["README.md", "docs/python.md", "docs/robots.md", "docs/fit.md", "docs/referee.md", "python/README.md"])
 def test_the_code_of_the_documents_runs(name, root, tmp_path, monkeypatch, capsys):
     pytest.importorskip("pandas")
     pytest.importorskip("scipy")

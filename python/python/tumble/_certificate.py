@@ -1,0 +1,254 @@
+"""Certificate of a step: residuals of the contact laws, as a table and as a sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, List, Optional, Tuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Floats = npt.NDArray[np.float64]
+
+PARTS = ("penetration", "normal_law", "cone", "friction_law", "constraint")
+"""Residuals of a row. Of two equal ones, the first is named."""
+EXACT = 1e-9
+"""Residual up to which the laws count as met, m/s."""
+_EQUAL = 0.999
+"""An implied residual is named if it is this share of the largest."""
+
+
+@dataclass(frozen=True)
+class CertificateRow:
+    """Residuals of one contact, limit or joint row in a step."""
+
+    name: str
+    """For example ``hand–capsule``."""
+    kind: str
+    """"contact", "limit", "locked", "box" or "free"."""
+    gap: float
+    """Gap at the start of the step, m; of a limit of a hinge rad."""
+    force: float
+    """Normal force of a contact, or force of the row, N."""
+    friction_force: float
+    """Length of the friction force, N."""
+    slip: float
+    """Slip speed of a contact, or speed of the row, at the end of the step, m/s."""
+    gap_speed: float
+    """Gap at the end of the step divided by the time step, m/s."""
+    ratio: float
+    """Friction force divided by the largest one that the cone permits."""
+    penetration: float
+    normal_law: float
+    friction_law: float
+    cone: float
+    constraint: float
+    """Residual of a locked row or of a box."""
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of this row, m/s."""
+        return max(self.penetration, self.normal_law, self.friction_law, self.cone, self.constraint)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Residuals of a step of any engine against Newton's law, hard contact and Coulomb's law.
+
+    All residuals are speeds, m/s. ``str()`` describes the largest one in a sentence, ``table()`` lists all rows.
+    """
+
+    dynamics: float
+    """Largest residual of Newton's law."""
+    rows: Tuple[CertificateRow, ...]
+    time_step: float
+    notes: Tuple[str, ...] = ()
+    """Parts of the model that the certificate does not cover."""
+
+    @property
+    def penetration(self) -> float:
+        """Largest overlap at the end of the step, divided by the time step."""
+        return max((row.penetration for row in self.rows), default=0.0)
+
+    @property
+    def normal_law(self) -> float:
+        """Largest residual of "a contact pushes only where it is closed"."""
+        return max((row.normal_law for row in self.rows), default=0.0)
+
+    @property
+    def friction_law(self) -> float:
+        """Largest residual of Coulomb's law."""
+        return max((row.friction_law for row in self.rows), default=0.0)
+
+    @property
+    def cone(self) -> float:
+        """Largest excess of a friction force over its cone."""
+        return max((row.cone for row in self.rows), default=0.0)
+
+    @property
+    def constraint(self) -> float:
+        """Largest residual of joint rows that are not limits."""
+        return max((row.constraint for row in self.rows), default=0.0)
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of all parts."""
+        return max(self.dynamics, max((row.residual for row in self.rows), default=0.0))
+
+    @property
+    def worst(self) -> str:
+        """Part and row of the largest residual, for example "friction law at contact hand–capsule"."""
+        part, row = self._worst()
+        return part.replace("_", " ") if row is None else f"{part.replace('_', ' ')} at {row.kind} {row.name}"
+
+    def _worst(self) -> Tuple[str, Optional[CertificateRow]]:
+        if not self.rows or self.dynamics >= max(row.residual for row in self.rows):
+            return "dynamics", None
+        row = max(self.rows, key=lambda each: each.residual)
+        return next(part for part in PARTS if getattr(row, part) >= _EQUAL * row.residual), row
+
+    def __str__(self) -> str:
+        part, row = self._worst()
+        if self.residual <= EXACT:
+            return f"all laws hold to {self.residual:.1e} m/s"
+        if row is None:
+            return f"the velocities miss Newton's law by {_speed(self.dynamics)}"
+        return f"{row.kind} {row.name} {_fault(part, row, self.time_step)}"
+
+    def table(self, most: int = 20) -> str:
+        """Text table of the parts and of the ``most`` rows with the largest residuals."""
+        parts = [("dynamics", self.dynamics)] + [(part, getattr(self, part)) for part in PARTS]
+        lines = [f"{part.replace('_', ' '):<14}{value:10.2e} m/s" for part, value in parts]
+        if self.rows:
+            width = max(len("row"), *(len(f"{row.kind} {row.name}") for row in self.rows))
+            lines.append("")
+            lines.append(f"{'row':<{width}}      gap, m  force, N  slip, m/s  ratio  residual, m/s")
+        for row in sorted(self.rows, key=lambda each: -each.residual)[:most]:
+            lines.append(
+                f"{f'{row.kind} {row.name}':<{width}}  {row.gap:10.2e}  {row.force:8.3g}  {row.slip:9.2e}"
+                f"  {row.ratio:5.3f}  {row.residual:13.2e}"
+            )
+        if len(self.rows) > most:
+            lines.append(f"and {len(self.rows) - most} rows with smaller residuals")
+        lines.extend(f"note: {note}" for note in self.notes)
+        return "\n".join(lines)
+
+
+def rows_of(
+    laws: "List[Tuple[Optional[float], List[Tuple[str, float, float]]]]",
+    dimension: int,
+    impulses: "Floats",
+    speeds: "Floats",
+    offsets: "Floats",
+    response: "Floats",
+    time_step: float,
+    names: "List[str]",
+) -> Tuple[CertificateRow, ...]:
+    """Residuals of every group, from impulses p, row velocities u and the diagonal of W."""
+    rows: List[CertificateRow] = []
+    at = 0
+    for (friction, own), name in zip(laws, names):
+        size = len(own) if friction is None else dimension
+        span = slice(at, at + size)
+        if friction is not None:
+            gap = offsets[at] * time_step
+            rows.append(_contact(name, friction, impulses[span], speeds[span], response[span], gap, time_step))
+        else:
+            for place, law in zip(range(at, at + size), own):
+                rows.append(
+                    _single(name, law, impulses[place], speeds[place], response[place], offsets[place], time_step)
+                )
+        at += size
+    return tuple(rows)
+
+
+def _contact(
+    name: str, friction: float, p: "Floats", u: "Floats", response: "Floats", gap: float, time_step: float
+) -> CertificateRow:
+    import numpy as np
+
+    normal, tangent = float(response[0]), float(np.mean(response[1:]))
+    along = tangent * p[1:]
+    radius = friction * tangent * max(float(p[0]), 0.0)
+    target = along - u[1:]
+    length = float(np.linalg.norm(target))
+    projected = target if length <= radius else target * (radius / length)
+    pull = float(np.linalg.norm(p[1:]))
+    largest = friction * float(p[0])
+    ratio = pull / largest if largest > 0.0 else (np.inf if pull > 0.0 else 0.0)
+    return CertificateRow(
+        name=name,
+        kind="contact",
+        gap=float(gap),
+        force=float(p[0]) / time_step,
+        friction_force=pull / time_step,
+        slip=float(np.linalg.norm(u[1:])),
+        gap_speed=float(u[0]),
+        ratio=float(ratio),
+        penetration=max(0.0, -float(u[0])),
+        normal_law=abs(min(normal * float(p[0]), float(u[0]))),
+        friction_law=float(np.linalg.norm(along - projected)),
+        cone=max(0.0, tangent * (pull - largest)),
+        constraint=0.0,
+    )
+
+
+def _single(
+    name: str, law: Tuple[str, float, float], p: float, u: float, response: float, offset: float, time_step: float
+) -> CertificateRow:
+    kind, least, most = law
+    p, u, response = float(p), float(u), float(response)
+    limit = kind == "limit"
+    if kind == "locked":
+        constraint = abs(u)
+    elif kind == "box":
+        constraint = abs(response * p - min(max(response * p - u, response * least), response * most))
+    else:
+        constraint = 0.0 if limit else abs(response * p)
+    return CertificateRow(
+        name=name,
+        kind=kind,
+        gap=float(offset) * time_step,
+        force=p / time_step,
+        friction_force=0.0,
+        slip=abs(u),
+        gap_speed=u,
+        ratio=0.0,
+        penetration=max(0.0, -u) if limit else 0.0,
+        normal_law=abs(min(response * p, u)) if limit else 0.0,
+        friction_law=0.0,
+        cone=0.0,
+        constraint=constraint,
+    )
+
+
+def _speed(value: float) -> str:
+    """A speed with a unit in which it is easily read."""
+    for unit, size in (("m/s", 1.0), ("mm/s", 1e-3), ("µm/s", 1e-6)):
+        if value >= size:
+            return f"{value / size:.3g} {unit}"
+    return f"{value:.1e} m/s"
+
+
+def _length(value: float) -> str:
+    return _speed(value).removesuffix("/s")
+
+
+def _fault(part: str, row: CertificateRow, time_step: float) -> str:
+    """Predicate of the sentence about a row."""
+    if part == "penetration" and row.kind == "limit":
+        return f"ends the step {row.penetration * time_step:.3g} beyond (m or rad)"
+    if part == "penetration":
+        return f"ends the step {_length(row.penetration * time_step)} inside"
+    if part == "normal_law":
+        if row.force < 0.0:
+            return f"pulls with {-row.force:.3g} N"
+        return f"pushes with {row.force:.3g} N and ends the step {_length(row.gap_speed * time_step)} apart"
+    if part == "cone":
+        return f"has a friction force beyond its cone (ratio {row.ratio:.3g})"
+    if part == "friction_law":
+        if row.ratio < 1.0:
+            return f"slips {_speed(row.slip)} inside its cone (ratio {row.ratio:.2g})"
+        return f"slips {_speed(row.slip)} against a friction force that does not oppose it"
+    return f"misses its law by {_speed(row.constraint)}"

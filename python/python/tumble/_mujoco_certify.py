@@ -1,0 +1,119 @@
+"""Certificates of MuJoCo's own steps."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any, List, Tuple
+
+import numpy as np
+
+from ._certificate import Certificate
+from ._mujoco_rows import (
+    ContactRows,
+    Floats,
+    JointRows,
+    RowCollector,
+    groups_at,
+    laws_of,
+    mujoco,
+    notes_of,
+    raised_margins,
+    step_mass,
+)
+from ._mujoco_step import HardStepper, single_stage
+from .referee import certify
+
+
+def certify_step(stepper: HardStepper, data: Any) -> Tuple[Certificate, Any]:
+    """Certificate of MuJoCo's next step from ``data``, and a copy of ``data`` after that step."""
+    model, collector = stepper.model, stepper.collector
+    collector.check(data)
+    after = copy.copy(data)
+    integrator = model.opt.integrator
+    model.opt.integrator = single_stage(integrator)
+    try:
+        after.qH[:] = np.nan
+        mujoco.mj_step(model, after)
+        ahead_contacts, ahead_joints = _rows_ahead(stepper, data)
+    finally:
+        model.opt.integrator = integrator
+    contacts, joints = collector.contacts(after), collector.joints(after)
+    open_contacts, open_joints = _untouched(contacts, ahead_contacts), _unlimited(joints, ahead_joints)
+    time_step, size = model.opt.timestep, model.nv
+    pushes, forces = _contact_forces(model, after, contacts), np.asarray(after.efc_force)[joints.index]
+    J = np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J])
+    carried = np.concatenate([pushes.ravel(), forces])
+    loads = after.qfrc_smooth.copy()
+    notes = notes_of(collector, contacts)
+    if any("left out" in note for note in notes):
+        # Newton's law includes the forces whose laws the certificate leaves out.
+        loads += after.qfrc_constraint - J.T @ carried
+    gaps = np.concatenate([contacts.gap, ahead_contacts.gap[open_contacts]]) / time_step
+    surfaces = np.concatenate([contacts.surface, ahead_contacts.surface[open_contacts]])
+    contact_w = np.concatenate([gaps[:, None], surfaces], axis=1)
+    open_count = 3 * int(open_contacts.sum())
+    none = np.zeros(int(open_joints.sum()))
+    geoms = [*contacts.geoms, *ahead_contacts.geoms[open_contacts]]
+    limits = [(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, time_step))]
+    limits += [(int(ahead_joints.kind[at]), int(ahead_joints.id[at])) for at in np.flatnonzero(open_joints)]
+    friction = np.concatenate([contacts.friction, ahead_contacts.friction[open_contacts]])
+    certificate = certify(
+        M=step_mass(model, after),
+        J=np.concatenate(
+            [
+                contacts.J.reshape(3 * len(contacts.gap), size),
+                ahead_contacts.J[open_contacts].reshape(open_count, size),
+                joints.J,
+                ahead_joints.J[open_joints],
+            ]
+        ),
+        velocity_before=data.qvel,
+        velocity_after=after.qvel,
+        force=loads,
+        impulses=time_step * np.concatenate([pushes.ravel(), np.zeros(open_count), forces, none]),
+        laws=[float(value) for value in friction] + laws_of(joints, time_step) + [["limit"]] * len(none),
+        time_step=time_step,
+        w=np.concatenate([contact_w.ravel(), joints.gap / time_step, ahead_joints.gap[open_joints] / time_step]),
+        names=[collector.contact_name(pair) for pair in geoms] + [collector.joint_name(*row) for row in limits],
+        notes=notes,
+    )
+    return certificate, after
+
+
+def _rows_ahead(stepper: HardStepper, data: Any) -> Tuple[ContactRows, JointRows]:
+    """Contacts and joint limits that the step may reach, detected with raised margins."""
+    model, scratch = stepper.model, copy.copy(data)
+    ahead = stepper.reach(scratch)
+    with raised_margins(model, ahead):
+        mujoco.mj_fwdPosition(model, scratch)
+    return stepper.collector.contacts(scratch, ahead), stepper.collector.joints(scratch, ahead)
+
+
+def _untouched(contacts: ContactRows, ahead: ContactRows) -> Any:
+    """Contacts ahead between geoms that have no contact in MuJoCo's step."""
+    known = {tuple(pair) for pair in contacts.geoms.tolist()}
+    return np.array([tuple(pair) not in known for pair in ahead.geoms.tolist()], dtype=bool)
+
+
+def _unlimited(joints: JointRows, ahead: JointRows) -> Any:
+    """Joint limits ahead that have no row in MuJoCo's step."""
+    limits = (int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT), int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON))
+
+    def keys(rows: JointRows) -> List[Tuple[int, int, bool]]:
+        # The sign tells the lower limit from the upper one.
+        return [(int(kind), int(id_), bool(J.sum() > 0.0)) for kind, id_, J in zip(rows.kind, rows.id, rows.J)]
+
+    known = set(keys(joints))
+    return np.array([key[0] in limits and key not in known for key in keys(ahead)], dtype=bool)
+
+
+def _contact_forces(model: Any, data: Any, contacts: ContactRows) -> Floats:
+    """Forces of MuJoCo's contacts along normal and tangents (C, 3), N."""
+    forces: List[Floats] = []
+    for index in contacts.index:
+        force = np.zeros(6)
+        mujoco.mj_contactForce(model, data, int(index), force)
+        forces.append(force[:3])
+    pushes = np.array(forces).reshape(-1, 3)
+    pushes[:, 2] /= contacts.stretch
+    return pushes

@@ -1,0 +1,182 @@
+"""MuJoCo's steps beside hard steps, from the same state."""
+
+from __future__ import annotations
+
+import copy
+import html
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Callable, List, Optional, Tuple, Union
+
+import numpy as np
+
+from ._certificate import Certificate
+from ._checks import whole
+from ._mujoco_certify import certify_step
+from ._mujoco_rows import Floats, mujoco
+from ._mujoco_step import HardStepper
+
+_STICKS = 0.99
+"""Contacts whose friction is this share of the largest one or less should not slip."""
+_COLOURS = ("#c0392b", "#2471a3")
+_WIDTH, _HEIGHT = 640, 160
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """MuJoCo's steps and hard steps from the same state. Columns of arrays (K, 2) are MuJoCo and hard."""
+
+    times: Floats
+    """Time at the end of each step (K,), s."""
+    distance: Floats
+    """Largest distance between the two places of a body (K,), m."""
+    energy: Floats
+    """Energy at the start of each step (K, 2), J."""
+    overlap: Floats
+    """Deepest overlap at the start of each step (K, 2), m."""
+    creep: Floats
+    """Largest slip speed inside a friction cone (K, 2), m/s."""
+    residual: Floats
+    """Residual of the certificate of each step (K, 2), m/s."""
+    unsolved: int
+    """Hard steps that were not solved."""
+    seconds: Tuple[float, float]
+    """Processor time of all steps, s."""
+    worst: Tuple[str, str]
+    """Sentence about the step with the largest residual."""
+
+    @property
+    def cost_ratio(self) -> float:
+        """Processor time of a hard step divided by that of MuJoCo's."""
+        return self.seconds[1] / max(self.seconds[0], 1e-12)
+
+    def _lines(self) -> List[Tuple[str, str, str]]:
+        steps = len(self.times)
+
+        def largest(values: Floats) -> Tuple[str, str]:
+            return f"{values[:, 0].max():.2e}", f"{values[:, 1].max():.2e}"
+
+        return [
+            ("largest residual, m/s", *largest(self.residual)),
+            ("deepest overlap, m", *largest(self.overlap)),
+            ("fastest creep, m/s", *largest(self.creep)),
+            ("energy at the end, J", f"{self.energy[-1, 0]:.6g}", f"{self.energy[-1, 1]:.6g}"),
+            ("processor time, µs a step", f"{1e6 * self.seconds[0] / steps:.3g}", f"{1e6 * self.seconds[1] / steps:.3g}"),
+        ]
+
+    def table(self) -> str:
+        """Text table."""
+        lines = [f"{'':<28}{'MuJoCo':>12}{'hard':>12}"]
+        lines += [f"{name:<28}{soft:>12}{hard:>12}" for name, soft, hard in self._lines()]
+        lines.append(f"places apart after {self.times[-1] - self.times[0]:.3g} s: {self.distance[-1]:.2e} m")
+        lines.append(f"hard steps not solved: {self.unsolved} of {len(self.times)}")
+        lines += [f"worst step of {name}: {text}" for name, text in zip(("MuJoCo", "hard"), self.worst)]
+        return "\n".join(lines)
+
+    def page(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Writes a page with the table and curves, which needs no network."""
+        charts = [
+            _chart("residual, m/s", self.times, self.residual, logarithmic=True),
+            _chart("overlap, m", self.times, self.overlap, logarithmic=True),
+            _chart("creep, m/s", self.times, self.creep, logarithmic=True),
+            _chart("energy, J", self.times, self.energy),
+            _chart("places apart, m", self.times, self.distance[:, None]),
+        ]
+        text = "\n".join(
+            [
+                "<!doctype html><meta charset='utf-8'><title>MuJoCo and hard steps</title>",
+                "<style>body{font:15px sans-serif;margin:2em;max-width:44em}svg{display:block}</style>",
+                "<h1>MuJoCo and hard steps</h1>",
+                f"<p><span style='color:{_COLOURS[0]}'>MuJoCo</span>, <span style='color:{_COLOURS[1]}'>hard</span></p>",
+                f"<pre>{html.escape(self.table())}</pre>",
+                *charts,
+            ]
+        )
+        Path(path).write_text(text, encoding="utf-8")
+
+
+def compare(
+    stepper: HardStepper, data: Any, steps: int, control: Optional[Callable[[Any], None]] = None
+) -> Comparison:
+    """Takes ``steps`` of both kinds on copies of ``data``."""
+    model = stepper.model
+    stepper.collector.check(data)
+    steps = whole("steps", steps, 1)
+    soft, hard = copy.copy(data), copy.copy(data)
+    rows: List[List[float]] = []
+    seconds = [0.0, 0.0]
+    worst: List[Tuple[float, str]] = [(-1.0, ""), (-1.0, "")]
+    unsolved = 0
+    flags = model.opt.enableflags
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    try:
+        for _ in range(steps):
+            if control is not None:
+                control(soft)
+                hard.ctrl[:] = soft.ctrl
+            certificates = [certify_step(stepper, soft)[0]]
+            begin = time.process_time()
+            mujoco.mj_step(model, soft)
+            middle = time.process_time()
+            report = stepper.step(hard)
+            seconds[1] += time.process_time() - middle
+            seconds[0] += middle - begin
+            certificates.append(report.certificate())
+            unsolved += not report.solved
+            for place, certificate in enumerate(certificates):
+                if certificate.residual > worst[place][0]:
+                    worst[place] = (certificate.residual, str(certificate))
+            apart = float(np.linalg.norm(soft.xpos - hard.xpos, axis=1).max())
+            row = [soft.time, apart, float(np.sum(soft.energy)), float(np.sum(hard.energy))]
+            for measure in (_overlap, _creep, _residual):
+                row += [measure(certificate) for certificate in certificates]
+            rows.append(row)
+    finally:
+        model.opt.enableflags = flags
+    table = np.array(rows)
+    return Comparison(
+        times=table[:, 0],
+        distance=table[:, 1],
+        energy=table[:, 2:4],
+        overlap=table[:, 4:6],
+        creep=table[:, 6:8],
+        residual=table[:, 8:10],
+        unsolved=unsolved,
+        seconds=(seconds[0], seconds[1]),
+        worst=(worst[0][1], worst[1][1]),
+    )
+
+
+def _overlap(certificate: Certificate) -> float:
+    return max((max(0.0, -row.gap) for row in certificate.rows if row.kind == "contact"), default=0.0)
+
+
+def _creep(certificate: Certificate) -> float:
+    return max(
+        (row.slip for row in certificate.rows if row.kind == "contact" and row.force > 0.0 and row.ratio < _STICKS),
+        default=0.0,
+    )
+
+
+def _residual(certificate: Certificate) -> float:
+    return certificate.residual
+
+
+def _chart(title: str, times: Floats, values: Floats, logarithmic: bool = False) -> str:
+    """Curves of one quantity as an SVG."""
+    shown = np.log10(np.maximum(values, 1e-16)) if logarithmic else values
+    low, high = float(shown.min()), float(shown.max())
+    span, length = max(high - low, 1e-300), max(float(times[-1] - times[0]), 1e-300)
+    lines = []
+    for column, colour in zip(shown.T, _COLOURS):
+        points = " ".join(
+            f"{_WIDTH * (t - times[0]) / length:.1f},{_HEIGHT * (high - value) / span:.1f}" for t, value in zip(times, column)
+        )
+        lines.append(f"<polyline fill='none' stroke='{colour}' points='{points}'/>")
+    ends = [f"{10**end:.1e}" if logarithmic else f"{end:.4g}" for end in (low, high)]
+    return (
+        f"<h2>{html.escape(title)}</h2><p>from {ends[0]} to {ends[1]}</p>"
+        f"<svg viewBox='0 -2 {_WIDTH} {_HEIGHT + 4}' width='{_WIDTH}' height='{_HEIGHT}'>{''.join(lines)}</svg>"
+    )

@@ -1,0 +1,347 @@
+"""Rows of a MuJoCo step: contacts, limits, friction losses and equality constraints in generalised coordinates."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Iterator, List, Optional, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ._problem import Law
+from ._tumble import TumbleError
+
+try:
+    import mujoco as mujoco
+except ImportError as error:
+    raise ImportError("tumble.mujoco needs mujoco; install it with pip install mujoco") from error
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+_EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+_LOSSES = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
+_LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
+_LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+_PASSIVE = 2
+"""Values of ``contact.exclude`` from which a contact has no rows."""
+_IMMOVABLE = 1e-9
+"""Largest entry of a normal row that counts as zero."""
+_LEAST_FRICTION = 1e-5
+"""MuJoCo raises coefficients to this one, mjMINMU."""
+
+
+@dataclass
+class JointRows:
+    """Rows of limits, friction losses and equality constraints, as MuJoCo makes them."""
+
+    index: Integers
+    """Place of each row in MuJoCo's list."""
+    kind: Integers
+    """mjtConstraint of each row."""
+    id: Integers
+    """Joint, degree of freedom, tendon or equality constraint of each row."""
+    J: Floats
+    """Directions (R, nv)."""
+    gap: Floats
+    """Distance from the limit, or position error, m or rad; zero for friction losses."""
+    loss: Floats
+    """Largest friction, N or N m; zero for other rows."""
+
+
+@dataclass
+class ContactRows:
+    """Contacts with a normal and two tangents each."""
+
+    index: Integers
+    """Place of each contact in MuJoCo's list."""
+    geoms: Integers
+    """Geoms of each contact (C, 2)."""
+    J: Floats
+    """Velocity of the second geom against the first along normal and tangents (C, 3, nv)."""
+    gap: Floats
+    """Distance beyond MuJoCo's margin (C,), m."""
+    friction: Floats
+    """Coefficient along the first tangent (C,); zero for contacts without friction."""
+    stretch: Floats
+    """Factor of the second tangent, μ₂ / μ₁ (C,)."""
+    surface: Floats
+    """Velocities of the surfaces along the tangents (C, 2), m/s."""
+    immovable: int
+    """Contacts left out, because no joint moves the geoms along the normal."""
+
+
+@dataclass
+class Reach:
+    """Distances ahead of a step up to which contacts and limits are detected."""
+
+    travel: float
+    """Raise of the margin of every pair of geoms, m."""
+    bodies: Floats
+    """Distance ahead for each body (nbody,), m."""
+    joints: Floats
+    """Raise of the margin of each joint (njnt,), m or rad."""
+    tendons: Floats
+    """Raise of the margin of each tendon (ntendon,), m."""
+
+
+@contextmanager
+def raised_margins(model: Any, ahead: Reach) -> Iterator[None]:
+    """Detects contacts and limits ahead, and restores the model at the end."""
+    travel = ahead.travel
+    fields = (
+        (model.geom_margin, 0.5 * travel if _margins_add_up() else travel),
+        (model.pair_margin, travel),
+        (model.jnt_margin, ahead.joints),
+        (model.tendon_margin, ahead.tendons),
+    )
+    saved = [array.copy() for array, _ in fields]
+    override = model.opt.o_margin
+    try:
+        for array, change in fields:
+            array += change
+        model.opt.o_margin = override + travel
+        yield
+    finally:
+        for (array, _), value in zip(fields, saved):
+            array[:] = value
+        model.opt.o_margin = override
+
+
+class RowCollector:
+    """Collects the rows of a model's steps."""
+
+    def __init__(self, model: Any) -> None:
+        if not isinstance(model, mujoco.MjModel):
+            raise TumbleError(f"model is {type(model).__name__}; a mujoco.MjModel is needed")
+        if not hasattr(model, "M_rownnz"):
+            raise TumbleError(f"mujoco {mujoco.__version__} is too old for tumble.mujoco; 3.10 or later is needed")
+        self.model = model
+        moved = np.zeros((model.nbody, model.nv))
+        for body in range(model.nbody):
+            own = np.flatnonzero(model.dof_bodyid == body)
+            if body:
+                moved[body] = moved[model.body_parentid[body]]
+            moved[body, own] = 1.0
+        self.moved = moved
+        """Whether a degree of freedom moves a body (nbody, nv)."""
+        self.notes = _notes(model)
+        none, integers = np.zeros(0), np.zeros(0, np.int64)
+        self._no_joints = JointRows(integers, integers, integers, np.zeros((0, model.nv)), none, none)
+        self._no_contacts = ContactRows(
+            integers, np.zeros((0, 2), np.int64), np.zeros((0, 3, model.nv)), none, none, none, np.zeros((0, 2)), 0
+        )
+
+    def check(self, data: Any) -> None:
+        """Raises TumbleError unless ``data`` fits the model."""
+        if not isinstance(data, mujoco.MjData):
+            raise TumbleError(f"data is {type(data).__name__}; a mujoco.MjData is needed")
+        if len(data.qpos) != self.model.nq or len(data.qvel) != self.model.nv:
+            raise TumbleError("data belongs to another model; mujoco.MjData(model) is needed")
+
+    def contacts(self, data: Any, ahead: Optional[Reach] = None) -> ContactRows:
+        """Contacts of ``data``. ``ahead`` is how the margins were raised with which they were detected."""
+        if not data.ncon:
+            return self._no_contacts
+        found, model = data.contact, self.model
+        geoms = np.asarray(found.geom, np.int64).reshape(-1, 2)
+        gap = np.asarray(found.dist) - np.asarray(found.includemargin)
+        used = (geoms >= 0).all(axis=1) & (np.asarray(found.exclude) < _PASSIVE)
+        if ahead is not None:
+            gap += ahead.travel
+            used &= gap <= ahead.bodies[model.geom_bodyid[geoms]].sum(axis=1)
+        kept = np.flatnonzero(used)
+        if not len(kept):
+            return self._no_contacts
+        J = self._contact_directions(data, geoms, kept)
+        movable = np.abs(J[:, 0]).max(axis=1, initial=0.0) > _IMMOVABLE
+        immovable = len(kept) - int(movable.sum())
+        if immovable:
+            kept, J = kept[movable], J[movable]
+        geoms = geoms[kept]
+        frictions = np.asarray(found.friction).reshape(-1, 5)[kept]
+        first, second = frictions[:, 0], frictions[:, 1]
+        rough = (np.asarray(found.dim)[kept] >= 3) & (first > _LEAST_FRICTION)
+        stretch = np.where(rough, second / np.where(rough, first, 1.0), 1.0)
+        J[:, 2] *= stretch[:, None]
+        surface = np.zeros((len(kept), 2))
+        if hasattr(found, "surfacevel"):
+            surface += np.asarray(found.surfacevel).reshape(-1, 3)[kept, :2]
+            surface[:, 1] *= stretch
+        return ContactRows(
+            index=kept,
+            geoms=geoms,
+            J=J,
+            gap=gap[kept],
+            friction=np.where(rough, first, 0.0),
+            stretch=stretch,
+            surface=surface,
+            immovable=immovable,
+        )
+
+    def _contact_directions(self, data: Any, geoms: Integers, kept: Integers) -> Floats:
+        """Velocity of the second geom against the first in each contact's frame (C, 3, nv)."""
+        found, model = data.contact, self.model
+        geoms = geoms[kept]
+        bodies = model.geom_bodyid[geoms]
+        moved = self.moved[bodies]
+        points = np.asarray(found.pos).reshape(-1, 3)[kept]
+        frames = np.asarray(found.frame).reshape(-1, 3, 3)[kept]
+        turning, along = data.cdof[:, :3], data.cdof[:, 3:]
+        levers = points[:, None] - data.subtree_com[model.body_rootid[bodies]]
+        J = np.zeros((len(kept), 3, model.nv))
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            # Velocity of the point by each degree of freedom: v + ω × lever.
+            speeds = along + turning @ _skew(levers[:, side])
+            J += sign * moved[:, side, None, :] * (frames @ np.swapaxes(speeds, 1, 2))
+        return J
+
+    def joints(self, data: Any, ahead: Optional[Reach] = None) -> JointRows:
+        """Rows of ``data`` that are not contacts. ``ahead`` is how the margins of limits were raised."""
+        if not data.nefc:
+            return self._no_joints
+        kinds = np.asarray(data.efc_type, np.int64)
+        index = np.flatnonzero(kinds <= _LIMIT_TENDON)
+        kind, id_ = kinds[index], np.asarray(data.efc_id, np.int64)[index]
+        gap = np.asarray(data.efc_pos)[index] - np.asarray(data.efc_margin)[index]
+        if not len(index):
+            return self._no_joints
+        if ahead is not None:
+            for limit, raised in ((_LIMIT_JOINT, ahead.joints), (_LIMIT_TENDON, ahead.tendons)):
+                limited = kind == limit
+                gap[limited] += raised[id_[limited]]
+        loss = np.where((kind == _LOSSES[0]) | (kind == _LOSSES[1]), np.asarray(data.efc_frictionloss)[index], 0.0)
+        gap[loss > 0.0] = 0.0
+        return JointRows(index=index, kind=kind, id=id_, J=self._directions(data, index), gap=gap, loss=loss)
+
+    def _directions(self, data: Any, index: Integers) -> Floats:
+        """Rows of MuJoCo's constraint Jacobian, dense."""
+        if not len(index):
+            return np.zeros((0, self.model.nv))
+        if not mujoco.mj_isSparse(self.model):
+            dense: Floats = np.array(data.efc_J).reshape(-1, self.model.nv)[index]
+            return dense
+        last = int(index[-1]) + 1
+        counts = np.asarray(data.efc_J_rownnz)[:last]
+        starts = np.asarray(data.efc_J_rowadr)[:last]
+        places = np.repeat(starts - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts) + np.arange(counts.sum())
+        J = np.zeros((last, self.model.nv))
+        columns = np.asarray(data.efc_J_colind)[places]
+        J[np.repeat(np.arange(last), counts), columns] = np.asarray(data.efc_J).ravel()[places]
+        return J[index]
+
+    def contact_name(self, geoms: Any) -> str:
+        """Names of both geoms, or of their bodies."""
+        return "–".join(self._geom_name(int(geom)) for geom in geoms)
+
+    def _geom_name(self, geom: int) -> str:
+        name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+        if name:
+            return str(name)
+        body = int(self.model.geom_bodyid[geom])
+        return mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_BODY, body) or f"geom {geom}"
+
+    def joint_name(self, kind: int, id_: int) -> str:
+        """Name of the joint, tendon or equality constraint of a row."""
+        if kind == _EQUALITY:
+            of, word = mujoco.mjtObj.mjOBJ_EQUALITY, "equality"
+        elif kind in (_LOSSES[1], _LIMIT_TENDON):
+            of, word = mujoco.mjtObj.mjOBJ_TENDON, "tendon"
+        else:
+            of, word = mujoco.mjtObj.mjOBJ_JOINT, "joint"
+            id_ = id_ if kind == _LIMIT_JOINT else int(self.model.dof_jntid[id_])
+        return mujoco.mj_id2name(self.model, of, id_) or f"{word} {id_}"
+
+
+def notes_of(collector: RowCollector, contacts: ContactRows) -> Tuple[str, ...]:
+    """Parts of a step that the rows do not cover."""
+    if not contacts.immovable:
+        return collector.notes
+    return (*collector.notes, f"{contacts.immovable} contacts whose normal no joint moves are left out")
+
+
+def laws_of(rows: JointRows, time_step: float) -> List[Law]:
+    """Laws of the joint rows: equality constraints in groups of at most three rows, all others by themselves."""
+    laws: List[Law] = []
+    at, count = 0, len(rows.kind)
+    while at < count:
+        if rows.kind[at] == _EQUALITY:
+            size = 1
+            while size < 3 and at + size < count and rows.kind[at + size] == _EQUALITY and rows.id[at + size] == rows.id[at]:
+                size += 1
+            laws.append(["locked"] * size)
+            at += size
+            continue
+        if rows.loss[at] > 0.0:
+            laws.append([("box", -time_step * float(rows.loss[at]), time_step * float(rows.loss[at]))])
+        else:
+            laws.append(["limit"])
+        at += 1
+    return laws
+
+
+def groups_at(laws: List[Law]) -> List[int]:
+    """First row of every group of joint rows."""
+    sizes = [len(law) for law in laws if not isinstance(law, float)]
+    return [int(at) for at in np.concatenate([[0], np.cumsum(sizes)[:-1]])] if sizes else []
+
+
+def step_mass(model: Any, data: Any) -> Floats:
+    """Mass matrix of the last step: with damping where the integrator takes it implicitly, symmetric."""
+    mass = np.zeros((model.nv, model.nv))
+    try:
+        mujoco.mj_fullM(model, data, mass)
+    except TypeError:
+        mujoco.mj_fullM(model, mass, data.qM)
+    if np.isnan(data.qH).any():
+        return mass
+    return dense_of(model, data.qH)
+
+
+def dense_of(model: Any, factor: Any) -> Floats:
+    """Lᵀ D L of a factor in the sparse form of MuJoCo."""
+    L = np.zeros((model.nv, model.nv))
+    L[np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind] = factor
+    D = L.diagonal().copy()
+    np.fill_diagonal(L, 1.0)
+    product: Floats = L.T @ (D[:, None] * L)
+    return product
+
+
+@lru_cache(maxsize=1)
+def _margins_add_up() -> bool:
+    """Whether this version of MuJoCo adds the margins of two geoms. Older ones take the larger one."""
+    sphere = "<geom type='sphere' size='0.1' margin='1'/>"
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><worldbody>{sphere}<body pos='0 0 0.3'><freejoint/>{sphere}</body></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return bool(data.contact.includemargin[0] > 1.5)
+
+
+def _skew(levers: Floats) -> Floats:
+    """Matrices with ω · S = ω × lever (C, 3, 3)."""
+    skew = np.zeros((len(levers), 3, 3))
+    x, y, z = levers.T
+    skew[:, 1, 0], skew[:, 2, 0] = z, -y
+    skew[:, 0, 1], skew[:, 2, 1] = -z, x
+    skew[:, 0, 2], skew[:, 1, 2] = y, -x
+    return skew
+
+
+def _notes(model: Any) -> Tuple[str, ...]:
+    notes = []
+    integrator = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
+    if integrator not in ("EULER", "IMPLICITFAST"):
+        instead = "EULER" if integrator == "RK4" else "IMPLICITFAST"
+        notes.append(f"integrator {integrator} is replaced by {instead}")
+    if (model.geom_condim > 3).any() or (model.pair_dim > 3).any():
+        notes.append("torsional and rolling friction (condim 4 and 6) are left out")
+    if model.nflex:
+        notes.append(f"contacts of {model.nflex} flexes are left out")
+    if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)):
+        notes.append("sleeping bodies have no rows")
+    return tuple(notes)

@@ -1,0 +1,267 @@
+"""Certificates for steps of any engine: how well a step meets Newton's law, hard contact and Coulomb's law.
+
+    >>> from tumble import referee
+    >>> certificate = referee.certify_bodies(masses=[1.0], ...)
+    >>> print(certificate)
+    contact hand–capsule slips 0.1 mm/s inside its cone (ratio 0.42)
+
+``certify_bodies`` takes rigid bodies as arrays, ``certify`` generalised coordinates. Formulas: docs/referee.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any, List, Optional, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arrays import numbers
+from ._certificate import Certificate, CertificateRow, rows_of
+from ._checks import real, whole
+from ._problem import Law, _groups
+from ._tumble import TumbleError
+
+__all__ = ["Certificate", "CertificateRow", "certify", "certify_bodies"]
+
+Floats = npt.NDArray[np.float64]
+
+
+def certify(
+    *,
+    M: Any,
+    J: Any,
+    velocity_before: Any,
+    velocity_after: Any,
+    force: Any,
+    impulses: Any,
+    laws: Sequence[Law],
+    time_step: float,
+    w: Any = None,
+    lengths: Any = None,
+    dimension: int = 3,
+    names: Optional[Sequence[str]] = None,
+    notes: Sequence[str] = (),
+) -> Certificate:
+    """Certificate of a step in generalised coordinates.
+
+    The exact step is ``M (v⁺ - v) = h force + Jᵀ p``, with a law on ``u = J v⁺ + w``. ``laws`` has an entry for
+    each group of rows, as in ``tumble.ContactProblem``: a friction coefficient, or a list of row laws. A contact's
+    rows are its normal and then its tangents, ``dimension`` in total.
+
+    :param M: mass matrix (n, n), symmetric and positive definite.
+    :param J: row directions (R, n).
+    :param velocity_before: v (n,).
+    :param velocity_after: v⁺ (n,).
+    :param force: generalised force without the rows (n,), N.
+    :param impulses: p = h · force of every row (R,), N s.
+    :param laws: law of each group.
+    :param time_step: h, s.
+    :param w: offset of every row (R,), m/s: gap / h for a contact's normal row. Zero by default.
+    :param lengths: length by which each velocity is multiplied in the residual of dynamics (n,). One by default.
+    :param dimension: rows of a contact.
+    :param names: name of each group.
+    :param notes: parts of the model that the rows do not cover.
+    :raises TumbleError: if an argument has a wrong shape or value.
+    """
+    time_step = _positive("time_step", time_step)
+    dimension = whole("dimension", dimension, 2, 3)
+    groups = _groups(laws)
+    count = sum(len(own) if friction is None else dimension for friction, own in groups)
+    before = numbers("velocity_before", velocity_before, ("n",))
+    size = len(before)
+    after = numbers("velocity_after", velocity_after, (size,))
+    loads = numbers("force", force, (size,))
+    mass = numbers("M", M, (size, size))
+    directions = numbers("J", J, (count, size))
+    p = numbers("impulses", impulses, (count,))
+    offsets = np.zeros(count) if w is None else numbers("w", w, (count,))
+    scales = np.ones(size) if lengths is None else numbers("lengths", lengths, (size,))
+    labels = _names(names, len(groups))
+    try:
+        np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        raise TumbleError("M is not positive definite; a mass matrix of the step is needed") from None
+    found = np.linalg.solve(mass, np.column_stack([time_step * loads + directions.T @ p, directions.T]))
+    missed = after - before - found[:, 0]
+    response = np.einsum("ij,ji->i", directions, found[:, 1:])
+    return Certificate(
+        dynamics=float(np.abs(missed * scales).max(initial=0.0)),
+        rows=rows_of(groups, dimension, p, directions @ after + offsets, offsets, response, time_step, labels),
+        time_step=time_step,
+        notes=tuple(notes),
+    )
+
+
+def certify_bodies(
+    *,
+    masses: Any,
+    inertias: Any,
+    positions: Any,
+    attitudes: Any,
+    velocities: Any,
+    spins: Any,
+    velocities_after: Any,
+    spins_after: Any,
+    points: Any,
+    normals: Any,
+    pairs: Any,
+    forces: Any,
+    friction: Any,
+    time_step: float,
+    gaps: Any = None,
+    gravity: Any = (0.0, 0.0, -9.81),
+    wrenches: Any = None,
+    attitudes_after: Any = None,
+    gaps_after: Any = None,
+    slips: Any = None,
+    names: Optional[Sequence[str]] = None,
+    notes: Sequence[str] = (),
+) -> Certificate:
+    """Certificate of a step of N rigid bodies with C contacts. All vectors are in the world's frame.
+
+    :param masses: (N,), kg.
+    :param inertias: (N, 3, 3) about the centres of mass, in the bodies' frames, kg m².
+    :param positions: centres of mass at the start (N, 3), m.
+    :param attitudes: unit quaternions w, x, y, z at the start (N, 4), body to world.
+    :param velocities: at the start (N, 3), m/s.
+    :param spins: angular velocities at the start (N, 3), rad/s.
+    :param velocities_after: at the end (N, 3).
+    :param spins_after: at the end (N, 3).
+    :param points: contact points (C, 3), m.
+    :param normals: unit normals from A to B (C, 3).
+    :param pairs: bodies A and B of each contact (C, 2), -1 for the world.
+    :param forces: contact forces on A (C, 3), N.
+    :param friction: coefficient, one or (C,).
+    :param time_step: h, s.
+    :param gaps: at the start (C,), m. Zero by default.
+    :param gravity: (3,), m/s².
+    :param wrenches: other forces and torques at the centres of mass (N, 6), N and N m.
+    :param attitudes_after: attitudes at the end (N, 4). With them the balance of angular momentum is exact. Without
+        them the gyroscopic torque is that of the start.
+    :param gaps_after: gaps at the end (C,), instead of the linearised ones.
+    :param slips: slip velocities of B against A (C, 3), instead of those of the points at the start.
+    :param names: names of the bodies.
+    :param notes: parts of the model that the arrays do not cover.
+    :raises TumbleError: if an argument has a wrong shape or value.
+    """
+    time_step = _positive("time_step", time_step)
+    weights = numbers("masses", masses, ("N",))
+    count = len(weights)
+    if (weights <= 0.0).any():
+        raise TumbleError(f"masses has {weights.min():g} kg; positive masses are needed")
+    turned = _turned("inertias", inertias, attitudes, count)
+    where = numbers("positions", positions, (count, 3))
+    before = np.hstack([numbers("velocities", velocities, (count, 3)), numbers("spins", spins, (count, 3))])
+    after = np.hstack(
+        [numbers("velocities_after", velocities_after, (count, 3)), numbers("spins_after", spins_after, (count, 3))]
+    )
+    at = numbers("points", points, ("C", 3))
+    contacts = len(at)
+    frames = _frames(numbers("normals", normals, (contacts, 3)))
+    bodies = _pairs(pairs, contacts, count)
+    pushes = numbers("forces", forces, (contacts, 3))
+    coefficients = np.broadcast_to(numbers("friction", friction, (), (contacts,)), (contacts,))
+    start = np.zeros(contacts) if gaps is None else numbers("gaps", gaps, (contacts,))
+    loads = np.zeros((count, 6)) if wrenches is None else numbers("wrenches", wrenches, (count, 6)).copy()
+    loads[:, :3] += weights[:, None] * numbers("gravity", gravity, (3,))
+    if attitudes_after is None:
+        loads[:, 3:] -= np.cross(before[:, 3:], np.einsum("nij,nj->ni", turned, before[:, 3:]))
+    else:
+        change = _turned("inertias", inertias, attitudes_after, count, "attitudes_after") - turned
+        loads[:, 3:] -= np.einsum("nij,nj->ni", change, after[:, 3:]) / time_step
+
+    mass = np.zeros((6 * count, 6 * count))
+    J = np.zeros((3 * contacts, 6 * count))
+    for body in range(count):
+        mass[6 * body : 6 * body + 3, 6 * body : 6 * body + 3] = weights[body] * np.eye(3)
+        mass[6 * body + 3 : 6 * body + 6, 6 * body + 3 : 6 * body + 6] = turned[body]
+    for contact in range(contacts):
+        for body, sign in zip(bodies[contact], (-1.0, 1.0)):
+            if body >= 0:
+                arm = at[contact] - where[body]
+                block = sign * np.hstack([frames[contact], np.cross(arm, frames[contact])])
+                J[3 * contact : 3 * contact + 3, 6 * body : 6 * body + 6] += block
+    w = np.zeros((contacts, 3))
+    w[:, 0] = start / time_step
+    moved = (J @ after.ravel()).reshape(contacts, 3)
+    if gaps_after is not None:
+        w[:, 0] = numbers("gaps_after", gaps_after, (contacts,)) / time_step - moved[:, 0]
+    if slips is not None:
+        given = np.einsum("cij,cj->ci", frames, numbers("slips", slips, (contacts, 3)))
+        w[:, 1:] = given[:, 1:] - moved[:, 1:]
+    gyration = np.sqrt(np.trace(turned, axis1=1, axis2=2) / (2.0 * weights))
+    labels = _names(names, count)
+    return certify(
+        M=mass,
+        J=J,
+        velocity_before=before.ravel(),
+        velocity_after=after.ravel(),
+        force=loads.ravel(),
+        impulses=-time_step * np.einsum("cij,cj->ci", frames, pushes).ravel(),
+        laws=[float(value) for value in coefficients],
+        time_step=time_step,
+        w=w.ravel(),
+        lengths=np.hstack([np.ones((count, 3)), np.repeat(gyration[:, None], 3, axis=1)]).ravel(),
+        names=[f"{_name(labels, a)}–{_name(labels, b)}" for a, b in bodies],
+        notes=notes,
+    )
+
+
+def _positive(name: str, value: Any) -> float:
+    number = real(name, value)
+    if not 0.0 < number < np.inf:
+        raise TumbleError(f"{name} is {number:g}; a positive number is needed")
+    return number
+
+
+def _names(names: Optional[Sequence[str]], count: int) -> List[str]:
+    if names is None:
+        return [str(place) for place in range(count)]
+    listed = [str(name) for name in names]
+    if len(listed) != count:
+        raise TumbleError(f"names has {len(listed)} entries; {count} are needed")
+    return listed
+
+
+def _name(labels: List[str], body: int) -> str:
+    return labels[body] if body >= 0 else "world"
+
+
+def _turned(name: str, inertias: Any, attitudes: Any, count: int, of: str = "attitudes") -> Floats:
+    """Inertias in the world's frame (N, 3, 3)."""
+    tensors = numbers(name, inertias, (count, 3, 3))
+    quaternions = numbers(of, attitudes, (count, 4))
+    lengths = np.linalg.norm(quaternions, axis=1)
+    if (np.abs(lengths - 1.0) > 1e-6).any():
+        raise TumbleError(f"{of} has a quaternion of length {lengths[np.argmax(np.abs(lengths - 1.0))]:g}; 1 is needed")
+    w, x, y, z = (quaternions / lengths[:, None]).T
+    matrices = np.empty((count, 3, 3))
+    matrices[:, 0] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1)
+    matrices[:, 1] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1)
+    matrices[:, 2] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
+    turned: Floats = np.einsum("nij,njk,nlk->nil", matrices, tensors, matrices)
+    return turned
+
+
+def _frames(normals: Floats) -> Floats:
+    """Normal and two tangents of each contact as rows (C, 3, 3)."""
+    lengths = np.linalg.norm(normals, axis=1)
+    if (np.abs(lengths - 1.0) > 1e-6).any():
+        raise TumbleError(f"normals has a vector of length {lengths[np.argmax(np.abs(lengths - 1.0))]:g}; 1 is needed")
+    n = normals / lengths[:, None]
+    # The axis that is least along the normal.
+    other = np.eye(3)[np.argmin(np.abs(n), axis=1)] if len(n) else np.zeros((0, 3))
+    first = np.cross(n, other)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return np.stack([n, first, np.cross(n, first)], axis=1)
+
+
+def _pairs(pairs: Any, contacts: int, count: int) -> "npt.NDArray[np.int64]":
+    array = np.asarray(pairs)
+    if array.size == 0 and contacts == 0:
+        return np.zeros((0, 2), np.int64)
+    if array.shape != (contacts, 2) or array.dtype.kind not in "iu":
+        raise TumbleError(f"pairs has shape {array.shape} and dtype {array.dtype}; whole numbers ({contacts}, 2) are needed")
+    if array.min() < -1 or array.max() >= count:
+        raise TumbleError(f"pairs has body {array.min() if array.min() < -1 else array.max()}; -1 to {count - 1} are needed")
+    return array.astype(np.int64)

@@ -1,0 +1,423 @@
+"""Hard steps and certificates of MuJoCo models: closed forms, comparisons and robots."""
+
+import importlib.util
+import runpy
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tumble
+
+mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed")
+tm = pytest.importorskip("tumble.mujoco")
+
+GRAVITY = 9.81
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+
+
+def load(body, option="", more=""):
+    text = f"<mujoco><option {option}/><worldbody>{body}</worldbody>{more}</mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    return model, mujoco.MjData(model)
+
+
+def on_floor(shape, height, option="", friction=0.5):
+    return load(
+        f"<geom name='floor' type='plane' size='5 5 1' friction='{friction}'/>"
+        f"<body name='body' pos='0 0 {height}'><freejoint/>"
+        f"<geom name='body' {shape} mass='2' friction='{friction}'/></body>",
+        option,
+    )
+
+
+BOX = "type='box' size='.1 .1 .1'"
+
+
+def steps(model, data, count, **more):
+    reports = []
+    for _ in range(count):
+        reports.append(tm.hard_step(model, data, unsolved="raise", **more))
+        assert reports[-1].residual <= 1e-9
+    return reports
+
+
+@pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
+def test_a_box_slides_with_the_deceleration_of_coulomb(cone):
+    model, data = on_floor(BOX, 0.1, f"cone='{cone}'", friction=0.3)
+    data.qvel[:2] = 0.8, 0.6
+    reports = steps(model, data, 100)
+    np.testing.assert_allclose(np.hypot(*data.qvel[:2]), 1.0 - 0.3 * GRAVITY * 0.2, atol=1e-9)
+    assert abs(data.qpos[2] - 0.1) < 1e-12 and data.time == pytest.approx(0.2)
+    assert max(report.certificate().residual for report in reports) < 1e-9
+    # The forces stand where MuJoCo's functions look for them.
+    total, force = np.zeros(3), np.zeros(6)
+    for place in range(data.ncon):
+        mujoco.mj_contactForce(model, data, place, force)
+        total += data.contact[place].frame.reshape(3, 3).T @ force[:3]
+    np.testing.assert_allclose(total, [-0.3 * 2 * GRAVITY * 0.8, -0.3 * 2 * GRAVITY * 0.6, 2 * GRAVITY], atol=1e-6)
+    np.testing.assert_allclose(data.qfrc_constraint[:3], total, atol=1e-6)
+
+
+@pytest.mark.parametrize("slope, moves", [(0.29, False), (0.31, True)])
+def test_a_box_on_a_slope_slips_beyond_the_angle_of_friction(slope, moves):
+    angle = np.arctan(slope)
+    pull = f"gravity='{GRAVITY * np.sin(angle)} 0 {-GRAVITY * np.cos(angle)}'"
+    model, data = on_floor(BOX, 0.1, pull, friction=0.3)
+    steps(model, data, 500)
+    if moves:
+        assert data.qvel[0] == pytest.approx(GRAVITY * np.cos(angle) * (slope - 0.3), rel=1e-6)
+    else:
+        assert abs(data.qpos[0]) < 1e-12
+
+
+def test_friction_may_differ_along_the_tangents():
+    pair = "<contact><pair geom1='floor' geom2='body' friction='0.2 0.6 0 0 0' condim='3'/></contact>"
+    for direction, friction in ((0, 0.2), (1, 0.6)):
+        model, data = load(
+            f"<geom name='floor' type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom name='body' {BOX} mass='2'/></body>",
+            "cone='elliptic'",
+            pair,
+        )
+        data.qpos[2] -= 1e-9
+        mujoco.mj_forward(model, data)
+        data.qvel[:3] = data.contact[0].frame.reshape(3, 3)[1 + direction]
+        steps(model, data, 50)
+        assert np.linalg.norm(data.qvel[:2]) == pytest.approx(1.0 - friction * GRAVITY * 0.1, abs=1e-9)
+
+
+def test_a_ball_lands_on_the_floor_and_bounces_with_restitution():
+    model, data = on_floor("type='sphere' size='.1'", 0.3)
+    steps(model, data, 300)
+    assert abs(data.qpos[2] - 0.1) < 1e-12 and np.abs(data.qvel).max() < 1e-12
+    model, data = on_floor("type='sphere' size='.1'", 0.3)
+    while data.qvel[2] <= 0.0:
+        before = data.qvel[2]
+        steps(model, data, 1, restitution=0.5)
+    assert data.qvel[2] == pytest.approx(-0.5 * before, rel=1e-9)
+
+
+def test_a_stack_of_boxes_rests_where_it_is():
+    bodies = "".join(f"<body pos='0 0 {0.1 + 0.2 * place}'><freejoint/><geom {BOX}/></body>" for place in range(8))
+    model, data = load("<geom type='plane' size='5 5 1'/>" + bodies)
+    # Eight interfaces of four contacts at least.
+    assert steps(model, data, 200)[-1].closed >= 32
+    np.testing.assert_allclose(data.qpos.reshape(8, 7)[:, 2], 0.1 + 0.2 * np.arange(8), atol=1e-12)
+
+
+def test_a_tumbling_rod_gains_no_energy():
+    model, data = load(
+        "<geom type='plane' size='5 5 1'/><body pos='0 0 .5'><freejoint/><geom type='capsule' size='.02 .3' friction='.6'/></body>",
+        "timestep='.001'",
+    )
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data.qvel[:] = 2.0, 0.0, 0.0, 3.0, 20.0, 1.0
+    energies = []
+    for _ in range(1500):
+        steps(model, data, 1)
+        energies.append(data.energy.sum())
+    assert np.diff(energies).max() < 1e-6 and energies[-1] < 0.5 * energies[0]
+
+
+def test_a_bullet_does_not_pass_a_thin_wall():
+    model, data = load(
+        "<geom type='box' size='.001 1 1' pos='1 0 0'/>"
+        "<body><joint type='slide' axis='1 0 0'/><geom type='sphere' size='.01'/></body>"
+    )
+    data.qvel[0] = 100.0
+    steps(model, data, 20)
+    assert data.qpos[0] == pytest.approx(1.0 - 0.011, abs=1e-9)
+
+
+def test_a_hinge_stops_at_its_limit():
+    model, data = load(
+        "<body><joint type='hinge' axis='0 1 0' limited='true' range='-20 20'/><geom type='sphere' size='.05' pos='.5 0 0'/></body>",
+        "gravity='0 0 -9.81'",
+    )
+    steps(model, data, 500)
+    assert data.qpos[0] == pytest.approx(np.radians(20), abs=1e-12) and abs(data.qvel[0]) < 1e-12
+    # The limit carries the torque of gravity.
+    mass = model.body_mass[1]
+    assert data.qfrc_constraint[0] == pytest.approx(-mass * GRAVITY * 0.5 * np.cos(np.radians(20)), rel=1e-6)
+
+
+def test_a_ball_joint_stops_at_its_limit():
+    model, data = load(
+        "<body><joint type='ball' limited='true' range='0 30'/><geom type='sphere' size='.05' pos='.5 0 0'/></body>"
+    )
+    steps(model, data, 500)
+    angle = 2.0 * np.arccos(min(1.0, abs(data.qpos[0])))
+    assert angle == pytest.approx(np.radians(30), abs=1e-6)
+
+
+def test_a_pendulum_by_a_connect_constraint_keeps_its_length_and_energy():
+    model, data = load(
+        "<body name='bob' pos='.5 0 0'><freejoint/><geom type='sphere' size='.05' mass='1'/></body>",
+        "timestep='0.0005'",
+        "<equality><connect body1='bob' anchor='-.5 0 0'/></equality>",
+    )
+    lengths, energies = [], []
+    for _ in range(2000):
+        steps(model, data, 1)
+        lengths.append(np.linalg.norm(data.qpos[:3]))
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        energies.append(data.energy.sum())
+    assert np.abs(np.array(lengths) - 0.5).max() < 1e-5
+    assert np.abs(np.diff(energies)).max() < 0.02 and abs(energies[-1] - energies[0]) < 0.1
+
+
+@pytest.mark.parametrize("force, moves", [(0.9, False), (1.1, True)])
+def test_a_friction_loss_holds_up_to_its_force(force, moves):
+    model, data = load(
+        "<body><joint type='slide' axis='1 0 0' frictionloss='1'/><geom type='sphere' size='.1' mass='1'/></body>"
+    )
+    data.qfrc_applied[0] = force
+    steps(model, data, 100)
+    assert data.qvel[0] == pytest.approx(0.2 * (force - 1.0), rel=1e-9) if moves else abs(data.qpos[0]) < 1e-12
+
+
+@pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast", "RK4"])
+def test_without_contacts_the_steps_are_those_of_mujoco(integrator):
+    model, data = load(
+        "<body><joint name='a' type='hinge' axis='0 1 0' damping='0.3' stiffness='2'/><geom type='capsule' size='.05 .2' pos='.2 0 0'/>"
+        "<body pos='.4 0 0'><joint type='hinge' axis='0 1 0' damping='0.1' armature='.01'/><geom type='capsule' size='.04 .2' pos='.2 0 0'/></body></body>",
+        f"integrator='{integrator}'",
+        "<actuator><general joint='a' dyntype='filter' dynprm='0.1' gainprm='3'/></actuator>",
+    )
+    data.ctrl[0] = 1.0
+    other = mujoco.MjData(model)
+    other.ctrl[0] = 1.0
+    report = steps(model, data, 200)[-1]
+    for _ in range(200):
+        mujoco.mj_step(model, other)
+    # The other integrators have the same order; Euler and implicitfast are the same.
+    near = 1e-11 if integrator in ("Euler", "implicitfast") else 0.05
+    np.testing.assert_allclose(data.qpos, other.qpos, atol=near)
+    np.testing.assert_allclose(data.act, other.act, atol=1e-3 if integrator == "RK4" else 1e-14)
+    assert data.time == other.time and report.solved
+    assert bool(report.notes) == (integrator in ("implicit", "RK4"))
+
+
+def test_the_directions_of_contacts_are_those_of_mujoco():
+    model, data = on_floor("type='capsule' size='.1 .2'", 0.08)
+    data.qpos[3:7] = [0.7, 0.1, 0.7, 0.1]
+    mujoco.mj_normalizeQuat(model, data.qpos)
+    data.qpos[2] = 0.05
+    mujoco.mj_forward(model, data)
+    rows = tm.HardStepper(model).collector.contacts(data)
+    assert len(rows.index)
+    for J, place in zip(rows.J, rows.index):
+        contact, by_point = data.contact[int(place)], np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, by_point, None, contact.pos, model.geom_bodyid[contact.geom[1]])
+        np.testing.assert_allclose(J, contact.frame.reshape(3, 3) @ by_point, atol=1e-14)
+
+
+def test_sensors_and_callbacks_work():
+    model, data = load(
+        f"<geom type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom {BOX} mass='2'/>"
+        "<site name='s' type='box' size='.11 .11 .11'/></body>",
+        "",
+        "<sensor><touch site='s'/><accelerometer site='s'/></sensor>",
+    )
+    called = []
+    mujoco.set_mjcb_control(lambda model, data: called.append(data.time))
+    try:
+        steps(model, data, 10)
+    finally:
+        mujoco.set_mjcb_control(None)
+    np.testing.assert_allclose(data.sensordata, [2 * GRAVITY, 0.0, 0.0, GRAVITY], atol=1e-9)
+    assert len(called) == 10
+
+
+def test_a_conveyor_carries_a_box():
+    floor = "<geom type='plane' size='5 5 1' surfacevel='.5 0 0'/>"
+    try:
+        model, data = load(f"{floor}<body pos='0 0 .1'><freejoint/><geom {BOX} mass='2'/></body>")
+    except ValueError:
+        pytest.skip("this version of MuJoCo has no surface velocities")
+    steps(model, data, 20)
+    assert data.qvel[0] == pytest.approx(GRAVITY * 0.04, abs=1e-9)
+    steps(model, data, 100)
+    assert data.qvel[0] == pytest.approx(0.5, abs=1e-9)
+
+
+def test_sparse_and_dense_rows_agree():
+    body = (
+        "<geom type='plane' size='5 5 1'/><body name='a' pos='0 0 .1'><freejoint/><geom type='box' size='.1 .1 .1'/></body>"
+        "<body name='b' pos='.3 0 .1'><freejoint/><geom type='box' size='.1 .1 .1'/></body>"
+    )
+    more = "<equality><weld body1='a' body2='b'/></equality>"
+    ends = []
+    for kind in ("dense", "sparse"):
+        model, data = load(body, f"jacobian='{kind}'", more)
+        data.qvel[:3] = 1.0, 0.5, 2.0
+        steps(model, data, 300)
+        ends.append(data.qpos.copy())
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(ends[0][:3] - ends[0][7:10]), 0.3, atol=1e-3)
+
+
+def test_the_model_is_as_it_was_after_a_step():
+    model, data = on_floor(BOX, 0.1, "integrator='RK4'")
+    before = (model.geom_margin.copy(), model.opt.integrator, model.opt.o_margin)
+    steps(model, data, 3)
+    tm.certify(model, data)
+    assert (model.geom_margin == before[0]).all() and (model.opt.integrator, model.opt.o_margin) == before[1:]
+
+
+def test_a_certificate_shows_the_creep_and_overlap_of_soft_contacts():
+    model, data = on_floor(BOX, 0.1, "cone='elliptic' gravity='2 0 -9.81'")
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    start = data.qpos.copy()
+    certificate = tm.certify(model, data)
+    assert (data.qpos == start).all()
+    assert certificate.dynamics < 1e-7 and certificate.cone < 1e-9
+    # It rests inside the floor, by the depth that MuJoCo's own contacts have.
+    depth = max(-row.gap for row in certificate.rows)
+    assert depth == pytest.approx(-data.contact.dist.min(), rel=1e-3) and depth > 5e-5
+    assert certificate.penetration == pytest.approx(depth / 0.002, rel=1e-2)
+    assert str(certificate).startswith("contact floor–body ends the step ") and "inside" in str(certificate)
+    # It creeps although its friction force is smaller than the largest one.
+    before = data.qpos[0]
+    mujoco.mj_step(model, data)
+    creep = (data.qpos[0] - before) / 0.002
+    assert max(row.slip for row in certificate.rows) == pytest.approx(creep, rel=1e-3) and creep > 1e-4
+    assert max(row.ratio for row in certificate.rows) < 0.6
+
+
+@pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
+def test_certificates_of_mujocos_steps_meet_newtons_law(cone):
+    model, data = on_floor("type='box' size='.1 .15 .05'", 0.3, f"cone='{cone}'")
+    data.qvel[:] = 1.0, 0.3, 0.0, 3.0, 2.0, 1.0
+    for _ in range(300):
+        # MuJoCo's solver stops at a tolerance.
+        assert tm.certify(model, data).dynamics < 1e-4
+        mujoco.mj_step(model, data)
+
+
+def test_a_comparison_has_a_table_and_a_page(tmp_path):
+    model, data = on_floor(BOX, 0.1, "gravity='2 0 -9.81'")
+    found = tm.compare(model, data, 50)
+    assert found.unsolved == 0 and found.residual[:, 1].max() < 1e-9 < found.residual[:, 0].max()
+    assert found.creep[:, 1].max() < 1e-12 and found.creep[-1, 0] > 1e-4 and found.cost_ratio > 0.0
+    assert "largest residual, m/s" in found.table() and "contact floor–body" in found.table()
+    found.page(tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert page.count("<svg") == 5 and "http" not in page
+    assert (data.qpos == mujoco.MjData(model).qpos).all()
+
+
+def test_overlap_of_the_start_is_removed_slowly():
+    model, data = on_floor(BOX, 0.09)
+    report = steps(model, data, 1)[0]
+    assert report.overlap == pytest.approx(0.01) and data.qvel[2] == pytest.approx(0.2, abs=1e-9)
+    assert "inside" in str(report.certificate())
+    steps(model, data, 200)
+    assert abs(data.qpos[2] - 0.1) < 1e-9
+
+
+def test_a_body_between_two_walls_keeps_its_overlap():
+    wall = "<geom type='box' size='.1 1 1' pos='{} 0 0'/>"
+    model, data = load(
+        wall.format(-0.19) + wall.format(0.19) + "<body><freejoint/><geom type='sphere' size='.1'/></body>",
+        "gravity='0 0 0'",
+    )
+    steps(model, data, 5)
+    assert abs(data.qpos[0]) < 1e-9
+
+
+def test_what_is_left_out_is_listed():
+    model, data = load(
+        "<geom type='plane' size='5 5 1' condim='6'/>"
+        "<body pos='0 0 .1'><joint type='slide' axis='1 0 0'/><geom type='sphere' size='.11'/></body>"
+    )
+    report = steps(model, data, 1)[0]
+    assert any("condim" in note for note in report.notes) and any("no joint moves" in note for note in report.notes)
+
+
+def test_position_errors_that_contradict_each_other_are_kept_and_said():
+    model, data = load(
+        "<body name='a'><joint name='x' type='slide' axis='1 0 0'/><geom type='sphere' size='.1'/></body>",
+        "",
+        "<equality><joint joint1='x' polycoef='1 0 0 0 0'/><joint joint1='x' polycoef='-1 0 0 0 0'/></equality>",
+    )
+    report = steps(model, data, 1)[0]
+    assert "overlaps that cannot be removed are kept" in report.notes and data.qpos[0] == 0.0
+
+
+def test_unsolved_steps_are_said():
+    model, data = on_floor(BOX, 0.1)
+    data.qvel[:] = 1.0, 0.2, 0.0, 0.0, 0.0, 1.0
+    # No double has this residual.
+    stepper = tm.HardStepper(model, residual=1e-30)
+    with pytest.warns(tm.UnsolvedStep, match="the step to 0.002 s is not solved: residual"):
+        assert not stepper.step(data).solved
+    stepper.configure(restitution=0.0, unsolved="raise")
+    with pytest.raises(tumble.TumbleError, match='is not solved: .*; unsolved="warn" takes such steps'):
+        stepper.step(data)
+    with pytest.raises(tumble.TumbleError, match="unsolved is 'no'"):
+        tm.hard_step(model, data, unsolved="no")
+    with pytest.raises(tumble.TumbleError, match="restitution is 2"):
+        tm.hard_step(model, data, restitution=2)
+
+
+def test_wrong_arguments_are_named():
+    model, data = on_floor(BOX, 0.1)
+    other = load("<body><joint/><geom size='.1'/></body>")[0]
+    for call, said in (
+        (lambda: tm.hard_step(3, data), "model is int; a mujoco.MjModel is needed"),
+        (lambda: tm.hard_step(model, None), "data is NoneType; a mujoco.MjData is needed"),
+        (lambda: tm.certify(other, data), "data belongs to another model; mujoco.MjData(model) is needed"),
+        (lambda: tm.compare(model, data, 0), "steps is 0; a whole number from 1 is needed"),
+        (lambda: tm.HardStepper(model, recovery=0), "recovery is 0; a positive number is needed"),
+    ):
+        with pytest.raises(tumble.TumbleError) as error:
+            call()
+        assert str(error.value) == said
+
+
+def test_a_model_without_joints_is_stepped():
+    model, data = load("<geom size='.1'/><body><geom size='.1'/></body>")
+    assert steps(model, data, 1)[0].certificate().residual == 0.0 and data.time == 0.002
+    assert tm.certify(model, data).rows == ()
+
+
+ROBOTS = ["ant", "half_cheetah", "hopper", "humanoid"]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_gymnasiums_robots_are_stepped_for_a_second(name):
+    folder = importlib.util.find_spec("gymnasium")
+    if folder is None or folder.origin is None:
+        pytest.skip("gymnasium is not installed")
+    path = Path(folder.origin).parent / "envs" / "mujoco" / "assets" / f"{name}.xml"
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data, rng = mujoco.MjData(model), np.random.default_rng(1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        while data.time < 1.0:
+            data.ctrl[:] = rng.uniform(*model.actuator_ctrlrange.T)
+            report = tm.hard_step(model, data)
+            assert report.solved and report.residual <= 1e-9
+    assert np.isfinite(data.qpos).all()
+
+
+def test_the_program_that_measures_prints_a_table(tmp_path, monkeypatch, capsys):
+    (tmp_path / "ball.xml").write_text(
+        "<mujoco><worldbody><geom type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+    )
+    monkeypatch.setattr("sys.argv", ["measure_mujoco.py", str(tmp_path / "ball.xml"), "--seconds", "0.1"])
+    runpy.run_path(str(EXAMPLES / "measure_mujoco.py"), run_name="__main__")
+    cells = capsys.readouterr().out.splitlines()[-1].split("|")
+    assert [cell.strip() for cell in cells[1:6]] == ["ball", "6", "50", "1", "0"]
+
+
+def test_the_pinched_capsule_creeps_with_soft_contacts_alone():
+    example = runpy.run_path(str(EXAMPLES / "pinched_capsule.py"))
+    speeds = [example["creep"](impratio, 0.5) for impratio in (10.0, 100.0)]
+    np.testing.assert_allclose(speeds, [184e-6, 18.4e-6], rtol=0.05)
+    moved, residual = example["hard_drop"](2.0)
+    assert moved < 1e-12 and residual < 1e-9
