@@ -97,6 +97,14 @@ def test_a_ball_lands_on_the_floor_and_bounces_with_restitution():
     assert data.qvel[2] == pytest.approx(-0.5 * before, rel=1e-9)
 
 
+def test_the_contact_problem_of_a_step_has_its_velocities():
+    model, data = on_floor(BOX, 0.1, friction=0.3)
+    data.qvel[:2] = 0.8, 0.6
+    (report,) = steps(model, data, 1)
+    solution = report.problem().solve()
+    np.testing.assert_allclose(solution.body_velocities, data.qvel, atol=1e-9)
+
+
 def test_a_stack_of_boxes_rests_where_it_is():
     bodies = "".join(f"<body pos='0 0 {0.1 + 0.2 * place}'><freejoint/><geom {BOX}/></body>" for place in range(8))
     model, data = load("<geom type='plane' size='5 5 1'/>" + bodies)

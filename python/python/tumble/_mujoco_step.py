@@ -32,6 +32,7 @@ from ._mujoco_rows import (
     raised_margins,
     step_mass,
 )
+from ._problem import ContactProblem
 from ._tumble import TumbleError
 
 RESIDUAL = 1e-9
@@ -86,6 +87,12 @@ class HardStep:
     notes: Tuple[str, ...] = ()
     """Parts of the model that have no hard counterpart."""
     _parts: Dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def problem(self) -> ContactProblem:
+        """Contact problem of this step in the form M, H, f, w."""
+        step = self._parts["step"]
+        momentum = step["M"] @ step["velocity_before"] + step["time_step"] * step["force"]
+        return ContactProblem(M=step["M"], H=step["J"].T, f=momentum, w=step["w"], laws=step["laws"])
 
     def certificate(self) -> Certificate:
         """Certificate of this step, computed by ``tumble.referee`` from matrices, velocities and impulses alone."""
