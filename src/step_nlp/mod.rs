@@ -53,7 +53,7 @@ pub const SMOOTHING: f64 = 1e-6;
 const BODY: usize = 0;
 
 /// Reason for refusing worlds without a ground.
-const NO_GROUND: &str = "it is of a body above a ground; give a world with one";
+const NO_GROUND: &str = "it needs a ground; add one";
 
 /// Step problem of one world. Structure and constants are fixed. The parameters (X, external
 /// wrench, α) are set for each step. Points x have [`Layout::variables`] numbers, rows and
@@ -146,21 +146,21 @@ impl StepNlp {
     pub fn unsuitable(world: &World) -> Option<&'static str> {
         let body = &world.bodies()[BODY];
         if world.bodies().len() > 1 {
-            Some("it is of one body; give a world of one")
+            Some("it supports one body only; remove the others")
         } else if world.ground().is_none() {
             Some(NO_GROUND)
         } else if !world.fixed().is_empty() {
-            Some("it knows no fixed pieces; give a world without them")
+            Some("it does not support fixed pieces; remove them")
         } else if body.contact_points().iter().any(|point| point.radius > 0.0) {
-            Some("it knows no rounded points; give a body without a radius")
+            Some("it does not support rounded points; remove the radius")
         } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
-            Some("it knows the world's coefficient of friction; give the body none of its own")
+            Some("it supports only the world's coefficient of friction; remove the body's own")
         } else if world.has_restitution() {
-            Some("it knows no restitution; give a world without")
+            Some("it does not support restitution; remove it")
         } else if !world.joints().is_empty() {
-            Some("it knows no joints; give a world without")
+            Some("it does not support joints; remove them")
         } else if world.has_surfaces() {
-            Some("it knows no surfaces that move; give a world without")
+            Some("it does not support moving surfaces; remove them")
         } else {
             None
         }
