@@ -83,7 +83,7 @@ impl<'a> Continued<'a> {
     pub fn read(args: &SimulateArgs, directory: &'a Path) -> Result<(Scene, Self), Failure> {
         let given = args.given();
         let flags: Vec<_> = given.iter().map(|flag| (*flag, *flag != "steps")).collect();
-        refuse_flags("--continue, which takes it from the run.json of its run", &flags)?;
+        refuse_flags("--continue, which reads it from run.json", &flags)?;
         let (run, path, state) = match checkpoint_in(directory)? {
             Some(found) => found,
             None => ended_in(directory)?,
@@ -99,7 +99,10 @@ impl<'a> Continued<'a> {
         let SavedState { file, saved, notes } = state;
         let steps = saved.index().checked_sub(scene.start_index).ok_or_else(|| {
             let (k, start) = (saved.index(), scene.start_index);
-            odd_state(&file, &format!("it is at k = {k}, and its run begins at {start}"))
+            odd_state(
+                &file,
+                &format!("it is at k = {k}, before the start of its run at k = {start}"),
+            )
         })?;
         if let Some(rows) = args.steps {
             // Every whole step has one row, also with substeps.
@@ -108,7 +111,7 @@ impl<'a> Continued<'a> {
         if scene.rows < steps + 1 {
             let rows = steps / run.substeps + 1;
             let why = format!(
-                "{} has {rows} rows already; --steps counts them too, and {rows} or more are needed",
+                "{} already has {rows} rows, which --steps includes; allowed: {rows} or more",
                 shown::path(directory)
             );
             return Err(Failure::setting("steps", why));
@@ -143,7 +146,10 @@ impl<'a> Continued<'a> {
 }
 
 fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
-    Failure::Input(format!("{} cannot be continued from: {why}", shown::path(path)))
+    Failure::Input(format!(
+        "{} cannot be continued: {why}; run again without --continue",
+        shown::path(path)
+    ))
 }
 
 /// State of a run, read from a file.
@@ -188,7 +194,7 @@ fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure>
 fn state_in(file: PathBuf, bytes: &[u8]) -> Result<SavedState, Failure> {
     let saved = Saved::from_bytes(bytes).map_err(|error| odd_state(&file, &error))?;
     let notes = from_bytes(saved.notes())
-        .map_err(|_| odd_state(&file, &"it is the state of a simulation, but not of a run"))?;
+        .map_err(|_| odd_state(&file, &"it is the saved state of a simulation, not of a run"))?;
     Ok(SavedState { file, saved, notes })
 }
 
@@ -196,7 +202,7 @@ fn state_in(file: PathBuf, bytes: &[u8]) -> Result<SavedState, Failure> {
 fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
     let mut rows = Recording::of_run(path, run)?;
     if let Some(changed) = rows.changed_files()?.first() {
-        let why = format!("{changed}; a run goes on from its own rows");
+        let why = format!("{changed}; --continue needs the unchanged files of the run");
         return Err(Failure::Input(format!("--continue: {why}")));
     }
     while let Some(step) = rows.next_step()? {
@@ -210,11 +216,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
             let place = rows.place();
             return Err(odd_state(
                 &path.with_file_name(FILE),
-                &format!(
-                    "it is at k = {}, and {place} does not end there with the same numbers; both \
-                     must be of one run",
-                    saved.index()
-                ),
+                &format!("its state at k = {} is not the last row of {place}", saved.index()),
             ));
         }
     }
@@ -275,7 +277,7 @@ fn word<T: ValueEnum>(field: &str, word: Option<&String>) -> Result<Option<T>, F
         T::from_str(word, false).map_err(|_| {
             let words = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
             let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
-            let why = format!("{} is none of {}", shown::line(word), words.join(", "));
+            let why = format!("{} is not one of {}", shown::line(word), words.join(", "));
             Failure::Input(format!("solver.{field}: {why}"))
         })
     };

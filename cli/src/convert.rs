@@ -20,19 +20,20 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     if written.len() as u64 > LARGEST_FILE {
         let (file, length) = (shown::path(&args.file), written.len());
         return Err(Failure::Input(format!(
-            "{file}: its scenario would have {length} bytes; {LARGEST_FILE} are allowed; give fewer or coarser meshes"
+            "{file}: the scenario would have {length} bytes; allowed: {LARGEST_FILE}; use fewer or \
+             coarser meshes"
         )));
     }
     let name = args.out.file_name().and_then(|name| name.to_str());
     let name = name.filter(|name| name.ends_with(".toml")).ok_or_else(|| {
         let out = shown::path(&args.out);
-        Failure::Input(format!("{out}: the name of a file that ends in .toml is needed"))
+        Failure::Input(format!("{out}: a file name that ends in .toml is needed"))
     })?;
     let same = |a: &Path, b: &Path| Some(a.canonicalize().ok()? == b.canonicalize().ok()?);
     if same(&args.file, &args.out) == Some(true) {
         let out = shown::path(&args.out);
         return Err(Failure::Input(format!(
-            "{out}: it is the file that is converted; another one is needed"
+            "{out}: this is the input file; choose another output file"
         )));
     }
     let directory = OutputDirectory::for_pictures(directory_of(None, &args.out))?;

@@ -75,9 +75,9 @@ fn ending(scene: &Scene, run: &RunPlan) -> String {
     let rows = scene.rows;
     match run.end {
         RunOutcome::Complete => String::new(),
-        RunOutcome::Interrupted => format!("  interrupted  {rows} rows were asked for\n"),
+        RunOutcome::Interrupted => format!("  interrupted  {rows} rows were requested\n"),
         RunOutcome::Stopped => format!(
-            "  stopped      step k = {} was not solved; {rows} rows were asked for\n",
+            "  stopped      step k = {} was not solved; {rows} rows were requested\n",
             run.summary.steps()
         ),
     }
@@ -86,7 +86,7 @@ fn ending(scene: &Scene, run: &RunPlan) -> String {
 /// Solver statistics of the contact steps.
 fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
     let mut text = format!(
-        "  {:<12} {} iterations, {:.1} a contact step\n  converged    {}",
+        "  {:<12} {} iterations, {:.1} per contact step\n  converged    {}",
         scene.solver(),
         summary.iterations,
         summary.iterations as f64 / summary.contact_steps() as f64,
@@ -104,17 +104,16 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
     }
     let _ = writeln!(text, "\n  failed       {}", summary.failed);
     if summary.substepped > 0 {
-        text +=
-            "    substepped steps were not solved at once: solved in 2 to 64 shorter steps each\n";
+        text += "    substepped steps were solved in 2 to 64 shorter steps each\n";
     }
     if summary.wild > 0 {
-        text += "    wild steps turn a body by more than 1 rad, make energy or let something pass:\n    \
-                 solved, but no physics; take a smaller time step\n";
+        text += "    wild steps turn a body by more than 1 rad, create energy or let bodies pass through:\n    \
+                 solved, but unphysical; use a smaller time step\n";
     }
     if summary.tempered > 0 {
         let _ = writeln!(
             text,
-            "  restitution  taken in part in {} steps, whose impacts would have made energy",
+            "  restitution  reduced in {} steps, where in full it would have created energy",
             summary.tempered
         );
     }
@@ -147,8 +146,9 @@ fn too_stiff(scene: &Scene, run: &RunPlan) -> String {
     if joints.is_empty() {
         return String::new();
     }
-    let mut text = "    in two steps running these were too stiff for h (h ω above 2), so that what they hold taut may \
-                    shake\n    itself to pieces; the time step given would do (--substeps takes shorter ones and keeps as many rows)\n"
+    let mut text = "    too stiff for h in two consecutive steps (h ω above 2), so that the bodies they \
+                    hold may vibrate;\n    use the listed time step (--substeps takes shorter steps \
+                    and writes as many rows)\n"
         .to_owned();
     for TautJoint { joint, stiffness, time_step_s } in joints.iter().take(MOST_NAMED) {
         let name = scene.joints.get(*joint).map_or("", |name| name);
@@ -210,6 +210,6 @@ fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
     let median = summary
         .median_residual()
         .map_or(String::new(), |median| format!("median {median:.1e} m/s in contact, "));
-    let asked = asked.map_or(String::new(), |asked| format!(", {asked:e} m/s asked for"));
+    let asked = asked.map_or(String::new(), |asked| format!(", {asked:e} m/s requested"));
     format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part}){asked}\n")
 }

@@ -135,19 +135,21 @@ impl OutputDirectory {
 fn is_foreign(file: &Path, metadata: &Metadata) -> Failure {
     let shown = shown::path(file);
     if metadata.is_dir() {
-        return Failure::Input(format!("{shown} is a directory; a file is to be written there"));
+        return Failure::Input(format!(
+            "{shown} is a directory, not a file; move it, or choose another --out"
+        ));
     }
     Failure::Input(format!(
-        "{shown} is not of a run whose run.json lists it; move it, choose another --out, or have it replaced with \
-         --overwrite"
+        "{shown} was not written by an earlier run: no run.json lists it; move it, choose another \
+         --out, or replace it with --overwrite"
     ))
 }
 
 fn is_unfinished(path: &Path) -> Failure {
     let path = shown::path(path);
     Failure::Input(format!(
-        "{path} has the checkpoint of a run that was killed; go on with --continue {path}, choose another --out, or \
-         give it up with --overwrite"
+        "{path} has the checkpoint of a killed run; continue it with --continue {path}, choose \
+         another --out, or discard it with --overwrite"
     ))
 }
 
@@ -162,26 +164,26 @@ pub fn names_in(folder: &Path) -> Vec<String> {
 
 fn cannot_be_made(path: &Path, error: &io::Error) -> Failure {
     Failure::Input(format!(
-        "the output directory {} cannot be made: {error}; name another with --out",
+        "the output directory {} cannot be created: {error}; choose another --out",
         shown::path(path)
     ))
 }
 
 fn cannot_be_removed(path: &Path, error: &io::Error) -> Failure {
     Failure::Other(format!(
-        "{} is of an earlier run and cannot be removed: {error}",
+        "{} is from an earlier run and cannot be removed: {error}",
         shown::path(path)
     ))
 }
 
 fn names_a_file(path: &Path) -> Failure {
     let path = shown::path(path);
-    Failure::Input(format!("--out {path} is the name of a file; that of a folder is needed"))
+    Failure::Input(format!("--out {path} is a file; a directory is needed"))
 }
 
 fn in_use(path: &Path) -> Failure {
     Failure::Other(format!(
-        "another tumble is writing to {}; wait for it, or choose another --out",
+        "another tumble process is writing to {}; wait for it, or choose another --out",
         shown::path(path)
     ))
 }

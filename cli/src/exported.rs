@@ -30,14 +30,14 @@ impl Exported {
         };
         match &scene.contact {
             None => refused("the scene floats: its steps have no contacts"),
-            Some(contact) if contact.ipopt.is_some() => refused(
-                "only the native solver's steps are exact enough; --solver native is needed",
-            ),
+            Some(contact) if contact.ipopt.is_some() => {
+                refused("Ipopt's steps are not exact enough; use --solver native")
+            }
             Some(_) if !scene.world.joints().is_empty() => {
-                refused("the scene has joints, for which contact problems have no words")
+                refused("the scene has joints, which contact problems do not support")
             }
             Some(_) if is_same(path, out) => {
-                refused("it is the folder of the run's own files; another one is needed")
+                refused("this is the directory of the run itself; choose another")
             }
             Some(_) => Ok(Wanted(path)),
         }
@@ -74,7 +74,7 @@ impl Exported {
         let folder = shown::path(self.directory.path());
         let mut text = format!("wrote {} contact problems to {folder}\n", self.count);
         if self.removed > 0 {
-            text += &format!("removed {} of an earlier run there\n", self.removed);
+            text += &format!("removed {} from an earlier run there\n", self.removed);
         }
         text
     }

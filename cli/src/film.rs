@@ -82,7 +82,8 @@ fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
         };
         if row.body >= bodies || !is_there {
             return Err(format!(
-                "contact {number} of step {} is between things that are not in run.json",
+                "contact {number} of step {} refers to a body or fixed piece that run.json does \
+                 not have",
                 step.row.index
             ));
         }
@@ -116,8 +117,8 @@ impl<'a> Frames<'a> {
         self.frames.push(frame);
         if self.bytes > MOST_BYTES {
             return Err(Failure::Input(format!(
-                "{path}: a picture of its first {rows} rows alone takes {} MB of memory; no more \
-                 is allowed",
+                "{path}: the first {rows} rows already take {} MB of memory, the limit for a \
+                 picture; write fewer rows with --every",
                 MOST_BYTES / 1_000_000
             )));
         }

@@ -52,10 +52,10 @@ fn target(args: &GifArgs) -> Result<(&Path, &str), Failure> {
     let refused =
         |needed: &str| Failure::Input(format!("--out {}: {needed} is needed", shown::path(out)));
     if out.extension().and_then(OsStr::to_str) != Some("gif") {
-        return Err(refused("a name that ends in .gif, or a directory,"));
+        return Err(refused("a file name that ends in .gif or a directory"));
     }
     let name = out.file_name().and_then(OsStr::to_str);
-    let name = name.ok_or_else(|| refused("a name of letters that are Unicode"))?;
+    let name = name.ok_or_else(|| refused("a Unicode file name"))?;
     Ok((directory_of(None, out), name))
 }
 
@@ -121,7 +121,7 @@ pub fn write(
 fn refused(error: AnimationError) -> Failure {
     match error {
         AnimationError::TooLong { .. } => {
-            Failure::Input(format!("{error}; a larger --gif-speed makes fewer"))
+            Failure::Input(format!("{error}; use a larger --gif-speed"))
         }
         AnimationError::Gif(_) => Failure::Other(error.to_string()),
         AnimationError::TooFar | AnimationError::Interrupted => Failure::Input(error.to_string()),

@@ -23,7 +23,7 @@ impl PendingFile {
         let path = directory.join(name);
         if path.is_dir() {
             return Err(Failure::Other(format!(
-                "{} is a directory; a file is to be written there",
+                "{} is a directory, not a file; move it, or choose another output",
                 shown::path(&path)
             )));
         }

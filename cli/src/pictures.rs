@@ -19,7 +19,7 @@ pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failu
         ("--html", args.html, "a page", view::MOST_ROWS),
     ] {
         if asked && rows > most as u64 {
-            let why = format!("{flag}: {picture} is made of at most {most} rows");
+            let why = format!("{flag}: {picture} can have at most {most} rows");
             return Err(Failure::Input(why));
         }
     }

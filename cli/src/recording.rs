@@ -114,7 +114,7 @@ impl<'a> Recording<'a> {
         })?;
         let Some(run) = run else { return Self::without_run(path, of_physics(flags)?) };
         let given: Vec<_> = flags.given().iter().map(|flag| (*flag, true)).collect();
-        refuse_flags("a run with a run.json, which has all parameters", &given)?;
+        refuse_flags("a run.json, which has all parameters", &given)?;
         if !run.trajectory {
             refuse_another_file(path, run.kept.form)?;
         }
@@ -135,7 +135,7 @@ impl<'a> Recording<'a> {
         let loads = model.loads().map_err(wrong)?;
         let courses = model.courses().map_err(wrong)?;
         let rows = if run.trajectory {
-            let reader = trajectory(path, &world, "run.json names")?;
+            let reader = trajectory(path, &world, "run.json has")?;
             RecordingRows::Trajectory(Box::new(
                 reader.from_index(run.start_index).every(kept.every),
             ))
@@ -203,7 +203,7 @@ impl<'a> Recording<'a> {
         let why = format!("has t_s = {time}, which does not fit a time step of {h} s");
         Err(match step {
             RecordedStep::Trajectory(_) => Failure::Input(format!(
-                "{}: row {index} {why}; give the run's own with --dt",
+                "{}: row {index} {why}; give the time step of the run with --dt",
                 shown::path(self.path)
             )),
             RecordedStep::Tables(_) => self.odd(&format!("step {index} {why}")),
@@ -234,7 +234,7 @@ impl<'a> Recording<'a> {
         let numbered = || wanted.parse().ok().filter(|index| *index < bodies.len());
         named.or_else(numbered).ok_or_else(|| {
             Failure::Input(format!(
-                "--body: {} is none; a body's name, as {}, or its number, 0 to {}, is needed",
+                "--body: unknown body {}; give a name, for example {}, or a number from 0 to {}",
                 shown::line(wanted),
                 bodies[0],
                 bodies.len() - 1
@@ -279,7 +279,10 @@ impl<'a> Recording<'a> {
     pub fn note(&self) -> &'static str {
         match self.run {
             Some(_) => "",
-            None => "no run.json beside the file: the drop scene's parameters, and the flags given",
+            None => {
+                "no run.json in the directory of the file: the drop scene's parameters and the \
+                 given flags are used"
+            }
         }
     }
 
@@ -309,10 +312,10 @@ impl<'a> Recording<'a> {
         let mut found = Vec::new();
         match run.seal {
             Seal::Broken => found.push(
-                "run.json was changed after it was written: its checksum is another".to_owned(),
+                "run.json was changed after it was written: its checksum does not match".to_owned(),
             ),
             Seal::None if !run.checksums.is_empty() => found.push(
-                "run.json was changed after it was written: it has lost its checksum".to_owned(),
+                "run.json was changed after it was written: its checksum is missing".to_owned(),
             ),
             _ => {}
         }
@@ -331,7 +334,8 @@ impl<'a> Recording<'a> {
             if checksum != *expected {
                 let expected = shown::line(expected);
                 found.push(format!(
-                    "{shown} was changed after the run wrote it: its checksum is {checksum}, run.json says {expected}"
+                    "{shown} was changed after the run wrote it: its checksum is {checksum}, \
+                     run.json has {expected}"
                 ));
             }
         }
@@ -395,8 +399,8 @@ fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "{}: a table of several bodies needs the run.json of its run beside it; {} is not there, or not one of \
-         such tables",
+        "{}: a table of several bodies needs the run.json of its run; {} is missing, or not of \
+         several bodies",
         shown::path(file),
         shown::path(run_path)
     )))
@@ -410,7 +414,7 @@ fn refuse_another_file(file: &Path, form: TableForm) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "{}: the run.json beside it is of a run of several bodies; its tables are {}",
+        "{}: the run.json in this directory is from a run of several bodies; its tables are {}",
         shown::path(file),
         names.join(", ")
     )))
@@ -423,7 +427,7 @@ fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
         return match accepted >= 0.0 {
             true => Ok(accepted),
             false => Err(format!(
-                "solver.accepted_residual_m_s is {}; a speed of 0 or more is needed",
+                "solver.accepted_residual_m_s is {}; allowed: 0 or more",
                 shown::number(accepted)
             )),
         };
@@ -437,8 +441,8 @@ fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
         "ipopt" => ipopt::ACCEPTED_RESIDUAL,
         other => {
             return Err(format!(
-                "solver.name: {} is no solver of tumble; what it promises is needed in \
-                 solver.accepted_residual_m_s",
+                "solver.name: {} is not a solver of tumble; for it, solver.accepted_residual_m_s \
+                 is needed",
                 shown::line(other)
             ));
         }

@@ -114,7 +114,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         text += &exported.described();
     }
     if !removed.is_empty() {
-        let _ = writeln!(text, "removed {} of an earlier run", removed.join(", "));
+        let _ = writeln!(text, "removed {} from an earlier run", removed.join(", "));
     }
     voice.say(&text);
     // An interrupt of the run does not affect its pictures, but a later one does.
@@ -137,7 +137,9 @@ fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure 
     match failure {
         Failure::Other(why) if writer.leave() => {
             let out = shown::path(out);
-            Failure::Other(format!("{why}; --continue {out} goes on from the last checkpoint"))
+            Failure::Other(format!(
+                "{why}; continue from the last checkpoint with --continue {out}"
+            ))
         }
         failure => failure,
     }
@@ -151,7 +153,7 @@ fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Result<()
     }
     let asks_for_ends = args.tables.iter().flatten().any(|table| *table == Table::Ends);
     if asks_for_ends && kept.every <= 1 {
-        let why = "the table ends is of a run that leaves out rows; give --every or --substeps too";
+        let why = "the table ends needs a run that omits rows; add --every or --substeps";
         return Err(Failure::setting("tables", why));
     }
     Ok(())

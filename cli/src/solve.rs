@@ -121,7 +121,7 @@ fn files_of(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             }
         }
         if inside.is_empty() {
-            let why = "no file in it ends in .dat; problems in Siconos' text form are wanted";
+            let why = "no file in it ends in .dat; problems in Siconos' text format are needed";
             return Err(Failure::Input(format!("{}: {why}", shown::path(path))));
         }
         inside.sort();
@@ -147,9 +147,10 @@ fn target<'a>(out: &'a Path, files: &[PathBuf]) -> Result<SolutionFile<'a>, Fail
         _ => {
             let mut names = HashSet::new();
             match files.iter().map(|file| name_of(file)).find(|name| !names.insert(name.clone())) {
-                Some(twice) => {
-                    refused(&format!("two problems have the name {}", shown::line(&twice)))
-                }
+                Some(twice) => refused(&format!(
+                    "two problems have the name {}; rename one",
+                    shown::line(&twice)
+                )),
                 None => Ok(SolutionFile::Directory(out)),
             }
         }
@@ -159,10 +160,10 @@ fn target<'a>(out: &'a Path, files: &[PathBuf]) -> Result<SolutionFile<'a>, Fail
 fn read(file: &Path) -> Result<ContactProblem, Failure> {
     let bytes = input::bytes(file, LARGEST_FILE).map_err(|error| refused(file, &error))?;
     if bytes.starts_with(HDF5) {
-        let why = "it is HDF5, which the Python package reads: tumble.ContactProblem.read";
+        let why = "it is an HDF5 file; read it with the Python package, tumble.ContactProblem.read";
         return Err(refused(file, &why));
     }
-    let text = String::from_utf8(bytes).map_err(|_| refused(file, &"it is no text"))?;
+    let text = String::from_utf8(bytes).map_err(|_| refused(file, &"it is not text"))?;
     dat::read(&text).map_err(|error| refused(file, &error))
 }
 

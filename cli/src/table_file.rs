@@ -145,7 +145,7 @@ impl WrittenRows {
         if found == (self.bytes, self.checksum.clone()) {
             return Ok(());
         }
-        Err(io::Error::other("they are not those that the run wrote"))
+        Err(io::Error::other("they were changed after the run"))
     }
 }
 

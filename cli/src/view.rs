@@ -62,7 +62,7 @@ pub fn write(
     interrupt: &AtomicBool,
 ) -> Result<Option<String>, Failure> {
     let page = page(env!("CARGO_PKG_VERSION"), films)
-        .map_err(|why| Failure::Other(format!("the page cannot be made: {why}")))?;
+        .map_err(|why| Failure::Other(format!("the page cannot be created: {why}")))?;
     if interrupt.load(Ordering::Relaxed) {
         return Ok(None);
     }

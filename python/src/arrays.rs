@@ -18,8 +18,9 @@ pub fn shaped<'py, T: Element>(
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     let length = numbers.len();
-    let array = ArrayD::from_shape_vec(shape, numbers)
-        .map_err(|_| refused(format!("{length} numbers are no array of the shape {shape:?}")))?;
+    let array = ArrayD::from_shape_vec(shape, numbers).map_err(|_| {
+        refused(format!("{length} numbers do not fill an array of the shape {shape:?}"))
+    })?;
     let array = PyArrayDyn::from_owned_array(py, array);
     array.readwrite().make_nonwriteable();
     Ok(array)
@@ -39,7 +40,7 @@ pub fn as_many<'a>(
     let all = numbers(name, array)?;
     match count == Some(all.len()) {
         true => Ok(all),
-        false => Err(refused(format!("{name}: there are {}, too many or too few", all.len()))),
+        false => Err(refused(format!("{name}: the array has the wrong size, {}", all.len()))),
     }
 }
 

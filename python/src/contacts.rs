@@ -226,7 +226,7 @@ fn pairs(record: &StepRecord) -> impl Iterator<Item = (usize, Partner)> + '_ {
 }
 
 /// Reference count of an object.
-#[expect(deprecated, reason = "what takes its place is unsafe")]
+#[expect(deprecated, reason = "the replacement is unsafe")]
 pub fn holders<T>(object: &Py<T>, py: Python<'_>) -> isize {
     object.get_refcnt(py)
 }

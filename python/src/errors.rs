@@ -10,7 +10,7 @@ create_exception!(
     tumble,
     TumbleError,
     PyValueError,
-    "Input that cannot be simulated, in one sentence: what is wrong, and what would be right."
+    "Invalid input. The message is one sentence with the fault and the remedy."
 );
 
 /// Creates an exception with this message.

@@ -43,7 +43,7 @@ pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
     let of_name = |name: &String| {
         Constant::of_name(name).ok_or_else(|| {
             let all = Constant::ALL.map(Constant::name).join(", ");
-            refused(format!("by: {name:?} is none; there are states, wrenches, {all}"))
+            refused(format!("by: {name:?} is unknown; use states, wrenches, {all}"))
         })
     };
     names.iter().map(of_name).collect()

@@ -41,7 +41,7 @@ fn matrix(
 ) -> PyResult<SparseMatrix> {
     let values = numbers(name, values)?;
     if at.len() != values.len() || along.len() != values.len() {
-        return Err(refused(format!("{name}: as many rows and columns as entries are needed")));
+        return Err(refused(format!("{name}: one row and one column per entry are needed")));
     }
     let entries =
         at.iter().zip(along).zip(values).map(|((row, column), value)| (*row, *column, *value));
@@ -55,7 +55,7 @@ fn laws(dimension: usize, given: Vec<GivenLaw>) -> PyResult<Vec<Law>> {
         "limit" => Ok(RowLaw::Limit),
         "box" => Ok(RowLaw::Box { least: *least, most: *most }),
         other => {
-            Err(refused(format!("laws: {other:?} is none; there are free, locked, limit, box")))
+            Err(refused(format!("laws: {other:?} is unknown; use free, locked, limit or box")))
         }
     };
     let of_group = |(friction, rows): GivenLaw| {
@@ -155,9 +155,9 @@ impl CoreProblem {
             (Form::Local { response, .. }, "W") => response,
             (Form::Global(global), "M") => &global.mass,
             (Form::Global(global), "H") => &global.directions,
-            (Form::Local { .. }, _) => return Err(refused("a local problem has W and q alone")),
+            (Form::Local { .. }, _) => return Err(refused("a local problem has only W and q")),
             (Form::Global(_), _) => {
-                return Err(refused("a global problem has M, H, f and w alone"));
+                return Err(refused("a global problem has only M, H, f and w"));
             }
         };
         let values: Vec<f64> = matrix.triplets().map(|entry| entry.2).collect();
@@ -178,9 +178,9 @@ impl CoreProblem {
             (Form::Local { free, .. }, "q") => free,
             (Form::Global(global), "f") => &global.momentum,
             (Form::Global(global), "w") => &global.offset,
-            (Form::Local { .. }, _) => return Err(refused("a local problem has W and q alone")),
+            (Form::Local { .. }, _) => return Err(refused("a local problem has only W and q")),
             (Form::Global(_), _) => {
-                return Err(refused("a global problem has M, H, f and w alone"));
+                return Err(refused("a global problem has only M, H, f and w"));
             }
         };
         shaped(py, vector.clone(), &[vector.len()])

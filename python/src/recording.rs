@@ -90,7 +90,8 @@ impl PyRecording {
             let found = table.map_or(count, rows_of_a_step);
             if found != count && found > 0 {
                 let why = format!(
-                    "the tables are of another scene: they have {found} {what}, and this one has {count}; read them with the scene of their run"
+                    "the tables belong to another scene: they have {found} {what}, this one has \
+                     {count}; read them with the scene of their run"
                 );
                 return Err(refused(why));
             }
@@ -103,11 +104,13 @@ impl PyRecording {
             let time = k as f64 * h;
             if (row.row.time - time).abs() > 1e-9 * time.max(h) {
                 let found = row.row.time;
-                let why = format!("step {k} has t_s = {found}, and the scene's step is {h} s");
+                let why = format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
                 return Err(refused(why));
             }
             if !row.contacts.iter().all(|contact| is_of(&content, contact)) {
-                return Err(refused(format!("a contact of step {k} is of what the scene has not")));
+                return Err(refused(format!(
+                    "a contact of step {k} refers to a body or piece that the scene does not have"
+                )));
             }
             if row.row.status != StepStatus::End {
                 add_forces(&row, &mut sums);
@@ -119,7 +122,7 @@ impl PyRecording {
             let given = numbers("forces", forces)?.chunks_exact(3);
             let given: Vec<_> = given.map(Vector3::from_column_slice).collect();
             if given.len() != sums.len() {
-                return Err(refused("forces: one on each body in each step is needed"));
+                return Err(refused("forces: one per body and step is needed"));
             }
             sums = given;
         }
@@ -135,16 +138,16 @@ impl PyRecording {
         let world = &content.world;
         let [body] = world.bodies() else {
             let count = world.bodies().len();
-            return Err(odd(&format!("it is of one body, and the scene has {count}")));
+            return Err(odd(&format!("it has one body, but the scene has {count}")));
         };
         if !(world.fixed().is_empty() && world.joints().is_empty()) {
-            return Err(odd(&"it is of one body and the ground, and the scene has more"));
+            return Err(odd(&"it has only a body and the ground, but the scene has more"));
         }
         let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?.of_part();
         let (found, points) = (reader.contacts(), body.contact_points().len());
         if found != points {
             return Err(odd(&format!(
-                "it has {found} contact points, and the scene's body {points}"
+                "it has {found} contact points, but the scene's body has {points}"
             )));
         }
         let (mut rows, mut forces) = (Vec::<TableStep>::new(), Vec::new());
@@ -159,14 +162,15 @@ impl PyRecording {
                 // Ipopt with the tutorial's settings satisfies the norm only to its tolerance in
                 // each step.
                 if (norm - 1.0).abs() > NORM || norm.is_nan() {
-                    let allowed = format!("allowed is 1 to within {NORM}");
+                    let allowed = format!("allowed: 1 to within {NORM}");
                     let why =
                         format!("step {k}: norm of the attitude quaternion is {norm}; {allowed}");
                     return Err(odd(&why));
                 }
                 if (row.time - time).abs() > 1e-9 * time.max(h) {
                     let found = row.time;
-                    let why = format!("step {k} has t_s = {found}, and the scene's step is {h} s");
+                    let why =
+                        format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
                     return Err(odd(&why));
                 }
             }
@@ -200,7 +204,7 @@ impl PyRecording {
     /// Rows `first` to `end` - 1 as a recording. Its last row becomes a state without a step.
     fn part(&self, first: usize, end: usize) -> PyResult<Self> {
         let Some(rows) = self.rows.get(first..end).filter(|rows| !rows.is_empty()) else {
-            return Err(refused("a part of a run has one state or more"));
+            return Err(refused("a part of a run needs at least one state"));
         };
         let mut rows = rows.to_vec();
         if let Some(last) = rows.last_mut() {
@@ -378,11 +382,11 @@ impl PyRecording {
         let sheet = match sheet {
             "motion" => PlotSheet::Motion,
             "energy" => PlotSheet::Energy,
-            _ => return Err(refused(format!("{sheet:?} is no plot; motion or energy is needed"))),
+            _ => return Err(refused(format!("{sheet:?} is not a plot; use motion or energy"))),
         };
         let bodies = self.content.bodies.len();
         if body >= bodies {
-            return Err(refused(format!("body is {body}; allowed is 0 to {}", bodies - 1)));
+            return Err(refused(format!("body is {body}; allowed: 0 to {}", bodies - 1)));
         }
         let film = self.film()?;
         Ok(py.detach(|| plot::svg(&film, sheet, body)))
@@ -440,7 +444,7 @@ impl PyRecording {
 impl PyRecording {
     fn film(&self) -> PyResult<Film> {
         if self.rows.len() > MOST_ROWS {
-            return Err(refused(format!("a picture is made of at most {MOST_ROWS} rows")));
+            return Err(refused(format!("a picture can have at most {MOST_ROWS} rows")));
         }
         let content = &self.content;
         let mut keys = Keys::new();

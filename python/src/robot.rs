@@ -59,7 +59,10 @@ impl PyRobot {
         let content = Arc::clone(&scene.content);
         match index < content.robots.len() {
             true => Ok(Self { content, index }),
-            false => Err(refused(format!("robot: the scene has {}", content.robots.len()))),
+            false => Err(refused(format!(
+                "robot: the index does not exist; the scene has {} robots",
+                content.robots.len()
+            ))),
         }
     }
 
@@ -256,7 +259,7 @@ impl PyRobot {
         q: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         if link >= self.own().robot().links.len() {
-            return Err(refused("link: there is no such link"));
+            return Err(refused("link: it does not exist"));
         }
         let [place, turn] = self.at(&q, None)?.jacobian(link, &Vector3::from(point));
         Ok((by_rows(py, &place)?, by_rows(py, &turn)?))
@@ -311,7 +314,7 @@ pub type LinkPlace = (usize, [f64; 3], [f64; 4]);
 pub fn at_place((link, point, attitude): LinkPlace) -> PyResult<RobotSite> {
     let attitude = Vector4::from(attitude);
     if attitude.norm().is_nan() || attitude.norm() < 1e-12 {
-        return Err(refused("attitude: four numbers are needed that are not all zero"));
+        return Err(refused("attitude: four numbers, not all zero, are needed"));
     }
     let frame = LinkFrame { position: point.into(), attitude: attitude.normalize() };
     Ok(RobotSite { link, frame })

@@ -98,7 +98,7 @@ fn on_batch<T: Send>(
 }
 
 fn of_threads(threads: usize) -> PyResult<NonZeroUsize> {
-    NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))
+    NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more are needed"))
 }
 
 /// Simulates the batch of `inputs` and fills the output arrays.
@@ -187,7 +187,7 @@ pub fn parameter(name: &str) -> PyResult<Constant> {
     let found = Constant::ALL.into_iter().find(|parameter| parameter.name() == name);
     found.ok_or_else(|| {
         let names = Constant::ALL.map(Constant::name).join(", ");
-        refused(format!("parameters: {name:?} is none; there are {names}"))
+        refused(format!("parameters: {name:?} is unknown; use {names}"))
     })
 }
 

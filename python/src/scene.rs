@@ -23,7 +23,7 @@ use tumble_scene::settings::{RobotSettings, Settings};
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let odd = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
     if !fs::metadata(path)?.is_file() {
-        return Err(odd("it is no file".to_owned()));
+        return Err(odd("it is not a file".to_owned()));
     }
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -277,22 +277,20 @@ fn rows(steps: u64) -> PyResult<u64> {
     if (1..10_000_000).contains(&steps) {
         Ok(steps + 1)
     } else {
-        Err(refused(format!("steps is {steps}; allowed is 1 to 9999999")))
+        Err(refused(format!("steps is {steps}; allowed: 1 to 9999999")))
     }
 }
 
 fn first_index(index: u64) -> PyResult<u64> {
     match index <= LARGEST_START {
         true => Ok(index),
-        false => Err(refused(format!("start_index is {index}; allowed is 0 to {LARGEST_START}"))),
+        false => Err(refused(format!("start_index is {index}; allowed: 0 to {LARGEST_START}"))),
     }
 }
 
 fn rotation_of(name: &str) -> PyResult<Rotation> {
     let found = Rotation::ALL.into_iter().find(|rotation| rotation.name() == name);
-    found.ok_or_else(|| {
-        refused(format!("rotation: {name:?} is none; momentum or tutorial is needed"))
-    })
+    found.ok_or_else(|| refused(format!("rotation: {name:?} is unknown; use momentum or tutorial")))
 }
 
 fn solver_name(name: &str) -> PyResult<SolverName> {
@@ -300,10 +298,10 @@ fn solver_name(name: &str) -> PyResult<SolverName> {
         "native" => Ok(SolverName::Native),
         "ipopt" if cfg!(feature = "ipopt") => Ok(SolverName::Ipopt),
         "ipopt" => Err(refused(
-            "solver: ipopt is not in this build; install with the feature ipopt on a machine that \
-             has Ipopt, or take native",
+            "solver: ipopt is not in this build; use native, or install with the feature ipopt on \
+             a machine with Ipopt",
         )),
-        _ => Err(refused(format!("solver: {name:?} is none; native or ipopt is needed"))),
+        _ => Err(refused(format!("solver: {name:?} is unknown; use native or ipopt"))),
     }
 }
 

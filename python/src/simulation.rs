@@ -68,7 +68,8 @@ impl PySimulation {
         saved: Option<&[u8]>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
-        let threads = NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))?;
+        let threads =
+            NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more are needed"))?;
         let motion = match threads.get() {
             1 => content.motion(&content.world).map_err(refused)?,
             _ => content.motion_on(threads).map_err(in_python)?,
@@ -163,7 +164,7 @@ impl PySimulation {
         let joint = own.content.model.joints.iter().find(|joint| tying(joint));
         if let Some(joint) = joint.filter(|_| !joints) {
             let (name, joint) = (&own.content.bodies[body], &joint.name);
-            let why = format!("{name} is tied by {joint}; joints=True takes its joints out too");
+            let why = format!("{name} is attached to {joint}; joints=True removes its joints too");
             return Err(refused(why));
         }
         let content = own.content.without_body(body).map_err(in_python)?;
@@ -401,12 +402,14 @@ impl PySimulation {
                     .or_else(|| place(&content.fixed).map(Partner::Fixed)),
             }
         };
-        let partner = partner
-            .map(|partner| {
-                named(partner)
-                    .ok_or_else(|| refused(format!("partner: nothing is called {partner:?}")))
-            })
-            .transpose()?;
+        let unknown = |partner: &str| {
+            refused(format!(
+                "partner: {partner:?} is unknown; the name of a body or fixed piece, or \
+                 \"ground\", is needed"
+            ))
+        };
+        let partner =
+            partner.map(|partner| named(partner).ok_or_else(|| unknown(partner))).transpose()?;
         let within = within
             .map(|(point, radius)| {
                 Ok::<_, PyErr>((at_place((link, point, [1.0, 0.0, 0.0, 0.0]))?, radius))

@@ -45,7 +45,7 @@ impl Watched<'_, '_> {
                     Ok(value) => return raised.map_or(Ok(value), Err),
                     Err(RecvTimeoutError::Disconnected) => match worker.join() {
                         Err(panic) => resume_unwind(panic),
-                        Ok(()) => unreachable!("work that ended has sent what came of it"),
+                        Ok(()) => unreachable!("finished work has sent its result"),
                     },
                     Err(RecvTimeoutError::Timeout) => {}
                 }

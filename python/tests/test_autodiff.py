@@ -98,11 +98,11 @@ def test_rollouts_with_gradients():
 
 def test_what_is_refused():
     scene = thrown()
-    with pytest.raises(TypeError, match="by is given without gradients"):
+    with pytest.raises(TypeError, match="by needs gradients"):
         tumble.rollout(scene, steps=3, by=["friction"])
     with pytest.raises(tumble.TumbleError, match="gradients has shape"):
         tumble.rollout(scene, steps=3, gradients=np.zeros(3))
-    with pytest.raises(tumble.TumbleError, match="by: \"colour\" is none"):
+    with pytest.raises(tumble.TumbleError, match="by: \"colour\" is unknown"):
         tumble.rollout(scene, steps=3, gradients=np.zeros((1, 1, 12)), by=["colour"])
 
 

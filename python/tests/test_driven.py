@@ -92,7 +92,7 @@ def test_bodies_come_and_go_beside_a_tray_on_its_way():
     run = simulation.run(300)
     np.testing.assert_allclose(run.positions[:, 0, 0], way(100 + np.arange(301)), atol=1e-13)
     np.testing.assert_array_equal(other.run(300).states, run.states)
-    with pytest.raises(tumble.TumbleError, match="tray is tied by tray-drive"):
+    with pytest.raises(tumble.TumbleError, match="tray is attached to tray-drive"):
         simulation.remove_body("tray")
     simulation.remove_body("tray", joints=True)
     assert simulation.run(100).positions[-1, 0, 2] < 0.96
@@ -128,8 +128,8 @@ def tumbled(scenarios):
 @pytest.mark.parametrize(
     "driven, words",
     [
-        ({"body": "none", "spin": [0, 0, 1]}, 'driven.0. .none..body: nothing has the name "none"'),
-        ({"body": "tray"}, "times: either these"),
+        ({"body": "none", "spin": [0, 0, 1]}, 'driven.0. .none..body: unknown name "none"'),
+        ({"body": "tray"}, "times: `times` with `positions`"),
         ({"body": "tray", "times": [0, 1], "positions": [[0, 0, 0.95]]}, "positions has 1 entries"),
         ({"body": "tray", "times": [0], "positions": [[0, 0, 1]]}, "5.000e-2 m and 0.000e0 rad"),
         ("tray", "driven is 'tray'; a list of dictionaries"),

@@ -125,7 +125,7 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
     for name in ("stack", "moved"):
         states = str(tmp_path / name / "states.csv")
         done = tumbled("verify", states)
-        assert done.returncode == 2 and "more moved it than its run.json says" in done.stderr
+        assert done.returncode == 2 and "were set during the run (`pushed` in run.json)" in done.stderr
         assert tumbled("view", states, "--quiet").returncode == 0
     # Later parts have the index of their first row, also for hinges after more than one turn.
     simulation = tumble.load(root / "scenarios" / "slider-crank.toml", start_index=70).simulate()

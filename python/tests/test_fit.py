@@ -256,7 +256,7 @@ def test_tables_are_read(tmp_path):
         (lambda text: text.replace("0,0.01000000", "0,soon"), "a field of its table is not a number"),
         (lambda text: "\n".join(text.splitlines()[:5]), "it has 4 rows; 5 frames or more"),
         (lambda text: text.splitlines()[0], "the table has no rows"),
-        (lambda text: text + text.splitlines()[1] + "\n", "the rows of a recording are apart"),
+        (lambda text: text + text.splitlines()[1] + "\n", "the rows of a recording are not contiguous"),
         (lambda text: text + "1,2\n", "got 2 columns instead of 16"),
     ],
 )
@@ -276,7 +276,7 @@ def test_bodies_and_files_that_are_not_there_are_refused(tmp_path):
     for name in ("a.csv", "b.csv"):
         (tmp_path / name).write_text(table(tosses(1)))
     (tmp_path / "swing.csv").unlink()
-    with pytest.raises(tumble.TumbleError, match="recording 0 is in another file too"):
+    with pytest.raises(tumble.TumbleError, match="recording 0 is also in another file"):
         tumble.fit.read(tmp_path, cube())
 
 
@@ -303,7 +303,7 @@ def test_tensors_are_read_by_torch(tmp_path, monkeypatch):
     assert of.name == "7"
     np.testing.assert_allclose(of.states, toss.states, atol=1e-15)
     monkeypatch.setitem(sys.modules, "torch", None)
-    with pytest.raises(tumble.TumbleError, match="torch reads tensors and is not installed"):
+    with pytest.raises(tumble.TumbleError, match="tensors need torch, which is not installed"):
         tumble.fit.read(tmp_path / "7.pt", cube())
 
 
@@ -314,8 +314,8 @@ def test_tensors_are_read_by_torch(tmp_path, monkeypatch):
         (lambda of: of[..., :12], "has shape"),
         (lambda of: np.where(np.arange(13) == 2, np.nan, of), "finite numbers are needed"),
         (lambda of: of * np.where(np.arange(13) == 3, 1.5, 1.0), "has length"),
-        (lambda of: of * np.where(np.arange(13) >= 7, 1000.0, 1.0), "velocities are not those of its positions"),
-        (lambda of: of * np.where(np.arange(13) >= 10, 57.3, 1.0), "spins are not those of its attitudes"),
+        (lambda of: of * np.where(np.arange(13) >= 7, 1000.0, 1.0), "velocities do not match its positions"),
+        (lambda of: of * np.where(np.arange(13) >= 10, 57.3, 1.0), "spins do not match its attitudes"),
     ],
 )
 def test_states_that_cannot_be_are_refused(make, why):
@@ -325,19 +325,19 @@ def test_states_that_cannot_be_are_refused(make, why):
 
 
 def test_a_rate_that_cannot_be_is_refused():
-    with pytest.raises(tumble.TumbleError, match="its rate is 0.5 frames a second"):
+    with pytest.raises(tumble.TumbleError, match="its rate is 0.5 frames per second"):
         tumble.fit.Recording("odd", 0.5, tosses(1)[0].states)
 
 
 @pytest.mark.parametrize(
     ("how", "why"),
     [
-        ({"parameters": ["slip"]}, "'slip' is not a parameter; there are friction"),
+        ({"parameters": ["slip"]}, "'slip' is not a parameter; use friction"),
         ({"parameters": ["time_step"]}, "'time_step' is not a parameter"),
-        ({"parameters": ["joint_damping"]}, "the scene has nothing with a joint_damping"),
+        ({"parameters": ["joint_damping"]}, "the scene has no joint_damping to fit"),
         ({"parameters": ["mass:ball"]}, "mass:ball: one of cube is needed"),
         ({"parameters": ["inertia", "inertia:cube, xx"], "bounds": {"inertia:cube, xx": (1e-4, 1e-3)}}, "as a whole and by one"),
-        ({"parameters": ["inertia:cube, xx"]}, "is 0.0007 in the scene; its bounds are needed"),
+        ({"parameters": ["inertia:cube, xx"]}, "is 0.0007 in the scene; bounds are needed for it"),
         ({"parameters": ["friction", "friction"]}, "twice"),
         ({"bounds": {"radius": (0, 0.01)}}, "bounds has radius"),
         ({"bounds": {"friction": (0.5, 0.9)}}, "friction starts at 0.4"),
@@ -357,13 +357,13 @@ def test_fits_that_cannot_be_are_refused(how, why):
 def test_recordings_of_another_scene_are_refused():
     with pytest.raises(tumble.TumbleError, match="recordings is empty"):
         tumble.fit.fit(cube(), [])
-    with pytest.raises(tumble.TumbleError, match="recording 0.1 is of 2 bodies; 1 are needed"):
+    with pytest.raises(tumble.TumbleError, match="recording 0.1 has 2 bodies; 1 are needed"):
         tumble.fit.fit(cube(), swings())
     with pytest.raises(tumble.TumbleError, match="begin is 'touch' without a single free body"):
         tumble.fit.fit(pendulum(), swings(), begin="touch")
     high = thrown(1)
     high[..., 2] = 3.0
-    with pytest.raises(tumble.TumbleError, match="the centre comes down to"):
+    with pytest.raises(tumble.TumbleError, match="the lowest height of the centre is"):
         tumble.fit.fit(cube(), recorded(cube(), high, 10))
 
 

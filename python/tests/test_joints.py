@@ -161,7 +161,7 @@ def test_rollouts_drive_motors_and_vary_joints():
             simulation.set_force("pin", 0.3)
             simulation.step()
             np.testing.assert_array_equal(simulation.states, out.states[rollout, step])
-    with pytest.raises(tumble.TumbleError, match="no scene says"):
+    with pytest.raises(tumble.TumbleError, match="which a scene cannot describe"):
         out.trajectory(0)
     with pytest.raises(tumble.TumbleError, match="motors"):
         tumble.rollout(scene, motors=targets[:, :, [0, 0]])

@@ -89,7 +89,7 @@ def test_shapes_and_the_ground_vary_too():
 
 def test_a_coefficient_that_pairs_have_of_their_own_is_refused():
     scene = tumble.load(ROOT / "scenarios" / "block-on-block.toml")
-    with pytest.raises(tumble.TumbleError, match="friction: pairs of the world have"):
+    with pytest.raises(tumble.TumbleError, match="friction: some pairs have their own coefficients"):
         tumble.rollout(scene, steps=4, parameters={"friction": [0.1, 0.9]})
 
 
@@ -127,10 +127,10 @@ def test_the_caller_s_memory_is_written_to(scene):
             {"controls": np.zeros((2, 4, 6)), "initial_states": starts_of(3)},
             "controls has 2 rollouts",
         ),
-        ({"controls": np.zeros((1, 4, 6)), "steps": 5}, "steps is 5; the controls have 4"),
+        ({"controls": np.zeros((1, 4, 6)), "steps": 5}, "steps is 5, but controls has 4"),
         ({"steps": None}, "steps is None"),
-        ({"parameters": {1: [0.3]}}, "parameters: 1 is no name of a constant"),
-        ({"parameters": {"mu": [0.3]}}, '"mu" is none; there are friction'),
+        ({"parameters": {1: [0.3]}}, "parameters: 1 is not a name"),
+        ({"parameters": {"mu": [0.3]}}, '"mu" is unknown; use friction'),
         ({"parameters": {"mass": [1.0, 2.0]}}, r"parameters\['mass'\] has shape \(2,\)"),
         ({"parameters": {"friction": [0.3, -0.5]}}, "rollout 1: coefficient of friction is -0.5"),
         (
@@ -141,7 +141,7 @@ def test_the_caller_s_memory_is_written_to(scene):
         ({"out": {"states": np.zeros((1, 4, 1, 13), np.float32)}}, "dtype float32; float64"),
         ({"out": {"states": np.zeros((1, 4, 13))}}, r"out\['states'\] has shape \(1, 4, 13\)"),
         ({"out": {"states": np.zeros((13, 1, 4, 1)).T}}, "C order"),
-        ({"out": {"positions": np.zeros(3)}}, "out: 'positions' is none"),
+        ({"out": {"positions": np.zeros(3)}}, "out: 'positions' is unknown"),
     ],
 )
 def test_odd_input_is_named(scene, keywords, words):
@@ -236,5 +236,5 @@ def test_a_rollout_is_a_trajectory_with_the_same_numbers():
     with pytest.raises(tumble.TumbleError, match="index is 3; a whole number from 0 to 2"):
         batch.trajectory(3)
     heavy = tumble.rollout(scene, starts, steps=5, parameters={"mass": np.full((3, 1), 20.0)})
-    with pytest.raises(tumble.TumbleError, match="each its own mass"):
+    with pytest.raises(tumble.TumbleError, match="each rollout had its own mass"):
         heavy.trajectory(0)

@@ -117,7 +117,7 @@ def test_a_file_goes_on(tmp_path):
     assert again.index == 40
     same(simulation, again)
     other = stack(height=3)
-    with pytest.raises(tumble.TumbleError, match="state.bin.*4 bodies, and the world has 3"):
+    with pytest.raises(tumble.TumbleError, match="state.bin.*4 bodies; the world has 3"):
         tumble.Simulation.restore(other, path)
     content = path.read_bytes()
     for wrong, words in [(content[:99], "cut off"), (content[:-9] + b"!" + content[-8:], "damaged")]:
@@ -208,7 +208,7 @@ def test_states_that_cannot_be_are_refused_by_names():
     apart[1, 2] = 1.1
     with pytest.raises(tumble.TumbleError, match="joint hook is 1.000e-1 m and"):
         hanging.states = apart
-    with pytest.raises(tumble.TumbleError, match="cup is tied by joint hook;"):
+    with pytest.raises(tumble.TumbleError, match="cup is attached to joint hook;"):
         hanging.hold("cup")
 
 

@@ -100,13 +100,13 @@ def test_keywords_go_before_the_file(scenarios):
     [
         ([CUBE], {}, "ground.friction|missing field"),
         ([{**CUBE, "mass": -1.0}], {"friction": 0.3}, r"bodies\[0\].mass is -1.0 kg"),
-        ([{**CUBE, "mass": "1 kg"}], {"friction": 0.3}, "mass: .*a number is needed"),
+        ([{**CUBE, "mass": "1 kg"}], {"friction": 0.3}, "mass: .*expected a number"),
         ([{**CUBE, "weight": 1.0}], {"friction": 0.3}, "unknown field `weight`"),
         ([{**CUBE, "position": [0, 0]}], {"friction": 0.3}, "length 3"),
         ([{**CUBE, "position": [0, 0, np.nan]}], {"friction": 0.3}, "position.*NaN"),
         ([{**CUBE, "position": [0, 0, 0]}], {"friction": 0.3}, "m below the ground"),
-        ([{**CUBE, "mass": object()}], {"friction": 0.3}, "mass: object is nothing"),
-        ([CUBE], {"friction": 30}, "friction.* is 30.0; allowed is 0 to 10"),
+        ([{**CUBE, "mass": object()}], {"friction": 0.3}, "mass: object is not supported"),
+        ([CUBE], {"friction": 30}, "friction.* is 30.0; allowed: 0 to 10"),
         ([], {"friction": 0.3}, "at least one table"),
     ],
 )
@@ -122,11 +122,11 @@ def test_what_cannot_be_read_is_named(tmp_path, scenarios):
     with pytest.raises(tumble.TumbleError, match="odd.toml: line 1"):
         tumble.load(tmp_path / "odd.toml")
     (tmp_path / "odd.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(tumble.TumbleError, match="no UTF-8"):
+    with pytest.raises(tumble.TumbleError, match="it is not UTF-8"):
         tumble.load(tmp_path / "odd.toml")
     with pytest.raises(tumble.TumbleError, match="solver: 'newton'|solver: \"newton\""):
         tumble.drop(solver="newton")
-    with pytest.raises(tumble.TumbleError, match="seed: .*nothing is random"):
+    with pytest.raises(tumble.TumbleError, match="seed: .*without random values"):
         tumble.load(scenarios / "stack.toml", seed=1)
     with pytest.raises(tumble.TumbleError, match="steps is 0"):
         tumble.load(scenarios / "stack.toml", steps=0)

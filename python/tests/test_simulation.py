@@ -308,9 +308,9 @@ def test_numbers_that_are_too_large_or_too_small_are_named(call, words):
 
 def test_what_does_not_fit_into_memory_is_refused_before():
     simulation = block().simulate()
-    with pytest.raises(MemoryError, match=r"1000000000000 recorded steps .* take at least \d+"):
+    with pytest.raises(MemoryError, match=r"1000000000000 recorded steps .* need at least \d+"):
         simulation.run(10**12)
-    with pytest.raises(MemoryError, match="recorded steps of 1 body, without contacts, take at least"):
+    with pytest.raises(MemoryError, match="recorded steps of 1 body, without contacts, need at least"):
         simulation.run(10**12, contacts=False)
     assert simulation.index == 0
     with pytest.raises(MemoryError, match="1 rollouts of 1000000000000 steps"):

@@ -72,7 +72,7 @@ def test_tables_read_back_to_the_same_doubles(stack, tmp_path):
 
 def test_another_scene_s_tables_are_refused(stack, tmp_path):
     stack.to_csv(tmp_path)
-    with pytest.raises(tumble.TumbleError, match="of another scene: they have 3 bodies, and this one has 1"):
+    with pytest.raises(tumble.TumbleError, match="to another scene: they have 3 bodies, this one has 1"):
         tumble.Trajectory.from_csv(tumble.drop(), tmp_path)
 
 
@@ -111,10 +111,10 @@ def test_a_notebook_shows_the_page(run):
 @pytest.mark.parametrize(
     "call, words",
     [
-        (lambda r: r.plot(body=1), "body is 1; a name, as 'body', or an index"),
+        (lambda r: r.plot(body=1), "body is 1; a name, for example 'body', or an index"),
         (lambda r: r.plot(sheet="speed"), "motion or energy"),
         (lambda r: r.plot("plot.pdf"), "ends in .svg or .png"),
-        (lambda r: r.gif(size=10), "size is 10; allowed is 100 to 2000"),
+        (lambda r: r.gif(size=10), "size is 10; allowed: 100 to 2000"),
         (lambda r: r.gif(speed=0), "speed is 0"),
         (lambda r: r.gif(camera=(0, 100)), "an elevation from 0 to 90"),
         (lambda r: r.gif(camera=(0,)), r"camera has shape \(1,\); \(2,\) is needed"),
@@ -151,7 +151,7 @@ def test_parts_and_rows(run):
     np.testing.assert_array_equal([state for state in part], part.states)
     assert len(run[:]) == len(run) and len(run[300:]) == 1
     for odd in (slice(5, 5), slice(None, None, 2), slice(400, 500)):
-        with pytest.raises(tumble.TumbleError, match="no part of a trajectory"):
+        with pytest.raises(tumble.TumbleError, match="is not a part of a trajectory"):
             run[odd]
     with pytest.raises(IndexError):
         run[301]
@@ -256,15 +256,15 @@ def test_tables_of_one_body_that_are_not_the_scene_s_are_refused(tumbled, run, s
         "[start]\nposition = [0, 0, 2]\n"
     )
     for scene, words in [
-        (stack.scene, "of one body, and the scene has 3"),
-        (tetrapod, "8 contact points, and the scene's body 3"),
-        (slow, "step 1 has t_s = 0.002, and the scene's step is 0.01 s"),
+        (stack.scene, "it has one body, but the scene has 3"),
+        (tetrapod, "8 contact points, but the scene's body has 3"),
+        (slow, "step 1 has t_s = 0.002, but the scene's time step is 0.01 s"),
     ]:
         with pytest.raises(tumble.TumbleError, match=f"^trajectory: .*{words}"):
             tumble.Trajectory.from_csv(scene, folder)
     cut = tmp_path / "cut.csv"
     for odd, words in [
-        ("\n".join(text.splitlines()[:20]) + "\n", "no row of status `end`"),
+        ("\n".join(text.splitlines()[:20]) + "\n", "no row with status `end`"),
         (text.replace("0.3", "x", 1), "trajectory: "),
         ("k,t_s\n", "column 3 of the header"),
     ]:
@@ -275,7 +275,7 @@ def test_tables_of_one_body_that_are_not_the_scene_s_are_refused(tumbled, run, s
     shutil.copy(tables[0], folder)
     shutil.copy(tables[1], folder)
     shutil.copy(tables[2], folder)
-    with pytest.raises(tumble.TumbleError, match="states.csv and trajectory.csv are of two runs"):
+    with pytest.raises(tumble.TumbleError, match="states.csv and trajectory.csv belong to two runs"):
         tumble.Trajectory.from_csv(run.scene, folder)
     assert len(tumble.Trajectory.from_csv(run.scene, folder / "trajectory.csv")) == 60
 
@@ -320,7 +320,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
             [program, command, str(tmp_path / "all" / "trajectory.csv")], capture_output=True, text=True, timeout=120
         )
         assert end.returncode == code, end.stdout + end.stderr
-        assert code == 0 or "more moved it than its run.json says" in end.stderr
+        assert code == 0 or "were set during the run (`pushed` in run.json)" in end.stderr
 
 
 def test_a_copy_knows_whether_something_pushed_it(tmp_path):
@@ -339,7 +339,7 @@ def test_a_copy_knows_whether_something_pushed_it(tmp_path):
 def test_files_that_no_run_json_lists_stay(tmp_path):
     mine = tmp_path / "states.csv"
     mine.write_text("mine")
-    with pytest.raises(tumble.TumbleError, match="states.csv is not of a run .* overwrite=True"):
+    with pytest.raises(tumble.TumbleError, match="states.csv was not written by an earlier run.* overwrite=True"):
         tumble.drop().run(5).to_csv(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["states.csv"]
     assert mine.read_text() == "mine"
@@ -358,7 +358,7 @@ def test_a_folder_has_the_files_of_one_run(tmp_path):
         *(path.name for path in written),
     }
     tumble.Trajectory.from_csv(block, tmp_path)
-    with pytest.raises(tumble.TumbleError, match=r"t_s = 0.002, and the scene's step is 0.001 s"):
+    with pytest.raises(tumble.TumbleError, match=r"t_s = 0.002, but the scene's time step is 0.001 s"):
         slower = tumble.Scene(
             [{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5}, time_step=0.001
         )

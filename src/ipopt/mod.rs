@@ -35,7 +35,7 @@ pub const VERSION: &str = env!("TUMBLE_IPOPT_VERSION");
 #[non_exhaustive]
 pub enum IpoptError {
     /// An array has the wrong length.
-    #[error("{what}: {found} numbers given where the problem has {expected}")]
+    #[error("{what}: {found} numbers given; {expected} are needed")]
     Length {
         /// Name of the array.
         what: &'static str,
@@ -45,7 +45,7 @@ pub enum IpoptError {
         found: usize,
     },
     /// A number is NaN or infinite.
-    #[error("{what}: entry {index} is {value}, a finite number is needed")]
+    #[error("{what}: entry {index} is {value}; a finite number is needed")]
     NotFinite {
         /// Name of the array.
         what: &'static str,
@@ -91,7 +91,7 @@ pub enum IpoptError {
         constraints: usize,
     },
     /// An option is out of its range.
-    #[error("Ipopt option {name} is {value:?}; allowed is {allowed}")]
+    #[error("Ipopt option {name} is {value:?}; allowed: {allowed}")]
     Option {
         /// Ipopt's name of the option.
         name: &'static str,

@@ -100,7 +100,7 @@ impl Batch<'_> {
         let fits = length == 0 || shared(size(&[t, axes]), length);
         count("numbers for forces of joints", length, "(B or 1, T, D), or none", fits)?;
         let loads = self.loads.len();
-        count("loads", loads, "one a body, or none", loads == 0 || loads == n)?;
+        count("loads", loads, "one per body, or none", loads == 0 || loads == n)?;
         for Varied { constant, values } in self.parameters {
             let fits = Some(values.len()) == size(&[b, constant.width(self.world)]);
             count(constant.name(), values.len(), "B times the numbers of one world", fits)?;

@@ -63,8 +63,8 @@ pub const SMOOTHING: f64 = 1e-6;
 /// Index of the only body.
 const BODY: usize = 0;
 
-/// Reason why a world without a ground is not supported.
-const NO_GROUND: &str = "it is of a body above a ground; give a world with one";
+/// Reason for refusing worlds without a ground.
+const NO_GROUND: &str = "it needs a ground; add one";
 
 /// Step problem of one world. Structure and constants are fixed. [`StepNlp::set_step`] sets the
 /// parameters of a step: the state X at its start, the external wrench and the contact flags α.
@@ -161,21 +161,21 @@ impl StepNlp {
     pub fn unsuitable(world: &World) -> Option<&'static str> {
         let body = &world.bodies()[BODY];
         if world.bodies().len() > 1 {
-            Some("it is of one body; give a world of one")
+            Some("it supports one body only; remove the others")
         } else if world.ground().is_none() {
             Some(NO_GROUND)
         } else if !world.fixed().is_empty() {
-            Some("it knows no fixed pieces; give a world without them")
+            Some("it does not support fixed pieces; remove them")
         } else if body.contact_points().iter().any(|point| point.radius > 0.0) {
-            Some("it knows no rounded points; give a body without a radius")
+            Some("it does not support rounded points; remove the radius")
         } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
-            Some("it knows the world's coefficient of friction; give the body none of its own")
+            Some("it supports only the world's coefficient of friction; remove the body's own")
         } else if world.has_restitution() {
-            Some("it knows no restitution; give a world without")
+            Some("it does not support restitution; remove it")
         } else if !world.joints().is_empty() {
-            Some("it knows no joints; give a world without")
+            Some("it does not support joints; remove them")
         } else if world.has_surfaces() {
-            Some("it knows no surfaces that move; give a world without")
+            Some("it does not support moving surfaces; remove them")
         } else if !world.may_touch(BODY, Partner::Ground) {
             Some("the body must be able to touch the ground; use the program of several bodies")
         } else {

@@ -330,7 +330,7 @@ fn bad_meshes_are_refused_with_their_edge_or_facet() {
         Err(error) => error.to_string(),
     };
     let open = refused(&CUBE_OBJ.replace("f 5 6 7 8\n", ""));
-    assert!(open.contains("is open: no facet but") && open.contains("(-1, -1, 1)"), "{open}");
+    assert!(open.contains("is open: only facet") && open.contains("(-1, -1, 1)"), "{open}");
     let turned = refused(&CUBE_OBJ.replace("f 5 6 7 8", "f 8 7 6 5"));
     assert!(turned.contains("in the same direction in facets"), "{turned}");
     let mut inside_out = String::new();
@@ -366,7 +366,7 @@ fn bad_meshes_are_refused_with_their_edge_or_facet() {
         .collect();
     let message = refused(&format!("{CUBE_OBJ}{second}{faces}"));
     assert!(message.contains("not convex: its volume is 1.6"), "{message}");
-    assert!(refused("v 1 2\nf 1 2 3").contains("is no OBJ file"));
+    assert!(refused("v 1 2\nf 1 2 3").contains("is not an OBJ file"));
     assert!(refused("").contains("triangles of the mesh: 0 given"));
     assert!(refused("f 1 2 3").starts_with("the mesh "), "{}", refused("f 1 2 3"));
     let degenerate = Mesh::new(vec![V::zeros(); 3], vec![[0, 1, 1]; 4]).unwrap_err();
@@ -420,10 +420,10 @@ fn stl_cubes_are_boxes_whether_binary_or_ascii() {
         assert!(Piece::mesh(&mesh, 0.1).is_ok());
     }
     let refused = |bytes: &[u8]| parse_stl(bytes).unwrap_err().to_string();
-    assert!(refused(b"").contains("is no STL file"));
-    assert!(refused(&files[0][..300]).contains("is no STL file"));
-    assert!(refused(ascii.replace("vertex", "vortex").as_bytes()).contains("is no STL file"));
-    assert!(refused(&ascii.as_bytes()[..500]).contains("is no STL file"));
+    assert!(refused(b"").contains("is not an STL file"));
+    assert!(refused(&files[0][..300]).contains("is not an STL file"));
+    assert!(refused(ascii.replace("vertex", "vortex").as_bytes()).contains("is not an STL file"));
+    assert!(refused(&ascii.as_bytes()[..500]).contains("is not an STL file"));
     let mut nan = files[0].clone();
     nan[96..100].copy_from_slice(&f32::NAN.to_le_bytes());
     assert!(refused(&nan).contains("coordinate of the mesh (m) is NaN"), "{}", refused(&nan));

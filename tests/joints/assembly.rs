@@ -162,6 +162,6 @@ fn what_cannot_be_assembled_is_refused() {
     let torn = world(vec![rod], vec![pin(0.0, -0.5), pin(1.5, 0.5)]);
     let state = at(Vector3::new(0.75, 0.0, 0.0), Vector3::zeros());
     let refused = torn.assemble(&[state]).unwrap_err().to_string();
-    assert!(refused.contains("apart; give states nearer"), "{refused}");
+    assert!(refused.contains("apart; choose initial states that fit"), "{refused}");
     assert!(torn.assemble(&[]).is_err());
 }

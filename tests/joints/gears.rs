@@ -310,10 +310,10 @@ fn what_is_no_gear_is_refused() {
         assert!(error.contains(why), "{error}");
     };
     refused(Gear::new(turn(0), turn(5), 1.0, 0.0), "joint of a gear");
-    refused(Gear::new(turn(0), slide(0), 1.0, 0.0), "no coordinate of its own");
-    refused(Gear::new(turn(0), turn(1), 1.0, 0.0), "no coordinate of its own");
+    refused(Gear::new(turn(0), slide(0), 1.0, 0.0), "without a coordinate");
+    refused(Gear::new(turn(0), turn(1), 1.0, 0.0), "without a coordinate");
     refused(Gear::new(turn(0), turn(0), 1.0, 0.0), "itself");
-    refused(Gear::new(turn(0), turn(1), f64::NAN, 0.0), "no coordinate of its own");
+    refused(Gear::new(turn(0), turn(1), f64::NAN, 0.0), "without a coordinate");
     let joints = vec![
         Joint::revolute(0, None, frames(0.0), Drive::NONE),
         Joint::revolute(1, None, frames(1.0), Drive::NONE),

@@ -305,7 +305,7 @@ fn the_middle_angle_goes_on_beyond_a_quarter_turn() {
     let quarter = Vector3::new(0.3, 0.1, std::f64::consts::FRAC_PI_2);
     let folded = State { position: Vector3::zeros(), ..placed(&quarter) };
     let refused = Simulation::new(world.clone(), vec![folded], Motion::native(&world));
-    assert!(refused.err().unwrap().to_string().contains("first and its last axis in one"));
+    assert!(refused.err().unwrap().to_string().contains("parallel first and last axes"));
 }
 
 /// Checks hinges about x, z and y, as in robot files. Each angle reaches the target of its motor.

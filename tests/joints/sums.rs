@@ -245,7 +245,7 @@ fn what_no_sum_can_have_is_refused() {
         let error = world.clone().with_gears(vec![gear.with_drive(drive)]).unwrap_err().to_string();
         assert!(error.contains(why), "{error}");
     };
-    refused(Drive { armature: 0.1, ..Drive::NONE }, "an armature of a sum");
+    refused(Drive { armature: 0.1, ..Drive::NONE }, "armature of a gear's drive");
     refused(Drive { stiffness: -1.0, ..Drive::NONE }, "stiffness of a joint");
     refused(Drive { limits: Some([1.0, 0.0]), ..Drive::NONE }, "upper limit");
 }
@@ -278,5 +278,5 @@ fn a_drive_of_a_sum_is_set_in_mid_run() {
     }
     let held = pair([Drive::NONE; 2], false, |[first, second]| Gear::new(first, second, -2.0, 0.0));
     let why = started(&held, [0.0; 2]).set_gear_drive(0, force(1.0)).unwrap_err().to_string();
-    assert!(why.contains("held"), "{why}");
+    assert!(why.contains("drive of a gear without one"), "{why}");
 }

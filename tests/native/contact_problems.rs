@@ -415,7 +415,7 @@ fn text_keeps_every_bit_of_a_problem() {
     }
     let rows = vec![Law::rows_of(vec![RowLaw::Locked]).unwrap()];
     let refused = dat::write(&local(&DMatrix::identity(1, 1), &[0.0], rows)).unwrap_err();
-    assert!(refused.to_string().contains("group 0 is no contact"), "{refused}");
+    assert!(refused.to_string().contains("group 0 is not such a contact"), "{refused}");
     let plane = [contacts(&[0.5]), Law::contacts(2, &[0.5]).unwrap()].concat();
     let refused = dat::write(&local(&DMatrix::identity(5, 5), &[0.0; 5], plane)).unwrap_err();
     assert!(refused.to_string().contains("group 1"), "{refused}");
@@ -491,20 +491,20 @@ fn texts_that_say_other_than_they_have_are_refused() {
     // C prints a count with six digits like this.
     assert!(dat::read(&by_entries.replace("nzmax: 3", "nzmax: 1e+06")).is_ok());
     for (text, old, new, words) in [
-        (&by_entries, "2 2 : 1\n", "", "line 8: 3 entries are announced, and 2 follow"),
-        (&by_entries, "nnz: 3", "nnz: 2", "line 8: 2 entries are announced, and 3 follow"),
-        (&by_entries, "3-by-3", "7-by-9", "line 8: \"7-by-9,\""),
-        (&by_columns, "  2 : 1\n", "", "line 13: 1 entries are announced, and 0 follow"),
-        (&by_columns, "nnz: 3", "nnz: 4", "line 8: 4 entries are announced, and 3 follow"),
-        (&by_columns, "3-by-3", "3-by-4", "line 8: \"3-by-4,\""),
-        (&by_columns, each[1].as_str(), "", "line 11: \"2\" where the next column"),
-        (&by_columns, each[2].as_str(), "", "\"-1\" where col"),
-        (&by_columns, "col 2", "col 0", "\"0\" where the next column"),
-        (&by_entries, "0.5\n", "", "it ends where a coefficient of friction"),
-        (&by_entries, "0.5\n", "0.5 0.5\n0.5", "line 13: \"0.5\" after the last"),
-        (&by_entries, "0.2", "nan", "line 12: \"nan\" where a number of q"),
-        (&by_entries, "1 1 : 1", "1 1 : -inf", "line 10: \"-inf\" where an entry"),
-        (&by_entries, "0.5\n", "1e999", "line 13: \"1e999\" where a coefficient"),
+        (&by_entries, "2 2 : 1\n", "", "line 8: the header has 3 entries, but 2 follow"),
+        (&by_entries, "nnz: 3", "nnz: 2", "line 8: the header has 2 entries, but 3 follow"),
+        (&by_entries, "3-by-3", "7-by-9", "line 8: found \"7-by-9,\""),
+        (&by_columns, "  2 : 1\n", "", "line 13: the header has 1 entries, but 0 follow"),
+        (&by_columns, "nnz: 3", "nnz: 4", "line 8: the header has 4 entries, but 3 follow"),
+        (&by_columns, "3-by-3", "3-by-4", "line 8: found \"3-by-4,\""),
+        (&by_columns, each[1].as_str(), "", "line 11: found \"2\"; expected the next column"),
+        (&by_columns, each[2].as_str(), "", "found \"-1\"; expected col"),
+        (&by_columns, "col 2", "col 0", "found \"0\"; expected the next column"),
+        (&by_entries, "0.5\n", "", "it ends too early; expected a coefficient of friction"),
+        (&by_entries, "0.5\n", "0.5 0.5\n0.5", "line 13: found \"0.5\" after the last"),
+        (&by_entries, "0.2", "nan", "line 12: found \"nan\"; expected a number of q"),
+        (&by_entries, "1 1 : 1", "1 1 : -inf", "line 10: found \"-inf\"; expected an entry"),
+        (&by_entries, "0.5\n", "1e999", "line 13: found \"1e999\"; expected a coefficient"),
     ] {
         assert!(text.contains(old), "{old}");
         let changed = text.replacen(old, new, 1);

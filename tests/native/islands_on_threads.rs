@@ -245,5 +245,5 @@ fn an_interrupt_ends_islands_in_the_middle_of_their_step() {
 fn too_many_threads_are_refused() {
     let (world, _) = heaps_and_singles(1);
     let error = NativeSolver::new(&world).with_threads(NonZeroUsize::new(1025).unwrap());
-    assert_eq!(error.unwrap_err().to_string(), "threads: 1025 given; allowed is 1 to 1024");
+    assert_eq!(error.unwrap_err().to_string(), "threads: 1025 given; allowed: 1 to 1024");
 }

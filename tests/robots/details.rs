@@ -133,7 +133,7 @@ fn options_of_robots_are_checked() {
     for (fields, part) in [
         ("pose = \"down\"", "no pose \"down\""),
         ("coordinates = { elbow = 1.0 }", "no joint \"elbow\""),
-        ("coordinates = { ball = 1.0 }", "no slide and no hinge"),
+        ("coordinates = { ball = 1.0 }", "is not a slide or hinge"),
         ("fixed = true", "for URDF"),
         ("sides = 2", "sides is 2"),
         ("prefix = \"a b\"", "name"),

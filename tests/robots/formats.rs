@@ -115,9 +115,9 @@ fn odd_files_of_gltf_are_refused_in_a_sentence() {
     for (from, to, why) in [
         ("\"scene\"", "\"extensionsRequired\":[\"draco\"],\"scene\"", "draco"),
         ("\"indices\":1", "\"indices\":7", "there is no accessor 7"),
-        ("\"indices\":1", "\"mode\":1,\"indices\":1", "lists of triangles"),
+        ("\"indices\":1", "\"mode\":1,\"indices\":1", "only meshes of separate triangles"),
         ("[{\"nodes\":[0]}]", "[{\"nodes\":[3]}]", "there is no node 3"),
-        ("\"children\":[1]", "\"children\":[0]", "deep in each other"),
+        ("\"children\":[1]", "\"children\":[0]", "nested more than"),
         ("\"count\":4", "\"count\":9", "beyond the end"),
     ] {
         let length =
@@ -184,7 +184,7 @@ fn joints_of_urdf_are_read_as_bullet_has_them() {
     assert_eq!((ball.moves, ball.damping), (Moves::Ball, 0.5));
     assert_eq!((slide.moves, slide.range), (Moves::Slide, None));
     assert!(
-        robot.notes.iter().any(|note| note.contains("lower is more than upper")),
+        robot.notes.iter().any(|note| note.contains("lower is above upper")),
         "{:?}",
         robot.notes
     );

@@ -112,7 +112,7 @@ fn pairs_that_cannot_be_are_refused() {
     for (pair, words) in [
         (r#"<pair geom1="a" geom2="c"/>"#, "there is no geom \"c\""),
         (r#"<pair geom1="a" geom2="b"/>"#, "two bodies are needed"),
-        (r#"<pair geom1="a" geom2="floor" friction="1 0.5"/>"#, "one coefficient"),
+        (r#"<pair geom1="a" geom2="floor" friction="1 0.5"/>"#, "use equal ones"),
         (r#"<pair geom1="a" geom2="floor" condim="4"/>"#, "--point-contacts"),
         (r#"<pair geom1="a"/>"#, "geom2"),
     ] {
@@ -191,13 +191,17 @@ fn names_of_a_scene_are_made() {
     assert_eq!(made.bodies[1].len(), 40);
     assert_eq!(made.joints[0], "j_1");
     assert!(
-        said(&made, "3 of them: \"robot0:base link\" is \"robot0_base_link\""),
+        said(
+            &made,
+            "3 names that a scene does not allow are changed, for example \"robot0:base link\" to \
+             \"robot0_base_link\""
+        ),
         "{:?}",
         made.notes()
     );
     assert!(made.robots[0].robot().link("robot0:base link").is_some());
     let why = refused(tried(&file("a:b", "a b")));
-    assert!(why.contains("there is a body \"a_b\" already"), "{why}");
+    assert!(why.contains("the body name \"a_b\" is already used"), "{why}");
 }
 
 /// Checks three perpendicular slides, in both orientations. Coordinates are read back, and springs
@@ -247,11 +251,11 @@ fn starts_that_are_too_deep_are_lifted() {
     );
     for words in [
         "ball was lifted 5.000e-2 m out of the ground",
-        "cube was lifted 8.000e-2 m out of what is fixed",
+        "cube was lifted 8.000e-2 m out of a fixed piece",
     ] {
         assert!(said(&made, words), "{:?}", made.notes());
     }
-    assert!(said(&made, "never touches it: bob"), "{:?}", made.notes());
+    assert!(said(&made, "have no contact with it: bob"), "{:?}", made.notes());
     assert!((made.starts[0].position[2] - 0.1).abs() < 1e-15);
     assert!((made.starts[1].position[2] - 0.5).abs() < 1e-12);
     // The coordinates are changed too.
@@ -278,7 +282,7 @@ fn ties_that_are_off_are_made_to_fit() {
     // The joint range moves the arm away from its constraint.
     let mocap = r#"<body name="hand" mocap="true" pos="0 0 0"/>"#;
     let made = scene(&arm(r#"<weld body1="hand" body2="b"/>"#, mocap));
-    assert!(said(&made, "it holds where the start has it"), "{:?}", made.notes());
+    assert!(said(&made, "it keeps the initial pose"), "{:?}", made.notes());
     assert!((made.robots[0].start()[0] - 20_f64.to_radians()).abs() < 1e-12);
     steps(&mut begun(&made), 10);
     // The end of the arm starts far from its constraint and is assembled, by more than a step may
@@ -292,7 +296,7 @@ fn ties_that_are_off_are_made_to_fit() {
             "gravity = 9.81\n[ground]\nnone = true\nfriction = 0.5\n[[robots]]\nfile = \"arm.xml\"\ncoordinates = {{ ja = {ja:?} }}\n"
         );
         let made = read("scene.toml", &text, &bent).unwrap_or_else(|why| panic!("{why}"));
-        assert!(said(&made, "its ties are off"), "{:?}", made.notes());
+        assert!(said(&made, "its loops do not close in the initial pose"), "{:?}", made.notes());
         let tie = made.joints.iter().position(|name| name == "tie-0").unwrap();
         let (place, _) = made.world.joints()[tie].error(&made.starts).unwrap();
         assert!(place < 1e-11, "{place:e}");
@@ -309,7 +313,7 @@ fn ties_that_are_off_are_made_to_fit() {
         r#"<body name="c" pos="9 0 0"><joint range="50 60"/><geom size="0.1" pos="1 0 0"/></body>"#,
     );
     let why = refused(tried(&far));
-    assert!(why.contains("tie-0 is") && why.contains("leave it out"), "{why}");
+    assert!(why.contains("tie-0 is") && why.contains("move its bodies, or remove it"), "{why}");
 }
 
 /// Checks that hulls of thousands of points are computed in time and reduced to the allowed
@@ -344,7 +348,7 @@ fn hulls_of_many_points_are_made() {
 fn an_arena_stands_among_other_things() {
     let arena = r#"<mujoco><worldbody><body name="table" pos="0 0 0.5"><geom type="box" size="1 1 0.5"/></body></worldbody></mujoco>"#;
     let why = refused(read("arena.xml", arena, ""));
-    assert!(why.contains("nothing in it that could move") && why.contains("[[robots]]"), "{why}");
+    assert!(why.contains("nothing in it can move") && why.contains("[[robots]]"), "{why}");
     let text = "steps = 10\ntime_step = 0.002\ngravity = 9.81\n[ground]\nfriction = 0.5\n[[robots]]\nfile = \"arena.xml\"\n[[bodies]]\nname = \"ball\"\nsphere = 0.1\nmass = 1.0\nposition = [0.0, 0.0, 1.1]\n";
     let made = read("scene.toml", text, arena).unwrap_or_else(|why| panic!("{why}"));
     let mut simulation = begun(&made);

@@ -250,7 +250,7 @@ fn mimics_may_come_in_any_order() {
     }
 
     for (from, to, part) in [
-        ("mimic joint='jc'", "mimic joint='jd'", "\"jd\" is no joint"),
+        ("mimic joint='jc'", "mimic joint='jd'", "\"jd\" is not a joint"),
         ("multiplier='2'", "multiplier='1e9'", "multiplier"),
         ("mimic joint='jb'", "mimic joint='ja'", "itself"),
         ("<axis xyz='0 1 0'/><origin xyz='0.3 0 0'/></joint>", "</joint>", "three"),

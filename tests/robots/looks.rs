@@ -164,7 +164,11 @@ fn looks_are_written_down() {
     assert_eq!(films[0].bodies[0].pieces, films[1].bodies[0].pieces);
     assert_eq!(written::text(&again).unwrap(), text);
     for (from, to, said) in [
-        ("triangles = [[0,", "triangles = [[99,", "look[0].surface.triangles: 99"),
+        (
+            "triangles = [[0,",
+            "triangles = [[99,",
+            "look[0].surface.triangles: vertex 99 does not exist",
+        ),
         ("vertices = [[0.0", "vertices = [[1e9", "look[0].surface.vertices"),
         ("sphere = 0.5", "radius = 0.5", "look[1]"),
     ] {
@@ -204,8 +208,8 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     let mesh =
         |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
     for (file, why) in [
-        ("trunk.dae", "of .dae the corners alone are read"),
-        ("package://own/trunk.dae", "of .dae the corners alone are read"),
+        ("trunk.dae", "of .dae files only the vertices are read"),
+        ("package://own/trunk.dae", "of .dae files only the vertices are read"),
         ("away.stl", "it is not there"),
     ] {
         let text = one(&format!("{}{}", mesh("prism.obj"), mesh(file)));
@@ -217,7 +221,10 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
         assert_eq!(hull.vertices.len(), 8);
         let notes: Vec<_> = scene.notes().into_iter().filter(|note| note.contains(why)).collect();
         assert_eq!(notes.len(), 1, "{file}: {:?}", scene.notes());
-        assert!(notes[0].contains("a link is drawn by what touches, not by visual meshes: line"));
+        assert!(
+            notes[0]
+                .contains("a link is drawn with collision shapes instead of visual meshes: line")
+        );
     }
 }
 
@@ -236,7 +243,10 @@ fn large_meshes_are_drawn_coarser() {
     assert_eq!(robot.looks.iter().map(|look| look.link).collect::<Vec<_>>(), [1, 2]);
     let counts: Vec<_> = robot.looks.iter().map(RobotLook::triangles).collect();
     assert!(counts.iter().all(|count| (5000..=10_000).contains(count)), "{counts:?}");
-    let said = format!("drawn coarser: {} triangles instead of 20002", counts[0] + counts[1]);
+    let said = format!(
+        "visual meshes are simplified: {} triangles instead of 20002",
+        counts[0] + counts[1]
+    );
     assert!(robot.notes.iter().any(|note| note.contains(&said)), "{said}: {:?}", robot.notes);
     let large = read(&one(&mesh("large.obj")), &reading).unwrap();
     let count = large.looks[0].triangles();

@@ -152,7 +152,7 @@ fn what_overlaps_at_the_start_never_touches() {
     };
     let inside = robot(AIR, &third("0 0.05 -0.2"));
     assert!(
-        said(&inside, "overlaps at the start never touches each other: base and hand (8"),
+        said(&inside, "overlap at the start have no contacts: base and hand (8"),
         "{:?}",
         inside.notes()
     );
@@ -206,7 +206,7 @@ fn a_mesh_with_too_many_corners_is_a_hull_of_some() {
     let text = format!("{GROUND}position = [0, 0, 0.1]\n");
     let stone = scene(&text, &[("robot.urdf", &urdf), ("stone.obj", &obj)]);
     let stone = stone.unwrap_or_else(|why| panic!("{why}"));
-    assert!(said(&stone, "stone.obj: a hull of "), "{:?}", stone.notes());
+    assert!(said(&stone, "stone.obj: its hull is reduced to "), "{:?}", stone.notes());
     let body = &stone.world.bodies()[0];
     let corners = body.pieces()[0].core().vertices();
     assert!((100..=200).contains(&corners.len()), "{}", corners.len());
@@ -260,17 +260,17 @@ fn the_points_of_collada_are_where_its_nodes_put_them() {
     }
     for (from, to, words) in [
         ("#box", "#none", "there is no <geometry> \"none\""),
-        ("10 0 0", "10 0 x", "\"x\" is no number"),
-        ("<rotate>0 0 1 90", "<rotate>0 0 1", "3 numbers are given, and 4 needed"),
-        ("0.01", "NaN", "\"NaN\" is no number"),
+        ("10 0 0", "10 0 x", "\"x\" is not a number"),
+        ("<rotate>0 0 1 90", "<rotate>0 0 1", "3 numbers are given; 4 are needed"),
+        ("0.01", "NaN", "\"NaN\" is not a number"),
         ("<translate>0 0 50</translate>", "<skew>1 2</skew>", "<skew> is not supported"),
         (
             "<node><translate>",
             "<node id='ring'><instance_node url='#ring'/><instance_node url='#ring'/><translate>",
             "more than 50 deep",
         ),
-        ("</COLLADA>", "", "no XML"),
-        ("COLLADA", "SCENE", "it is no Collada file"),
+        ("</COLLADA>", "", "it is not XML"),
+        ("COLLADA", "SCENE", "it is not a Collada file"),
     ] {
         let why = with(&dae.replace(from, to)).err().unwrap_or_default();
         assert!(why.contains(words) && why.contains("box.dae"), "{to}: {why}");
@@ -296,19 +296,23 @@ fn masses_that_are_not_given_follow_from_the_shapes() {
     let scene = of(twice, "a");
     assert_eq!(scene.world.bodies()[0].mass(), 3.0);
     // One axis and one mass.
-    assert!(said(&scene, "the first counts: 2 were"), "{:?}", scene.notes());
+    assert!(
+        said(&scene, "only the first of repeated elements in a link or joint is used: 2 are"),
+        "{:?}",
+        scene.notes()
+    );
     for (inertial, mass, words) in [
         ("", 24.0, "1000 kg/m³: 1"),
         ("<inertial><density value='50'/></inertial>", 1.2, ""),
         (
             "<inertial><mass value='3'/><inertia ixx='0' iyy='0' izz='0'/></inertial>",
             3.0,
-            "none have that of",
+            "links with an invalid inertia get the inertia of their shapes",
         ),
         (
             "<inertial><origin xyz='0.1 0 0'/><mass value='3'/><inertia ixx='1' iyy='1' izz='0'/></inertial>",
             3.0,
-            "none have that of",
+            "links with an invalid inertia get the inertia of their shapes",
         ),
     ] {
         let scene = of(inertial, "a");
@@ -339,7 +343,7 @@ fn a_flat_mesh_is_a_plate() {
     let urdf = format!("<robot name='r'>{}</robot>", link("a", 1.0, &mesh));
     let scene = scene(GROUND, &[("robot.urdf", &urdf), ("flat.obj", flat)]).unwrap();
     assert!(
-        said(&scene, "flat.obj: it is flat, and counts as 1.0e-4 m thick"),
+        said(&scene, "flat.obj: it is flat and is thickened to 1.0e-4 m"),
         "{:?}",
         scene.notes()
     );
@@ -367,7 +371,7 @@ fn shapes_of_size_0_are_left_out() {
         "<mesh filename='a.stl' scale='0 0 0'/>",
     ] {
         let scene = robot(GROUND, &body(&format!("{own}{}", shape(empty, "0 0 5"))));
-        assert!(said(&scene, "shapes of size 0 are left out: 1"), "{empty}: {:?}", scene.notes());
+        assert!(said(&scene, "shapes of size 0 are ignored: 1"), "{empty}: {:?}", scene.notes());
         assert_eq!(scene.model.shapes.len(), 1);
         assert_eq!(scene.world, robot(GROUND, &body(&own)).world);
     }
@@ -388,7 +392,7 @@ fn an_effort_below_0_is_no_limit() {
         format!("<robot name='r'>{}</robot>", parts.concat())
     };
     let given = robot(AIR, &arm("effort='-1'"));
-    assert!(said(&given, "an effort below 0 is no limit"), "{:?}", given.notes());
+    assert!(said(&given, "an effort below 0 means no limit"), "{:?}", given.notes());
     assert_eq!(given.robots[0].robot().joints[1].effort, None);
     assert_eq!(given.model.joints, robot(AIR, &arm("")).model.joints);
 }
@@ -418,7 +422,10 @@ fn frames_of_almost_no_mass_are_frames() {
     };
     let made = robot(AIR, &tool(&faint("tool"), axis));
     let notes = made.notes();
-    assert!(said(&made, "links of less than 1e-9 kg are frames without mass: 2"), "{notes:?}");
+    assert!(
+        said(&made, "links of less than 1e-9 kg are treated as massless frames: 2"),
+        "{notes:?}"
+    );
     assert!(said(&made, "fixed where the file places them: tool_joint"), "{notes:?}");
     // The root is free, because something heavy is fixed to it.
     assert_eq!((made.bodies.len(), made.model.joints.len()), (2, 1));
@@ -459,7 +466,7 @@ fn too_many_links_are_refused_at_once() {
     let clock = std::time::Instant::now();
     let why = scene(AIR, &[("robot.urdf", &text)]).err().unwrap_or_default();
     assert!(
-        why.contains("line 2000, <link> \"link2000\": with this there are more than 2000 links"),
+        why.contains("line 2000, <link> \"link2000\": there are more than 2000 links"),
         "{why}"
     );
     assert!(clock.elapsed().as_secs_f64() < 3.0, "{:?}", clock.elapsed());
@@ -480,6 +487,6 @@ fn many_bodies_in_one_place_are_kept_apart() {
     let clock = std::time::Instant::now();
     let made = robot(AIR, &text);
     assert_eq!(made.model.apart.len(), BODIES * (BODIES - 1) / 2);
-    assert!(said(&made, "what overlaps at the start never touches each other"));
+    assert!(said(&made, "pairs that overlap at the start have no contacts"));
     assert!(clock.elapsed().as_secs_f64() < 5.0, "{:?}", clock.elapsed());
 }

@@ -100,11 +100,14 @@ fn contacts_in_points_are_asked_for() {
     assert!(why.contains("--point-contacts") && why.contains("<geom>"), "{why}");
     let asked = RobotSettings { point_contacts: true, ..Default::default() };
     let why = alone(WITH_PACKAGE, "arm.urdf", &[("arm/parts/wedge.obj", WEDGE)], asked).err();
-    assert!(why.as_deref().unwrap_or_default().contains("point_contacts is for MJCF"), "{why:?}");
+    assert!(
+        why.as_deref().unwrap_or_default().contains("point_contacts is only for MJCF"),
+        "{why:?}"
+    );
     let (said, plain) = (read(6, true).unwrap(), read(3, false).unwrap());
     assert_eq!(said.changed, ["point-contacts"]);
     let notes = said.notes();
-    assert!(notes.iter().any(|note| note.contains("rub alone")), "{notes:?}");
+    assert!(notes.iter().any(|note| note.contains("only sliding friction")), "{notes:?}");
     assert!(plain.notes().is_empty());
     // The world is the same otherwise. A frictionless geom stays frictionless.
     let model = |scene: &Scene| format!("{:?}", scene.model);
@@ -281,7 +284,7 @@ fn meshes_of_mujoco_are_read() {
     let last = odd.len() - 4;
     odd[last..].copy_from_slice(&7_i32.to_le_bytes());
     let why = plain(&text, &[("m.msh", &odd)]).err().unwrap_or_default();
-    assert!(why.contains("vertex that is not there"), "{why}");
+    assert!(why.contains("vertex that does not exist"), "{why}");
 }
 
 /// Checks flat meshes. A visual mesh needs no hull, a colliding one becomes a plate, and one with
@@ -426,7 +429,7 @@ fn tendons_hold_joints() {
         ("<actuator><motor tendon='non'/></actuator>", "no tendon"),
         (
             "<tendon><fixed name='c' stiffness='3'><joint joint='x' coef='1'/></fixed></tendon>",
-            "pull",
+            "tendons with forces or limits",
         ),
         ("<tendon><fixed name='c'><joint joint='z' coef='1'/></fixed></tendon>", "no joint"),
         (

@@ -247,8 +247,8 @@ fn wrong_files_are_refused_by_line() {
             "line 2, <spatial>",
         ),
         ("<sdf version='1.6'/>", "SDF"),
-        ("", "line 1: it is no XML"),
-        ("[body]\nmass = 1", "line 1: it is no XML"),
+        ("", "line 1: it is not XML"),
+        ("[body]\nmass = 1", "line 1: it is not XML"),
     ];
     for (text, part) in cases {
         let why = scene_of(text, "wrong.xml").err().unwrap_or_default();
@@ -331,5 +331,5 @@ fn depth_and_inclusion_are_bounded() {
     let looping = |_: &Path, _: u64| Ok(b"<mujoco><include file='again.xml'/></mujoco>".to_vec());
     let reading = Reading { read: &looping, ..Reading::none() };
     let why = read("<mujoco><include file='again.xml'/></mujoco>", &reading).unwrap_err();
-    assert!(why.contains("included already"), "{why}");
+    assert!(why.contains("already included"), "{why}");
 }

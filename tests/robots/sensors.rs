@@ -116,7 +116,7 @@ fn sites_of_a_file() {
     }
     assert!(robot.notes.iter().any(|note| note.contains("site without a name")));
     for (from, to, why) in [
-        ("name=\"up\"", "name=\"home\"", "given twice"),
+        ("name=\"up\"", "name=\"home\"", "used twice"),
         ("3 0 0\" size", "1 0 0\" size", "apart"),
         ("type=\"capsule\"", "kind=\"capsule\"", "kind"),
     ] {

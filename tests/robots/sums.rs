@@ -118,7 +118,7 @@ fn other_tendons_that_pull_are_refused() {
     let third = "<joint joint=\"a\" coef=\"2\"/>";
     let one = "<joint joint=\"b\" coef=\"-0.5\"/>";
     for (from, to, words) in [
-        (one, "", &["line 9", "stiffness", "sums of two joints"][..]),
+        (one, "", &["line 9", "stiffness", "only for two joints"][..]),
         ("damping=\"3\"", "springlength=\"0 0.1\"", &["line 9", "springlength", "one number"]),
         ("damping=\"3\"", "armature=\"0.1\"", &["line 9", "armature"]),
         ("stiffness=\"40\"", "stiffness=\"-1\"", &["line 9", "stiffness is -1.0"]),
@@ -198,5 +198,5 @@ fn position_actuators_of_tendons_are_motors_of_sums() {
     // A force limit of one joint does not apply to a force on two.
     let bounded = GRIPPER.replace("name=\"r\"", "name=\"r\" actuatorfrcrange=\"-1 1\"");
     let why = scene_of(&bounded, Settings::default()).err().unwrap_or_default();
-    assert!(why.contains("line 9") && why.contains("\"r\" bounds"), "{why}");
+    assert!(why.contains("line 9") && why.contains("\"r\" limits"), "{why}");
 }

@@ -27,15 +27,17 @@ fn version() -> &'static str {
     &VERSION
 }
 
-/// Rigid bodies in hard frictional contact: every time step one optimisation problem,
+/// Simulate rigid bodies in hard frictional contact. Every time step is one optimisation problem,
 /// solved and certified.
 ///
-/// Without a verb: simulate a scene and write OUT/trajectory.csv, OUT/run.json, and OUT/state.bin to go on
-/// from with --continue.
+/// Without a command, tumble simulates a scene. It writes OUT/trajectory.csv, OUT/run.json, and
+/// OUT/state.bin for --continue.
 #[derive(Debug, Parser)]
 #[command(name = "tumble", version = version(), args_conflicts_with_subcommands = true)]
-#[command(after_help = "Exit codes: 0 done; 2 bad input; 3 finished, but some step did not \
-    converge; 130 interrupted; 1 anything else.")]
+#[command(
+    after_help = "Exit codes: 0 done; 2 bad input; 3 finished, but a step did not converge; 130 \
+                  interrupted; 1 any other error."
+)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -45,29 +47,29 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Recompute the residual of every step of a trajectory from the file alone, and judge every
-    /// row by it.
+    /// Verify every step of a trajectory: recompute its residual from the file alone.
     Verify(VerifyArgs),
-    /// Write a robot's file, URDF or MJCF, as a scenario file.
+    /// Convert a robot, URDF or MJCF, to a scenario file.
     Convert(ConvertArgs),
     /// Draw a trajectory as an animated GIF.
     Gif(GifArgs),
-    /// Draw a trajectory over time: plot and plot-energy, each as .png and .svg.
+    /// Plot a trajectory over time: plot and plot-energy, each as .png and .svg.
     Plot(PlotArgs),
-    /// Make a page that plays one or two trajectories in any browser: view.html.
+    /// Write view.html, a page that plays one or two trajectories in a browser.
     View(ViewArgs),
     /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
     Inspect(InspectArgs),
-    /// Differentiate a number of a body at the end of a run, by the start, pushes and constants: OUT/gradient.csv and
-    /// gradient.json.
+    /// Differentiate a quantity at the end of a run by initial state, loads and constants. Writes
+    /// OUT/gradient.csv and OUT/gradient.json.
     Gradient(GradientArgs),
-    /// Find controls with which a scene ends where it should: OUT/controls.csv, plan.json, and the run that the simulator
-    /// makes of them.
+    /// Find controls that bring a scene to its targets. Writes OUT/controls.csv, OUT/plan.json and
+    /// the simulated run.
     Plan(PlanArgs),
-    /// Compare simulations with the closed-form answers of textbook problems: a table, and
-    /// OUT/validation.html.
+    /// Compare simulations with closed-form solutions of textbook problems. Prints a table and
+    /// writes OUT/validation.html.
     Validate(ValidateArgs),
-    /// Solve contact problems by themselves, from files in Siconos' text form: a table, and the solutions as CSV.
+    /// Solve contact problems from files in Siconos' text format. Prints a table and writes the
+    /// solutions as CSV.
     Solve(SolveArgs),
 }
 

@@ -7,29 +7,30 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 the replay meets all targets; 2 bad input; 3 it does not (missed or failed), and the \
-    nearest plan is written; 130 interrupted, and the best plan so far is written; 1 any other error."
+    after_help = "Exit codes: 0 the replay meets all targets; 2 bad input; 3 it does not (missed or \
+    failed), and the nearest plan is written; 130 interrupted, and the best plan so far is \
+    written; 1 any other error."
 )]
 pub struct PlanArgs {
-    /// The problem (TOML, see docs/planning.md).
+    /// Planning problem (TOML, see docs/planning.md).
     #[arg(value_name = "PROBLEM.toml")]
     pub file: PathBuf,
-    /// Controls to start from, a controls.csv; overrides `start` of the file.
+    /// Initial controls, a controls.csv; overrides `start` of the file.
     #[arg(long, value_name = "FILE.csv")]
     pub start: Option<PathBuf>,
-    /// Replay the start without a search.
+    /// Replay the initial controls without a search.
     #[arg(long)]
     pub replay: bool,
     /// Time limit of the search, s; overrides `time` of the file.
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_hyphen_values = true)]
     pub time: Option<f64>,
-    /// Number of threads; the plan does not depend on it [default: one for each core].
+    /// Number of threads [default: one per core]. The plan does not depend on it.
     #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
     pub threads: Option<NonZeroUsize>,
     /// Directory for controls.csv, plan.json, plan.html and the files of the run; created if missing.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// Replaces files in that directory that are not those of an earlier run.
+    /// Replace files in that directory that no earlier run wrote.
     #[arg(long)]
     pub overwrite: bool,
     /// Print no progress and no summary.

@@ -10,12 +10,12 @@ use tumble_scene::choices::Inertia;
 use tumble_scene::settings::RobotSettings;
 use tumble_view::animation::View;
 
-/// A [`Rotation`] as a flag names it.
+/// Update equation of the rotation, see [`Rotation`].
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum RotationName {
-    /// P⁺(ω⁺) = P⁻(ω) + h τ: keeps angular momentum to rounding and energy without a trend.
+    /// P⁺(ω⁺) = P⁻(ω) + h τ: conserves angular momentum to rounding, and energy without drift.
     Momentum,
-    /// I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ, the tutorial's: keeps both to first order in h.
+    /// I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ, the tutorial's: conserves both to first order in h.
     Tutorial,
 }
 
@@ -28,18 +28,19 @@ impl From<RotationName> for Rotation {
     }
 }
 
-/// How a robot's file is read that is simulated alone.
+/// Settings for the file of a robot that is simulated alone.
 #[derive(Debug, Args)]
 pub struct RobotArgs {
-    /// Of a robot's file: the folder in which `package://name/rest` is `name/rest` [default: the first folder with it, from that
-    /// of the file upwards].
+    /// Folder for `package://name/rest` in a robot file: DIR/name/rest is read [default: the
+    /// nearest folder that has it, from the robot file upwards].
     #[arg(long, value_name = "DIR")]
     packages: Option<PathBuf>,
-    /// Of a robot's file: what of it is as if it were not there, `tag` or `name` of elements, `tag:name` of one, `@attribute` of all;
-    /// may be given more than once.
+    /// Part of a robot file to ignore: `tag` or `name` of elements, `tag:name` of one element, or
+    /// `@attribute` of all. Can be repeated.
     #[arg(long, value_name = "WHAT")]
     leave_out: Vec<String>,
-    /// Of an MJCF file: contacts that resist turning and rolling (condim 4 and 6) rub alone.
+    /// Treat contacts of an MJCF file with torsional and rolling friction (condim 4 and 6) as
+    /// points with sliding friction only.
     #[arg(long)]
     point_contacts: bool,
 }
@@ -55,49 +56,50 @@ impl RobotArgs {
     }
 }
 
-/// What residuals depend on: the constants of the model, and the load.
+/// Constants of the model, and the load.
 #[derive(Debug, Args)]
 pub struct PhysicsArgs {
     /// Time step, s, 1e-6 to 0.1 [default: drop 0.002, floating 0.001].
     #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
     pub dt: Option<f64>,
-    /// By which equation a step turns its bodies [default: tutorial, in scenario files momentum].
+    /// Update equation of the rotation [default: tutorial; in scenario files momentum].
     #[arg(long, value_enum)]
     pub rotation: Option<RotationName>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
-    /// Coefficient of restitution, 0 to 1: how fast a contact leaves that arrives [default: 0].
+    /// Coefficient of restitution, 0 to 1: rebound speed over impact speed [default: 0].
     #[arg(long, value_name = "E", value_parser = values::number, allow_hyphen_values = true)]
     pub restitution: Option<f64>,
-    /// The speed below which a contact that arrives does not bounce, m/s, 0 to 1000 [default: 2 |g| times the time step].
+    /// Impact speed below which a contact does not bounce, m/s, 0 to 1000 [default: 2 |g| times the
+    /// time step].
     #[arg(long, value_name = "M/S", value_parser = values::number, allow_hyphen_values = true)]
     pub rebound_speed: Option<f64>,
     /// Mass, kg, 1e-9 to 1e9 [default: 10].
     #[arg(long, value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
     pub mass: Option<f64>,
-    /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal),
-    /// nine (the matrix by rows), or `solid`, that of a box of equal density. A principal moment
-    /// is from 1e-6 to 1e6 times mass × length², the length a corner's largest distance from
-    /// its axis [default: 0.01].
+    /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal), nine (the
+    /// matrix by rows), or `solid` for a box of uniform density. A principal moment is 1e-6 to 1e6
+    /// times mass × length², where length is the largest distance of a corner from its axis
+    /// [default: 0.01].
     #[arg(long, value_name = "I", value_parser = values::inertia, allow_hyphen_values = true)]
     pub inertia: Option<Inertia>,
     /// Sides of the box, m, 2e-6 to 2e4: one number (a cube) or three, along the body's axes
     /// [default: 2].
     #[arg(long = "box", value_name = "L", value_parser = values::sides, allow_hyphen_values = true)]
     pub sides: Option<Vector3<f64>>,
-    /// The ground: its slope in degrees, falling towards +x, or its normal and, if it does not
-    /// pass through the origin, its distance from there along the normal, m [default: 0].
+    /// Ground: a slope in degrees, falling towards +x, or a normal and optionally the plane's
+    /// distance from the origin along it, m [default: 0].
     #[arg(long, value_name = "DEGREES|NX,NY,NZ[,D]", value_parser = values::plane, allow_hyphen_values = true)]
     pub plane: Option<Plane>,
-    /// An external force, N, −1e9 to 1e9, world: constant, or, given once for each knot as T:X,Y,Z, linear
-    /// between the times T in s [default: none].
+    /// External force, N, −1e9 to 1e9, world. Constant, or repeated as T:X,Y,Z for each knot and
+    /// linear between the times T in s [default: none].
     #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
     pub force: Vec<LoadKnot>,
-    /// An external torque, N m, −1e9 to 1e9, body frame; as --force [default: none].
+    /// External torque, N m, −1e9 to 1e9, body frame; same form as --force [default: none].
     #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
     pub torque: Vec<LoadKnot>,
-    /// Where the external force acts, m, −1e4 to 1e4, body frame, from the centre of mass
+    /// Point of action of the external force, m, −1e4 to 1e4, body frame, from the centre of mass
     /// [default: 0,0,0].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub force_at: Option<Vector3<f64>>,
@@ -129,17 +131,17 @@ impl PhysicsArgs {
     }
 }
 
-/// How an animation looks, for `simulate` and `gif`.
+/// Appearance of an animation, for `simulate` and `gif`.
 #[derive(Debug, Args)]
 pub struct AnimationArgs {
-    /// Speed of the animation: 0.1 is ten times slower than real [default: 1].
+    /// Speed of the animation: 0.1 is ten times slower than real time [default: 1].
     #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true)]
     pub gif_speed: Option<f64>,
     /// Width and height of the animation, pixels [default: 800].
     #[arg(long, value_name = "PIXELS", value_parser = values::pixels, allow_hyphen_values = true)]
     pub gif_size: Option<u16>,
-    /// Where the animation is seen from: degrees about the vertical, from x towards y, and
-    /// degrees above the horizon, 0 to 90 [default: -32,20, or higher where what stands still hides what moves].
+    /// Camera angles: degrees about the vertical, from x towards y, and degrees above the horizon,
+    /// 0 to 90 [default: -32,20, or higher if fixed shapes hide the moving bodies].
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::view, allow_hyphen_values = true)]
     pub camera: Option<View>,
 }

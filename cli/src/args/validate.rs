@@ -5,19 +5,20 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
-#[command(after_help = "Exit codes: 0 every quantity holds; 1 a quantity is off, or anything \
-    else; 2 bad input; 3 some step did not converge; 130 interrupted (no page is written).")]
+#[command(after_help = "Exit codes: 0 every quantity holds; 1 a quantity is off, or any other \
+                        error; 2 bad input; 3 a step did not converge; 130 interrupted (no page is \
+                        written).")]
 pub struct ValidateArgs {
-    /// The problems, by name (see --list) [default: all].
+    /// Names of the problems (see --list) [default: all].
     #[arg(value_name = "PROBLEM")]
     pub problems: Vec<String>,
-    /// Who solves the contact steps. Ipopt's path is of up to ten bodies: problems of more, and few
-    /// others, are left out with it, and named with the reason.
+    /// Solver of the contact steps. Ipopt solves up to ten bodies; larger problems, and a few
+    /// others, are left out and listed with the reason.
     #[arg(long, value_enum, default_value = "both")]
     pub solver: Solvers,
-    /// Time step, s. Every problem is also run with its half, the native solver with its
-    /// quarter as well [default: the problem's own (see --list), and five times that with
-    /// Ipopt, which is slower: some minutes for all].
+    /// Time step, s, 4e-6 to 0.1. Every problem also runs with half of it, and with the native
+    /// solver with a quarter [default: the problem's own (see --list); with Ipopt five times that,
+    /// some minutes for all].
     #[arg(long, value_name = "S", value_parser = values::halved_step, allow_hyphen_values = true)]
     pub dt: Option<f64>,
     /// Mass, kg.
@@ -35,18 +36,18 @@ pub struct ValidateArgs {
     /// Slope of the ground, degrees.
     #[arg(long, value_name = "DEGREES", value_parser = values::number, allow_hyphen_values = true)]
     pub slope: Option<f64>,
-    /// Speed at the start, in the problem's unit. This and the five flags above go to the
-    /// problems that depend on them.
+    /// Initial speed, in the problem's unit. This flag and the five above apply to the problems
+    /// that depend on them.
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub speed: Option<f64>,
-    /// List the problems with their inputs and usual values; run none.
+    /// List the problems with their inputs and defaults, and run none.
     #[arg(long, conflicts_with_all = ["solver", "dt", "mass", "mu", "restitution", "gravity",
         "slope", "speed", "out", "quiet"])]
     pub list: bool,
-    /// Directory for validation.html, made if it is not there.
+    /// Directory for validation.html; created if missing.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
-    /// No progress bar and no tables.
+    /// Print no progress bar and no tables.
     #[arg(long)]
     pub quiet: bool,
 }
@@ -57,6 +58,6 @@ pub enum Solvers {
     Native,
     /// Ipopt on the step's nonlinear program.
     Ipopt,
-    /// One after the other.
+    /// Both solvers, one after the other.
     Both,
 }

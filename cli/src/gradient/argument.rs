@@ -57,7 +57,10 @@ pub fn arguments(flag: &str, words: &[String]) -> Result<Vec<Argument>, Failure>
         own.or_else(|| Constant::of_name(word).map(Argument::Constant)).ok_or_else(|| {
             let own = ARGUMENTS.iter().map(Argument::name);
             let all: Vec<_> = own.chain(Constant::ALL.map(Constant::name)).collect();
-            Failure::Input(format!("{flag}: {word:?} is none; there are {}", all.join(", ")))
+            Failure::Input(format!(
+                "{flag}: unknown argument {word:?}; expected one of {}",
+                all.join(", ")
+            ))
         })
     };
     words.iter().map(of_word).collect()

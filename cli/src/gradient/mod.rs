@@ -76,8 +76,7 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     };
     let scene = Scene::of_text(&text, &args.file, flags, &input::bytes)?;
     if scene.solver() == "ipopt" {
-        let why = "derivatives are those of steps that are solved to rounding; leave the solver out, \
-                   or name the native one";
+        let why = "derivatives need steps solved to rounding; use the native solver, the default";
         return Err(Failure::Input(format!("{}: solver: {why}", shown::path(&args.file))));
     }
     let body = body_of(&scene, args.body.as_deref())?;
@@ -136,7 +135,8 @@ fn body_of(scene: &Scene, wanted: Option<&str>) -> Result<usize, Failure> {
     let by_index = || wanted.parse().ok().filter(|index| *index < scene.bodies.len());
     by_name.or_else(by_index).ok_or_else(|| {
         let last = scene.bodies.len() - 1;
-        let why = format!("the scene has no such body; its names and 0 to {last} are allowed");
+        let why =
+            format!("the scene has no such body; allowed: a name, or a number from 0 to {last}");
         Failure::Input(format!("--body {wanted}: {why}"))
     })
 }
@@ -157,7 +157,7 @@ fn described(report: &GradientReport<'_>) -> String {
     let GradientReport { of, body, steps, value, .. } = report;
     let mut text = format!("{of} of {body} after {steps} steps: {value}\n");
     if let Some(smoothing) = report.smoothing {
-        let _ = writeln!(text, "  smoothed by {smoothing}: of other steps than the run's");
+        let _ = writeln!(text, "  smoothed by {smoothing}: not the exact derivatives of the run");
     }
     for GradientRow { argument, part, unit, derivative, difference, .. } in report.derivatives {
         let per = if unit.is_empty() { String::new() } else { format!(" per {unit}") };
@@ -170,13 +170,13 @@ fn described(report: &GradientReport<'_>) -> String {
             let _ = writeln!(text, "nearest kink {what}: {margin:.1e} m/s, in step {at}");
         }
     };
-    near(&mut text, "of a law or a touch", report.margin);
-    near(&mut text, "of what touches", report.feature_margin);
+    near(&mut text, "of the contact law or set", report.margin);
+    near(&mut text, "of the touching features", report.feature_margin);
     for (count, what) in [
-        (report.unsolved, "not solved: what follows them is no derivative"),
-        (report.unknown, "with features that are taken for fixed in their bodies"),
-        (report.kept, "with forces whose shares follow the history"),
-        (report.limited, "with a part of their restitution, which is taken for a constant"),
+        (report.unsolved, "not solved: the results are not derivatives"),
+        (report.unknown, "with features treated as fixed in their bodies"),
+        (report.kept, "with force shares that depend on the history"),
+        (report.limited, "with reduced restitution, treated as constant"),
     ] {
         if count > 0 {
             let _ = writeln!(text, "{count} steps {what}");

@@ -75,7 +75,7 @@ impl Task<'_> {
         let steps = self.scene.rows - 1;
         let constants: Vec<Constant> = arguments.iter().filter_map(Argument::constant).collect();
         if let Some(none) = constants.iter().find(|of| of.width(&self.scene.world) == 0) {
-            let why = "has nothing that has it of its own; leave it out";
+            let why = "has no such constant; leave it out";
             return Err(Failure::Input(format!("{}: the scene {why}", none.name())).into());
         }
         let mut simulation = self.scene.simulation(self.interrupt)?;

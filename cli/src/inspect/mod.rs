@@ -173,7 +173,7 @@ impl PointEvaluation {
 fn check_lengths(arrays: &[(&str, usize, usize)]) -> Result<(), String> {
     match arrays.iter().find(|(_, found, needed)| found != needed) {
         Some((name, found, needed)) => {
-            Err(format!("{name} has {found} numbers, {needed} are needed"))
+            Err(format!("{name} has {found} numbers; {needed} are needed"))
         }
         None => Ok(()),
     }

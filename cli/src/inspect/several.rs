@@ -159,19 +159,21 @@ impl ContactEntry {
             }
         }
         if self.b == Some(self.a) {
-            return Err("b is a; another body or null is needed".to_owned());
+            return Err("b equals a; another body or null is needed".to_owned());
         }
         for (name, value, most) in [("radius", self.radius, 1e3), ("friction", self.friction, 10.0)]
         {
             if !(0.0..=most).contains(&value) {
-                return Err(format!("{name} is {value:?}; allowed is 0 to {most}"));
+                return Err(format!("{name} is {value:?}; allowed: 0 to {most}"));
             }
         }
         let frame = matrix(&self.frame);
         let off = (frame.transpose() * frame - Matrix3::identity()).amax();
         let is_frame = off <= UNIT && frame.determinant() > 0.0;
         if !is_frame {
-            return Err("frame: columns that are right-handed unit vectors are needed".to_owned());
+            return Err(
+                "frame: the columns must be orthogonal, right-handed unit vectors".to_owned()
+            );
         }
         let partner = self.b.map_or(Partner::Ground, Partner::Body);
         let key = ContactKey { body: self.a, point: 0, partner, pair: None };

@@ -61,8 +61,8 @@ pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
         let is_known =
             name == "k" || name == "t" || columns.iter().any(|(known, ..)| known == name);
         if !is_known || headers.iter().take(at).any(|other| other == name) {
-            let why = if is_known { "twice" } else { "no control of the problem" };
-            return Err(odd(format!("column {name:?} is there {why}")));
+            let why = if is_known { "is given twice" } else { "is not a control of the problem" };
+            return Err(odd(format!("column {name:?} {why}")));
         }
     }
     let mut rows = Vec::new();
@@ -71,7 +71,7 @@ pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
     }
     let (count, steps) = (rows.len(), problem.steps());
     if count != steps {
-        return Err(odd(format!("it has {count} rows; {steps} are needed, one for each step")));
+        return Err(odd(format!("it has {count} rows; {steps} are needed, one per step")));
     }
     let number = |step: usize, column: usize| {
         let text = rows[step].get(column).unwrap_or_default().trim();
@@ -88,8 +88,8 @@ pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
     // Tables have all digits of a time.
     let (first, h) = (problem.scene().start_index as f64, problem.scene().world.time_step());
     for (name, unit, why) in [
-        ("k", 1.0, "values of k are not those of the problem's steps"),
-        ("t", h, "values of t are not those of the problem's steps"),
+        ("k", 1.0, "values of k differ from the problem's steps"),
+        ("t", h, "values of t differ from the problem's steps"),
     ] {
         let Some(column) = place(name) else { continue };
         let mut others = 0;
@@ -108,7 +108,7 @@ pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
             dropped += usize::from(differs);
         }
     }
-    change(dropped, "values are not that of the first step of their piece, which counts");
+    change(dropped, "values differ from the first step of their piece, which is used");
     let value = |variable: &tumble_plan::Variable| {
         let known = columns.iter().find(|(_, control, component)| {
             (*control, *component) == (variable.control, variable.component)
@@ -119,6 +119,6 @@ pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
     let given = problem.variables().iter().map(value).collect::<Result<Vec<_>, _>>()?;
     let controls = problem.clipped(&given).map_err(|why| odd(why.to_string()))?;
     let moved = given.iter().zip(&controls).filter(|(given, taken)| given != taken).count();
-    change(moved, "numbers are beyond their bounds, which are taken");
+    change(moved, "numbers are beyond their bounds and are clipped");
     Ok(Read { controls, changed })
 }

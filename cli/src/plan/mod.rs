@@ -45,7 +45,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             let note = format!("{}: {}", shown::path(path), changed.join("; "));
             if args.replay && !changed.is_empty() {
                 return Err(Failure::Input(format!(
-                    "{note}: --replay takes a table only without adjustments"
+                    "{note}: --replay needs a table without adjustments"
                 )));
             }
             (controls, Some(note).filter(|_| !changed.is_empty()))
@@ -83,7 +83,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let outputs = RunOutputs { writer: &mut writer, exported: None, checkpoints: None };
     let run = run::run(&scene, &mut simulation, RunPlan::new(&scene), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
-        let why = "the run of the plan's scene differs from its replay: this is a bug in tumble";
+        let why = "the run of the plan differs from its replay; this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));
     }
     let WrittenFiles { mut files, checksums, before_end } = writer.finish()?;
@@ -115,7 +115,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     text += &format!("wrote {}\n", names.join(", "));
     if !removed.is_empty() {
-        text += &format!("removed {} of an earlier run\n", removed.join(", "));
+        text += &format!("removed {} from an earlier run\n", removed.join(", "));
     }
     voice.say(&text);
     voice.end(match plan.status {

@@ -123,7 +123,7 @@ pub fn described(problem: &PlanProblem, plan: &Plan) -> String {
     let replay = &plan.replay;
     let (steps, variables) = (problem.steps(), problem.variables().len());
     let mut text = format!(
-        "{}: {} after {steps} steps, {variables} numbers sought\n",
+        "{}: {} after {steps} steps, {variables} variables\n",
         problem.scene().name,
         plan.status
     );
@@ -147,7 +147,7 @@ pub fn described(problem: &PlanProblem, plan: &Plan) -> String {
         let _ = writeln!(text, "    {name:<20} off by {by:.3e} {unit} ({tolerance} allowed)");
     }
     if !replay.at_bounds.is_empty() {
-        let _ = writeln!(text, "    {} of {variables} numbers at bounds", replay.at_bounds.len());
+        let _ = writeln!(text, "    {} of {variables} variables at bounds", replay.at_bounds.len());
     }
     text
 }

@@ -46,7 +46,10 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static TestProblem>, Failure>
     for name in &args.problems {
         let problem = find(name).ok_or_else(|| {
             let names: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
-            Failure::Input(format!("{name:?} is not a problem; there are {}", names.join(", ")))
+            Failure::Input(format!(
+                "unknown problem {name:?}; expected one of {}",
+                names.join(", ")
+            ))
         })?;
         if chosen.iter().all(|other| other.name != problem.name) {
             chosen.push(problem);
@@ -64,7 +67,7 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<ExperimentPlan>, Failure> {
         let left_out = left_out(args)?;
         let why: Vec<_> = left_out.iter().map(|(name, why)| format!("{name}: {why}")).collect();
         return Err(Failure::Input(format!(
-            "--solver ipopt: nothing is left; {}; use --solver native",
+            "--solver ipopt: no problem is left; {}; use --solver native",
             why.join("; ")
         )));
     }
@@ -111,7 +114,7 @@ pub fn each(solvers: Solvers) -> &'static [ReportedSolver] {
 /// Reason why Ipopt cannot solve the problem, or `None`.
 fn beyond_ipopt(problem: &TestProblem) -> Option<String> {
     let bodies = problem.bodies;
-    let many = || format!("it has {bodies} bodies, and Ipopt's path takes up to {MOST_BODIES}");
+    let many = || format!("it has {bodies} bodies, and Ipopt solves at most {MOST_BODIES}");
     let why = problem.native_only.map(str::to_owned);
     why.or_else(|| (bodies > MOST_BODIES).then(many))
 }

@@ -106,7 +106,7 @@ impl StatusCounts {
         let starts = run.model.states();
         let is_same = |(a, b): (&State, &State)| is_same_state(a, b);
         if starts.len() != self.starts.len() || !starts.iter().zip(&self.starts).all(is_same) {
-            found.push("the start is another than that of the first row".to_owned());
+            found.push("the start differs from the first row".to_owned());
         }
         found.extend(run.drawn_otherwise());
         found
@@ -155,13 +155,11 @@ impl StatusCounts {
         let mut found = Vec::new();
         let (rows, span) = (run.summary.rows, self.span());
         if rows != span {
-            found.push(format!(
-                "summary.rows is {rows}; from the first row to the last there are {span}"
-            ));
+            found.push(format!("summary.rows is {rows}; the first to the last row span {span}"));
         }
         let counts = self.of_steps(run).into_iter().filter(|(_, said, found)| found > said);
         found.extend(counts.map(|(name, said, found)| {
-            format!("summary.{name} is {said}; the rows alone have {found}")
+            format!("summary.{name} is {said}; the written rows alone have {found}")
         }));
         let is_beyond = |(_, said, found): &(_, Option<f64>, Option<f64>)| match (said, found) {
             (Some(said), Some(found)) => *found > said + SAME * said.abs(),
@@ -170,7 +168,11 @@ impl StatusCounts {
         };
         let numbers = self.of_largest(run).into_iter().filter(is_beyond);
         found.extend(numbers.map(|(name, said, found)| {
-            format!("{name} is {}; the rows alone have {}", shown_number(said), shown_number(found))
+            format!(
+                "{name} is {}; the written rows alone have {}",
+                shown_number(said),
+                shown_number(found)
+            )
         }));
         found
     }
@@ -199,7 +201,7 @@ impl StatusCounts {
             said.rungs == self.rungs
         };
         if !said.rungs.is_empty() && !are_same {
-            found.push("summary.rungs are not the starts of the rows".to_owned());
+            found.push("summary.rungs differ from the starts in the rows".to_owned());
         }
         found
     }
@@ -214,7 +216,7 @@ impl StatusCounts {
         let fits = is_complete && rows == asked || is_cut && rows < asked;
         (!fits).then(|| {
             let outcome = shown::line(&run.outcome);
-            format!("the outcome is {outcome} of {asked} rows; there are {rows}")
+            format!("the outcome is {outcome} with {asked} rows requested; there are {rows}")
         })
     }
 }
@@ -243,14 +245,12 @@ fn of_solver(said: &SolverSettings, world: &World) -> Option<String> {
         ("max_iter", said.max_iter.is_none() || said.max_iter == made.max_iter),
     ];
     if let Some((field, _)) = others.into_iter().find(|(_, same)| !same) {
-        return Some(format!("solver.{field} is not that of its other settings"));
+        return Some(format!("solver.{field} contradicts the other settings of the solver"));
     }
     let promised = made.accepted_residual_m_s.unwrap_or_default();
     let most = said.accepted_residual_m_s.filter(|most| *most > promised * (1.0 + SAME))?;
     let [most, promised] = [most, promised].map(shown::number);
-    Some(format!(
-        "solver.accepted_residual_m_s is {most}; this solver holds its steps to {promised}"
-    ))
+    Some(format!("solver.accepted_residual_m_s is {most}; the limit of this solver is {promised}"))
 }
 
 fn shown_number(number: Option<f64>) -> String {
@@ -266,11 +266,13 @@ fn of_sums(run: &RunFile) -> Option<String> {
     let (steps, ways) = (sum(&[said.free_steps, said.contact_steps]), sum(&solved));
     if steps.saturating_add(1) != said.rows {
         let rows = said.rows;
-        return Some(format!("summary.rows is {rows}; free steps and contact steps are {steps}"));
+        return Some(format!(
+            "summary.rows is {rows}; free steps and contact steps add up to {steps}"
+        ));
     }
     (ways != said.contact_steps).then(|| {
         let steps = said.contact_steps;
-        format!("summary.contact_steps is {steps}; those of each status together are {ways}")
+        format!("summary.contact_steps is {steps}; the counts by status add up to {ways}")
     })
 }
 
@@ -280,9 +282,10 @@ fn of_promise(run: &RunFile, accepted: f64) -> Option<String> {
     let largest = said.certificate_max_m_s.filter(|largest| *largest > accepted)?;
     (said.failed == 0 && said.wild == 0 && said.substepped == 0).then(|| {
         let [largest, accepted] = [Some(largest), Some(accepted)].map(shown_number);
-        let promised = format!("solved steps have {accepted} at most");
+        let promised = format!("the limit of a solved step is {accepted}");
         format!(
-            "summary.certificate_max_m_s is {largest}; {promised}, and all are counted as solved"
+            "summary.certificate_max_m_s is {largest}; {promised}, and all steps are counted as \
+             solved"
         )
     })
 }
@@ -296,7 +299,7 @@ fn other_taut(run: &RunFile, taut: &[TautJoint]) -> Option<String> {
     };
     let said = &run.taut_joints;
     let same = said.len() == taut.len() && said.iter().zip(taut).all(is_same);
-    (!same).then(|| format!("taut_joints are not those of the rows, which have {}", taut.len()))
+    (!same).then(|| format!("taut_joints differ from the rows, which have {}", taut.len()))
 }
 
 fn is_same_state(a: &State, b: &State) -> bool {

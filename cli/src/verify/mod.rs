@@ -71,7 +71,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             let mut verified = judge.step(&previous, ends);
             let is_next = step.index() == previous.index() + 1;
             if verified.differs.is_none() && is_next && ends != step.states() {
-                let what = "the states after it are not those of the next row";
+                let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
             }
             findings.add(verified, args.worst);
@@ -92,8 +92,8 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let (kept, place) = (recording.kept(), recording.place());
     if recording.run.as_ref().is_some_and(|run| run.pushed) {
         return Err(Failure::Input(format!(
-            "{place} cannot be verified: more moved it than its run.json says (`pushed`): wrenches, motors or states that \
-             were set on the way"
+            "{place} cannot be verified: wrenches, motors or states were set during the run \
+             (`pushed` in run.json)"
         )));
     }
     let world = &recording.world;
@@ -104,11 +104,11 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
         absent.filter(|(table, count)| *count > 0 && !kept.has(*table)).map(|(table, _)| table);
     let why = match (absent.map(Table::name).next(), recording.is_one_table()) {
         (Some(table), false) => {
-            format!("its run left out the table {table}; run it without --tables")
+            format!("the run did not write the table {table}; run it without --tables")
         }
         (_, true) if kept.every > 1 => format!(
-            "its run left out rows (--every {}), and in a table of one body a step is judged by the row after it; run \
-             it without --every, or from a scenario file of [[bodies]]",
+            "the run omitted rows (--every {}), and in a table of one body each step is verified \
+             by the next row; run it without --every, or from a scenario file with [[bodies]]",
             kept.every
         ),
         _ => return Ok(()),
@@ -127,7 +127,7 @@ fn report(
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
     let every = recording.kept().every;
     if every > 1 {
-        let _ = write!(text, ", one of each {every}, by itself,");
+        let _ = write!(text, " (--every {every})");
     }
     if !recording.is_one_table() {
         let _ = write!(text, " of {} bodies", recording.world.bodies().len());
@@ -140,7 +140,7 @@ fn report(
     {
         let _ = writeln!(
             text,
-            "  note: run.json has no checksums: changes that obey the physics are not seen"
+            "  note: run.json has no checksums: changes that obey the physics are not detected"
         );
     }
     let _ = writeln!(text, "  status `failed`: {}", findings.failed);
@@ -149,19 +149,19 @@ fn report(
         _ => 0,
     };
     if between > 0 {
-        let _ = writeln!(text, "  of all its steps, run.json says: {between}");
+        let _ = writeln!(text, "  of all steps, by run.json: {between}");
     }
     let _ = writeln!(
         text,
-        "  residuals above what a solved step may have, {:.1e} m/s: {}",
+        "  residuals above the limit of a solved step, {:.1e} m/s: {}",
         judge.accepted, findings.inexact
     );
     if findings.substepped > 0 {
         let count = findings.substepped;
-        let _ = writeln!(text, "  taken in shorter steps, which no row shows: {count}");
+        let _ = writeln!(text, "  taken in shorter steps without rows: {count}");
     }
     let differing = findings.differing;
-    let _ = writeln!(text, "  steps that are not what the rows say: {differing}");
+    let _ = writeln!(text, "  steps that differ from their rows: {differing}");
     if !recording.is_one_table() {
         let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
     }
@@ -169,13 +169,13 @@ fn report(
         let _ = writeln!(text, "  joints: {}", counts.joints());
     }
     if !differences.is_empty() {
-        let _ = writeln!(text, "  run.json is not of these rows:");
+        let _ = writeln!(text, "  run.json differs from the rows:");
     }
     for difference in &differences {
         let _ = writeln!(text, "    {difference}");
     }
     if !changed.is_empty() {
-        let _ = writeln!(text, "  files that are not what the run wrote:");
+        let _ = writeln!(text, "  files changed after the run:");
     }
     for change in &changed {
         let _ = writeln!(text, "    {change}");

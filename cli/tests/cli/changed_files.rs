@@ -54,11 +54,12 @@ fn what_no_equation_notices_the_checksums_do() {
     change(&steps, "start", row, other);
     let found = verify(&out);
     assert_eq!((found.code, found.stderr.as_str()), (Some(1), ""), "{found:?}");
-    assert!(found.stdout.contains("steps that are not what the rows say: 0"), "{found:?}");
+    assert!(found.stdout.contains("steps that differ from their rows: 0"), "{found:?}");
     assert!(found.stdout.contains("steps.csv was changed after the run wrote it"), "{found:?}");
     let folder = out.to_str().unwrap();
     let refused = run(&["--continue", folder, "--steps", "40"]);
-    refused.assert_refused(2, &["--continue", "steps.csv", "checksum", "its own rows"]);
+    refused
+        .assert_refused(2, &["--continue", "steps.csv", "checksum", "unchanged files of the run"]);
     fs::write(&steps, &before).unwrap();
     assert_eq!(verify(&out).code, Some(0));
 
@@ -77,12 +78,12 @@ fn what_no_equation_notices_the_checksums_do() {
     fs::write(&run_json, format!("{}\n}}\n", &text[..at])).unwrap();
     let found = verify(&out);
     assert_eq!(found.code, Some(1), "{found:?}");
-    assert!(found.stdout.contains("it has lost its checksum"), "{found:?}");
+    assert!(found.stdout.contains("its checksum is missing"), "{found:?}");
     let sums = text.find(",\n  \"checksums\": {").unwrap();
     fs::write(&run_json, format!("{}{}", &text[..sums], &text[at..])).unwrap();
     let found = verify(&out);
     assert_eq!(found.code, Some(1), "{found:?}");
-    assert!(found.stdout.contains("its checksum is another"), "{found:?}");
+    assert!(found.stdout.contains("its checksum does not match"), "{found:?}");
     // The solve time differs between runs and has no checksum.
     let clock = text.lines().find(|line| line.contains("\"solve_seconds\"")).unwrap();
     fs::write(&run_json, text.replace(clock, "    \"solve_seconds\": 1.5")).unwrap();

@@ -190,7 +190,7 @@ fn what_cannot_be_continued_is_refused_in_a_sentence() {
     refused(&["--continue", &folder, "--solver", "ipopt"], &["--solver", "run.json"]);
     refused(&["--continue", &folder, "--seed", "1"], &["--seed", "run.json"]);
     refused(&["--continue", &folder, "--scene", "drop"], &["--continue", "--scene"]);
-    refused(&["--continue", &folder, "--steps", "39"], &["--steps", "40 rows already"]);
+    refused(&["--continue", &folder, "--steps", "39"], &["--steps", "already has 40 rows"]);
     refused(&["--continue", &places.text("nowhere")], &["nowhere", "no run.json"]);
     assert!(!places.path("nowhere").exists());
 
@@ -220,5 +220,5 @@ fn what_cannot_be_continued_is_refused_in_a_sentence() {
         places.path("run").join("trajectory.csv"),
     )
     .unwrap();
-    refused(&on, &["state.bin", "k = 39", "does not end there"]);
+    refused(&on, &["state.bin", "k = 39", "is not the last row of"]);
 }

@@ -142,7 +142,9 @@ fn driven_runs_go_on_and_begin_later() {
     let end = run(&["--scenario", &file, "--start-index", "300", "--out", out]);
     assert_eq!(end.code, Some(2), "{end:?}");
     assert!(
-        end.stderr.contains("driven[0] (tray).positions: at t = 0.6 s the way is 1.520e-1 m"),
+        end.stderr.contains(
+            "driven[0] (tray).positions: at t = 0.6 s the prescribed motion is 1.520e-1 m"
+        ),
         "{end:?}"
     );
     // A constant velocity starts at the body's position for every start index.
@@ -173,7 +175,11 @@ fn a_changed_way_or_belt_does_not_verify() {
         assert_eq!(end.code, Some(1), "{path}: {end:?}");
         assert!(end.stdout.contains(words), "{path}: {end:?}");
     };
-    judged("/model/joints/0/course/times/2", 1.3, "is where its bodies are not");
+    judged(
+        "/model/joints/0/course/times/2",
+        1.3,
+        "does not match the places or motion of its bodies",
+    );
     judged("/model/surfaces/0/velocity/0", 0.9, "its residual in the table is");
     let steps = fs::read_to_string(done.path("steps.csv")).unwrap();
     fs::write(done.path("run.json"), text).unwrap();
@@ -213,29 +219,35 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
     let tray = |fields: &str| driven(&format!("body = \"tray\"\n{fields}"));
     let way = "times = [0, 1]\npositions = [[0, 0, 0.5], [1, 0, 0.5]]";
     let refused = [
-        (
-            driven("body = \"none\"\nspin = [0, 0, 1]"),
-            "driven[0] (none).body: nothing has the name",
-        ),
+        (driven("body = \"none\"\nspin = [0, 0, 1]"), "driven[0] (none).body: unknown name"),
         (
             driven("body = \"belt\"\nspin = [0, 0, 1]"),
             "driven[0] (belt).body: \"belt\" never moves",
         ),
-        (driven("body = \"cube\"\nspin = [0, 0, 1]"), "body: \"cube\" are 2 bodies; one is needed"),
-        (tray(""), "driven[0] (tray).times: either these"),
-        (tray("times = [0, 1]"), "positions: with `times`, they or `attitudes` are needed"),
-        (tray("positions = [[0, 0, 0.5]]"), "times: they are needed with `positions`"),
-        (tray("times = [0, 1]\npositions = [[0, 0, 0.5]]"), "positions has 1 entries, and times 2"),
-        (tray("times = [0, 0]\npositions = [[0, 0, 0.5], [0, 0, 0.5]]"), "times: time of a course"),
-        (tray("times = []\npositions = []"), "times: knots of a course: 0 given"),
-        (tray("times = [0]\nattitudes = [\"random\"]"), "attitudes: none of them can be random"),
+        (
+            driven("body = \"cube\"\nspin = [0, 0, 1]"),
+            "body: \"cube\" names 2 bodies; one is needed",
+        ),
+        (tray(""), "driven[0] (tray).times: `times` with `positions` or"),
+        (tray("times = [0, 1]"), "positions: `times` needs `positions` or `attitudes`"),
+        (tray("positions = [[0, 0, 0.5]]"), "times: required with `positions`"),
+        (
+            tray("times = [0, 1]\npositions = [[0, 0, 0.5]]"),
+            "positions has 1 entries, but times has 2",
+        ),
+        (
+            tray("times = [0, 0]\npositions = [[0, 0, 0.5], [0, 0, 0.5]]"),
+            "times: time of a prescribed motion",
+        ),
+        (tray("times = []\npositions = []"), "times: knots of a prescribed motion: 0 given"),
+        (tray("times = [0]\nattitudes = [\"random\"]"), "attitudes: random ones are not supported"),
         (
             tray("times = [0]\npositions = [[1e5, 0, 0.5]]"),
             "positions: coordinates from -1e4 to 1e4",
         ),
         (
             tray("times = [0, 1]\npositions = [[1, 0, 0.5], [0, 0, 0.5]]"),
-            "positions: at t = 0 s the way is 1.000e0 m",
+            "positions: at t = 0 s the prescribed motion is 1.000e0 m",
         ),
         (
             tray("times = [0]\nattitudes = [{ axis = [0, 0, 1], degrees = 5 }]"),
@@ -243,17 +255,20 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
         ),
         (tray(&format!("{way}\nabout = [0, 0, 0]")), "about has no meaning with `times`"),
         (tray("velocity = [1, 0, 0]\nabout = [0, 0, 0]"), "about has no meaning without `spin`"),
-        (tray("velocity = [1e6, 0, 0]"), "driven[0] (tray).velocity: velocity of a course"),
-        (tray("spin = [0, 0, 1e6]"), "driven[0] (tray).spin: spin of a course"),
+        (
+            tray("velocity = [1e6, 0, 0]"),
+            "driven[0] (tray).velocity: velocity of a prescribed motion",
+        ),
+        (tray("spin = [0, 0, 1e6]"), "driven[0] (tray).spin: spin of a prescribed motion"),
         (tray("spin = [0, 0, 1]\nspeed = 3"), "unknown field `speed`"),
-        (tray("spin = [0, 0, 1]\nname = \"a b\""), "driven[0] (tray).name: \"a b\" is none"),
+        (tray("spin = [0, 0, 1]\nname = \"a b\""), "driven[0] (tray).name: \"a b\" is not allowed"),
         (
             format!("{}[[driven]]\nbody = \"tray\"\nspin = [0, 0, 1]\n", tray(way)),
-            "driven[1] (tray).body: \"tray\" is driven already",
+            "driven[1] (tray).body: \"tray\" is already driven",
         ),
         (
             format!("{TWO}[[surfaces]]\nof = \"none\"\nvelocity = [1, 0, 0]\n"),
-            "surfaces[0].of: nothing has the name",
+            "surfaces[0].of: unknown name",
         ),
         (
             format!("{TWO}[[surfaces]]\nof = \"belt\"\nvelocity = [1e6, 0, 0]\n"),
@@ -262,7 +277,7 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
         (
             format!("{TWO}[[surfaces]]\nof = \"belt\"\nvelocity = [1, 0, 0]\n").repeat(1)
                 + "[[surfaces]]\nof = \"belt\"\nvelocity = [2, 0, 0]\n",
-            "surfaces[1].of: the surface of \"belt\" moves already",
+            "surfaces[1].of: the surface of \"belt\" already has a velocity",
         ),
     ];
     for (text, words) in refused {

@@ -89,7 +89,11 @@ fn what_is_wrong_with_a_gear_is_said_in_one_sentence() {
             "[\"slide\", \"slide\"]",
             &["gears[0] (rail, shaft).axes", "`turn`"],
         ),
-        ("[\"slide\", \"turn\"]", "[\"slide\"]", &["gears[0] (rail, shaft).axes", "each"]),
+        (
+            "[\"slide\", \"turn\"]",
+            "[\"slide\"]",
+            &["gears[0] (rail, shaft).axes", "one axis per joint"],
+        ),
         ("axes = [\"slide\", \"turn\"]", "", &["gears[0] (rail, shaft).axes", "several"]),
         ("[\"turn\", \"slide\"]", "[\"turn\", \"turn\"]", &["gears[1]", "itself"]),
         ("ratio = 0.1", "ratio = 1e9", &["gears[0]", "ratio", "1000000000", "-1e6 to 1e6"]),

@@ -49,14 +49,14 @@ fn a_status_that_its_row_cannot_have_is_named() {
         });
         let end = verify(directory.path(), &[]);
         assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{status}: {end:?}");
-        assert!(end.stdout.contains(&format!("`{status}`, and {words}")), "{status}: {end:?}");
+        assert!(end.stdout.contains(&format!("`{status}`, but {words}")), "{status}: {end:?}");
     }
     let end = rows_alone(|table| {
         let column = table.column("status");
         table.rows[touching][column] = "free".to_owned();
     });
     assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("`free`, and it has forces"), "{end:?}");
+    assert!(end.stdout.contains("`free`, but it has forces"), "{end:?}");
 }
 
 /// A changed but plausible status contradicts the counts in run.json.
@@ -69,7 +69,7 @@ fn a_status_that_its_row_could_have_is_found_by_the_counts() {
         });
         let end = verify(directory.path(), &[]);
         assert_eq!(end.code, Some(1), "{status}: {end:?}");
-        assert!(end.stdout.contains("run.json is not of these rows"), "{status}: {end:?}");
+        assert!(end.stdout.contains("run.json differs from the rows"), "{status}: {end:?}");
         assert!(end.stdout.contains(&format!("summary.{status} is ")), "{status}: {end:?}");
     }
 }
@@ -78,11 +78,11 @@ fn a_status_that_its_row_could_have_is_found_by_the_counts() {
 fn run_json_of_other_rows_is_found_and_named() {
     type Change = fn(&mut Value);
     let cases: [(&str, Change); 8] = [
-        ("the start is another", |json| {
+        ("the start differs from the first row", |json| {
             json["model"]["bodies"][0]["start"]["position"][0] = json!(0.25)
         }),
-        ("the seed 43 draws another start of body", |json| json["seed"] = json!(43)),
-        ("complete of 241 rows", |json| json["steps"] = json!(241)),
+        ("the seed 43 draws a different start of body", |json| json["seed"] = json!(43)),
+        ("complete with 241 rows requested", |json| json["steps"] = json!(241)),
         ("summary.rows is 239", |json| json["summary"]["rows"] = json!(239)),
         ("summary.iterations", |json| json["summary"]["iterations"] = json!(7)),
         ("certificate_median_m_s is", |json| {
@@ -91,7 +91,7 @@ fn run_json_of_other_rows_is_found_and_named() {
         ("certificate_max_m_s is null", |json| {
             json["summary"]["certificate_max_m_s"] = Value::Null;
         }),
-        ("done of 240 rows", |json| json["outcome"] = json!("done")),
+        ("done with 240 rows requested", |json| json["outcome"] = json!("done")),
     ];
     for (words, change) in cases {
         let end = with_run_json(change);
@@ -147,18 +147,18 @@ fn a_seed_of_several_bodies_draws_their_starts() {
     let text = fs::read_to_string(&path).unwrap();
     type Change = fn(&mut Value);
     let cases: [(&str, Change); 6] = [
-        ("the seed 8 draws another start of thrown-0", |json| json["seed"] = json!(8)),
-        ("another start of seen-1", |json| {
+        ("the seed 8 draws a different start of thrown-0", |json| json["seed"] = json!(8)),
+        ("a different start of seen-1", |json| {
             json["model"]["bodies"][4]["drawn"]["jitter"] = json!([0.2, 0.1, 0.1]);
         }),
-        ("another start of thrown-1", |json| {
+        ("a different start of thrown-1", |json| {
             json["model"]["bodies"][1]["drawn"]["position"][0] = json!(2.5);
         }),
-        ("another start of seen-0", |json| {
+        ("a different start of seen-0", |json| {
             json["model"]["bodies"][3]["drawn"]["ground"] = json!(false);
         }),
-        ("drawn is not what", |json| json["drawn"] = json!(false)),
-        ("another start of thrown-1", |json| {
+        ("drawn contradicts the starts", |json| json["drawn"] = json!(false)),
+        ("a different start of thrown-1", |json| {
             json["model"]["bodies"][0]["drawn"] = Value::Null;
         }),
     ];
@@ -177,13 +177,21 @@ fn a_seed_of_several_bodies_draws_their_starts() {
 fn settings_that_the_solver_does_not_have_are_named() {
     type Change = fn(&mut Value);
     let cases: [(&str, Change); 5] = [
-        ("accepted_residual_m_s is 0.01; this solver holds its steps to", |json| {
+        ("accepted_residual_m_s is 0.01; the limit of this solver is", |json| {
             json["solver"]["accepted_residual_m_s"] = json!(0.01);
         }),
-        ("solver.detection: sight is none of", |json| json["solver"]["detection"] = json!("sight")),
-        ("solver.on_failure: hope is none of", |json| json["solver"]["on_failure"] = json!("hope")),
-        ("solver.formulation is not that", |json| json["solver"]["preset"] = json!("tutorial")),
-        ("summary.rungs are not", |json| json["summary"]["rungs"] = json!({ "zero": 1 })),
+        ("solver.detection: sight is not one of", |json| {
+            json["solver"]["detection"] = json!("sight")
+        }),
+        ("solver.on_failure: hope is not one of", |json| {
+            json["solver"]["on_failure"] = json!("hope")
+        }),
+        ("solver.formulation contradicts the other settings", |json| {
+            json["solver"]["preset"] = json!("tutorial")
+        }),
+        ("summary.rungs differ from the starts", |json| {
+            json["summary"]["rungs"] = json!({ "zero": 1 })
+        }),
     ];
     for (words, change) in cases {
         let end = with_run_json(change);
@@ -199,7 +207,7 @@ fn the_run_json_of_another_seed_is_found() {
     fs::copy(other.path("run.json"), directory.path().join("run.json")).unwrap();
     let end = verify(directory.path(), &[]);
     assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("the start is another"), "{end:?}");
+    assert!(end.stdout.contains("the start differs from the first row"), "{end:?}");
 }
 
 /// A truncated table with an inserted `end` row contradicts the number of rows in run.json.
@@ -213,7 +221,7 @@ fn rows_cut_with_an_end_put_in_are_found() {
     });
     let end = verify(directory.path(), &[]);
     assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("complete of 240 rows; there are 101"), "{end:?}");
+    assert!(end.stdout.contains("complete with 240 rows requested; there are 101"), "{end:?}");
 }
 
 /// `verify` recomputes the columns that follow from force and motion, for every contact step and

@@ -92,7 +92,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
         ("\"drop\"", long.as_str(), ["scene", "80 characters"]),
         ("\"ipopt\"", &long, ["solver.name", "80 characters"]),
         ("\"mass\": 10.0", "\"mass\": -1", ["model.bodies[0]: mass", "1e-9 to 1e9"]),
-        ("\"mass\": 10.0", "\"mass\": \"10\"", ["model.bodies[0].mass", "a number is needed"]),
+        ("\"mass\": 10.0", "\"mass\": \"10\"", ["model.bodies[0].mass", "expected a number"]),
         ("\"mass\": 10.0", "\"mass\": 1e9", ["model.bodies[0]", "0.01"]),
         ("\"dt\": 0.002", "\"dt\": 7", ["model.dt", "7"]),
         ("\"mu\": 0.3", "\"mu\": -3", ["model.mu", "-3"]),
@@ -151,7 +151,7 @@ fn without_run_json_every_command_says_what_it_took() {
         fs::remove_file(directory.path().join("run.json")).unwrap();
         let end = read(command, directory.path());
         assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{command}");
-        let note = "no run.json beside the file: the drop scene's parameters";
+        let note = "no run.json in the directory of the file: the drop scene's parameters";
         assert!(end.stdout.contains(note), "{command}: {}", end.stdout);
     }
 }

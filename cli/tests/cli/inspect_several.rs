@@ -99,11 +99,11 @@ fn points_that_are_none_are_refused() {
     let cases: [(&str, Value, &[&str]); 18] = [
         ("/x", json!([1.0]), &["x has 1 numbers", "are needed"]),
         ("/multipliers", json!([]), &["multipliers has 0 numbers"]),
-        ("/bodies", json!(7), &["bodies", "an array is needed"]),
+        ("/bodies", json!(7), &["bodies", "expected an array"]),
         ("/bodies/0/mass", json!(-1.0), &["bodies[0]", "mass", "-1"]),
         ("/bodies/0/inertia/0/0", json!(-1.0), &["bodies[0]", "positive definite"]),
         ("/bodies/1/state", json!([1, 2]), &["bodies[1].state", "length 13"]),
-        ("/bodies/1/state/3", json!("one"), &["bodies[1].state", "a number is needed"]),
+        ("/bodies/1/state/3", json!("one"), &["bodies[1].state", "expected a number"]),
         ("/bodies/1/wrench", json!([1, 2]), &["bodies[1].wrench", "length 6"]),
         ("/contacts/0/a", json!(2), &["contacts[0].a is 2", "below 2"]),
         ("/contacts/0/b", json!(5), &["contacts[0].b is 5", "below 2"]),

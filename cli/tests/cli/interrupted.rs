@@ -177,7 +177,7 @@ fn a_signal_ends_an_ipopt_run_at_once_with_all_its_steps_written() {
         assert!((240..100_000).contains(&found), "{signal}: {found} rows");
         let said = format!("{found} rows, h = 0.002 s");
         assert!(run.end.stdout.contains(&said), "{}", run.end.stdout);
-        let asked = "interrupted  100000 rows were asked for";
+        let asked = "interrupted  100000 rows were requested";
         assert!(run.end.stdout.contains(asked), "{}", run.end.stdout);
         // The header and the 239 steps before the signal are the same as without a signal.
         assert_eq!(lines(&run, 240), lines(&undisturbed, 240), "{signal}");

@@ -370,10 +370,14 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
     ("joint = \"shoulder\"", "joint = \"ball\"", &["motors[0] (ball).axis", "`turn_x`"]),
     ("speed = -2.0", "speed = -2.0\naxis = \"slide\"", &["motors[0] (shoulder).axis", "`turn`"]),
     ("speed = -2.0", "", &["motors[0] (shoulder).speed", "position"]),
-    ("speed = -2.0", "speed = -2.0\nposition = 1.0", &["motors[0] (shoulder).speed", "either"]),
+    (
+        "speed = -2.0",
+        "speed = -2.0\nposition = 1.0",
+        &["motors[0] (shoulder).speed", "only one of"],
+    ),
     ("speed = -2.0", "speed = -2.0\nstiffness = 1.0", &["(shoulder).stiffness", "no meaning"]),
-    ("speed = -2.0", "position = 1.0", &["motors[0] (shoulder).stiffness", "needed"]),
-    ("type = \"spherical\"", "type = \"ball\"", &["(ball).cone", "needed"]),
+    ("speed = -2.0", "position = 1.0", &["motors[0] (shoulder).stiffness", "required"]),
+    ("type = \"spherical\"", "type = \"ball\"", &["(ball).cone", "required"]),
     ("type = \"spherical\"", "type = \"spherical\"\ncone = 0.5", &["(ball).cone", "no meaning"]),
     (
         "type = \"spherical\"",

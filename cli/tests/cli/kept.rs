@@ -102,7 +102,7 @@ fn what_is_kept_is_drawn_and_gone_on_with() {
         }
     }
     let states = runs.text("whole", "states.csv");
-    runs.refused(&["verify", &states], &["cannot be verified", "left out the table ends"]);
+    runs.refused(&["verify", &states], &["cannot be verified", "did not write the table ends"]);
     runs.refused(
         &["--continue", &runs.text("parts", ""), "--every", "2"],
         &["every", "--continue"],
@@ -126,7 +126,7 @@ fn what_is_kept_is_drawn_and_gone_on_with() {
         assert_eq!(runs.lines("bare", file), runs.lines("full", file), "{file}");
     }
     let states = runs.text("bare", "states.csv");
-    runs.refused(&["verify", &states], &["left out the table contacts"]);
+    runs.refused(&["verify", &states], &["did not write the table contacts"]);
     let end = run(&["view", &states]);
     assert_eq!(end.code, Some(0), "{end:?}");
 }
@@ -144,7 +144,7 @@ fn steps_that_are_kept_are_verified_by_themselves() {
         let states = runs.text("some", "states.csv");
         let end = run(&["verify", &states]);
         assert_eq!(end.code, Some(0), "{end:?}");
-        assert!(end.stdout.contains("17 steps, one of each 7, by itself,"), "{end:?}");
+        assert!(end.stdout.contains("17 steps (--every 7) of"), "{end:?}");
         // ends.csv holds the states that the full run has one step later.
         let numbers = |line: &String| line.splitn(4, ',').nth(3).unwrap().to_owned();
         let of = |file: &str, run: &str, wanted: &dyn Fn(u64) -> bool| -> Vec<String> {
@@ -167,7 +167,7 @@ fn steps_that_are_kept_are_verified_by_themselves() {
     let drop = ["--solver", "native", "--steps", "40", "--every", "3"];
     runs.run("table", &drop);
     let table = runs.text("table", "trajectory.csv");
-    runs.refused(&["verify", &table], &["--every 3", "row after it", "[[bodies]]"]);
+    runs.refused(&["verify", &table], &["--every 3", "verified by the next row", "[[bodies]]"]);
 }
 
 /// The counts in run.json include the steps that are left out. They cannot be smaller than the
@@ -187,18 +187,22 @@ fn run_json_is_held_against_the_steps_that_are_kept() {
     let [free, touching] =
         ["free_steps", "contact_steps"].map(|field| said["summary"][field].as_f64().unwrap());
     let wrong: [(&[_], _, _); 8] = [
-        (&[("rows", 17.0)], 1, "summary.rows is 17; from the first row to the last there are 16"),
+        (&[("rows", 17.0)], 1, "summary.rows is 17; the first to the last row span 16"),
         (
             &[("failed", 1.0), ("free_steps", free - 1.0), ("contact_steps", touching + 1.0)],
             3,
-            "of all its steps, run.json says: 1",
+            "of all steps, by run.json: 1",
         ),
-        (&[("converged", touching + 1.0)], 1, "those of each status together are"),
-        (&[("wild", 1.0)], 1, "those of each status together are"),
-        (&[("contact_steps", 16.0)], 1, "summary.rows is 16; free steps and contact steps are"),
-        (&[("free_steps", 0.0)], 1, "summary.free_steps is 0; the rows alone have"),
-        (&[("certificate_max_m_s", 0.0)], 1, "the rows alone have"),
-        (&[("certificate_max_m_s", 1e-3)], 1, "and all are counted as solved"),
+        (&[("converged", touching + 1.0)], 1, "the counts by status add up to"),
+        (&[("wild", 1.0)], 1, "the counts by status add up to"),
+        (
+            &[("contact_steps", 16.0)],
+            1,
+            "summary.rows is 16; free steps and contact steps add up to",
+        ),
+        (&[("free_steps", 0.0)], 1, "summary.free_steps is 0; the written rows alone have"),
+        (&[("certificate_max_m_s", 0.0)], 1, "the written rows alone have"),
+        (&[("certificate_max_m_s", 1e-3)], 1, "and all steps are counted as solved"),
     ];
     for (changes, code, words) in wrong {
         let (mut json, pointer) = (said.clone(), changes[0].0);
@@ -221,7 +225,7 @@ fn run_json_is_held_against_the_steps_that_are_kept() {
     fs::write(runs.path("some", "states.csv"), text).unwrap();
     let end = verify();
     assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("not those of the next row"), "{end:?}");
+    assert!(end.stdout.contains("the states after it differ from the next row"), "{end:?}");
 }
 
 /// A run with 4 substeps writes the same bytes as a run with a quarter of the time step and

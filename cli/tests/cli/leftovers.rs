@@ -26,7 +26,7 @@ fn rows_of_the_other_format_are_removed_and_named() {
     fs::write(out.join("notes.csv"), "mine").unwrap();
     let end = run(&two);
     assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("removed trajectory.csv of an earlier run"), "{end:?}");
+    assert!(end.stdout.contains("removed trajectory.csv from an earlier run"), "{end:?}");
     let with_notes = |files: &[&str]| {
         let mut all: Vec<String> = files.iter().map(|name| (*name).to_owned()).collect();
         all.push("notes.csv".to_owned());

@@ -226,7 +226,7 @@ anchor = [0.0, 0.0, -0.6]
     fs::write(&path, text.replace(first.as_str(), "2.1")).unwrap();
     let verified = run(&["verify", steps]);
     assert_eq!(verified.code, Some(1), "{verified:?}");
-    assert!(verified.stdout.contains("taut_joints are not those of the rows"), "{verified:?}");
+    assert!(verified.stdout.contains("taut_joints differ from the rows"), "{verified:?}");
     // The suggested number of substeps suffices and keeps the number of rows.
     assert!(end.stdout.contains("--substeps 2"), "{end:?}");
     let (end, directory) = run_scenario(TAUT, &["--substeps", "2"]);

@@ -37,7 +37,7 @@ fn a_second_run_removes_the_pictures_of_the_first_and_says_so() {
     assert_eq!((second.code, second.stderr.as_str()), (Some(0), ""));
     assert_eq!(everything_in(&out), names(&["notes.svg", "validation.html", "view.html"]));
     let said = "removed animation.gif, plot-energy.png, plot-energy.svg, plot.png, plot.svg, \
-                view.html of an earlier run\n";
+                view.html from an earlier run\n";
     assert_eq!(second.stdout.matches(said).count(), 1, "{}", second.stdout);
     let page = fs::read_to_string(out.join("view.html")).unwrap();
     assert!(page.contains("4 rows") || !page.contains("3 rows"), "the page is the second run's");
@@ -78,7 +78,7 @@ fn two_runs_do_not_write_to_one_directory_at_once() {
     let earlier = simulate(&["--steps", "5"]);
     let out = earlier.path("");
     let mut running = a_long_run(&out);
-    let words = ["another tumble is writing to", text(&out).trim_end_matches('/'), "--out"];
+    let words = ["another tumble process is writing to", text(&out).trim_end_matches('/'), "--out"];
     run(&["--steps", "3", "--out", text(&out)]).assert_refused(1, &words);
     let csv = out.join("trajectory.csv");
     for command in ["gif", "plot", "view"] {

@@ -47,7 +47,7 @@ fn a_plan_runs_again_to_the_byte() {
         ["first", "again", "scene"].map(|name| out(name).to_string_lossy().into_owned());
     let end = run(&["plan", &problem, "--out", &first]);
     assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("box: replayed after 30 steps, 30 numbers sought"), "{end:?}");
+    assert!(end.stdout.contains("box: replayed after 30 steps, 30 variables"), "{end:?}");
     let plan: Value = serde_json::from_str(&text(out("first").join("plan.json"))).unwrap();
     assert_eq!(plan["status"], "replayed");
     assert!(plan["targets"][0]["missed_by"].as_f64().unwrap() <= 1e-3);
@@ -201,15 +201,15 @@ fn the_start_that_stops_is_found_from_the_command_line() {
 #[test]
 fn broken_problems_are_refused_and_leave_nothing() {
     for (fields, words) in [
-        ("steps = 30\n", "there is nothing to plan for"),
-        (&SLIDE.replace("x = [-20, 20]", "x = [20, -20]"), "no bounds"),
+        ("steps = 30\n", "targets: there are none"),
+        (&SLIDE.replace("x = [-20, 20]", "x = [20, -20]"), "the bounds are 20 to -20"),
         (&SLIDE.replace("kind = \"force\"", "kind = \"pull\""), "line 5"),
-        (&SLIDE.replace("steps = 30", "steps = 0"), "steps: 0 is given; 1 to 100000 are allowed"),
+        (&SLIDE.replace("steps = 30", "steps = 0"), "steps is 0; allowed: 1 to 100000"),
         (&SLIDE.replace("runs = 300", "start = \"none.csv\""), "none.csv"),
         (&SLIDE.replace("runs = 300", "stages = [\"walk\"]"), "walk"),
-        (&SLIDE.replace("runs = 300", "stages = []"), "search.stages: none are given"),
-        (&SLIDE.replace("runs = 300", "rounds = 300"), "a whole number from 0 to 255 is needed"),
-        (&SLIDE.replace("runs = 300", "knots = 70000"), "a whole number from 0 to 65535 is needed"),
+        (&SLIDE.replace("runs = 300", "stages = []"), "search.stages: the list is empty"),
+        (&SLIDE.replace("runs = 300", "rounds = 300"), "expected a whole number from 0 to 255"),
+        (&SLIDE.replace("runs = 300", "knots = 70000"), "expected a whole number from 0 to 65535"),
         ("scene = \"\"\n", "scene"),
     ] {
         let (directory, problem) = problem(fields);
@@ -227,7 +227,7 @@ fn controls_of_another_problem_are_refused() {
     let table = directory.path().join("controls.csv");
     for (rows, words) in [
         ("k,t,box.force.x\n0,0,1\n", "it has 1 rows; 30 are needed"),
-        ("k,t,box.force.y\n", "no control of the problem"),
+        ("k,t,box.force.y\n", "is not a control of the problem"),
         ("k,t\n", "0 rows"),
     ] {
         fs::write(&table, rows).unwrap();
@@ -264,9 +264,9 @@ fn controls_that_do_not_fit_are_said_or_refused() {
     let start = file.to_str().unwrap();
     for (problem, rows, words) in [
         (problem.as_str(), table(|k| if k < 4 { 21.0 } else { 1.0 }), "4 numbers are beyond"),
-        (pieces, table(|k| k as f64 / 10.0), "27 values are not that of the first step"),
-        (problem.as_str(), table(|_| 1.0).replace("\n3,", "\n4,"), "1 values of k are not those"),
-        (problem.as_str(), table(|_| 1.0).replace(",0.02,", ",0.03,"), "1 values of t are not"),
+        (pieces, table(|k| k as f64 / 10.0), "27 values differ from the first step"),
+        (problem.as_str(), table(|_| 1.0).replace("\n3,", "\n4,"), "1 values of k differ"),
+        (problem.as_str(), table(|_| 1.0).replace(",0.02,", ",0.03,"), "1 values of t differ"),
     ] {
         fs::write(&file, rows).unwrap();
         let args = ["plan", problem, "--start", start, "--out", out.to_str().unwrap()];
@@ -288,7 +288,8 @@ fn controls_that_do_not_fit_are_said_or_refused() {
 #[test]
 fn more_numbers_than_can_be_sought_are_refused() {
     let fields = SLIDE.replace("steps = 30", "steps = 100000");
-    for (stage, words) in [("shoot", "shoot: 100000 variables are too many"), ("sample", "sample:")]
+    for (stage, words) in
+        [("shoot", "shoot: there are 100000 variables; allowed: up to"), ("sample", "sample:")]
     {
         let search = format!("stages = [\"{stage}\"]\nknots = 65535");
         let (directory, problem) = problem(&fields.replace("runs = 300", &search));

@@ -194,7 +194,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     let file = simulated.path("trajectory.csv");
     run(&["plot"]).assert_refused(2, &["FILE.csv"]);
     plot(Path::new("/nowhere/x.csv"), &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
-    plot(&file, &["--dt", "0.001"]).assert_refused(2, &["--dt", "a run with a run.json"]);
+    plot(&file, &["--dt", "0.001"]).assert_refused(2, &["--dt", "no meaning with a run.json"]);
     plot(&file, &["--steps", "3"]).assert_refused(2, &["--steps"]);
     plot(&simulated.path("run.json"), &[]).assert_refused(2, &["run.json", "header"]);
 
@@ -206,7 +206,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
 
     let cut = fs::read_to_string(&file).unwrap().replace(",end,", ",free,");
     fs::write(&file, cut).unwrap();
-    plot(&file, &[]).assert_refused(2, &["no row of status `end`"]);
+    plot(&file, &[]).assert_refused(2, &["no row with status `end`"]);
     let names: Vec<_> = everything_in(&simulated.path(""));
     assert_eq!(names.len(), 5, "nothing is left behind: {names:?}");
 }

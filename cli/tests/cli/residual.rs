@@ -20,8 +20,8 @@ fn a_run_is_held_to_what_was_asked_for() {
     // A larger requested residual is reached and not exceeded.
     assert!((1e-9..=promised(&json).unwrap()).contains(&reached), "{reached}");
     assert!(
-        less.end.stdout.contains("0.0001 m/s asked for")
-            || less.end.stdout.contains("1e-4 m/s asked for")
+        less.end.stdout.contains("0.0001 m/s requested")
+            || less.end.stdout.contains("1e-4 m/s requested")
     );
     let verified = run(&["verify", less.path("trajectory.csv").to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");

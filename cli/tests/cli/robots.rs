@@ -29,7 +29,7 @@ fn a_file_is_simulated_and_verifies() {
         assert_eq!(on.code, Some(0), "{name}: {on:?}");
     }
     let noted = simulate(&["--scenario", text(&model("hopper.xml")), "--steps", "3"]);
-    assert!(noted.end.stdout.contains("without a part in the motion: 1 <camera>, 1 <light>"));
+    assert!(noted.end.stdout.contains("without effect on the motion: 1 <camera>, 1 <light>"));
     let quiet = simulate(&["--scenario", text(&model("hopper.xml")), "--steps", "3", "--quiet"]);
     assert_eq!(quiet.end.stdout, "");
 }

@@ -170,7 +170,7 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
         .assert_refused(2, &["trajectory.csv", "several bodies", "states.csv"]);
     done.change("contacts.csv", ",fixed,0,", ",fixed,7,");
     for command in ["plot", "gif", "view"] {
-        done.draw(command, &[]).assert_refused(2, &["contact", "step 0", "not in run.json"]);
+        done.draw(command, &[]).assert_refused(2, &["contact", "step 0", "run.json does not have"]);
     }
     done.change("states.csv", "\n0,0.0,0,", "\n0,0.5,0,");
     done.draw("gif", &[]).assert_refused(2, &["states, line 2", "t_s"]);

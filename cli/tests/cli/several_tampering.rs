@@ -83,7 +83,7 @@ fn tables_as_they_were_written_verify() {
     let end = verify_changed("states.csv", |_| ());
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
     assert!(end.stdout.contains("29 steps of 3 bodies"), "{end:?}");
-    assert!(end.stdout.contains("not what the rows say: 0\n"), "{end:?}");
+    assert!(end.stdout.contains("steps that differ from their rows: 0\n"), "{end:?}");
 }
 
 /// A change of a thousandth in any relevant number is found and its step named.
@@ -114,11 +114,11 @@ fn a_changed_number_is_found_and_its_step_named() {
 #[test]
 fn contacts_that_the_bodies_do_not_have_are_named() {
     let cases: [(&str, &str, &str); 6] = [
-        ("body", "7", "not there"),
+        ("body", "7", "does not exist"),
         ("partner", "fixed", "contact 4"),
-        ("partner_index", "9", "not there"),
+        ("partner_index", "9", "does not exist"),
         ("partner_index", "2", "contact 4"),
-        ("key", "0.5.0.A0.0", "not there"),
+        ("key", "0.5.0.A0.0", "does not exist"),
         ("key", "3", "key"),
     ];
     for (column, value, words) in cases {
@@ -203,12 +203,12 @@ fn rows_missing_double_or_out_of_order_are_refused_with_table_and_line() {
     type Change = fn(&mut Table);
     let cases: [(&str, Change, &[&str]); 9] = [
         ("states.csv", |table| drop(table.rows.remove(4)), &["states, line 6", "body is 2"]),
-        ("states.csv", |table| table.rows.swap(3, 4), &["states, line 5", "body is 1 where 0"]),
+        ("states.csv", |table| table.rows.swap(3, 4), &["states, line 5", "body is 1; expected 0"]),
         ("states.csv", |table| table.rows.truncate(50), &["states", "cut off"]),
         ("contacts.csv", |table| drop(table.rows.remove(0)), &["contacts, line 2", "contact is 1"]),
         ("contacts.csv", |table| drop(table.rows.pop()), &["contacts", "cut off"]),
         ("contacts.csv", |table| table.rows.push(table.rows[0].clone()), &["contacts", "after"]),
-        ("steps.csv", |table| drop(table.rows.remove(7)), &["steps, line 9", "k is 8 where 7"]),
+        ("steps.csv", |table| drop(table.rows.remove(7)), &["steps, line 9", "k is 8; expected 7"]),
         ("steps.csv", |table| drop(table.rows.pop()), &["steps", "cut off"]),
         ("steps.csv", |table| drop(table.header.remove(3)), &["steps", "column 4", "iterations"]),
     ];
@@ -311,7 +311,7 @@ fn a_line_of_a_table_without_end_is_refused() {
 #[test]
 fn a_status_that_the_rows_do_not_have_is_named() {
     for (status, words) in [
-        ("free", "`free`, and it has forces"),
+        ("free", "`free`, but it has forces"),
         ("fallback", "summary.fallback is 0; the rows have 1"),
         ("failed", "summary.failed is 0; the rows have 1"),
     ] {
@@ -331,7 +331,7 @@ fn a_status_that_the_rows_do_not_have_is_named() {
     fs::write(directory.path().join("run.json"), other).unwrap();
     let end = verify(directory.path());
     assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("complete of 31 rows; there are 30"), "{end:?}");
+    assert!(end.stdout.contains("complete with 31 rows requested; there are 30"), "{end:?}");
 }
 
 /// The column `start` accepts only the start methods of tumble's solvers.
@@ -343,7 +343,7 @@ fn a_start_that_no_solver_has_is_named() {
             table.rows[12][column] = start.to_owned();
         });
         assert_eq!(end.code, Some(code), "{start}: {end:?}");
-        let named = end.stdout.contains(&format!("its start is `{start}`, which no solver"));
+        let named = end.stdout.contains(&format!("its start is `{start}`, which is unknown"));
         assert_eq!(named, code == 1, "{start}: {end:?}");
     }
 }

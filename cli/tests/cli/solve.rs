@@ -122,7 +122,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     fs::write(problems.join("own.dat"), SLIDES).unwrap();
     exported(path(&scene), &["--steps", "3"]).assert_refused(2, &["step-", "--overwrite"]);
     let end = exported(path(&scene), &["--steps", "3", "--overwrite"]);
-    assert!(end.code == Some(0) && end.stdout.contains(" of an earlier run there"), "{end:?}");
+    assert!(end.code == Some(0) && end.stdout.contains(" from an earlier run there"), "{end:?}");
     let left = names_in(&problems);
     assert!(left.len() < files.len() && left.contains(&"own.dat".to_owned()), "{left:?}");
     assert!(left.iter().all(|name| name.as_str() <= "step-00000003.dat"), "{left:?}");
@@ -142,7 +142,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
         let args = ["--scenario", path(&scene), "--out", path(folder)];
         let args = args.into_iter().chain(["--export-problems", path(&other)]);
         let end: End = tumble().args(args).output().unwrap().into();
-        end.assert_refused(2, &["--export-problems", "the folder of the run's own files"]);
+        end.assert_refused(2, &["--export-problems", "the directory of the run itself"]);
     }
     let joints = Path::new(ROOT).join("scenarios/door.toml");
     let none = directory.path().join("none");

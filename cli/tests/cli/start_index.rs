@@ -79,7 +79,7 @@ fn a_scenario_says_where_it_begins() {
     fs::write(later.path("run.json"), json.replace("9000", "9001")).unwrap();
     let end = run(&["verify", later.path("states.csv").to_str().unwrap()]);
     assert_eq!(end.code, Some(2), "{end:?}");
-    assert!(end.stderr.contains("k is 9000 where 9001 follows"), "{end:?}");
+    assert!(end.stderr.contains("k is 9000; expected 9001"), "{end:?}");
 }
 
 /// Start indices outside 0 to 9e15 and other text are refused.
@@ -97,5 +97,5 @@ fn an_index_that_is_none_is_refused() {
     fs::write(&file, format!("start_index = 9000000000000001\n{}", text.unwrap())).unwrap();
     let end = run(&["--scenario", file.to_str().unwrap()]);
     assert_eq!(end.code, Some(2), "{end:?}");
-    assert!(end.stderr.contains("start_index is 9000000000000001; allowed is 0 to"), "{end:?}");
+    assert!(end.stderr.contains("start_index is 9000000000000001; allowed: 0 to"), "{end:?}");
 }

@@ -88,7 +88,11 @@ fn what_is_wrong_with_a_law_on_a_sum_is_said_in_one_sentence() {
     let broken: &[(&str, &str, &[&str])] = &[
         ("damping = 2.0", "start = 2.0", &["gears[0] (first, second).drive.start", "leave it out"]),
         ("damping = 2.0", "damping = -2.0", &["gears[0] (first, second)", "damping", "0 to 1e12"]),
-        ("damping = 2.0", "armature = 2.0", &["gears[0] (first, second)", "armature of a sum"]),
+        (
+            "damping = 2.0",
+            "armature = 2.0",
+            &["gears[0] (first, second)", "armature of a gear's drive"],
+        ),
         ("damping = 2.0", "slack = 2.0", &["slack"]),
         ("[-0.3, 1.0]", "[0.3, 1.0]", &["gears[0] (first, second)", "3.000e-1", "start"]),
         ("position = 0.1, ", "", &["gears[1] (second, first).motor.speed", "`position`"]),

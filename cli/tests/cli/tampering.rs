@@ -59,7 +59,10 @@ fn one_digit_of_a_force_or_state_that_is_changed_is_found_and_named() {
         // A state belongs to two steps, as final and as initial state.
         let state = !name.starts_with(['f', 'c']);
         let steps = if state { 2 } else { 1 };
-        assert!(end.stdout.contains(&format!("the rows say: {steps}\n")), "{name}: {end:?}");
+        assert!(
+            end.stdout.contains(&format!("steps that differ from their rows: {steps}\n")),
+            "{name}: {end:?}"
+        );
         let named = |k: usize| end.stdout.contains(&format!("k = {k:<7} "));
         assert!(named(k) && (!state || named(k - 1)), "{name}: {end:?}");
     }
@@ -119,10 +122,10 @@ fn a_file_that_is_cut_off_is_refused() {
 fn rows_out_of_order_doubled_or_missing_are_refused_with_their_line() {
     type Change = fn(&mut Table);
     let table: [(Change, &[&str]); 6] = [
-        (|table| table.rows.swap(10, 11), &["line 12", "k is 11 where 10"]),
-        (|table| table.rows.insert(5, table.rows[5].clone()), &["line 8", "k is 5 where 6"]),
-        (|table| drop(table.rows.remove(7)), &["line 9", "k is 8 where 7"]),
-        (|table| drop(table.rows.remove(0)), &["line 2", "k is 1 where 0"]),
+        (|table| table.rows.swap(10, 11), &["line 12", "k is 11; expected 10"]),
+        (|table| table.rows.insert(5, table.rows[5].clone()), &["line 8", "k is 5; expected 6"]),
+        (|table| drop(table.rows.remove(7)), &["line 9", "k is 8; expected 7"]),
+        (|table| drop(table.rows.remove(0)), &["line 2", "k is 1; expected 0"]),
         (|table| table.rows.push(table.rows[239].clone()), &["after", "`end`"]),
         (|table| table.rows[100][71] = "end".to_owned(), &["after", "`end`"]),
     ];

@@ -151,7 +151,7 @@ fn many_points_are_announced() {
     let said = |args: &[&str]| {
         let run = simulate(&[&["--scenario", path], args].concat());
         assert_eq!(run.end.code, Some(0), "{:?}", run.end);
-        run.end.stdout.contains("--solver native is made for this")
+        run.end.stdout.contains("--solver native is faster")
     };
     assert!(said(&[]));
     assert!(!said(&["--quiet"]) && !said(&["--solver", "native"]));

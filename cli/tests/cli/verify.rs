@@ -38,7 +38,7 @@ fn a_file_as_it_was_written_verifies() {
         assert_eq!((end.code, end.stderr.as_str()), (simulated.end.code, ""), "{args:?}: {end:?}");
         let steps = simulated.table().rows.len() - 1;
         assert!(end.stdout.contains(&format!("{steps} steps\n")), "{}", end.stdout);
-        assert!(end.stdout.contains("not what the rows say: 0\n"), "{}", end.stdout);
+        assert!(end.stdout.contains("steps that differ from their rows: 0\n"), "{}", end.stdout);
     }
 }
 
@@ -89,7 +89,8 @@ fn without_run_json_the_drops_parameters_and_the_flags_are_used() {
 fn flags_are_refused_beside_a_run_json() {
     let directory = changed(|_| ());
     for flags in [["--mass", "11"], ["--gravity", "9.8"], ["--dt", "0.001"]] {
-        verify(directory.path(), &flags).assert_refused(2, &[flags[0], "a run with a run.json"]);
+        verify(directory.path(), &flags)
+            .assert_refused(2, &[flags[0], "no meaning with a run.json"]);
     }
     verify(directory.path(), &["--mass", "nan"]).assert_refused(2, &["--mass"]);
 }

@@ -475,14 +475,14 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     let nowhere = Path::new("/nowhere/x.csv");
     view(&[nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
     view(&[&file, nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
-    view(&[&file], &["--dt", "0.001"]).assert_refused(2, &["--dt", "a run with a run.json"]);
+    view(&[&file], &["--dt", "0.001"]).assert_refused(2, &["--dt", "no meaning with a run.json"]);
     view(&[&file], &["--steps", "3"]).assert_refused(2, &["--steps"]);
     view(&[&simulated.path("run.json")], &[]).assert_refused(2, &["run.json", "header"]);
 
     let occupied = simulated.path("occupied");
     fs::write(&occupied, "").unwrap();
     view(&[&file], &["--out", occupied.to_str().unwrap()]).assert_refused(2, &["occupied"]);
-    view(&[&file], &["--out", "page.html"]).assert_refused(2, &["page.html is the name of a file"]);
+    view(&[&file], &["--out", "page.html"]).assert_refused(2, &["page.html is a file"]);
     fs::create_dir(simulated.path("view.html")).unwrap();
     view(&[&file], &[]).assert_refused(1, &["view.html", "is a directory"]);
     assert_eq!(everything_in(&simulated.path("")).len(), 5, "nothing is left behind");

@@ -234,7 +234,7 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
         gif(&["--camera", camera], "--camera");
     }
     for out in ["x.mp4", "new/x.webm", "x.png"] {
-        gif(&["--out", out], "a name that ends in .gif");
+        gif(&["--out", out], "a file name that ends in .gif");
     }
     // 0.02 s at a speed of 1/10000.
     gif(&["--gif-speed", "0.0001"], "--gif-speed");

@@ -8,7 +8,7 @@ use crate::world::partner::Partner;
 #[non_exhaustive]
 pub enum Error {
     /// A number outside its range, including NaN.
-    #[error("{field} is {value:?}; allowed is {allowed}")]
+    #[error("{field} is {value:?}; allowed: {allowed}")]
     OutOfRange {
         /// Name of the field, with its unit.
         field: &'static str,
@@ -18,7 +18,7 @@ pub enum Error {
         allowed: &'static str,
     },
     /// A count outside its range.
-    #[error("{field}: {count} given; allowed is {allowed}")]
+    #[error("{field}: {count} given; allowed: {allowed}")]
     Count {
         /// Name of the counted items.
         field: &'static str,
@@ -28,7 +28,7 @@ pub enum Error {
         allowed: &'static str,
     },
     /// Three or more knots of a load at the same time.
-    #[error("the load has more than two knots at {time:?} s; allowed is one, or two for a jump")]
+    #[error("the load has more than two knots at {time:?} s; allowed: one, or two for a jump")]
     KnotsAtOneTime {
         /// Time of the knots (s).
         time: f64,
@@ -46,7 +46,7 @@ pub enum Error {
     },
     /// Bodies that overlap too deeply at the start.
     #[error(
-        "{} and {} overlap by {depth:.3e} m at the start; allowed is to touch, and {allowed:.1e} m",
+        "{} and {} overlap by {depth:.3e} m at the start; allowed: {allowed:.1e} m",
         between.0,
         between.1
     )]
@@ -60,7 +60,8 @@ pub enum Error {
     },
     /// A joint whose constraints are violated at the start.
     #[error(
-        "joint {joint} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is {allowed:.0e} of each"
+        "joint {joint} is {place:.3e} m and {turn:.3e} rad off at the start; allowed: \
+         {allowed:.0e} of each"
     )]
     JointApart {
         /// Index of the joint.
@@ -74,8 +75,8 @@ pub enum Error {
     },
     /// A joint that starts beyond its limits. The first step would throw it back.
     #[error(
-        "joint {joint} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; allowed is {allowed:.0e} of \
-         each"
+        "joint {joint} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; \
+         allowed: {allowed:.0e} of each"
     )]
     JointBeyond {
         /// Index of the joint.
@@ -88,7 +89,7 @@ pub enum Error {
         allowed: f64,
     },
     /// A gear whose constraint is violated at the start.
-    #[error("gear {gear} is {off:.3e} m or rad off at the start; allowed is {allowed:.0e}")]
+    #[error("gear {gear} is {off:.3e} m or rad off at the start; allowed: {allowed:.0e}")]
     GearApart {
         /// Index of the gear.
         gear: usize,
@@ -99,8 +100,8 @@ pub enum Error {
     },
     /// A body that cannot be removed or held because a joint connects it.
     #[error(
-        "body {body} is tied by joint {joint}; only a body without joints can be held, or taken out \
-         without them"
+        "body {body} is attached to joint {joint}; only a body without joints can be held, or \
+         removed without them"
     )]
     Tied {
         /// Index of the body.
@@ -110,8 +111,8 @@ pub enum Error {
     },
     /// Joints that could not be assembled by a small change of the poses.
     #[error(
-        "joint {joint} stays {place:.3e} m and {turn:.3e} rad apart; give states nearer to where it \
-         holds its bodies"
+        "joint {joint} stays {place:.3e} m and {turn:.3e} rad apart; choose initial states that \
+         fit it better"
     )]
     NotAssembled {
         /// Index of the joint with the largest error.
@@ -123,8 +124,8 @@ pub enum Error {
     },
     /// Principal moments of inertia with too large a ratio.
     #[error(
-        "the least and the largest principal moment of inertia are {least:?} and {largest:?} kg m²; \
-         allowed is a ratio of at most 1e6"
+        "the smallest and the largest principal moment of inertia are {least:?} and {largest:?} kg \
+         m²; allowed: a ratio of at most 1e6"
     )]
     MomentsApart {
         /// Smallest principal moment (kg m²).
@@ -136,7 +137,7 @@ pub enum Error {
     /// [`RigidBody::new`](crate::mechanics::RigidBody::new).
     #[error(
         "a principal moment of inertia is {moment:?} kg m²; allowed with this mass and these \
-         contact points is {least:.1e} to {most:.1e}"
+         contact points: {least:.1e} to {most:.1e}"
     )]
     Moment {
         /// Rejected moment (kg m²).
@@ -148,7 +149,7 @@ pub enum Error {
     },
     /// An initial state deeper below the ground than the contact band.
     #[error(
-        "the lowest contact point would start {depth:?} m below the ground; allowed is the contact \
+        "the lowest contact point would start {depth:?} m below the ground; allowed: the contact \
          band, {allowed:?} m"
     )]
     StartBelowGround {

@@ -61,7 +61,7 @@ impl Step<'_> {
         ];
         for (field, count) in each {
             if count != bodies.len() {
-                return Err(Error::Count { field, count, allowed: "one a body" });
+                return Err(Error::Count { field, count, allowed: "one per body" });
             }
         }
         let is_known = |key: &ContactKey| {
@@ -337,8 +337,8 @@ pub trait StepSolver: Send {
     fn change_world(&mut self, world: &World) -> Result<(), Error> {
         let _ = world;
         Err(Error::Unsupported {
-            what: "another number of bodies",
-            why: "the solver is made for one world; exchange the motion of a new simulation",
+            what: "change of the number of bodies",
+            why: "this solver supports one world; create a new simulation",
         })
     }
 

@@ -37,7 +37,10 @@ impl TryFrom<String> for Colour {
         };
         named.or_else(written).map(Self).ok_or_else(|| {
             let names: Vec<_> = NAMED.iter().map(|(name, _)| *name).collect();
-            format!("{text:?} is none; \"#rrggbb\" or one of {} is needed", names.join(", "))
+            format!(
+                "{text:?} is not a colour; \"#rrggbb\" or one of {} is needed",
+                names.join(", ")
+            )
         })
     }
 }

@@ -32,7 +32,7 @@ impl Failure {
 
     /// Failure because the required setting `name` is missing.
     pub fn needed(name: &str) -> Self {
-        Self::setting(name, "it is not given, and needed")
+        Self::setting(name, "it is required")
     }
 
     /// Adds the name of the file to the message.

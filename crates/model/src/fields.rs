@@ -158,13 +158,13 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
 }
 
 /// Text of the error for a list that should be a table.
-const ONE_TABLE: &str = "list, one table is needed";
+const ONE_TABLE: &str = "list, expected a single table";
 
 /// Prepends the path of the field to `message`, if the path is known.
 pub fn named(path: &str, message: &str) -> String {
     let mut message = plain(message);
     if path == "body" && message.ends_with(ONE_TABLE) {
-        message += " (several bodies are [[bodies]])";
+        message += " (use [[bodies]] for several bodies)";
     }
     // serde_path_to_error writes `.` for the root and `?` for an unknown part.
     if path == "." || path.contains('?') { message } else { format!("{path}: {message}") }
@@ -173,15 +173,14 @@ pub fn named(path: &str, message: &str) -> String {
 /// Replaces the names of Rust types in `message`.
 pub fn plain(message: &str) -> String {
     let types = [
-        ("expected f64", "a number is needed"),
-        ("expected u64", "a whole number is needed"),
-        ("expected u8", "a whole number from 0 to 255 is needed"),
-        ("expected u16", "a whole number from 0 to 65535 is needed"),
-        ("expected u32", "a whole number from 0 to 4294967295 is needed"),
-        ("expected an array of length", "an array is needed of length"),
-        ("expected a sequence", "an array is needed"),
+        ("expected f64", "expected a number"),
+        ("expected u64", "expected a whole number"),
+        ("expected u8", "expected a whole number from 0 to 255"),
+        ("expected u16", "expected a whole number from 0 to 65535"),
+        ("expected u32", "expected a whole number from 0 to 4294967295"),
+        ("expected a sequence", "expected an array"),
         ("sequence, expected one table", ONE_TABLE),
-        ("expected one table", "a table is needed"),
+        ("expected one table", "expected a table"),
         (" as i128", ""),
     ];
     types.iter().fold(message.to_owned(), |text, (name, plain)| text.replace(name, plain))
@@ -210,10 +209,10 @@ mod tests {
         assert_eq!(json::<Numbers<3>>("[1, 2, 3]").unwrap().0, [1.0, 2.0, 3.0]);
         assert_eq!(serde_json::to_string(&Exactly([1.5, 2.0])).unwrap(), "[1.5,2.0]");
         for (text, words) in [
-            ("[1, 2]", "invalid length 2, an array is needed of length 3"),
+            ("[1, 2]", "invalid length 2, expected an array of length 3"),
             ("[1, 2, 3, 4, 5]", "invalid length 5, "),
-            ("[1, \"2\", 3]", "[1]: invalid type: string \"2\", a number is needed"),
-            ("7", "invalid type: integer `7`, an array is needed of length 3"),
+            ("[1, \"2\", 3]", "[1]: invalid type: string \"2\", expected a number"),
+            ("7", "invalid type: integer `7`, expected an array of length 3"),
             ("[1, 2, 3] 4", "trailing characters"),
         ] {
             let why = json::<Numbers<3>>(text).unwrap_err();

@@ -171,7 +171,9 @@ impl CourseModel {
     pub fn knots(&self) -> Result<Knots, String> {
         if self.times.len() != self.places.len() {
             let (times, places) = (self.times.len(), self.places.len());
-            return Err(format!("times: there are {times}, and {places} places"));
+            return Err(format!(
+                "times: {times} times and {places} places; as many of both are needed"
+            ));
         }
         let frames = self.places.iter().map(ModelPlace::frame);
         let knots = Knots::new(self.times.iter().copied().zip(frames).collect());
@@ -216,11 +218,13 @@ impl JointModel {
         let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
         match wanted {
             None if driven.len() == 1 => Ok(0),
-            None => {
-                Err(format!("{:?} has several; one of {} is needed", self.name, names.join(", ")))
-            }
+            None => Err(format!(
+                "{:?} has several axes; one of {} is needed",
+                self.name,
+                names.join(", ")
+            )),
             Some(wanted) => driven.iter().position(|(name, _)| *name == wanted).ok_or_else(|| {
-                format!("{wanted:?} is none of {:?}; it has {}", self.name, names.join(", "))
+                format!("{wanted:?} is not an axis of {:?}; it has {}", self.name, names.join(", "))
             }),
         }
     }

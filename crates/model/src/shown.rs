@@ -58,7 +58,8 @@ pub fn checked_name(name: &str) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "name: {name:?} is none; 1 to 40 letters, digits, `-`, `_` or `.` are needed, and not `ground`"
+        "name: {name:?} is not allowed; use 1 to 40 letters, digits, `-`, `_` or `.`, but not \
+         `ground`"
     ))
 }
 

@@ -93,7 +93,7 @@ impl DdpModel {
         let entries = (states + each.sum::<usize>()).saturating_mul(states);
         if entries.saturating_mul(problem.steps()) > most {
             return Err(PlanError::Problem(format!(
-                "ddp: {} steps of {} bodies have too many derivatives; fewer steps are needed",
+                "ddp: {} steps of {} bodies have too many derivatives; use fewer steps",
                 problem.steps(),
                 problem.scene.starts.len()
             )));

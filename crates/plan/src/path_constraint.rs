@@ -63,7 +63,7 @@ impl PathConstraintKind {
             if (low..=FARTHEST).contains(&value) {
                 return Ok(());
             }
-            Err(format!("{what} is {value:?}; {low} to {FARTHEST} m is allowed"))
+            Err(format!("{what} is {value:?}; allowed: {low} to {FARTHEST} m"))
         };
         match self {
             Self::Above { at, width, height } => {

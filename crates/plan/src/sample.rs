@@ -64,8 +64,8 @@ impl Stage for Sample {
             return Ok(());
         }
         Err(PlanError::Problem(format!(
-            "sample: its last round has {count} coordinates, and up to {MOST} are allowed; fewer knots or rounds are \
-             needed"
+            "sample: its last round has {count} coordinates; allowed: up to {MOST}; use fewer \
+             knots or rounds"
         )))
     }
 
@@ -175,7 +175,7 @@ impl Sample {
         }
         end.message = match (seen, failure) {
             _ if watch.is_interrupted() => "interrupted".to_owned(),
-            (None, Some(why)) => format!("no run could be made: {why}"),
+            (None, Some(why)) => format!("no run succeeded: {why}"),
             (Some([least, most]), _) if count > 1 && most - least <= 1e-9 * most => {
                 format!("none of {count} runs within the bounds moved a target")
             }

@@ -137,9 +137,7 @@ impl PlanProblem {
         }
         parts.extend(replay.misses.iter().filter(|miss| !miss.is_met()).map(|miss| {
             let Miss { name, by, tolerance, unit, after } = miss;
-            format!(
-                "{name} is missed by {by:.3e} {unit} after {after} steps ({tolerance} is allowed)"
-            )
+            format!("{name} is missed by {by:.3e} {unit} after {after} steps ({tolerance} allowed)")
         }));
         let (at, all) = (replay.at_bounds.len(), self.variables().len());
         if at > 0 {

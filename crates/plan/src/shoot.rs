@@ -105,14 +105,14 @@ impl Stage for Shoot {
         let count = problem.variables().len();
         if count > MOST {
             return Err(PlanError::Problem(format!(
-                "shoot: {count} variables are too many; fewer knots are needed, up to {MOST} variables"
+                "shoot: there are {count} variables; allowed: up to {MOST}; use fewer knots"
             )));
         }
         let rows = problem.path_constraints().len() * problem.steps();
         if rows.saturating_mul(count) > MOST_ENTRIES {
             return Err(PlanError::Problem(format!(
-                "shoot: {rows} rows of path constraints by {count} variables have too many derivatives; fewer steps, \
-                 path constraints or knots are needed"
+                "shoot: {rows} rows of path constraints by {count} variables have too many \
+                 derivatives; use fewer steps, path constraints or knots"
             )));
         }
         Ok(())

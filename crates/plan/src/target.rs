@@ -84,9 +84,9 @@ impl TargetKind {
             let fits = |value: &&f64| value.abs() <= most;
             match values.iter().flatten().find(|value| !fits(value)) {
                 None => Ok(()),
-                Some(value) => Err(format!(
-                    "{what} is {value:?}; -{most:e} to {most:e} {unit} can be asked for"
-                )),
+                Some(value) => {
+                    Err(format!("{what} is {value:?}; allowed: -{most:e} to {most:e} {unit}"))
+                }
             }
         };
         let is_unit = |norm: f64| (norm - 1.0).abs() < 1e-6;
@@ -98,7 +98,7 @@ impl TargetKind {
             Self::Turn { axis, angle, from } => {
                 if angle.is_nan() || angle.abs() >= TURN {
                     let degrees = angle.to_degrees();
-                    let why = "less than a whole turn can be asked for, -360 to 360 degrees";
+                    let why = "allowed: less than a whole turn, -360 to 360 degrees";
                     return Err(format!("the turn is {degrees:?} degrees; {why}"));
                 }
                 is_unit(axis.norm()) && is_unit(from.norm())

@@ -77,7 +77,8 @@ fn between(
     let names = robot.joints[link.joints.0..][..link.joints.1].iter();
     let names: Vec<_> = names.map(|joint| shown::line(&joint.name)).collect();
     let sentence = format!(
-        "{}: {} act on one body and make no joint that there is: a link of {PART:.0e} of its mass is between them",
+        "{}: {} act on one body and do not form a supported joint; a link with {PART:.0e} of its \
+         mass is inserted between them",
         link.at,
         names.join(", ")
     );

@@ -18,11 +18,11 @@ const MOST_POINTS: usize = 2_000_000;
 /// All points (m) shown by the scene of a file.
 pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
-    let document =
-        Document::parse_with_options(text, options).map_err(|error| format!("no XML: {error}"))?;
+    let document = Document::parse_with_options(text, options)
+        .map_err(|error| format!("it is not XML: {error}"))?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
-        return Err("it is no Collada file".to_owned());
+        return Err("it is not a Collada file".to_owned());
     }
     let unit = below(root, "asset").and_then(|asset| below(asset, "unit"));
     let meter = unit.and_then(|unit| unit.attribute("meter"));
@@ -73,7 +73,7 @@ fn below<'a, 'd: 'a>(node: Node<'a, 'd>, tag: &'static str) -> Option<Node<'a, '
 
 fn number(word: &str) -> Result<f64, String> {
     let number = word.parse::<f64>().ok().filter(|number| number.is_finite());
-    number.ok_or_else(|| format!("{:?} is no number", tumble_model::shown::line(word)))
+    number.ok_or_else(|| format!("{:?} is not a number", tumble_model::shown::line(word)))
 }
 
 fn numbers(node: Node<'_, '_>) -> Result<Vec<f64>, String> {
@@ -82,7 +82,7 @@ fn numbers(node: Node<'_, '_>) -> Result<Vec<f64>, String> {
 
 fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
     let wrong = |given: Vec<f64>| {
-        format!("<{}>: {} numbers are given, and {N} needed", node.tag_name().name(), given.len())
+        format!("<{}>: {} numbers are given; {N} are needed", node.tag_name().name(), given.len())
     };
     <[f64; N]>::try_from(numbers(node)?).map_err(wrong)
 }
@@ -151,7 +151,7 @@ impl<'a> ColladaReader<'a> {
                 let array = below(source, "float_array").ok_or("<float_array> is needed")?;
                 let found = numbers(array)?;
                 if !found.len().is_multiple_of(3) {
-                    return Err(format!("<float_array>: {} numbers are no points", found.len()));
+                    return Err(format!("<float_array>: {} numbers are not points", found.len()));
                 }
                 if self.points.len() + found.len() / 3 > MOST_POINTS {
                     return Err(format!("there are more than {MOST_POINTS} points"));

@@ -29,9 +29,10 @@ type Facet = [Vector3<f64>; 3];
 /// All triangles (m) shown by the scene of a file, counter-clockwise seen from outside.
 pub fn facets(bytes: &[u8]) -> Result<Vec<Facet>, String> {
     let (json, data) = chunks(bytes)?;
-    let root: Value = serde_json::from_slice(json).map_err(|error| format!("its JSON: {error}"))?;
+    let root: Value =
+        serde_json::from_slice(json).map_err(|error| format!("its JSON is invalid: {error}"))?;
     if let Some(needed) = root["extensionsRequired"].as_array().and_then(|all| all.first()) {
-        return Err(format!("it needs the extension {needed}, which is not read"));
+        return Err(format!("it needs the extension {needed}, which is not supported"));
     }
     let mut reader = GltfReader { root: &root, data, facets: Vec::new(), nodes: 0 };
     let scene = root["scene"].as_u64().map_or(0, place);
@@ -60,7 +61,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
         four.map(|four| u32::from_le_bytes(*four)).ok_or("it ends too early")
     };
     if (word(0)?, word(4)?) != (MAGIC, 2) {
-        return Err("is no binary glTF of version 2".to_owned());
+        return Err("is not a binary glTF of version 2".to_owned());
     }
     let chunk = |at: usize, kind: u32| {
         let length = word(at)? as usize;
@@ -68,7 +69,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
         match (word(at + 4)? == kind, end) {
             (true, Some(end)) => Ok(&bytes[at + 8..end]),
             (true, None) => Err("it ends too early"),
-            (false, _) => Err("its chunks are not JSON and numbers"),
+            (false, _) => Err("its chunks are not JSON and binary data"),
         }
     };
     let json = chunk(12, JSON)?;
@@ -116,7 +117,7 @@ impl GltfReader<'_> {
         self.nodes += 1;
         if depth > DEEPEST || self.nodes > MOST_NODES {
             return Err(format!(
-                "more than {MOST_NODES} nodes, or nodes more than {DEEPEST} deep in each other"
+                "more than {MOST_NODES} nodes, or nodes nested more than {DEEPEST} deep"
             ));
         }
         let root = self.root;
@@ -151,7 +152,7 @@ impl GltfReader<'_> {
         let is_mirrored = placed.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
         for primitive in list(&mesh["primitives"]) {
             if primitive["mode"].as_u64().unwrap_or(TRIANGLES) != TRIANGLES {
-                return Err("of its meshes lists of triangles alone are read".to_owned());
+                return Err("only meshes of separate triangles are supported".to_owned());
             }
             let points = self.points(&primitive["attributes"]["POSITION"], placed)?;
             let corners = match &primitive["indices"] {
@@ -161,7 +162,7 @@ impl GltfReader<'_> {
             for three in corners.chunks_exact(3) {
                 let corner = |k: usize| points.get(three[k]).copied();
                 let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
-                    return Err("a triangle has a corner that is not there".to_owned());
+                    return Err("a triangle has a vertex that does not exist".to_owned());
                 };
                 self.facets.push(if is_mirrored { [a, c, b] } else { [a, b, c] });
             }
@@ -175,7 +176,7 @@ impl GltfReader<'_> {
     fn points(&self, index: &Value, placed: &Matrix4<f64>) -> Result<Vec<Vector3<f64>>, String> {
         let (kind, each) = self.numbers(index, "VEC3", 3)?;
         if kind != FLOATS {
-            return Err("its points are no floats".to_owned());
+            return Err("its points are not floats".to_owned());
         }
         let number = |four: &[u8]| {
             four.first_chunk::<4>().map_or(f64::NAN, |four| f32::from_le_bytes(*four).into())
@@ -184,7 +185,7 @@ impl GltfReader<'_> {
             let [x, y, z] = [0, 4, 8].map(|at| number(&bytes[at..]));
             let seen = placed * Vector4::new(x, y, z, 1.0);
             let is_finite = seen.iter().all(|number| number.is_finite());
-            is_finite.then(|| seen.xyz()).ok_or_else(|| "a coordinate is no number".to_owned())
+            is_finite.then(|| seen.xyz()).ok_or_else(|| "a coordinate is not a number".to_owned())
         };
         each.map(point).collect()
     }
@@ -218,13 +219,13 @@ impl GltfReader<'_> {
             accessor["componentType"].as_u64(),
             accessor["type"].as_str() == Some(kind),
         ) else {
-            return Err(format!("accessor {index} is not of numbers in the file itself"));
+            return Err(format!("accessor {index} does not refer to numbers in the file itself"));
         };
         let width = match kind_of {
             BYTES => 1,
             SHORTS => 2,
             INTS | FLOATS => 4,
-            _ => return Err(format!("accessor {index} has numbers of an odd type")),
+            _ => return Err(format!("accessor {index} has an unknown number type")),
         };
         let (size, items) = (width * count, number(accessor, "count"));
         let stride = view["byteStride"].as_u64().map_or(size, place);

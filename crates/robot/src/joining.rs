@@ -113,7 +113,8 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
         [first, ..] => {
             let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
             return Err(format!(
-                "{}: {} act on one body, and make no joint that there is; put a body of some mass between them",
+                "{}: {} act on one body and do not form a supported joint; put a body with mass \
+                 between them",
                 first.at,
                 names.join(", ")
             ));
@@ -195,7 +196,8 @@ pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive,
             if let Some(joint) = bounded {
                 let name = shown::line(&robot.joints[joint].name);
                 return Err(format!(
-                    "{}: tendon: {name:?} bounds what all its actuators have together, and this one pulls on two joints by where they are",
+                    "{}: tendon: {name:?} limits the sum of its actuators, but this actuator \
+                     depends on two joints; remove the limit",
                     actuator.at
                 ));
             }
@@ -239,9 +241,7 @@ fn add_actuator(
         [a.min(b), a.max(b)]
     });
     if stiffness < 0.0 || damping < 0.0 {
-        return wrong(
-            "biasprm: a motor that pushes the more the farther or faster it goes is not supported",
-        );
+        return wrong("biasprm: a motor force that grows with distance or speed is not supported");
     }
     if stiffness == 0.0 && damping == 0.0 {
         drive.force += bounds.map_or(constant, |[low, high]| constant.clamp(low, high));
@@ -266,7 +266,7 @@ fn add_actuator(
         return Ok(());
     };
     if drive.motor.is_some() {
-        return wrong("joint: it has a motor with bounds already, and one is supported");
+        return wrong("joint: it already has a motor with bounds; only one is supported");
     }
     // Asymmetric bounds are centred at their midpoint.
     let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));

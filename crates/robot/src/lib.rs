@@ -111,9 +111,7 @@ impl Reading<'_> {
             |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
         if !Path::new(rest).components().all(is_within) {
             let name = shown::line(name);
-            return Err(format!(
-                "{name}: it leaves its package; a path within it, without .., is needed"
-            ));
+            return Err(format!("{name}: it leaves its package; use a path without .."));
         }
         for path in folders.iter().map(|folder| folder.join(rest)) {
             match (self.read)(&path, most) {
@@ -126,8 +124,8 @@ impl Reading<'_> {
         Err(match self.packages {
             Some(packages) => format!("{name}: it is not in {}", shown::path(packages)),
             None => format!(
-                "{name}: it is neither beside the robot's file nor in a folder above; name the folder of its packages, \
-                 `packages` or --packages"
+                "{name}: it is neither in the folder of the robot file nor in one above; give the \
+                 folder of its packages with `packages` or --packages"
             ),
         })
     }
@@ -153,7 +151,7 @@ impl Reading<'_> {
     /// Reads a text file.
     fn text(&self, name: &str, most: u64) -> Result<String, String> {
         let bytes = self.bytes(name, most)?;
-        String::from_utf8(bytes).map_err(|_| format!("{}: it is no text", shown::line(name)))
+        String::from_utf8(bytes).map_err(|_| format!("{}: it is not text", shown::line(name)))
     }
 }
 
@@ -163,7 +161,7 @@ fn is_missing(error: &io::Error) -> bool {
 }
 
 fn no_files(_: &Path, _: u64) -> io::Result<Vec<u8>> {
-    Err(io::Error::new(io::ErrorKind::Unsupported, "no files are read here"))
+    Err(io::Error::new(io::ErrorKind::Unsupported, "reading other files is not supported here"))
 }
 
 /// Parses the text of a URDF or MJCF file.
@@ -178,7 +176,7 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
     let mut robot = match &*root.tag {
         "mujoco" => mjcf::read(&root, reading)?,
         "robot" => urdf::read(&root, reading)?,
-        "sdf" => return Err(root.wrong("SDF is not read; URDF and MJCF are")),
+        "sdf" => return Err(root.wrong("SDF is not supported; use URDF or MJCF")),
         _ => return Err(root.wrong("<robot> (URDF) or <mujoco> (MJCF) is needed")),
     };
     for link in 1..robot.links.len() {

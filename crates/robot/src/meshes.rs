@@ -50,12 +50,15 @@ impl Hulled {
         let (name, count, outside) = (shown::line(name), self.corners.len(), self.outside);
         if self.thickened > 0.0 {
             return Some(format!(
-                "{name}: it is flat, and counts as {:.1e} m thick",
+                "{name}: it is flat and is thickened to {:.1e} m",
                 self.thickened
             ));
         }
         (outside > 0.0).then(|| {
-            format!("{name}: a hull of {count} of its corners counts, the others are up to {outside:.1e} m outside")
+            format!(
+                "{name}: its hull is reduced to {count} corners; the others are up to \
+                 {outside:.1e} m outside"
+            )
         })
     }
 }
@@ -78,9 +81,10 @@ fn facets(
         "obj" => facets_of_obj(&reading.text(name, LARGEST_MESH)?),
         "msh" => msh::facets(&reading.bytes(name, LARGEST_MESH)?),
         "glb" => Ok(gltf::facets(&reading.bytes(name, LARGEST_MESH)?).map_err(|why| odd(&why))?),
-        "dae" => return Err(odd(&"of .dae the corners alone are read, and no triangles")),
+        "dae" => return Err(odd(&"of .dae files only the vertices are read, not the triangles")),
         _ => {
-            let why = "only .stl, .obj, .msh, .glb and .dae are read; convert it, or give boxes or capsules";
+            let why = "only .stl, .obj, .msh, .glb and .dae are supported; convert it, or use \
+                       boxes or capsules";
             return Err(odd(&why));
         }
     };
@@ -164,7 +168,7 @@ pub fn share_triangles(looks: &mut [RobotLook]) -> Option<String> {
         **surface = coarsened(std::mem::take(*surface), share);
     }
     let drawn: usize = surfaces.iter().map(|surface| surface.triangles.len()).sum();
-    Some(format!("visual meshes are drawn coarser: {drawn} triangles instead of {total}"))
+    Some(format!("visual meshes are simplified: {drawn} triangles instead of {total}"))
 }
 
 /// Triangle budget of each mesh for a total of `most`. Half of the budget is split evenly, so that

@@ -119,10 +119,10 @@ impl Robot {
         let (positions, rates) = self.counts();
         for (what, given, needed) in [("coordinates", q, positions), ("rates", v, rates)] {
             if given.len() != needed {
-                return Err(format!("{what}: {} are given, and {needed} needed", given.len()));
+                return Err(format!("{what}: {} are given; {needed} are needed", given.len()));
             }
             if let Some(odd) = given.iter().find(|number| !number.is_finite()) {
-                return Err(format!("{what}: {odd:?} is no number"));
+                return Err(format!("{what}: {odd:?} is not a finite number"));
             }
         }
         let places = self.places();
@@ -165,7 +165,7 @@ impl Robot {
     pub fn coordinates(&self, frames: &[LinkFrame], near: &[f64]) -> Result<Vec<f64>, String> {
         if frames.len() != self.links.len() || near.len() != self.counts().0 {
             return Err(format!(
-                "frames: {} are given, and {} needed",
+                "frames: {} are given; {} are needed",
                 frames.len(),
                 self.links.len()
             ));
@@ -346,7 +346,7 @@ fn unit(four: &[f64]) -> Result<Vector4<f64>, String> {
     let attitude = Vector4::from_column_slice(four);
     match attitude.norm() > 1e-12 {
         true => Ok(attitude.normalize()),
-        false => Err("coordinates: an attitude has no length".to_owned()),
+        false => Err("coordinates: the length of an attitude quaternion is zero".to_owned()),
     }
 }
 

@@ -9,7 +9,7 @@ use tumble_core::error::Error;
 /// Triangles of a file.
 pub fn facets(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     let odd =
-        |why: &str| Error::Shape { shape: "the mesh", why: format!("is no .msh file: {why}") };
+        |why: &str| Error::Shape { shape: "the mesh", why: format!("is not a .msh file: {why}") };
     let (words, rest) = bytes.as_chunks::<4>();
     let counts = words.first_chunk::<4>().ok_or_else(|| odd("it has no counts"))?;
     let [vertices, normals, texture, faces] =
@@ -19,7 +19,7 @@ pub fn facets(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
         [numbers(vertices, 3), numbers(normals, 3), numbers(texture, 2), numbers(faces, 3)];
     let sum = length.iter().try_fold(4_usize, |sum, more| sum.checked_add((*more)?));
     if !rest.is_empty() || sum != Some(words.len()) {
-        return Err(odd("its length is not that of what it counts"));
+        return Err(odd("its length does not match its counts"));
     }
     if faces == 0 {
         return Err(odd("it has no faces"));
@@ -30,11 +30,11 @@ pub fn facets(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
         .map(|three| Vector3::from_fn(|k, _| f64::from(f32::from_le_bytes(three[k]))))
         .collect();
     if points.iter().flatten().any(|number| !number.is_finite()) {
-        return Err(odd("a coordinate is no number"));
+        return Err(odd("a coordinate is not a number"));
     }
     let corner = |word: &[u8; 4]| {
         let index = usize::try_from(i32::from_le_bytes(*word)).unwrap_or(usize::MAX);
-        points.get(index).copied().ok_or_else(|| odd("a face has a vertex that is not there"))
+        points.get(index).copied().ok_or_else(|| odd("a face has a vertex that does not exist"))
     };
     indices
         .chunks_exact(3)

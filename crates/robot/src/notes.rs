@@ -55,27 +55,32 @@ impl RobotNotes {
         if !self.idle.is_empty() {
             let count = |(tag, count): (&String, &usize)| format!("{count} <{tag}>");
             let list: Vec<_> = self.idle.iter().map(count).collect();
-            sentences.push(format!("without a part in the motion: {}", list.join(", ")));
+            sentences.push(format!("elements without effect on the motion: {}", list.join(", ")));
         }
         if self.soft {
             sentences.push(
-                "solref, solimp, margin and gap have no meaning: contacts, limits and ties are hard"
+                "solref, solimp, margin and gap have no effect: contacts, limits and constraints \
+                 are hard"
                     .to_owned(),
             );
         }
         if self.rub_alone > 0 {
             let count = self.rub_alone;
             sentences.push(format!(
-                "as was asked for, contacts of {count} <geom> of condim 4 or 6 rub alone, and resist neither turning nor rolling"
+                "as requested, contacts of {count} <geom> with condim 4 or 6 have only sliding \
+                 friction"
             ));
         }
         if let Some((count, why)) = self.unseen {
             let links = if count == 1 { "a link is" } else { &*format!("{count} links are") };
-            sentences.push(format!("{links} drawn by what touches, not by visual meshes: {why}"));
+            sentences.push(format!(
+                "{links} drawn with collision shapes instead of visual meshes: {why}"
+            ));
         }
         if let Some((count, first)) = self.empty {
             sentences.push(format!(
-                "shapes of size 0 are left out: {count}, the first in {first}; give it a size above 0 if it should touch"
+                "shapes of size 0 are ignored: {count}, the first in {first}; give it a size above \
+                 0 for contacts"
             ));
         }
         sentences.extend(self.said);

@@ -28,7 +28,7 @@ impl RobotSite {
     pub fn motion(&self, links: &[LinkMotion]) -> Result<LinkMotion, String> {
         let link = links.get(self.link).ok_or_else(|| {
             format!(
-                "link: there are {} with the world, and {} is none of them",
+                "link: {1} does not exist; there are {0} links, including the world",
                 links.len(),
                 self.link
             )

@@ -53,7 +53,7 @@ fn bring_together(
         let is_tied = has_odd(robot);
         robot.start_at(&found).map_err(Failure::Input)?;
         if is_tied {
-            robot.note(format!("its ties are off as the file has it, and {change}"));
+            robot.note(format!("its loops do not close in the initial pose of the file; {change}"));
         }
     }
     Ok(())
@@ -91,7 +91,7 @@ fn take_out_of_ground(model: &mut Model, robots: &mut [Assembled], world: &World
             };
             let told: Vec<_> = hanging.iter().map(told).collect();
             robot.note(format!(
-                "what hangs on the world and begins in the ground never touches it: {}",
+                "bodies attached to the world that start in the ground have no contact with it: {}",
                 told.join(", ")
             ));
             let partner = PartnerModel::Ground;
@@ -173,13 +173,11 @@ fn keep_overlaps_apart(
         }
     }
     for (number, name, by) in lifted {
-        robots[number].note(format!("{name} was lifted {by:.3e} m out of what is fixed"));
+        robots[number].note(format!("{name} was lifted {by:.3e} m out of a fixed piece"));
     }
     for (robot, told) in robots.iter_mut().zip(told).filter(|(_, told)| !told.is_empty()) {
-        robot.note(format!(
-            "what overlaps at the start never touches each other: {}",
-            told.join(", ")
-        ));
+        robot
+            .note(format!("pairs that overlap at the start have no contacts: {}", told.join(", ")));
     }
     // The exclusion of ground contacts may be the only change.
     model.world()

@@ -15,8 +15,7 @@ const DEEPEST: usize = 200;
 const MOST_NUMBERS: usize = 1_000_000;
 
 /// Message for a Xacro file.
-const XACRO: &str =
-    "this is Xacro, which makes URDF and is none; run `xacro FILE > robot.urdf` first";
+const XACRO: &str = "this is Xacro, not URDF; run `xacro FILE > robot.urdf` first";
 
 /// An element with its name, attributes, children and line.
 #[derive(Debug, Clone)]
@@ -40,7 +39,7 @@ impl Element {
         let text = &*without_late_declaration(text);
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let line = error.pos().row;
-            let hint = if text.contains("xacro:") { XACRO } else { "it is no XML" };
+            let hint = if text.contains("xacro:") { XACRO } else { "it is not XML" };
             format!("{}line {line}: {hint}: {error}", within(file))
         })?;
         let file: Option<Rc<str>> = file.map(Rc::from);
@@ -62,7 +61,7 @@ impl Element {
         }
         if depth > DEEPEST {
             return Err(format!(
-                "{}line {line}: elements stand more than {DEEPEST} deep in each other",
+                "{}line {line}: elements are nested more than {DEEPEST} deep",
                 within(file.map(|file| &**file))
             ));
         }
@@ -107,7 +106,7 @@ impl Element {
         let mut all = self.children.iter().filter(|child| child.tag == tag);
         let first = all.next();
         match all.next() {
-            Some(second) => Err(second.wrong(format!("<{}> has one already", self.tag))),
+            Some(second) => Err(second.wrong(format!("<{}> already has one", self.tag))),
             None => Ok(first),
         }
     }
@@ -122,12 +121,12 @@ impl Element {
         let number = |word: &str| match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
             _ if word.contains("${") => Err(self.wrong(format!("{name}: {XACRO}"))),
-            _ => Err(self.wrong(format!("{name}: {:?} is no number", shown::line(word)))),
+            _ => Err(self.wrong(format!("{name}: {:?} is not a number", shown::line(word)))),
         };
         let words = value.split(|c: char| c.is_ascii_whitespace() || c == ',');
         let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
         if words.len() > MOST_NUMBERS {
-            return Err(self.wrong(format!("{name}: more than {MOST_NUMBERS} numbers")));
+            return Err(self.wrong(format!("{name}: there are more than {MOST_NUMBERS} numbers")));
         }
         words.into_iter().map(number).collect()
     }
@@ -181,7 +180,7 @@ pub trait Attributes {
         let Some(numbers) = self.numbers(name)? else { return Ok(None) };
         <[f64; N]>::try_from(numbers).map(Some).map_err(|given| {
             let count = given.len();
-            self.element().wrong(format!("{name}: {count} numbers are given, and {N} needed"))
+            self.element().wrong(format!("{name}: {count} numbers are given; {N} are needed"))
         })
     }
 
@@ -197,7 +196,7 @@ pub trait Attributes {
             true => Ok(number),
             false => Err(self
                 .element()
-                .wrong(format!("{name} is {number:?}; allowed is {low:?} to {high:?}"))),
+                .wrong(format!("{name} is {number:?}; allowed: {low:?} to {high:?}"))),
         }
     }
 
@@ -217,7 +216,7 @@ pub trait Attributes {
         found.map(|(_, meaning)| Some(*meaning)).ok_or_else(|| {
             let allowed: Vec<_> = words.iter().map(|(word, _)| format!("{word:?}")).collect();
             let value = shown::line(value);
-            self.element().wrong(format!("{name} is {value:?}; allowed is {}", allowed.join(", ")))
+            self.element().wrong(format!("{name} is {value:?}; allowed: {}", allowed.join(", ")))
         })
     }
 
@@ -233,7 +232,7 @@ pub trait Attributes {
             None => Ok(()),
             Some((name, _)) => {
                 let name = shown::line(name);
-                Err(self.element().wrong(format!("{name}: this attribute is not known")))
+                Err(self.element().wrong(format!("{name}: this attribute is unknown")))
             }
         }
     }

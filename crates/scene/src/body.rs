@@ -180,8 +180,9 @@ fn refuse_start_below_ground(
         return Err(Failure::setting(
             "position",
             format!(
-                "the lowest corner would start {} m below the plane; in the ground's frame \
-                 (--frame ground, or start.frame of a scenario) its z is the height above the plane",
+                "the lowest corner would start {} m below the plane; use the ground's frame \
+                 (--frame ground, or start.frame of a scenario), whose z is the height above the \
+                 plane",
                 rounded(depth)
             ),
         ));

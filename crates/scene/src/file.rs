@@ -73,10 +73,10 @@ impl ScenarioFile {
         self.refuse_idle_and_missing(is_of_bodies)?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
-            return Err(format!("steps is {steps}; allowed is 1 to 10000000"));
+            return Err(format!("steps is {steps}; allowed: 1 to 10000000"));
         }
         if let Some(index) = self.start_index.filter(|index| *index > LARGEST_START) {
-            return Err(format!("start_index is {index}; allowed is 0 to {LARGEST_START}"));
+            return Err(format!("start_index is {index}; allowed: 0 to {LARGEST_START}"));
         }
         let mut settings = Settings {
             steps: Some(steps),
@@ -148,8 +148,8 @@ impl ScenarioFile {
         }
         if of_bodies && no_ground {
             return Err(
-                "ground: a table [ground] is needed with [[bodies]]; with `none = true` in \
-                        it there is none, and the friction is that of all bodies"
+                "ground: a table [ground] is needed with [[bodies]]; set `none = true` in it for \
+                 no ground, with `friction` for all bodies"
                     .to_owned(),
             );
         }

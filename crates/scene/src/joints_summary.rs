@@ -74,7 +74,8 @@ impl fmt::Display for JointsSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "off by at most {:.1e} m and {:.1e} rad; residual {:.1e} m/s, of drives {:.1e} m/s; h ω up to {:.1e}",
+            "off by at most {:.1e} m and {:.1e} rad; residual {:.1e} m/s, drives {:.1e} m/s; h ω \
+             up to {:.1e}",
             self.largest_error_m,
             self.largest_error_rad,
             self.largest_residual_m_s,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Rows that are written to files. By default all, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object with what of the rows is kept")]
+#[serde(deny_unknown_fields, expecting = "an object with the selection of rows")]
 pub struct KeptSteps {
     /// Row interval (steps): every `every`-th step has rows. The last state is always written.
     #[serde(default = "one")]

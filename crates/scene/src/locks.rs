@@ -22,7 +22,8 @@ impl Scene {
         for finding in self.found_in_joints() {
             if let Finding::Contradiction { locks, off } = finding {
                 return Err(Failure::Input(format!(
-                    "joints: {} contradict each other: what they hold moves differently, by {off:.1e} m/s; leave one out",
+                    "joints: {} contradict each other: their velocities differ by {off:.1e} m/s; \
+                     remove one",
                     self.listed(&locks)
                 )));
             }
@@ -50,7 +51,8 @@ impl Scene {
                     }
                 }
                 Finding::Redundant { locks, rows } => notes.push(format!(
-                    "{} hold {rows} of their directions more than once: the forces of one or another of them are not known",
+                    "{} hold {rows} of their directions more than once: their individual forces \
+                     are not unique",
                     self.listed(locks)
                 )),
                 _ => {}

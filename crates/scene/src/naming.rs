@@ -22,8 +22,8 @@ impl Scene {
                 let (unnamed, named) = joint(index);
                 let name = self.bodies.get(*body);
                 let named =
-                    name.zip(named).map(|(body, joint)| format!("{body} is tied by {joint}"));
-                (format!("body {body} is tied by {unnamed}"), named)
+                    name.zip(named).map(|(body, joint)| format!("{body} is attached to {joint}"));
+                (format!("body {body} is attached to {unnamed}"), named)
             }
             _ => return error.to_string(),
         };

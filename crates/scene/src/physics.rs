@@ -47,8 +47,8 @@ pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
     let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
     let (unit, gained) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED)?;
     Some(format!(
-        "a step of this load alone would change the body's motion by {gained:.1e} {unit}; at most \
-         {MOST_GAINED:e} {unit} is allowed"
+        "one step of this load would change the body's velocity by {gained:.1e} {unit}; allowed: \
+         up to {MOST_GAINED:e} {unit}"
     ))
 }
 
@@ -94,6 +94,6 @@ fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
     }
     Err(Failure::setting(
         "inertia",
-        "`solid` is for boxes; the contact points are of no box, give numbers",
+        "`solid` needs a box, and the contact points are not the corners of one; give numbers",
     ))
 }

@@ -164,8 +164,10 @@ impl Scene {
         }
         let rows = self.rows.saturating_sub(1).saturating_mul(substeps).saturating_add(1);
         if rows > MOST_ROWS {
-            let why =
-                format!("with {} rows makes {rows} of steps; allowed are {MOST_ROWS}", self.rows);
+            let why = format!(
+                "{} rows become {rows} rows of substeps; allowed: up to {MOST_ROWS}",
+                self.rows
+            );
             return Err(Failure::setting("substeps", why));
         }
         let mut parameters = self.world.parameters().clone();
@@ -176,8 +178,7 @@ impl Scene {
         (self.rows, self.substeps) = (rows, self.substeps.saturating_mul(substeps));
         self.start_index = self.start_index.saturating_mul(substeps);
         if self.start_index > LARGEST_INDEX {
-            let why =
-                format!("makes the start's index {}; allowed is below 2^53", self.start_index);
+            let why = format!("the start index becomes {}; allowed: below 2^53", self.start_index);
             return Err(Failure::setting("substeps", why));
         }
         self.changed.push("substeps".to_owned());

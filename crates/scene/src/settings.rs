@@ -109,7 +109,7 @@ impl RobotSettings {
     /// # Errors
     /// The first given flag.
     pub fn refuse(&self) -> Result<(), Failure> {
-        refuse_flags("anything but a robot's file; in a scenario [[robots]] says it", &self.given())
+        refuse_flags("anything but a robot file; in a scenario, use [[robots]]", &self.given())
     }
 }
 
@@ -208,7 +208,7 @@ pub fn polyline(flag: &str, knots: &[LoadKnot]) -> Result<Option<Polyline>, Fail
         _ => {
             let timed = knots.iter().map(|(time, value)| time.map(|time| (time, *value)));
             let knots = timed.collect::<Option<Vec<_>>>().ok_or_else(|| {
-                Failure::setting(flag, "given more than once, each needs a time, T:X,Y,Z")
+                Failure::setting(flag, "it is given more than once; each needs a time, T:X,Y,Z")
             })?;
             Polyline::new(knots).map(Some).map_err(named)
         }

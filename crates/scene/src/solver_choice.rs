@@ -55,14 +55,14 @@ impl SolverChoice {
     /// Settings that exclude each other; Ipopt without the feature `ipopt`.
     pub fn new(settings: &Settings, usual: SolverName) -> Result<Self, Failure> {
         if let Some(Preset::Tutorial) = settings.preset {
-            let place = "--preset tutorial, which is the tutorial's program to the letter";
+            let place = "--preset tutorial, which fixes all solver settings";
             refuse_flags(place, &solver_flags(settings))?;
             return ipopt::tutorial();
         }
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
         if settings.solver.unwrap_or(usual) != SolverName::Native {
             let flags = [("--residual", settings.residual.is_some())];
-            refuse_flags("Ipopt, which solves to --tol; --solver native has it", &flags)?;
+            refuse_flags("Ipopt, which has --tol; use --solver native", &flags)?;
             return ipopt::of(settings, detection);
         }
         let ladder = settings.on_failure == Some(OnFailure::Ladder);
@@ -185,8 +185,8 @@ mod ipopt {
             return Err(Failure::setting(
                 "tol",
                 format!(
-                    "{} is below {LEAST_TOLERANCE:e}, where rounding keeps Ipopt from ever coming \
-                     to it; the native solver works to rounding",
+                    "{} is below {LEAST_TOLERANCE:e}, which Ipopt cannot reach because of \
+                     rounding; use the native solver, which solves to rounding",
                     shown::number(tolerance)
                 ),
             ));
@@ -218,7 +218,7 @@ mod ipopt {
         if *formulation == Formulation::Clamped
             && let Some(why) = StepNlp::unsuitable(world)
         {
-            let why = format!("`clamped` is the tutorial's program: {why}, or `reduced`");
+            let why = format!("`clamped` is the tutorial's program: {why}, or use `reduced`");
             return Err(Failure::setting("formulation", why));
         }
         let mut options = options.clone();
@@ -263,7 +263,7 @@ mod ipopt {
         match *program {}
     }
 
-    const MISSING: &str = "Ipopt is needed for it, and is not in this build; `native` is";
+    const MISSING: &str = "it needs Ipopt, which this build does not have; use `native`";
 }
 
 /// Checks the target residual of the native solver (m/s).
@@ -271,7 +271,7 @@ fn known_residual(residual: f64) -> Result<f64, Failure> {
     if (ACCEPTED_RESIDUAL..=LARGEST_RESIDUAL).contains(&residual) {
         return Ok(residual);
     }
-    let why = format!("{} m/s; 1e-9 to 1e-2 is needed", shown::number(residual));
+    let why = format!("it is {} m/s; allowed: 1e-9 to 1e-2", shown::number(residual));
     Err(Failure::setting("residual", why))
 }
 

@@ -182,7 +182,7 @@ impl BodyTable {
             // A point mass does not use its inertia; this value has the right scale.
             None if is_point => Inertia::Matrix(Matrix3::from_diagonal_element(self.mass)),
             None if self.inertia.is_none() && matches!(shape, BodyShape::Points(_)) => {
-                return Err("body.inertia: it is needed with `points`".to_owned());
+                return Err("body.inertia: required with `points`".to_owned());
             }
             None => Inertia::Solid,
         });
@@ -200,8 +200,8 @@ impl GroundTable {
         settings.rebound_speed = self.rebound_speed;
         if self.none.is_some() && !may_be_none {
             return Err(
-                "ground.none: it is of scenes with [[bodies]]; leave the table [ground] out \
-                        for one body without a ground"
+                "ground.none: only for scenes with [[bodies]]; for one body without a ground, \
+                 leave the table [ground] out"
                     .to_owned(),
             );
         }
@@ -221,7 +221,7 @@ impl GroundTable {
         let offset = self.offset.unwrap_or(0.0);
         let plane = match (self.slope, self.normal) {
             (Some(_), Some(_)) => {
-                return Err("ground: either `slope` or `normal` can be given".to_owned());
+                return Err("ground: only one of `slope` and `normal` can be given".to_owned());
             }
             (Some(slope), None) => {
                 let sloping =
@@ -272,7 +272,7 @@ impl LoadValue {
             Self::Constant(value) => Polyline::constant(vector(value)),
             Self::Knots(knots) if knots.is_empty() => {
                 return Err(format!(
-                    "{field}: it has no knots; give one at least, or leave it out"
+                    "{field}: it has no knots; give at least one, or leave it out"
                 ));
             }
             Self::Knots(knots) => {

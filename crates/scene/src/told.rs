@@ -63,7 +63,7 @@ impl Scene {
         };
         let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
         let idle_seed = seed_given && !scene.drawn;
-        refuse_flags("a scene of which nothing is random", &[("--seed", idle_seed)])?;
+        refuse_flags("a scene without random values", &[("--seed", idle_seed)])?;
         Ok(Self { changed, ..scene })
     }
 
@@ -77,9 +77,9 @@ impl Scene {
     ) -> Result<Self, Failure> {
         bodies::refuse_idle_settings(&flags)?;
         let (robot, name) = bodies::robots::read_alone(text, path, &flags.robot, read)?;
-        let place = "MJCF, which has the friction of everything";
+        let place = "MJCF, which has all friction coefficients";
         refuse_flags(place, &[("--mu", flags.mu.is_some() && robot.options.has_world)])?;
-        refuse_flags("a scene of which nothing is random", &[("--seed", flags.seed.is_some())])?;
+        refuse_flags("a scene without random values", &[("--seed", flags.seed.is_some())])?;
         let below = bodies::robots::settings_of(&robot);
         let changed = flags.changed(&below);
         let scene = bodies::scene_of_robot(name, &flags.over(below), &robot);

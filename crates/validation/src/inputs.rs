@@ -88,7 +88,7 @@ impl TestInputs {
             let (name, _, [low, high]) = input.facts();
             let found = self.values.iter().find(|(known, _)| *known == input);
             let found = found.ok_or_else(|| Refusal::Motion(format!("{name} is not given")))?.1;
-            let why = format!("{name} is {found:?}; allowed is {low} to {high}");
+            let why = format!("{name} is {found:?}; allowed: {low} to {high}");
             Refusal::when(!(low..=high).contains(&found), why)?;
             *value = found;
         }

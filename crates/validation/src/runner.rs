@@ -219,7 +219,10 @@ impl<'a> Runner<'a> {
     ) -> Result<TestRun, Refusal> {
         let (h, duration) = (self.time_step, setup.duration);
         let steps = (duration / h).round();
-        let why = format!("the motion takes {duration:.3} s, more than a million steps of {h} s");
+        let why = format!(
+            "the motion takes {duration:.3} s, more than a million steps of {h} s; use a larger \
+             time step"
+        );
         Refusal::when(steps > MOST_STEPS, why)?;
         let ground = Plane::sloping(setup.slope)?;
         let mut simulation = self.simulation(setup, &ground)?;

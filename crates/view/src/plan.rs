@@ -96,8 +96,8 @@ pub fn page(report: &PlanReport) -> String {
     let class = if *is_met { "good" } else { "bad" };
     let _ = writeln!(
         html,
-        "<p><strong class=\"{class}\">{}</strong>: all figures are those of the replay, the simulator's run of the \
-         controls.</p>",
+        "<p><strong class=\"{class}\">{}</strong>: all figures are from the replay, the simulated \
+         run of the controls.</p>",
         escape(status)
     );
     if !report.reason.is_empty() {
@@ -119,7 +119,7 @@ pub fn page(report: &PlanReport) -> String {
 }
 
 fn targets(targets: &[PlanTarget]) -> String {
-    let columns = [("asked for", false), ("missed by", true), ("allowed", true), ("unit", false)];
+    let columns = [("requested", false), ("missed by", true), ("allowed", true), ("unit", false)];
     let mut rows = String::new();
     for PlanTarget { name, miss: [by, allowed], unit } in targets {
         let _ = writeln!(
@@ -141,7 +141,7 @@ fn stages(stages: &[PlanStage]) -> String {
         ("iterations", true),
         ("runs", true),
         ("kept", false),
-        ("how it ended", false),
+        ("result", false),
     ];
     let mut rows = String::new();
     for stage in stages {
@@ -165,9 +165,10 @@ fn cost(progress: &[f64]) -> String {
     }
     let iterations = PlotAxis::linear(0.0, progress.len() as f64, 0.0, 6);
     let costs = PlotAxis::new(ScaleKind::Log, progress.iter().copied(), 6);
-    let mut chart = Chart::new(iterations, costs, "iterations of all stages", "least cost so far");
+    let mut chart =
+        Chart::new(iterations, costs, "iterations of all stages", "smallest cost so far");
     chart.line("native", progress.iter().enumerate().map(|(k, cost)| (k as f64, *cost)));
-    chart.figure("the least cost over the iterations", "")
+    chart.figure("smallest cost over the iterations", "")
 }
 
 /// Contact modes over time, one row per contact.
@@ -181,7 +182,7 @@ fn ribbon(report: &PlanReport) -> String {
     let names = report.contacts.iter().take(count).enumerate();
     lines.ticks = names.map(|(k, (name, _))| (k as f64 + 0.5, escape(name))).collect();
     let mut chart =
-        Chart::new(PlotAxis::linear(start, end, 0.0, 6), lines, "time t (s)", "what contacts do");
+        Chart::new(PlotAxis::linear(start, end, 0.0, 6), lines, "time t (s)", "contact modes");
     for (k, (_, modes)) in report.contacts.iter().take(count).enumerate() {
         for (class, mode) in [("stick", PlanTouch::Stick), ("slip", PlanTouch::Slip)] {
             let spans = modes.iter().zip(report.times.windows(2)).filter(|(of, _)| **of == mode);
@@ -193,10 +194,7 @@ fn ribbon(report: &PlanReport) -> String {
         let drawn = format!("<path class=\"{class}\" d=\"M0 1h26v8h-26z\"/>");
         crate::chart::key(&drawn, name)
     };
-    chart.figure(
-        "modes of contacts over time",
-        &(square("stick", "sticks") + &square("slip", "slips")),
-    )
+    chart.figure("contact modes over time", &(square("stick", "sticks") + &square("slip", "slips")))
 }
 
 fn control(times: &[f64], name: &str, values: &[f64]) -> String {
@@ -217,7 +215,7 @@ fn ends(times: &[f64]) -> (f64, f64) {
 /// Coordinates of a body over time.
 fn paths(times: &[f64], path: &Path) -> String {
     let (start, end) = ends(times);
-    let y_name = format!("place of {} (m)", path.body);
+    let y_name = format!("position of {} (m)", path.body);
     let values = path.points.iter().flatten().copied();
     let axes =
         (PlotAxis::linear(start, end, 0.0, 6), PlotAxis::new(ScaleKind::FromZero, values, 6));

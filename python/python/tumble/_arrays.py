@@ -28,10 +28,10 @@ def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
     except (TypeError, ValueError) as error:
         raise TumbleError(f"{name}: an array of numbers is needed: {error}") from None
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise TumbleError(f"{name} has masked numbers; all are needed, as value.filled(...) has them")
+        raise TumbleError(f"{name} has masked numbers; fill them first, with value.filled(...)")
     if array.dtype.kind not in "fiu":
         raise TumbleError(
-            f"{name} has dtype {array.dtype}; real numbers, best of all float64, are needed"
+            f"{name} has dtype {array.dtype}; real numbers, preferably float64, are needed"
         )
     if not any(_fits(array.shape, shape) for shape in shapes):
         wanted = " or ".join(_words(shape) for shape in shapes)
@@ -55,11 +55,10 @@ def output(name: str, array: Any, shape: Tuple[int, ...], dtype: str) -> Any:
     if array.shape != shape:
         raise TumbleError(f"out[{name!r}] has shape {array.shape}; {shape} is needed")
     if not (array.flags.c_contiguous and array.flags.writeable):
-        raise TumbleError(f"out[{name!r}]: an array in C order that can be written to is needed")
+        raise TumbleError(f"out[{name!r}]: a writable array in C order is needed")
     if not array.flags.aligned:
         raise TumbleError(
-            f"out[{name!r}] is not aligned: its numbers lie across those of the memory; numpy.empty "
-            "makes one that is"
+            f"out[{name!r}] is not aligned in memory; create it with numpy.empty"
         )
     return array
 
@@ -74,7 +73,7 @@ def apart(outputs: Dict[str, Any], inputs: Dict[str, Any]) -> None:
         for other, array in {**others, **inputs}.items():
             if np.may_share_memory(outputs[name], array):
                 raise TumbleError(
-                    f"out[{name!r}] and {other} share memory; each needs its own, as a copy has"
+                    f"out[{name!r}] and {other} share memory; copy one of them"
                 )
 
 

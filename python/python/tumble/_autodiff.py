@@ -20,7 +20,7 @@ def names_of(initial_states: Any, controls: Any, parameters: Optional[Mapping[st
     """Names of the arrays that are not None, in the order of the wrappers' arguments."""
     for name in parameters or {}:
         if name not in PARAMETERS:
-            raise TumbleError(f"parameters: {name!r} is none; there are {', '.join(PARAMETERS)}")
+            raise TumbleError(f"parameters: {name!r} is unknown; use {', '.join(PARAMETERS)}")
     given = [("initial_states", initial_states), ("controls", controls)]
     return [name for name, array in given if array is not None] + list(parameters or {})
 

@@ -88,6 +88,6 @@ def room(what: str, size: int) -> None:
         pass
     if size > most:
         raise MemoryError(
-            f"{what} take at least {size / 1e9:.3g} GB of memory; this process may have "
+            f"{what} need at least {size / 1e9:.3g} GB of memory; this process can have "
             f"{most / 1e9:.3g} GB"
         )

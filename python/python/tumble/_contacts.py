@@ -80,7 +80,7 @@ class Contacts(Dict[str, Any]):
 
     def _fixed(self, *_: Any, **__: Any) -> NoReturn:
         """Refuses changes."""
-        raise TypeError("contacts cannot be changed; contacts.copy() is a dictionary that can")
+        raise TypeError("contacts cannot be changed; change the dictionary contacts.copy() instead")
 
     __setitem__ = __delitem__ = __ior__ = _fixed
     clear = pop = popitem = setdefault = update = _fixed

@@ -20,7 +20,7 @@ def _h5py(path: Path_) -> Any:
         import h5py
     except ImportError:
         raise TumbleError(
-            f"{os.fspath(path)}: FCLIB's HDF5 needs the package h5py; pip install h5py brings it"
+            f"{os.fspath(path)}: FCLIB's HDF5 needs the package h5py; install it with pip install h5py"
         ) from None
     return h5py
 
@@ -104,20 +104,20 @@ def _sparse(group: Any) -> _Sparse:
 
     rows, columns, kind = (int(np.ravel(group[name][()])[0]) for name in ("m", "n", "nz"))
     if rows < 0 or columns < 0:
-        raise TumbleError(f"m and n of a matrix are {rows} and {columns}; 0 and more are needed")
+        raise TumbleError(f"m and n of a matrix are {rows} and {columns}; 0 or more are needed")
     starts, indices, values = (np.ravel(group[name][()]) for name in ("p", "i", "x"))
     if any(places.size and places.dtype.kind not in "iu" for places in (starts, indices)):
-        raise TumbleError("p and i of a matrix are no whole numbers")
+        raise TumbleError("p and i of a matrix are not whole numbers")
     if kind >= 0:
         if kind > min(len(starts), len(indices), len(values)):
-            raise TumbleError(f"nz of a matrix is {kind}, and it has {len(values)} entries")
+            raise TumbleError(f"nz of a matrix is {kind}, but it has {len(values)} entries")
         return _Sparse((rows, columns), indices[:kind], starts[:kind], values[:kind])
     if kind not in (-1, -2):
         raise TumbleError(f"nz of a matrix is {kind}; a count, -1 or -2 is needed")
     ends, most = starts.astype(np.int64), min(len(indices), len(values))
     counts, lines = np.diff(ends), columns if kind == -1 else rows
     if len(ends) != lines + 1 or ends[0] != 0 or ends[-1] > most or (counts < 0).any():
-        raise TumbleError(f"p of a matrix is not where each of {lines} begins, rising from 0 to {most} at most")
+        raise TumbleError(f"p of a matrix does not have the starts of {lines} lines, rising from 0 to at most {most}")
     along = np.repeat(np.arange(lines), counts)
     indices, values = indices[: len(along)], values[: len(along)]
     entries = (indices, along, values) if kind == -1 else (along, indices, values)
@@ -133,7 +133,7 @@ def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSol
     sizes = set(problem.sizes) or {3}
     if len(sizes) != 1 or np.isnan(problem.mu).any():
         raise TumbleError(
-            f"{os.fspath(path)}: a problem for FCLIB has contacts of one dimension alone"
+            f"{os.fspath(path)}: FCLIB supports only problems with contacts of one dimension"
         )
 
     def content(temporary: str) -> None:

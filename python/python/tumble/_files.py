@@ -53,7 +53,7 @@ def folder_of_a_run(folder: Path, names: Sequence[str], overwrite: bool) -> Iter
             is_there = os.path.lexists(path)
             if is_there and not is_listed and (not overwrite or path.is_dir()):
                 raise TumbleError(
-                    f"{path} is not of a run whose run.json lists it; move it, name another folder, or give overwrite=True"
+                    f"{path} was not written by an earlier run: no run.json lists it; move it, choose another folder, or set overwrite=True"
                 )
         yield
         for name in listed.difference(names):
@@ -75,7 +75,7 @@ def _claimed(folder: Path) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise TumbleError(
-                f"{folder}: another run is writing there; wait for it, or name another folder"
+                f"{folder}: another run is writing there; wait for it, or choose another folder"
             ) from None
         except OSError:
             # The file system has no locks.

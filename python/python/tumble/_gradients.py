@@ -131,7 +131,7 @@ def vjp(
         pushes = numbers("controls", controls, *_shapes(("T", count, 6)))
         if len(pushes) == 0 or (steps is not None and steps != len(pushes)):
             raise _tumble.TumbleError(
-                f"controls are of {len(pushes)} steps; {1 if steps is None else steps} are needed"
+                f"controls have {len(pushes)} steps; {1 if steps is None else steps} are needed"
             )
         pushes = pushes.reshape(len(pushes), count, 6)
     length = whole("steps", steps if steps is not None else 1 if pushes is None else len(pushes), 1, 9_999_999)
@@ -159,7 +159,7 @@ def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> 
     """Name and size of the smoothing."""
     given = [(name, by) for name, by in (("compliance", compliance), ("central_path", central_path)) if by is not None]
     if len(given) > 1:
-        raise _tumble.TumbleError("compliance and central_path are given; one of both smooths derivatives")
+        raise _tumble.TumbleError("compliance and central_path are both given; only one can be used")
     for name, by in given:
         return name, float(numbers(name, by, ()))
     return None
@@ -168,7 +168,7 @@ def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> 
 def constant_names(by: Iterable[str]) -> List[str]:
     """Names of constants as a list."""
     if isinstance(by, str):
-        raise TypeError(f"by is a word, {by!r}; a list of words is needed")
+        raise TypeError(f"by is the string {by!r}; a list of names is needed")
     return [str(name) for name in by]
 
 

@@ -88,7 +88,7 @@ class ContactProblem:
                 f"{', '.join(names) or 'nothing'} given; W and q, or M, H, f and w are needed"
             )
         if (mu is None) == (laws is None):
-            raise TumbleError("mu or laws is needed, and not both")
+            raise TumbleError("either mu or laws is needed, not both")
         dimension = whole("dimension", dimension, 2, 3)
         groups = _contacts(mu) if laws is None else _groups(laws)
         rows = sum(len(own) if friction is None else dimension for friction, own in groups)
@@ -131,12 +131,12 @@ class ContactProblem:
         problem.
         """
         if solution is not None and not self._is_own(solution):
-            raise TumbleError("the solution is of another problem; one of this problem is needed")
+            raise TumbleError("the solution belongs to another problem; a solution of this problem is needed")
         if Path(path).suffix in (".hdf5", ".h5"):
             _fclib.write(path, self, solution)
             return
         if solution is not None:
-            raise TumbleError("Siconos' text has no place for a solution; a name that ends in .hdf5 is needed")
+            raise TumbleError("Siconos' text format cannot hold a solution; a name that ends in .hdf5 is needed")
         try:
             text = self._core.to_dat()
         except TumbleError as error:
@@ -242,7 +242,7 @@ def _groups(laws: Any) -> List[Tuple[Optional[float], List[Tuple[str, float, flo
         return [_group(law) for law in laws]
     except TypeError:
         raise TumbleError(
-            f"laws is {laws!r}; a list is needed, of coefficients and of lists of rows"
+            f"laws is {laws!r}; a list is needed, with coefficients or lists of rows"
         ) from None
 
 
@@ -250,7 +250,7 @@ def _group(law: Any) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
     if isinstance(law, Real):
         return float(law), []
     if isinstance(law, str):
-        raise TumbleError(f"laws: {law!r} is no group; a list of rows is needed, as [{law!r}]")
+        raise TumbleError(f"laws: {law!r} is not a group; a list of rows is needed, for example [{law!r}]")
     rows: List[Tuple[str, float, float]] = []
     for row in law:
         if isinstance(row, str):
@@ -259,7 +259,7 @@ def _group(law: Any) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
             rows.append((row, 0.0, 0.0))
             continue
         if not isinstance(row, (list, tuple)) or len(row) != 3 or row[0] != "box":
-            raise TumbleError(f'laws: {row!r} is none; a name or ("box", least, most) is needed')
+            raise TumbleError(f'laws: {row!r} is not a law; a name or ("box", least, most) is needed')
         rows.append(("box", real("laws: a bound of a box", row[1]), real("laws: a bound of a box", row[2])))
     return None, rows
 
@@ -277,9 +277,9 @@ def _entries(
         at, along = (np.asarray(places) for places in (sparse.row, sparse.col))
         for places in (at, along):
             if places.shape != values.shape or (places.size and places.dtype.kind not in "iu"):
-                raise TumbleError(f"{name}: a whole row and column are needed for each of its {values.size} entries")
+                raise TumbleError(f"{name}: a row and a column, whole numbers, are needed for each of its {values.size} entries")
             if places.size and places.min() < 0:
-                raise TumbleError(f"{name}: an entry is at {places.min()}; 0 and more are needed")
+                raise TumbleError(f"{name}: an entry is at {places.min()}; 0 or more is needed")
     else:
         dense = numbers(name, value, ("n", "m"))
         rows, columns = dense.shape

@@ -80,7 +80,7 @@ class RobotJoint:
         name, _, at, rate, reference = robot.joint_list[index]
         axis = robot.axis(index)
         if axis is None:
-            raise TumbleError(f"joint: {name!r} is no slide and no hinge")
+            raise TumbleError(f"joint: {name!r} is not a slide or hinge")
         limits, effort = robot.bounds(index)
         self.name = name
         self.range = None if limits is None else (limits[0], limits[1])
@@ -111,7 +111,7 @@ class RobotJoint:
         if target is None:
             put(*self._axis, None, None, 0.0, 0.0, 0.0)
         elif not self.stiffness > 0.0:
-            raise TumbleError(f"stiffness of {self.name} is needed for a target: set it before")
+            raise TumbleError(f"stiffness of {self.name} is needed for a target; set it first")
         else:
             place, most = float(target) - self._reference, self._most(self.most)
             put(*self._axis, None, place, self.stiffness, self.damping, most)
@@ -134,7 +134,7 @@ class RobotJoint:
 
     def _most(self, most: Optional[float]) -> float:
         if most is None:
-            raise TumbleError(f"most of {self.name}: the force of its motor is needed: set it before")
+            raise TumbleError(f"most of {self.name}, the force limit of its motor, is needed; set it first")
         return most
 
     def set_force(self, force: float) -> None:
@@ -201,7 +201,7 @@ class Robot(CoreRobot):
             names = self.joints
             if name not in names:
                 known = ", ".join(names[:6]) + (", …" if len(names) > 6 else "")
-                raise TumbleError(f"joint is {name!r}; the name of one is needed: {known}")
+                raise TumbleError(f"joint is {name!r}; a name is needed: {known}")
             self._handles[name] = RobotJoint(self, names.index(name))
         return self._handles[name]
 

@@ -76,16 +76,16 @@ class Rollouts(_Outputs):
         scene, _, _, starts, pushes, motors, joint_forces, values = self._batch
         if motors is not None or joint_forces is not None:
             raise TumbleError(
-                "trajectory: motors or joint_forces drove the rollouts from step to step, which no scene says; "
-                "states and forces have their numbers"
+                "trajectory: motors or joint_forces changed from step to step, which a scene cannot describe; "
+                "use states and forces"
             )
         text, path, settings = scene._source
         settings = dict(settings)
         for name, array in values:
             if name not in ("friction", "restitution", "time_step"):
                 raise TumbleError(
-                    f"trajectory: the rollouts had each its own {name}, which is no setting of a scene; "
-                    "states and forces have their numbers"
+                    f"trajectory: each rollout had its own {name}, which is not a setting of a scene; "
+                    "use states and forces"
                 )
             settings[name] = float(array[index])
         scene = Scene.from_text(text, path, **settings)
@@ -159,7 +159,7 @@ def rollout(
         raise TypeError(f"out is {type(out).__name__}; a dictionary of arrays by name is needed")
     for name, given in (("by", by), ("compliance", compliance), ("central_path", central_path)):
         if gradients is None and given is not None:
-            raise TypeError(f"{name} is given without gradients")
+            raise TypeError(f"{name} needs gradients")
     smoothing = smoothing_of(compliance, central_path)
     batch = batch_of(scene, initial_states, controls, motors, joint_forces, steps, parameters)
     rollouts, length, bodies = batch.rollouts, batch.steps, len(scene.bodies)
@@ -172,7 +172,7 @@ def rollout(
     wanted = {}
     for name, array in (out or {}).items():
         if name not in shapes:
-            raise TumbleError(f"out: {name!r} is none; there are {', '.join(shapes)}")
+            raise TumbleError(f"out: {name!r} is unknown; use {', '.join(shapes)}")
         wanted[name] = output(name, array, *shapes[name])
     apart(wanted, batch.arrays())
     missing = {name: sizes for name, sizes in shapes.items() if name not in wanted}
@@ -306,7 +306,7 @@ def batch_of(
     for name, value in values:
         if len(value) != rollouts:
             raise TumbleError(
-                f"parameters[{name!r}] has {len(value)} values; {rollouts}, one a rollout, are "
+                f"parameters[{name!r}] has {len(value)} values; {rollouts}, one per rollout, are "
                 "needed"
             )
     return Batch(
@@ -345,7 +345,7 @@ def _of_steps(name: str, given: Any, count: int) -> Optional["Floats"]:
 
 def _parameter(name: Any, value: Any, scene: Scene) -> "Floats":
     if not isinstance(name, str):
-        raise TumbleError(f"parameters: {name!r} is no name of a constant; as \"friction\" is needed")
+        raise TumbleError(f"parameters: {name!r} is not a name; a constant is needed, for example \"friction\"")
     shape = parameter_shape(name, scene)
     return numbers(f"parameters[{name!r}]", value, ("B", *shape))
 
@@ -358,7 +358,7 @@ def _steps(steps: Optional[int], timed: Dict[str, "Floats"]) -> int:
     length = int(array.shape[1])
     for name, other in others:
         if other.shape[1] != length:
-            raise TumbleError(f"{name} has {other.shape[1]} steps; the {first} have {length}")
+            raise TumbleError(f"{name} has {other.shape[1]} steps, but {first} has {length}")
     if steps is not None and steps != length:
-        raise TumbleError(f"steps is {steps}; the {first} have {length}")
+        raise TumbleError(f"steps is {steps}, but {first} has {length}")
     return length

@@ -78,8 +78,8 @@ class Scene(CoreScene):
         folder: Union[str, "os.PathLike[str]"] = ".",
     ) -> "Scene":
         if ground is not None and not isinstance(ground, Mapping):
-            raise TumbleError(f"ground is {ground!r}; a dictionary, as {_GROUND}, is needed")
-        ours = f": for the coefficient of the ground, ground={_GROUND}"
+            raise TumbleError(f"ground is {ground!r}; a dictionary, for example {_GROUND}, is needed")
+        ours = f": for the coefficient of the ground, use ground={_GROUND}"
         text = document(
             {
                 "name": name,
@@ -165,8 +165,8 @@ class Scene(CoreScene):
         given = {name: value for name, value in settings.items() if value is not None}
         if "model" in given:
             raise TumbleError(
-                "the scene is of a simulation to which bodies came or from which they went, and no file "
-                "says it; pickle keeps it"
+                "the scene is from a simulation with added or removed bodies, which a file "
+                "cannot describe; use pickle"
             )
         seed = given.pop("seed", None)
         if seed is not None:
@@ -305,7 +305,7 @@ def load(
     try:
         text = content.decode()
     except UnicodeDecodeError:
-        raise TumbleError(f"{path}: cannot be read as a scenario: it is no UTF-8 text") from None
+        raise TumbleError(f"{path}: cannot be read as a scenario: it is not UTF-8 text") from None
     return Scene.from_text(
         text,
         path,

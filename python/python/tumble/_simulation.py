@@ -192,7 +192,7 @@ class Simulation(CoreSimulation):
         if isinstance(body, str):
             if body not in bodies:
                 known = ", ".join(bodies[:4]) + (", …" if len(bodies) > 4 else "")
-                raise TumbleError(f"body is {body!r}; the name of one is needed: {known}")
+                raise TumbleError(f"body is {body!r}; a name is needed: {known}")
             return bodies.index(body)
         return whole("body", body, 0, len(bodies) - 1)
 
@@ -335,7 +335,7 @@ class Simulation(CoreSimulation):
     def robot(self) -> Robot:
         """The only robot of the scene."""
         if len(self._robots) != 1:
-            raise TumbleError(f"robot: the scene has {len(self._robots)}; see robots")
+            raise TumbleError(f"robot: the scene has {len(self._robots)} robots; use robots")
         return next(iter(self._robots.values()))
 
     @property
@@ -368,7 +368,7 @@ def _shapes(shape: Any, bodies: int) -> Any:
 def _most(speed: Optional[float], position: Optional[float], most: Optional[float]) -> float:
     """Checks the arguments of a motor and returns its force limit."""
     if speed is not None and position is not None:
-        raise TumbleError("speed: either speed or position can be given")
+        raise TumbleError("speed: only one of speed and position can be given")
     if (speed is not None or position is not None) and most is None:
         raise TumbleError("most: the force or torque of the motor, N or N m, is needed")
     return most or 0.0

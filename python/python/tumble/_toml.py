@@ -22,7 +22,7 @@ def _key(key: Any) -> str:
 
 def _string(text: str) -> str:
     if any("\ud800" <= c <= "\udfff" for c in text):
-        raise TumbleError(f"{text!r} is no text: half of a surrogate pair is in it")
+        raise TumbleError(f"{text!r} is not valid text: it has half of a surrogate pair")
     inner = "".join(
         f"\\u{ord(c):04x}" if ord(c) < 32 or c in '"\\' or ord(c) == 127 else c for c in text
     )
@@ -39,7 +39,7 @@ def _value(name: str, value: Any) -> str:
         return _string(value)
     if isinstance(value, int) and not -LARGEST_WHOLE <= value <= LARGEST_WHOLE:
         raise TumbleError(
-            f"{name} is {shown(value)}; a whole number below 2^63 is needed, or a real number, as 1e19"
+            f"{name} is {shown(value)}; a whole number below 2^63, or a real number such as 1e19, is needed"
         )
     if isinstance(value, (int, float)):
         return repr(value)
@@ -54,7 +54,7 @@ def _value(name: str, value: Any) -> str:
         items = list(value)
     except TypeError:
         raise TumbleError(
-            f"{name}: {type(value).__name__} is nothing that a scene can have; a number, a text, a "
+            f"{name}: {type(value).__name__} is not supported in a scene; a number, a string, a "
             "list or a dictionary is needed"
         ) from None
     return f"[{', '.join(_value(f'{name}[{index}]', item) for index, item in enumerate(items))}]"

@@ -217,8 +217,8 @@ class Trajectory:
             first, end, stride = key.indices(len(self))
             if stride != 1 or first >= end:
                 raise TumbleError(
-                    f"[{first}:{end}:{stride}] is no part of a trajectory; one state or more in a "
-                    "row are needed, as in run[100:200], and run.states[::10] has every tenth"
+                    f"[{first}:{end}:{stride}] is not a part of a trajectory; consecutive states are "
+                    "needed, for example run[100:200]; run.states[::10] has every tenth state"
                 )
             return Trajectory(self.scene, self.recording.part(first, end))
         return self.states[key]
@@ -358,8 +358,8 @@ class Trajectory:
         # The tables contain more of the same run.
         if trajectory is not None and run.states.tobytes() != trajectory.states.tobytes():
             raise TumbleError(
-                f"{folder}: states.csv and {_OF_ONE} are of two runs; {of_one} names the second, "
-                "and the first needs a folder of its own"
+                f"{folder}: states.csv and {_OF_ONE} belong to two runs; read the second with {of_one}, "
+                "and move the first to its own folder"
             )
         return run
 
@@ -400,9 +400,9 @@ class Trajectory:
         if ends != ".gif":
             raise TumbleError(f"{path}: a name that ends in .gif is needed")
         if not 1e-4 <= real("speed", speed) <= 1e4:
-            raise TumbleError(f"speed is {speed}; allowed is 0.0001 to 10000")
+            raise TumbleError(f"speed is {speed}; allowed: 0.0001 to 10000")
         if not 100 <= whole("size", size, 0) <= 2000:
-            raise TumbleError(f"size is {size}; allowed is 100 to 2000")
+            raise TumbleError(f"size is {size}; allowed: 100 to 2000")
         view: Optional[Tuple[float, float]] = None
         if camera is not None:
             azimuth, elevation = map(float, numbers("camera", camera, (2,)))
@@ -441,15 +441,15 @@ class Trajectory:
             return whole("body", body, 0, len(names) - 1)
         except TumbleError:
             raise TumbleError(
-                f"body is {body!r}; a name, as {names[0]!r}, or an index from 0 to "
+                f"body is {body!r}; a name, for example {names[0]!r}, or an index from 0 to "
                 f"{len(names) - 1} is needed"
             ) from None
 
     def _need_contacts(self, what: str) -> None:
         if not self.recording.has_contacts:
             raise TumbleError(
-                f"{what}: the run was recorded without contacts; contacts=True keeps them, and "
-                "forces has their sum on each body"
+                f"{what}: the run was recorded without contacts; record it with contacts=True, or "
+                "use forces, their sum on each body"
             )
 
     def __repr__(self) -> str:

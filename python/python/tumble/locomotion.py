@@ -64,7 +64,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self.simulation: Simulation = self.scene.simulate()
         ranges = self.robot.control_ranges
         if None in ranges:
-            raise TumbleError("file: every actuator needs a range of controls")
+            raise TumbleError("file: every actuator needs a control range")
         low, high = np.array(ranges, np.float32).reshape(-1, 2).T
         self.action_space = spaces.Box(low, high, dtype=np.float32)
         size = len(self.observe())

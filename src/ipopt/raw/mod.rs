@@ -285,7 +285,7 @@ fn check_pattern(
         let why = if row >= row_count || col >= col_count {
             "is outside the matrix"
         } else if lower_triangle && col > row {
-            "is above the diagonal; the lower triangle is needed"
+            "is above the diagonal; use the lower triangle"
         } else if !seen.insert((row, col)) {
             "is listed twice"
         } else {

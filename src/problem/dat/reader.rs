@@ -7,7 +7,7 @@ use crate::problem::{ContactProblem, Law, ProblemError, SparseMatrix};
 #[non_exhaustive]
 pub enum DatError {
     /// A word is not the expected one.
-    #[error("line {line}: {found:?} where {wanted} is wanted")]
+    #[error("line {line}: found {found:?}; expected {wanted}")]
     Word {
         /// Line, counted from 1.
         line: usize,
@@ -17,10 +17,10 @@ pub enum DatError {
         wanted: &'static str,
     },
     /// The text ends too early.
-    #[error("it ends where {0} is wanted")]
+    #[error("it ends too early; expected {0}")]
     End(&'static str),
     /// The number of entries of a sparse matrix differs from its header.
-    #[error("line {line}: {said} entries are announced, and {found} follow")]
+    #[error("line {line}: the header has {said} entries, but {found} follow")]
     Entries {
         /// Line of the header, counted from 1.
         line: usize,
@@ -31,7 +31,7 @@ pub enum DatError {
     },
     /// The text continues after the last number.
     #[error(
-        "line {line}: {found:?} after the last coefficient of friction, where nothing is wanted"
+        "line {line}: found {found:?} after the last coefficient of friction; expected the end"
     )]
     Rest {
         /// Line, counted from 1.
@@ -188,7 +188,7 @@ impl<'a> Words<'a> {
     /// Parses all entries in column-major order.
     fn dense(&mut self, rows: usize, columns: usize) -> Result<MatrixEntries, DatError> {
         for (wanted, count) in
-            [("the number of rows again", rows), ("the number of columns again", columns)]
+            [("the same number of rows", rows), ("the same number of columns", columns)]
         {
             let at = self.at;
             if self.count(wanted)? != count {
@@ -212,13 +212,13 @@ impl<'a> Words<'a> {
         }
         let rows = self.count("the number of rows of blocks")?;
         let columns = self.count("the number of columns of blocks")?;
-        let row_ends = self.ends(rows, "where a row of blocks ends")?;
-        let column_ends = self.ends(columns, "where a column of blocks ends")?;
+        let row_ends = self.ends(rows, "the end of a row of blocks")?;
+        let column_ends = self.ends(columns, "the end of a column of blocks")?;
         let (starts, places) = (
             self.count("the number of starts of rows of blocks")?,
-            self.count("the number of places of blocks")?,
+            self.count("the number of column indices of blocks")?,
         );
-        let starts = self.counts(starts, "where a row of blocks starts")?;
+        let starts = self.counts(starts, "the start of a row of blocks")?;
         let places = self.counts(places, "the column of a block")?;
         let mut entries = Vec::new();
         for (row, range) in starts.windows(2).enumerate() {
@@ -229,7 +229,7 @@ impl<'a> Words<'a> {
                     (row_ends.get(row), column_ends.get(column))
                 else {
                     let (line, word) = self.words[self.at - 1];
-                    let wanted = "a block inside of its matrix";
+                    let wanted = "a block inside its matrix";
                     return Err(DatError::Word { line, found: shortened(word), wanted });
                 };
                 for j in left..right {
@@ -269,14 +269,14 @@ impl<'a> Words<'a> {
             self.at += 1;
         }
         let is_triplets = self.passes("triplet:");
-        let wanted = "the size of the sparse matrix, as its rows and columns have it";
+        let wanted = "the size of the sparse matrix, equal to its rows and columns";
         let (line, size) = self.next(wanted)?;
         let sizes = size.trim_end_matches(',').split_once("-by-");
         if !sizes.is_some_and(|(a, b)| is_printed(a, rows) && is_printed(b, columns)) {
             return Err(DatError::Word { line, found: shortened(size), wanted });
         }
         self.expect("nzmax:")?;
-        self.next("the room of a sparse matrix")?;
+        self.next("the capacity of a sparse matrix")?;
         self.expect("nnz:")?;
         let (line, said) = self.next("the number of entries of a sparse matrix")?;
         let said = said.trim_end_matches(',');
@@ -316,9 +316,9 @@ impl<'a> Words<'a> {
             }
             self.expect(":")?;
             self.expect("locations")?;
-            let first: i64 = self.parsed("the first place of a column")?;
+            let first: i64 = self.parsed("the first index of a column")?;
             self.expect("to")?;
-            let last: i64 = self.parsed("the last place of a column")?;
+            let last: i64 = self.parsed("the last index of a column")?;
             let before = entries.len();
             while self.words.get(self.at + 1).is_some_and(|(_, word)| *word == ":") {
                 let row = self.count("the row of an entry")?;

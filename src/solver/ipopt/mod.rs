@@ -142,8 +142,7 @@ impl IpoptSolver {
         let bodies = world.bodies().len();
         if bodies > MOST_BODIES {
             let why = format!(
-                "the world has {bodies} bodies; allowed is up to {MOST_BODIES}, and `native` takes \
-                 any number"
+                "the world has {bodies} bodies; allowed: up to {MOST_BODIES}; use `native` for more"
             );
             return Err(Error::Solver { solver: "Ipopt", why });
         }
@@ -215,7 +214,7 @@ impl IpoptSolver {
             return Err(Error::Count {
                 field: "contact points of the start",
                 count: start.layout().contacts(),
-                allowed: "those of the world's body",
+                allowed: "the number of the world's body",
             });
         }
         self.begin(step, candidates.contacts())?;
@@ -231,7 +230,7 @@ impl IpoptSolver {
             world.bodies().iter().map(|body| body.contact_points().len()).collect()
         };
         if points(self.program.world()) != points(step.world) {
-            let why = "the step is of another world than the one that the solver was made for";
+            let why = "the step belongs to another world; create a new solver";
             return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
         }
         if self.program.set_units(step) {

@@ -100,9 +100,9 @@ impl SeveralNlp {
     #[must_use]
     pub fn unsuitable(world: &World) -> Option<&'static str> {
         if !world.joints().is_empty() {
-            Some("joints and gears are not supported; choose the native solver")
+            Some("joints and gears are not supported; use the native solver")
         } else if world.has_surfaces() {
-            Some("moving surfaces are not supported; choose the native solver")
+            Some("moving surfaces are not supported; use the native solver")
         } else {
             None
         }

@@ -431,14 +431,17 @@ fn problems_that_are_none_are_refused() {
     let push = |rest: &str| format!("[[controls]]\nkind = \"push\"\nface = \"-x\"\n{rest}\n");
     for (problem, words) in [
         (format!("steps = 0\n{force}x = [0, 1]\n{target}"), "steps"),
-        (format!("steps = 5\n{force}x = [1, 0]\n{target}"), "no bounds"),
+        (format!("steps = 5\n{force}x = [1, 0]\n{target}"), "the bounds are 1 to 0"),
         (format!("steps = 5\n{force}x = [0, 1]\nknots = 6\n{target}"), "knots is 6"),
-        (format!("steps = 5\n{force}x = [0, 1]\n"), "nothing to plan for"),
-        (format!("steps = 5\n{force}normal = [0, 1]\n{target}"), "normal: it means nothing"),
+        (format!("steps = 5\n{force}x = [0, 1]\n"), "targets: there are none"),
+        (format!("steps = 5\n{force}normal = [0, 1]\n{target}"), "normal: it has no meaning"),
         (format!("steps = 5\n{force}x = [0, 1]\nbody = \"cat\"\n{target}"), "\"cat\""),
         (format!("steps = 5\n{force}{force}{target}"), "named twice"),
         (format!("steps = 5\n{force}x = [0, 1]\n[target]\nafter = 9\nx = 1\n"), "after is 9"),
-        (format!("steps = 5\n{force}x = [0, 1]\n[target]\nbody = \"box\"\n"), "nothing is asked"),
+        (
+            format!("steps = 5\n{force}x = [0, 1]\n[target]\nbody = \"box\"\n"),
+            "the target is empty",
+        ),
         (
             format!("steps = 5\n{force}x = [0, 1]\n{target}tolerance = {{ position = -1 }}\n"),
             "tolerance is -1",
@@ -449,7 +452,7 @@ fn problems_that_are_none_are_refused() {
             format!(
                 "steps = 5\n[[controls]]\nkind = \"constant\"\nconstant = \"size\"\nvalue = [1, 2]\n{target}"
             ),
-            "size is not looked for",
+            "size cannot be a control",
         ),
         (format!("steps = 5\n[[controls]]\nkind = \"push\"\nnormal = [0, 1]\n{target}"), "face"),
         (format!("steps = 5\n{target}[[path_constraints]]\nbody = \"box\"\n"), "no bound is given"),
@@ -501,19 +504,28 @@ fn problems_that_are_none_are_refused() {
             format!("steps = 5\n{}{}{target}", started("a", "x"), started("b", "y")),
             "\"a\" and \"b\"",
         ),
-        (format!("steps = 5\n{}{}{target}", chosen("a"), chosen("b")), "set the same thing"),
-        (format!("steps = 5\n{target}"), "controls: none are given"),
-        (format!("steps = 5\n{}{target}", constant("friction", "[-1, 1]")), "value -1 is refused"),
-        (format!("steps = 5\n{}{target}", constant("mass", "[0, 1]")), "value 0 is refused"),
-        (format!("steps = 5\n{}{target}", constant("restitution", "[0, 2]")), "value 2 is refused"),
-        (format!("steps = 5\n{}{target}", push("normal = [-5, 20]")), "-5 is a pull"),
+        (format!("steps = 5\n{}{}{target}", chosen("a"), chosen("b")), "set the same value"),
+        (format!("steps = 5\n{target}"), "controls: there are none"),
+        (
+            format!("steps = 5\n{}{target}", constant("friction", "[-1, 1]")),
+            "value -1 is not allowed",
+        ),
+        (format!("steps = 5\n{}{target}", constant("mass", "[0, 1]")), "value 0 is not allowed"),
+        (
+            format!("steps = 5\n{}{target}", constant("restitution", "[0, 2]")),
+            "value 2 is not allowed",
+        ),
+        (
+            format!("steps = 5\n{}{target}", push("normal = [-5, 20]")),
+            "normal: its lower end is -5",
+        ),
         (
             format!("steps = 5\n{}{target}", push("normal = [0, 20]\nat = [-0.15, 3, 0]")),
-            "pushes at [-0.15, 3.0, 0.0], beside the body",
+            "pushes at [-0.15, 3.0, 0.0], outside the body",
         ),
         (
             format!("steps = 5\n{}{target}", push("normal = [0, 20]\noffset = [-0.1, 2]")),
-            "beside the body; up to ±[0.15, 0.15, 0.1] m",
+            "outside the body; allowed: up to ±[0.15, 0.15, 0.1] m",
         ),
     ] {
         let text = format!("scene = \"-\"\n{problem}");

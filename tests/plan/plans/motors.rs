@@ -214,19 +214,19 @@ fn motors_that_are_none_are_refused() {
     let target = "[target]\nbody = \"lower\"\nx = 1\n";
     let motor = "kind = \"motor\"";
     for (fields, words) in [
-        ("force = [0, 1]", "joint: the name of one is needed"),
+        ("force = [0, 1]", "joint: the name of a joint is needed"),
         (
             "joint = \"knee\"\nforce = [0, 1]",
-            "has none that is called \"knee\"; it has shoulder, elbow",
+            "unknown joint \"knee\"; the scene has shoulder, elbow",
         ),
-        ("joint = \"elbow\"", "force: its range is needed"),
-        ("joint = \"elbow\"\naxis = \"slide\"\nforce = [0, 1]", "axis: \"slide\" is none"),
+        ("joint = \"elbow\"", "force: a range is needed"),
+        ("joint = \"elbow\"\naxis = \"slide\"\nforce = [0, 1]", "axis: \"slide\" is not an axis"),
         ("joint = [\"elbow\", \"elbow\"]\nforce = [0, 1]", "a joint is named twice"),
         ("joint = []\nforce = [0, 1]", "axes that slide, or axes that turn, are needed"),
         ("joint = 3\nforce = [0, 1]", "the name of a joint, or a list of them, is needed"),
-        ("joint = \"elbow\"\nforce = [0, 1]\nbody = \"lower\"", "body: it means nothing"),
-        ("joint = \"elbow\"\nforce = [0, 1]\nx = 2", "x: it means nothing"),
-        ("joint = \"elbow\"\nforce = [1, 0]", "no bounds"),
+        ("joint = \"elbow\"\nforce = [0, 1]\nbody = \"lower\"", "body: it has no meaning"),
+        ("joint = \"elbow\"\nforce = [0, 1]\nx = 2", "x: it has no meaning"),
+        ("joint = \"elbow\"\nforce = [1, 0]", "the bounds are 1 to 0"),
     ] {
         let text = format!("scene = \"-\"\nsteps = 5\n[[controls]]\n{motor}\n{fields}\n{target}");
         match ProblemFile::of_scene_text(scene.clone(), &text) {
@@ -237,5 +237,5 @@ fn motors_that_are_none_are_refused() {
     let force = "scene = \"-\"\nsteps = 5\n[[controls]]\nkind = \"force\"\nbody = \"lower\"\n";
     let text = format!("{force}joint = \"elbow\"\nx = [0, 1]\n{target}");
     let why = ProblemFile::of_scene_text(scene, &text).err().unwrap();
-    assert!(why.contains("joint or axis: it means nothing"), "{why}");
+    assert!(why.contains("joint or axis: it has no meaning"), "{why}");
 }

@@ -119,7 +119,7 @@ fn constants_of_joints_are_those_of_their_drives() {
     let fast = world.with_joints(joints).unwrap();
     assert!(fast.with_constants(&[(Constant::MotorStiffness, &[0.0])]).is_ok());
     let error = fast.with_constants(&[(Constant::MotorStiffness, &[5.0])]).unwrap_err();
-    assert!(error.to_string().contains("holds a speed"), "{error}");
+    assert!(error.to_string().contains("a motor with a fixed speed"), "{error}");
 }
 
 /// Checks rollouts with varying motor targets, joint forces and constants of both, per rollout and

@@ -274,7 +274,7 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
     for threads in [1, 2, 5] {
         let error = run(&odd, threads).unwrap_err();
         assert_eq!(error.rollout, Some(2));
-        let sentence = "rollout 2: coefficient of friction is -0.3; allowed is 0 to 10";
+        let sentence = "rollout 2: coefficient of friction is -0.3; allowed: 0 to 10";
         assert_eq!(error.to_string(), sentence);
     }
     let mut states = [0.0; 12];
@@ -343,10 +343,16 @@ fn constants_are_read_as_they_are_set() {
         world.with_constants(&[(constant, &[0.5])]).unwrap_err().to_string()
     };
     let paired = world.clone().with_friction_between(0, Partner::Ground, 0.7).unwrap();
-    assert!(refused(&paired, Constant::Friction).starts_with("friction: pairs of the world"));
+    assert!(
+        refused(&paired, Constant::Friction)
+            .starts_with("friction: some pairs have their own coefficients")
+    );
     assert!(paired.with_constants(&[(Constant::Restitution, &[0.5])]).is_ok());
     let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.7).unwrap();
-    assert!(refused(&paired, Constant::Restitution).starts_with("restitution: pairs"));
+    assert!(
+        refused(&paired, Constant::Restitution)
+            .starts_with("restitution: some pairs have their own coefficients")
+    );
     let afloat = Parameters { ground: None, ..world.parameters().clone() };
     let afloat = World::new(afloat).unwrap();
     assert!(refused(&afloat, Constant::Ground).starts_with("ground: "));

@@ -44,11 +44,11 @@ impl StepJudge {
             let parts = [(a.locked, b.locked, lost / h), (a.drive, b.drive, lost / h)];
             let turns_freely = *joint.angular() == [Axis::Free(Drive::NONE); 3];
             let what = if numbers.any(is_other) || turned {
-                "is where its bodies are not, or moves otherwise"
+                "does not match the places or motion of its bodies"
             } else if parts.into_iter().any(is_other) {
-                "has another residual"
+                "has a different residual"
             } else if turns_freely && row.torque.amax() > 0.0 {
-                "has a torque, and turns freely"
+                "has a torque, but turns freely"
             } else {
                 return None;
             };
@@ -79,7 +79,7 @@ impl StepJudge {
             let is_other = (0..2).any(|k| !is_near(found.coordinates[k], row.coordinates[k], lost))
                 || !is_near(found.residual, row.residual, lost * (1.0 + gear.ratio().abs()) / h)
                 || next.is_none() && row.force != 0.0;
-            is_other.then(|| format!("its gear {number} is where its joints are not"))
+            is_other.then(|| format!("its gear {number} does not match its joints"))
         })
     }
 }

@@ -180,7 +180,7 @@ impl StepJudge {
             RecordedStep::Trajectory(row) => {
                 let of_forces = self.lost_of_forces(&touching, states);
                 let is_same = is_near(residual, row.residual, lost + of_forces);
-                let other = (!is_same).then(|| "its residual is another".to_owned());
+                let other = (!is_same).then(|| "its residual differs".to_owned());
                 (other.or(status).or_else(|| self.another_column(row, next, contacts)), 0.0)
             }
             RecordedStep::Tables(step) => {
@@ -246,7 +246,7 @@ impl StepJudge {
         };
         let differs = match (is_bare, has_energy, joint) {
             (true, true, None) => return None,
-            (false, ..) => "no step begins at its state, and its row has one".to_owned(),
+            (false, ..) => "no step begins at its state, but its row has one".to_owned(),
             (true, _, Some(joint)) => joint,
             (true, false, None) => OTHER_ENERGY.to_owned(),
         };
@@ -292,26 +292,26 @@ impl StepJudge {
             && !is_start(&step.row.start)
         {
             let start = shown::line(&step.row.start);
-            return Some(format!("its start is `{start}`, which no solver of tumble has"));
+            return Some(format!("its start is `{start}`, which is unknown"));
         }
         let why = if status == StepStatus::Free && pushed {
             "it has forces"
         } else if status == StepStatus::Free && (iterations > 0 || started == Some(true)) {
             "it was solved"
         } else if status == StepStatus::Free && touches == Some(true) {
-            "something can touch"
+            "bodies can touch"
         } else if is_solved && (touches == Some(false) || started == Some(false)) {
             "nothing can touch, and no problem was solved"
         } else if is_solved && step.residual() > self.accepted.max(lost) {
-            "its residual is above what a solved step may have"
+            "its residual is above the limit of a solved step"
         } else if status == StepStatus::Substepped
             && self.makes_energy(step.states(), next, wrenches, touching)
         {
-            "it has more energy after it than loads and drives give"
+            "its energy rises by more than loads and drives supply"
         } else {
             return None;
         };
-        Some(format!("its status is `{}`, and {why}", status.name()))
+        Some(format!("its status is `{}`, but {why}", status.name()))
     }
 
     /// Finds a column of the program that does not follow from force and motion.
@@ -323,7 +323,7 @@ impl StepJudge {
     ) -> Option<String> {
         if self.floating || row.status == StepStatus::Free {
             let is_blank = is_blank(row);
-            return (!is_blank).then(|| "it has no contact, and columns of one".to_owned());
+            return (!is_blank).then(|| "it has no contact, but contact columns".to_owned());
         }
         let states = std::slice::from_ref(&row.state);
         let speed_lost = self.lost_in(contacts, states, next);
@@ -350,8 +350,11 @@ impl StepJudge {
             let is_its_flag =
                 carries == (pressing > 0.0) || pressing != 0.0 && pressing.abs() <= ROUNDED * size;
             let other = columns.into_iter().find(|(_, a, b, lost)| !is_near(*a, *b, *lost));
-            let other = other.map(|(name, found, ..)| format!("{name}{point} is {found:.3e}"));
-            other.or_else(|| (!is_its_flag).then(|| format!("alpha{point} is {}", !carries as u8)))
+            let other =
+                other.map(|(name, found, ..)| format!("{name}{point} should be {found:.3e}"));
+            other.or_else(|| {
+                (!is_its_flag).then(|| format!("alpha{point} should be {}", !carries as u8))
+            })
         })
     }
 
@@ -378,7 +381,7 @@ impl StepJudge {
         let (complete, mut differs) = (touching.wrong.is_none(), touching.wrong.clone());
         let mut differ = |what: String| differs = differs.take().or(Some(what));
         if self.has_another_rebound(touching, states, next, wrenches, row.restitution_share) {
-            differ("a contact of it bounces as none of the world does".to_owned());
+            differ("a contact rebounds differently from the restitution law".to_owned());
         }
         let slip_lost = self.lost_in(contacts, states, next);
         let lost = slip_lost + self.lost_of_forces(touching, states);
@@ -399,7 +402,7 @@ impl StepJudge {
         let pairs = contacts.iter().zip(&step.contacts).filter(|_| complete).enumerate();
         for (number, (contact, row)) in pairs {
             if (contact.slip(&self.world, states, next) - row.slip).amax() > slip_lost {
-                differ(format!("its contact {number} has another slip"));
+                differ(format!("its contact {number} has a different slip"));
             }
         }
         let overlap = self.candidates.deepest_overlap(&self.world, next);
@@ -420,7 +423,7 @@ impl StepJudge {
             differ(OTHER_ENERGY.to_owned());
         }
         if !self.has_its_works(step, next, wrenches, touching) {
-            differ("the terms of its energy's change are others".to_owned());
+            differ("its energy terms differ".to_owned());
         }
         (differs, overlap)
     }
@@ -535,4 +538,4 @@ impl StepJudge {
     }
 }
 
-const OTHER_ENERGY: &str = "its energy is another";
+const OTHER_ENERGY: &str = "its energy differs";

@@ -73,5 +73,5 @@ fn is_next_plane(
     let of_round = matches!(pair.feature, Feature::Round(..)).then(|| (*count).max(1));
     let is_next = pair.plane == *count || Some(pair.plane) == of_round;
     *count += 1;
-    if is_next { Ok(()) } else { Err("counts another number of planes than its features have met") }
+    if is_next { Ok(()) } else { Err("has a wrong plane number for its features") }
 }

@@ -106,8 +106,8 @@ impl Hull {
         in_range("largest extent of the hull (m)", size, 1e-6, 2e4, "1e-6 to 2e4")?;
         let flat = || {
             refused(format!(
-                "is flat: its points lie within {FLAT:e} of its extent in one plane; allowed is \
-                 a body with an inside"
+                "is flat: its points lie within {FLAT:e} of its extent in one plane; give it a \
+                 volume"
             ))
         };
         let triangles = hull_triangles(points).ok_or_else(flat)?;
@@ -385,7 +385,5 @@ fn refused(why: String) -> Error {
 }
 
 fn unresolved() -> Error {
-    refused(
-        "has features too small for its size; allowed are points that are not almost equal".into(),
-    )
+    refused("has features too small for its size; remove points that are almost equal".into())
 }

@@ -80,11 +80,11 @@ impl Piece {
     ) -> Result<Self, Error> {
         let defect = (rotation.tr_mul(rotation) - Matrix3::identity()).amax();
         if !(defect <= 1e-9 && rotation.determinant() > 0.0) {
-            let why = "is placed by a matrix that is not a rotation; allowed is AᵀA = 1 to 1e-9 \
-                       and det A = 1";
+            let why = "is placed by a matrix that is not a rotation; allowed: AᵀA = 1 to 1e-9 and \
+                       det A = 1";
             return Err(Error::Shape { shape: "the piece", why: why.into() });
         }
-        all_in_range("place of the piece (m)", translation, -1e4, 1e4, "-1e4 to 1e4")?;
+        all_in_range("position of the piece (m)", translation, -1e4, 1e4, "-1e4 to 1e4")?;
         Ok(Self { core: self.core.moved_by(rotation, translation), radius: self.radius })
     }
 

@@ -82,14 +82,14 @@ impl Knots {
     /// or if a frame is out of range.
     pub fn new(knots: Vec<(f64, JointFrame)>) -> Result<Self, Error> {
         if knots.is_empty() || knots.len() > MOST_KNOTS {
-            let field = "knots of a course";
+            let field = "knots of a prescribed motion";
             return Err(Error::Count { field, count: knots.len(), allowed: "1 to 1000000" });
         }
         let mut latest = -1e6_f64;
         let checked = knots.into_iter().enumerate().map(|(index, (time, frame))| {
             let first = if index == 0 { latest } else { latest.next_up() };
-            let allowed = "-1e6 to 1e6, after the knot before it";
-            latest = in_range("time of a course (s)", time, first, 1e6, allowed)?;
+            let allowed = "-1e6 to 1e6, later than the previous knot";
+            latest = in_range("time of a prescribed motion (s)", time, first, 1e6, allowed)?;
             Ok((time, frame.checked()?))
         });
         let knots = checked.collect::<Result<_, Error>>()?;
@@ -150,8 +150,8 @@ impl JointFrame {
 }
 
 fn check_velocities(velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Result<(), Error> {
-    all_in_range("velocity of a course (m/s)", velocity, -1e5, 1e5, "-1e5 to 1e5")?;
-    all_in_range("spin of a course (rad/s)", spin, -1e5, 1e5, "-1e5 to 1e5")
+    all_in_range("velocity of a prescribed motion (m/s)", velocity, -1e5, 1e5, "-1e5 to 1e5")?;
+    all_in_range("spin of a prescribed motion (rad/s)", spin, -1e5, 1e5, "-1e5 to 1e5")
 }
 
 impl Course {

@@ -127,18 +127,18 @@ impl Drive {
             None => {}
             Some(Motor::Speed { target, most }) => {
                 in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
-                in_range("most force of a motor", most, 0.0, MOST, "0 to 1e12")?;
+                in_range("largest force of a motor (most)", most, 0.0, MOST, "0 to 1e12")?;
             }
             Some(Motor::Position { target, stiffness, damping, most }) => {
                 in_range("position of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
                 in_range("stiffness of a motor", stiffness, 0.0, MOST, "0 to 1e12")?;
                 in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
-                in_range("most force of a motor", most, 0.0, MOST, "0 to 1e12")?;
+                in_range("largest force of a motor (most)", most, 0.0, MOST, "0 to 1e12")?;
             }
             Some(Motor::Damper { target, damping, most }) => {
                 in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
                 in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
-                in_range("most force of a motor", most, 0.0, MOST, "0 to 1e12")?;
+                in_range("largest force of a motor (most)", most, 0.0, MOST, "0 to 1e12")?;
             }
         }
         Ok(())

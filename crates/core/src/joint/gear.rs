@@ -111,8 +111,8 @@ impl Gear {
     /// Checks the gear against the joints of its world.
     pub(crate) fn checked(self, joints: &[Joint]) -> Result<Self, Error> {
         let unsupported = |what| {
-            let why = "it ties two free axes of joints whose coordinates are counted: slides, and turns of hinges, \
-                       universal joints and gimbals, and twists of ball joints";
+            let why = "a gear connects two free axes with a coordinate: slides, angles of hinges, \
+                       universal joints and gimbals, or the twist of a ball joint";
             Error::Unsupported { what, why }
         };
         for GearAxis { joint, axis } in self.axes {
@@ -127,11 +127,11 @@ impl Gear {
                 }
             };
             if bears != Some(true) {
-                return Err(unsupported("a gear on an axis that has no coordinate of its own"));
+                return Err(unsupported("a gear on an axis without a coordinate"));
             }
         }
         if self.axes[0] == self.axes[1] {
-            return Err(unsupported("a gear of an axis with itself"));
+            return Err(unsupported("a gear between an axis and itself"));
         }
         in_range("ratio of a gear", self.ratio, -1e6, 1e6, "-1e6 to 1e6")?;
         in_range("offset of a gear", self.offset, -1e6, 1e6, "-1e6 to 1e6")?;
@@ -142,8 +142,8 @@ impl Gear {
     fn check_law(&self) -> Result<(), Error> {
         self.law.check()?;
         if self.law.has_armature() {
-            let why = "give it to the joints, each what turns with it";
-            return Err(Error::Unsupported { what: "an armature of a sum of coordinates", why });
+            let why = "set the armature of the joints instead";
+            return Err(Error::Unsupported { what: "armature of a gear's drive", why });
         }
         Ok(())
     }
@@ -151,8 +151,8 @@ impl Gear {
     /// Replaces the drive of a gear that has one. A rejected drive leaves the present one.
     pub(crate) fn set_drive(&mut self, drive: Drive) -> Result<(), Error> {
         if self.law == Axis::Locked {
-            let why = "a drive acts on a sum in place of what holds it";
-            return Err(Error::Unsupported { what: "a drive of a gear that is held", why });
+            let why = "only a gear that is made with a drive can change it";
+            return Err(Error::Unsupported { what: "drive of a gear without one", why });
         }
         let set = self.with_drive(drive);
         set.check_law()?;

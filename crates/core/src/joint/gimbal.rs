@@ -92,7 +92,7 @@ impl Hinges {
         }
         let [first, middle, last] = unit;
         let skew = first.dot(&middle).abs().max(middle.dot(&last).abs());
-        in_range("cosine between axes of hinges that follow each other", skew, 0.0, SQUARE, "0")?;
+        in_range("cosine between consecutive hinge axes", skew, 0.0, SQUARE, "0")?;
         // With z = ±middle, x = y × z is at most a quarter turn from the last axis.
         let backwards = first.cross(&middle).dot(&last) < 0.0;
         let z = if backwards { -middle } else { middle };
@@ -310,6 +310,6 @@ mod tests {
         }
         let skew = [y, y + z, y.cross(&z)];
         let error = Hinges::new([frame, frame], skew).unwrap_err().to_string();
-        assert!(error.contains("axes of hinges"), "{error}");
+        assert!(error.contains("consecutive hinge axes"), "{error}");
     }
 }

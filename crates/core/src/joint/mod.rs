@@ -147,8 +147,8 @@ impl Joint {
         match axes.get_mut(k).ok_or(count)? {
             Axis::Free(drive) => Ok(drive),
             Axis::Locked => Err(Error::Unsupported {
-                what: "a drive of an axis that is locked",
-                why: "it moves along its free axes alone",
+                what: "drive of a locked axis",
+                why: "only free axes have a drive",
             }),
         }
     }
@@ -395,32 +395,32 @@ impl Joint {
         match self.turning() {
             TurnKind::Gimbal => self.middle().check(),
             _ if self.middle.is_some() => Err(Error::Unsupported {
-                what: "a middle axis of a joint that is no gimbal",
-                why: "a gimbal turns about three axes, all of them free",
+                what: "middle axis of a joint that is not a gimbal",
+                why: "only a joint with three free rotation axes has one",
             }),
             TurnKind::Locked | TurnKind::Hinge | TurnKind::Universal => Ok(()),
             TurnKind::Ball => {
-                let allowed =
-                    "a ball joint takes a cone, the upper limit of its x axis, and a drive about z";
+                let allowed = "a ball joint has only a cone, the upper limit of its x axis, and a \
+                               drive about z";
                 let most = x.limits().map_or(f64::NAN, |[_, most]| most);
                 in_range("cone of a ball joint (rad)", most, 0.01, 3.1, "0.01 to 3.1")?;
                 match *x == Axis::cone(most) && y.is_idle() {
                     true => Ok(()),
                     false => {
-                        let what = "a drive about x or y of a ball joint";
+                        let what = "drive about x or y of a ball joint";
                         Err(Error::Unsupported { what, why: allowed })
                     }
                 }
             }
             TurnKind::Driven if self.angular.iter().all(|axis| axis.limits().is_none()) => Ok(()),
             TurnKind::Driven => Err(Error::Unsupported {
-                what: "limits about an axis of a joint that turns in any way",
-                why: "such a turn has none but a cone about z, from 0, the limits of its x axis alone",
+                what: "limits about an axis of a joint with free rotation",
+                why: "use a ball joint, which has a cone about z as the limits of its x axis",
             }),
             TurnKind::Free if self.angular.iter().all(Axis::is_idle) => Ok(()),
             TurnKind::Free => Err(Error::Unsupported {
-                what: "a joint whose turn is neither locked, nor about its z axis alone, nor free",
-                why: "lock x and y, z alone, or all of it, or leave all of it free",
+                what: "unsupported combination of rotation axes",
+                why: "lock x and y, z alone, all axes or none",
             }),
         }
     }

@@ -53,7 +53,7 @@ impl Polyline {
         }
         let mut earliest = -1e6;
         for (time, value) in &knots {
-            let allowed = "-1e6 to 1e6, not before the knot before it";
+            let allowed = "-1e6 to 1e6, not before the previous knot";
             earliest = in_range("time of the load (s)", *time, earliest, 1e6, allowed)?;
             all_in_range("load (N, N m)", value, -1e9, 1e9, "-1e9 to 1e9")?;
         }
@@ -239,7 +239,7 @@ mod tests {
         ] {
             let refusal = line(&knots).unwrap_err().to_string();
             let expected =
-                "the load has more than two knots at 0.4 s; allowed is one, or two for a jump";
+                "the load has more than two knots at 0.4 s; allowed: one, or two for a jump";
             assert_eq!(refusal, expected);
         }
     }

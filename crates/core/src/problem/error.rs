@@ -8,7 +8,7 @@ use super::matrix::LARGEST;
 #[non_exhaustive]
 pub enum ProblemError {
     /// A list of the wrong length.
-    #[error("{what}: {given} given, {wanted} wanted")]
+    #[error("{what}: {given} given; {wanted} are needed")]
     Length {
         /// Name of the list.
         what: &'static str,
@@ -18,7 +18,7 @@ pub enum ProblemError {
         wanted: usize,
     },
     /// A matrix of the wrong shape.
-    #[error("{what} is {rows} x {columns}; {wanted} x {wanted} is wanted")]
+    #[error("{what} is {rows} x {columns}; {wanted} x {wanted} is needed")]
     Shape {
         /// Name of the matrix.
         what: &'static str,
@@ -42,7 +42,7 @@ pub enum ProblemError {
         columns: usize,
     },
     /// A number that is not finite.
-    #[error("{what} is {value:?}; a finite number is wanted")]
+    #[error("{what} is {value:?}; a finite number is needed")]
     NotFinite {
         /// Name of the number.
         what: &'static str,
@@ -52,7 +52,7 @@ pub enum ProblemError {
     /// A matrix that is not symmetric.
     #[error(
         "{what} is not symmetric at ({row}, {column}) by more than 1 % of its largest entry; a \
-         symmetric matrix is wanted"
+         symmetric matrix is needed"
     )]
     Asymmetric {
         /// Name of the matrix.
@@ -64,7 +64,8 @@ pub enum ProblemError {
     },
     /// A matrix that is not positive semidefinite.
     #[error(
-        "{what} is not positive semidefinite in its rows {row} and {column}, so that no bodies have it"
+        "{what} is not positive semidefinite in rows {row} and {column}; no set of bodies has this \
+         matrix"
     )]
     Indefinite {
         /// Name of the matrix.
@@ -75,13 +76,13 @@ pub enum ProblemError {
         column: usize,
     },
     /// A mass matrix that is singular or not positive definite.
-    #[error("M is singular or not positive definite in the part of its row {row}")]
+    #[error("M is singular or not positive definite in the block of row {row}")]
     Mass {
         /// Row of the offending block, from 0.
         row: usize,
     },
     /// A number of a law outside its range.
-    #[error("{what} is {value:?}; allowed is {allowed}")]
+    #[error("{what} is {value:?}; allowed: {allowed}")]
     OutOfRange {
         /// Name of the number.
         what: &'static str,
@@ -92,8 +93,7 @@ pub enum ProblemError {
     },
     /// A problem whose groups the file format cannot represent.
     #[error(
-        "such a file has contacts of one dimension alone; group {group} is no contact, or one of another \
-         dimension"
+        "this file format holds contacts of one dimension only; group {group} is not such a contact"
     )]
     NoWords {
         /// Index of the first such group, from 0.
@@ -119,7 +119,7 @@ pub(super) fn length(what: &'static str, given: usize, wanted: usize) -> Result<
 pub(super) fn all_in_range(what: &'static str, numbers: &[f64]) -> Result<(), ProblemError> {
     match numbers.iter().find(|number| number.is_nan() || number.abs() > LARGEST) {
         Some(&value) if value.is_finite() => {
-            Err(ProblemError::OutOfRange { what, value, allowed: "up to 1e100 in size" })
+            Err(ProblemError::OutOfRange { what, value, allowed: "magnitudes up to 1e100" })
         }
         Some(&value) => Err(ProblemError::NotFinite { what, value }),
         None => Ok(()),

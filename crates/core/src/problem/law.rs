@@ -77,7 +77,8 @@ impl Law {
             let RowLaw::Box { least, most } = *row else { continue };
             all_in_range("a bound of a box", &[least, most])?;
             if least > most {
-                let (what, allowed) = ("the least impulse of a box", "at most the greatest");
+                let (what, allowed) =
+                    ("the least impulse of a box", "at most the greatest impulse");
                 return Err(ProblemError::OutOfRange { what, value: least, allowed });
             }
         }

@@ -58,7 +58,7 @@ impl SparseMatrix {
         }
         for &(.., value) in &merged {
             if value.is_nan() || value.abs() > LARGEST {
-                let (what, allowed) = ("an entry of a matrix", "up to 1e100 in size");
+                let (what, allowed) = ("an entry of a matrix", "magnitudes up to 1e100");
                 return Err(ProblemError::OutOfRange { what, value, allowed });
             }
         }

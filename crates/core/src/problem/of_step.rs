@@ -28,7 +28,7 @@ impl ContactProblem {
     /// finite.
     pub fn of_step(world: &World, record: &StepRecord) -> Result<(Self, Vec<f64>), ProblemError> {
         if !world.joints().is_empty() {
-            let why = "its joints hold it too, and a contact problem has no words for them";
+            let why = "contact problems do not support joints";
             return Err(ProblemError::Step { why });
         }
         let bodies = world.bodies().len();
@@ -36,7 +36,7 @@ impl ContactProblem {
         let sizes = [states.len(), next.len(), record.solution.contacts.len()];
         let is_of = |contact: &Contact| contact.key.bodies().all(|body| body < bodies);
         if sizes != [bodies, bodies, record.contacts.len()] || !record.contacts.iter().all(is_of) {
-            return Err(ProblemError::Step { why: "its record is one of another world" });
+            return Err(ProblemError::Step { why: "its record belongs to another world" });
         }
         let mut entries = Vec::new();
         for (index, body) in world.bodies().iter().enumerate() {

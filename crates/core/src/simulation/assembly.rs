@@ -80,7 +80,7 @@ impl World {
         let start = states.iter().map(State::checked).collect::<Result<Vec<_>, _>>()?;
         if start.len() != self.bodies().len() {
             let (field, count) = ("states to assemble", start.len());
-            return Err(Error::Count { field, count, allowed: "one a body" });
+            return Err(Error::Count { field, count, allowed: "one per body" });
         }
         let mut found = self.brought_together(&start)?;
         self.project(&start, &mut found)?;

@@ -145,8 +145,8 @@ impl Simulation<'_> {
     pub fn set_joint_load(&mut self, joint: usize, load: JointLoad) -> Result<(), Error> {
         if !self.joint(joint)?.takes(&load) {
             return Err(Error::Unsupported {
-                what: "a load of a joint along an axis that bears none",
-                why: "an axis that is locked, or of a ball joint's turn, takes up no force of a drive",
+                what: "load of a joint along an axis without a force",
+                why: "locked axes and the rotation axes of a ball joint take no load",
             });
         }
         put(&mut self.driving.loads, joint, load);
@@ -177,8 +177,8 @@ impl Simulation<'_> {
         let of = self.joint(joint)?;
         if !of.holds_in_world() {
             return Err(Error::Unsupported {
-                what: "a course of a joint that is not fixed to the world",
-                why: "fix the body to the world in all six axes to drive it",
+                what: "prescribed motion of a joint that is not fixed to the world",
+                why: "lock all six axes of a joint between the body and the world",
             });
         }
         let course = course.checked()?;

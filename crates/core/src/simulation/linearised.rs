@@ -38,11 +38,11 @@ impl Simulation<'_> {
         let bodies = self.world.bodies().len();
         if self.taken_back || record.index + 1 != self.index || record.states.len() != bodies {
             return refused(
-                "it is that of the last step alone: ask right after it, with its record",
+                "only the last step has one; call this right after the step, with its record",
             );
         }
         if matches!(self.motion, Motion::Floating) {
-            return refused("the Runge-Kutta method has none; use the contact step");
+            return refused("the Runge-Kutta method has no derivative; use the contact step");
         }
         let (world, wrenches, states) = (&self.world, &self.scratch.wrenches, &record.states);
         let flights = states.iter().zip(wrenches).enumerate();

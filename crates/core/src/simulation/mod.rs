@@ -159,7 +159,7 @@ impl<'a> Simulation<'a> {
             return Err(Error::Count {
                 field: "states at the start",
                 count: states.len(),
-                allowed: "one a body",
+                allowed: "one per body",
             });
         }
         let mut candidates = Candidates::new();
@@ -178,7 +178,7 @@ impl<'a> Simulation<'a> {
         if matches!(motion, Motion::Floating) && !world.joints().is_empty() {
             return Err(Error::Unsupported {
                 what: "joints of a floating body",
-                why: "the Runge-Kutta method knows no forces; use the contact step",
+                why: "the Runge-Kutta method does not support joints; use the contact step",
             });
         }
         let angles = world.angles_near(states, &[]).into_iter();
@@ -263,7 +263,7 @@ impl<'a> Simulation<'a> {
     pub fn set_states(&mut self, states: &[State]) -> Result<(), Error> {
         let count = states.len();
         if count != self.now.states.len() {
-            return Err(Error::Count { field: "states", count, allowed: "one a body" });
+            return Err(Error::Count { field: "states", count, allowed: "one per body" });
         }
         let checked = states.iter().enumerate().map(|(body, state)| Ok((body, state.checked()?)));
         let checked = checked.collect::<Result<Vec<_>, Error>>()?;

@@ -126,8 +126,8 @@ fn of_another_size(found: [usize; 4], wanted: [usize; 4]) -> Error {
     let [states, contacts, joints, gears] = found;
     let [bodies, candidates, tied, geared] = wanted;
     let why = format!(
-        "its solution has {states} states, {contacts} contact forces and the forces of {joints} joints and \
-         {gears} gears where the step has {bodies}, {candidates}, {tied} and {geared}"
+        "its solution has {states} states, {contacts} contact forces and the forces of {joints} \
+         joints and {gears} gears; expected {bodies}, {candidates}, {tied} and {geared}"
     );
     Error::Solver { solver: "the step's solver", why }
 }

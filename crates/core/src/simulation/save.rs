@@ -102,12 +102,12 @@ impl Saved {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let Some((magic, rest)) = bytes.split_first_chunk() else { return Err(cut(bytes.len())) };
         if *magic != MAGIC {
-            return Err(odd("is none: it does not begin as one".to_owned()));
+            return Err(odd("has a bad header: it is not a saved state of tumble".to_owned()));
         }
         let Some((format, rest)) = rest.split_first_chunk() else { return Err(cut(bytes.len())) };
         let format = u32::from_le_bytes(*format);
         if format != FORMAT {
-            let why = format!("is of format {format}; this version reads format {FORMAT}");
+            let why = format!("has format {format}; this version reads format {FORMAT}");
             return Err(odd(why));
         }
         let Some((length, rest)) = rest.split_first_chunk() else { return Err(cut(bytes.len())) };
@@ -124,7 +124,7 @@ impl Saved {
         }
         let all = &bytes[..bytes.len() - TRAILER];
         if Fnv::of(all) != u64::from_le_bytes(*checksum) {
-            return Err(odd("is damaged: its checksum is not that of its bytes".to_owned()));
+            return Err(odd("is damaged: its checksum does not match".to_owned()));
         }
         from_bytes(content)
     }
@@ -135,11 +135,11 @@ impl Saved {
         let bodies = world.bodies().len();
         if self.now.states.len() != bodies {
             let count = self.now.states.len();
-            let why = format!("is one of {count} bodies, and the world has {bodies}");
+            let why = format!("has {count} bodies; the world has {bodies}");
             return Err(odd(why));
         }
         if self.world != digest {
-            let why = "is one of another world: a body, a constant or what is fixed differs";
+            let why = "belongs to another world: a body, a constant or a fixed piece differs";
             return Err(odd(why.to_owned()));
         }
         let pasts = [Some(&self.now), self.before.as_ref(), self.long_before.as_ref()];
@@ -159,7 +159,7 @@ impl Saved {
             && (self.held.is_empty() || self.held.len() == bodies);
         match is_possible {
             true => Ok(()),
-            false => Err(odd("is of no simulation: its numbers contradict each other".to_owned())),
+            false => Err(odd("is inconsistent: its numbers contradict each other".to_owned())),
         }
     }
 }
@@ -281,7 +281,7 @@ impl fmt::Write for Fnv {
 /// # Errors
 /// [`Error::Saved`] if the value cannot be serialised.
 pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, Error> {
-    postcard::to_allocvec(value).map_err(|error| odd(format!("cannot be made: {error}")))
+    postcard::to_allocvec(value).map_err(|error| odd(format!("cannot be created: {error}")))
 }
 
 /// Deserialises a value from exactly these bytes.
@@ -291,7 +291,7 @@ pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, Error> {
 pub fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, Error> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
-        Ok(_) | Err(_) => Err(odd("cannot be read: its bytes are of something else".to_owned())),
+        Ok(_) | Err(_) => Err(odd("cannot be read: its content is unknown".to_owned())),
     }
 }
 

@@ -72,8 +72,8 @@ fn check_joints(
         }
         if of.is_folded(states) {
             return Err(Error::Unsupported {
-                what: "a gimbal that starts with its first and its last axis in one",
-                why: "its first and its last angle are not told apart there; turn its middle axis away from it",
+                what: "gimbal with parallel first and last axes at the start",
+                why: "its first and last angles are not unique there; turn its middle axis",
             });
         }
     }

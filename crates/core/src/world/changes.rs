@@ -99,7 +99,7 @@ impl World {
     pub fn without_body(&self, body: usize) -> Result<Self, Error> {
         let count = self.bodies().len();
         if body >= count || count == 1 {
-            let allowed = "an index of a body, of two or more";
+            let allowed = "an index of a body; two or more bodies";
             return Err(Error::Count { field: "body", count: body, allowed });
         }
         self.refuse_tied(body)?;
@@ -225,7 +225,7 @@ impl World {
             Partner::Body(index) => (index < self.bodies().len(), index),
         };
         if !known {
-            let allowed = "a body or a fixed thing of the world";
+            let allowed = "a body or a fixed piece of the world";
             return Err(Error::Count { field: "owner of a surface", count, allowed });
         }
         match self.surfaces.iter_mut().find(|(owner, _)| *owner == of) {

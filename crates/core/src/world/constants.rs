@@ -302,7 +302,7 @@ impl World {
         }
         if let Some(way) = of(Constant::Ground) {
             let Some(ground) = self.ground() else {
-                let why = "the world has none that could be moved; leave it out";
+                let why = "the world has no ground; leave it out";
                 return Err(Error::Unsupported { what: "ground", why });
             };
             let moved = Plane::new(*ground.normal(), ground.offset() + way[0])?;
@@ -354,8 +354,8 @@ impl World {
 }
 
 fn refuse_pairs(what: &'static str, are_none: bool) -> Result<(), Error> {
-    let why = "pairs of the world have coefficients of their own, which would not vary with it; give \
-               theirs too, as pair_friction or pair_restitution, or leave them out";
+    let why = "some pairs have their own coefficients, which this constant does not change; add \
+               pair_friction or pair_restitution, or remove these pairs";
     if are_none { Ok(()) } else { Err(Error::Unsupported { what, why }) }
 }
 
@@ -397,13 +397,13 @@ fn reshaped(body: &RigidBody, size: f64, new_radius: Option<f64>) -> Result<Rigi
         && body.contact_points().iter().all(|point| point.radius == own)
         && least > own;
     if !is_one {
-        let why = "a body that keeps its shape: it is not of one convex piece with one radius and \
-                   corners apart along each of its axes; leave size and radius out";
+        let why = "a body cannot change its shape: it is not one convex piece with one radius and \
+                   an extent along each axis; leave size and radius out";
         return Err(Error::Unsupported { what: "size and radius", why });
     }
-    in_range("size, times the body's own", size, 0.01, 100.0, "0.01 to 100")?;
+    in_range("size, relative to the body's own", size, 0.01, 100.0, "0.01 to 100")?;
     let new_radius = new_radius.unwrap_or(own);
-    in_range("radius (m)", new_radius, 0.0, size * least, "0 to half the least extent")?;
+    in_range("radius (m)", new_radius, 0.0, size * least, "0 to half the smallest extent")?;
     let corners = corners(body, size, new_radius);
     let (mass, inertia) = (body.mass(), *body.inertia());
     let mut new = if new_radius > 0.0 || !body.pieces().is_empty() {

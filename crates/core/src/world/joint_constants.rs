@@ -206,16 +206,16 @@ impl Constant {
             ) => *damping = number,
             (Self::MotorStiffness, Some(Motor::Damper { .. })) if number != 0.0 => {
                 return Err(Error::Unsupported {
-                    what: "a stiffness of a motor that pulls to a speed",
-                    why: "motors that pull to a position have one; give 0 for others",
+                    what: "stiffness of a motor with a target speed and damping",
+                    why: "only motors with a target position have one; use 0 for others",
                 });
             }
             (Self::MotorStiffness | Self::MotorDamping, Some(Motor::Speed { .. }))
                 if number != 0.0 =>
             {
                 return Err(Error::Unsupported {
-                    what: "a stiffness or damping of a motor that holds a speed",
-                    why: "motors that pull to a position have them; give 0 for others",
+                    what: "stiffness or damping of a motor with a fixed speed",
+                    why: "only motors with a target position have them; use 0 for others",
                 });
             }
             _ => {}

@@ -77,7 +77,7 @@ impl World {
         if body < bodies && known {
             return Ok(());
         }
-        let allowed = "a pair of a body and another body or a fixed thing of the world";
+        let allowed = "a body and another body or fixed piece of the world";
         Err(Error::Count { field, count: body, allowed })
     }
 

@@ -42,12 +42,12 @@ impl ControlTable {
             }
             KindName::Motor => {
                 let Some(joints) = self.joint.as_ref().map(JointNames::names) else {
-                    return Err("joint: the name of one is needed".to_owned());
+                    return Err("joint: the name of a joint is needed".to_owned());
                 };
                 let axes = joints.iter().map(|joint| self.joint_axis(scene, joint));
                 let axes = axes.collect::<Result<_, _>>()?;
                 if self.force.is_none() {
-                    return Err("force: its range is needed, N or N m".to_owned());
+                    return Err("force: a range is needed, N or N m".to_owned());
                 }
                 let of = self.axis.as_ref().unwrap_or(&word);
                 let name = joints.first().map_or(word.clone(), |joint| format!("{joint}.{of}"));
@@ -71,10 +71,11 @@ impl ControlTable {
             }
             KindName::Constant => {
                 let wanted = self.constant.as_deref().unwrap_or_default();
-                let constant = Constant::of_name(wanted)
-                    .ok_or_else(|| format!("constant: {wanted:?} is none; friction is one"))?;
+                let constant = Constant::of_name(wanted).ok_or_else(|| {
+                    format!("constant: {wanted:?} is not a constant; use friction, for example")
+                })?;
                 if self.value.is_none() {
-                    return Err("value: its range is needed".to_owned());
+                    return Err("value: a range is needed".to_owned());
                 }
                 let name = match constant {
                     // `ground` alone is the name of a table in scenes.
@@ -120,7 +121,7 @@ impl ControlTable {
             None => Ok(()),
             Some((field, ..)) => {
                 let kind = format!("{:?}", self.kind).to_lowercase();
-                Err(format!("{field}: it means nothing in a control of kind {kind}"))
+                Err(format!("{field}: it has no meaning in a control of kind {kind}; leave it out"))
             }
         }
     }
@@ -130,10 +131,8 @@ impl ControlTable {
         let models = &scene.model.joints;
         let Some(joint) = models.iter().position(|model| model.name == wanted) else {
             let known: Vec<_> = scene.joints.iter().take(8).cloned().collect();
-            let has = if known.is_empty() { "none at all".to_owned() } else { known.join(", ") };
-            return Err(format!(
-                "joint: the scene has none that is called {wanted:?}; it has {has}"
-            ));
+            let has = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            return Err(format!("joint: unknown joint {wanted:?}; the scene has {has}"));
         };
         let axis = models[joint].driven_axis(self.axis.as_deref());
         let axis = axis.map_err(|why| format!("axis: {why}"))?;
@@ -143,7 +142,7 @@ impl ControlTable {
 
     fn push(&self, scene: &Scene, body: usize) -> Result<PushControl, String> {
         if self.normal.is_none() {
-            return Err("normal: its range is needed, N".to_owned());
+            return Err("normal: a range is needed, N".to_owned());
         }
         let (point, into) = match (self.face, &self.at, &self.direction) {
             (Some(face), at, None) => {
@@ -154,7 +153,7 @@ impl ControlTable {
             }
             (None, Some(at), Some(direction)) => (at.0.into(), unit("direction", direction)?),
             _ => {
-                let why = "face, or at and direction, are needed to say where it pushes";
+                let why = "face, or at and direction, are needed";
                 return Err(why.to_owned());
             }
         };

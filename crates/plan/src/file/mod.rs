@@ -158,7 +158,7 @@ impl ProblemFile {
     /// One sentence.
     pub fn check_stages(&self) -> Result<(), String> {
         if self.stages.is_empty() && self.start == SearchStart::Zero {
-            return Err("search.stages: none are given, and the search starts from zero, so that nothing is chosen; \
+            return Err("search.stages: the list is empty, and there are no initial controls; \
                         \"ddp\", \"sample\" or \"shoot\" is needed"
                 .to_owned());
         }
@@ -180,9 +180,9 @@ fn plain(error: PlanError) -> String {
 fn body_of(scene: &Scene, name: Option<&str>) -> Result<usize, String> {
     match name {
         None if scene.bodies.len() == 1 => Ok(0),
-        None => Err("body: it is not given, and the scene has several".to_owned()),
+        None => Err("body: a name is needed, because the scene has several bodies".to_owned()),
         Some(name) => scene.bodies.iter().position(|known| known == name).ok_or_else(|| {
-            format!("body: the scene has none that is called {name:?}; it has {}", {
+            format!("body: unknown body {name:?}; the scene has {}", {
                 let known: Vec<_> = scene.bodies.iter().take(8).cloned().collect();
                 known.join(", ")
             })

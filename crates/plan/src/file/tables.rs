@@ -44,7 +44,7 @@ pub(super) struct SearchTable {
 
 /// Range or value of a component.
 #[derive(Deserialize, Clone, Copy)]
-#[serde(untagged, expecting = "two numbers, [low, high], or one are needed")]
+#[serde(untagged, expecting = "one number, or two, [low, high], are needed")]
 pub(super) enum Range {
     Fixed(f64),
     Between(Numbers<2>),

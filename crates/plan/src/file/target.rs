@@ -25,7 +25,7 @@ impl TargetTable {
         let mut position = [self.x, self.y, self.z];
         if let Some(values) = &self.position {
             if position.iter().any(Option::is_some) || !(1..=3).contains(&values.len()) {
-                let why = "position: one to three numbers are needed, and then no x, y or z";
+                let why = "position: one to three numbers without x, y and z are needed";
                 return Err(why.to_owned());
             }
             position.iter_mut().zip(values).for_each(|(of, value)| *of = Some(*value));
@@ -40,7 +40,7 @@ impl TargetTable {
         }
         for (name, value) in [("speed", self.speed), ("spin", self.spin)] {
             if value.is_some_and(|value| value != 0.0) {
-                let why = "0 is the only one that can be asked for; velocity asks for others";
+                let why = "only 0 is supported; use velocity for other values";
                 return Err(format!("{name}: {why}"));
             }
         }
@@ -68,7 +68,7 @@ impl TargetTable {
             let kind = TargetKind::Turn { axis, angle: turn.to_radians(), from };
             kinds.push(("turn", kind, radians(tolerance.turn), weight.turn, degrees));
         } else if self.axis.is_some() {
-            return Err("axis: it means nothing without turn".to_owned());
+            return Err("axis: it has no meaning without turn; leave it out".to_owned());
         }
         if let Some(down) = self.down {
             let kind = TargetKind::Direction { of: down.direction(), to: -Vector3::z() };
@@ -76,7 +76,7 @@ impl TargetTable {
         }
         if kinds.is_empty() {
             let all = "position, velocity, speed, spin, attitude, turn, down";
-            return Err(format!("nothing is asked for; one or more of {all} are needed"));
+            return Err(format!("the target is empty; one or more of {all} are needed"));
         }
         let each = [
             ("position", tolerance.position, weight.position),
@@ -90,7 +90,7 @@ impl TargetTable {
         for (name, tolerance, weight) in each {
             let idle = tolerance.or(weight).is_some() && kinds.iter().all(|kind| kind.0 != name);
             if idle {
-                return Err(format!("tolerance and weight: {name} is not asked for"));
+                return Err(format!("tolerance and weight: {name} is not among the targets"));
             }
         }
         let target = |(name, kind, tolerance, weight, usual): TargetField| {
@@ -141,7 +141,7 @@ impl PathConstraintTable {
             }
         }
         if kinds.is_empty() {
-            return Err("no bound is given; above, away, x, y or z is needed".to_owned());
+            return Err("no bound is given; one of above, away, x, y and z is needed".to_owned());
         }
         let tolerance = self.tolerance.unwrap_or(USUAL.0);
         let weight = self.weight.unwrap_or(1.0 / (tolerance * tolerance));

@@ -30,7 +30,7 @@ pub(super) fn has_body(of: &str, name: &str, body: usize, bodies: usize) -> Resu
     if body < bodies {
         return Ok(());
     }
-    odd(format!("{of} {name:?}: body {body} is not there; 0 to {} are allowed", bodies - 1))
+    odd(format!("{of} {name:?}: body {body} does not exist; allowed: 0 to {}", bodies - 1))
 }
 
 pub(super) fn check_control(
@@ -49,41 +49,41 @@ pub(super) fn check_control(
     }
     for (component, [low, high]) in components.iter().zip(bounds) {
         if !(low.is_finite() && high.is_finite() && low <= high) {
-            let why = format!("{low} to {high} are no bounds; two numbers in order are needed");
+            let why = format!("the bounds are {low} to {high}; two numbers in order are needed");
             return odd(format!("control {name:?}: {component}: {why}"));
         }
     }
     let most = if kind.is_of_the_run() { 1 } else { steps };
     if !(1..=most).contains(knots) {
-        return odd(format!("control {name:?}: knots is {knots}; 1 to {most} are allowed"));
+        return odd(format!("control {name:?}: knots is {knots}; allowed: 1 to {most}"));
     }
     if !(*effort >= 0.0 && effort.is_finite()) {
-        return odd(format!("control {name:?}: effort is {effort}; 0 or more is needed"));
+        return odd(format!("control {name:?}: effort is {effort}; allowed: 0 or more"));
     }
     match kind {
         ControlKind::Push(push) => {
             if let [low, _] = bounds[0]
                 && low < 0.0
             {
-                let why = format!("normal: {low} is a pull; a push needs a range from 0 N");
+                let why = format!("normal: its lower end is {low}; allowed: 0 N or more");
                 return odd(format!("control {name:?}: {why}"));
             }
             let frame = &push.frame;
             let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
             if !(apart < 1e-9 && frame.determinant() > 0.0) {
-                let why = "its axes are not three of length 1 across each other, right-handed";
+                let why = "its frame is not a rotation; three orthogonal, right-handed unit \
+                           vectors are needed";
                 return odd(format!("control {name:?}: {why}"));
             }
             if !push.point.iter().all(|x| x.abs() <= FARTHEST) {
                 let [x, y, z]: [f64; 3] = push.point.into();
-                let why =
-                    format!("at is [{x:?}, {y:?}, {z:?}]; numbers from -1e6 to 1e6 m are needed");
+                let why = format!("at is [{x:?}, {y:?}, {z:?}]; allowed: -1e6 to 1e6 m");
                 return odd(format!("control {name:?}: {why}"));
             }
             check_reach(name, push, &bounds[3..], world)?;
             let friction = push.friction.unwrap_or(0.0);
             if !(0.0..=10.0).contains(&friction) {
-                let why = format!("friction is {friction}; 0 to 10 is allowed");
+                let why = format!("friction is {friction}; allowed: 0 to 10");
                 return odd(format!("control {name:?}: {why}"));
             }
             Ok(())
@@ -96,7 +96,7 @@ pub(super) fn check_control(
             let of_a_place = |(_, axis): &(usize, JointAxis)| matches!(axis, JointAxis::Linear(_));
             let along = axes.iter().filter(|axis| of_a_place(axis)).count();
             if axes.is_empty() || along > 0 && along < axes.len() {
-                let why = "axes that slide, or axes that turn, are needed: its number is N, or N m";
+                let why = "axes that slide, or axes that turn, are needed, not both";
                 return odd(format!("control {name:?}: {why}"));
             }
             let twice = (1..axes.len()).any(|k| axes[..k].contains(&axes[k]));
@@ -104,14 +104,17 @@ pub(super) fn check_control(
         }
         ControlKind::Constant(constant) if !CONSTANTS.contains(constant) => {
             let names: Vec<_> = CONSTANTS.iter().map(|constant| constant.name()).collect();
-            let why = format!("{} is not looked for; {} are", constant.name(), names.join(", "));
+            let why =
+                format!("{} cannot be a control; allowed: {}", constant.name(), names.join(", "));
             odd(format!("control {name:?}: {why}"))
         }
         ControlKind::Constant(constant) => {
             for number in bounds[0] {
                 let numbers = constant.from_one_number(world, number);
                 if let Err(error) = world.with_constants(&[(*constant, &numbers)]) {
-                    return odd(format!("control {name:?}: value {number} is refused: {error}"));
+                    return odd(format!(
+                        "control {name:?}: value {number} is not allowed: {error}"
+                    ));
                 }
             }
             Ok(())
@@ -136,7 +139,8 @@ fn check_reach(
                 let [x, y, z]: [f64; 3] = place.into();
                 let [a, b, c]: [f64; 3] = reach.into();
                 let why = format!(
-                    "with its offsets it pushes at [{x:?}, {y:?}, {z:?}], beside the body; up to ±[{a:?}, {b:?}, {c:?}] m is allowed"
+                    "with its offsets it pushes at [{x:?}, {y:?}, {z:?}], outside the body; \
+                     allowed: up to ±[{a:?}, {b:?}, {c:?}] m"
                 );
                 return odd(format!("control {name:?}: {why}"));
             }

@@ -92,7 +92,7 @@ impl PlanProblem {
         path_constraints: Vec<PathConstraint>,
     ) -> Result<Self, PlanError> {
         if !(1..=MOST_STEPS).contains(&steps) {
-            return odd(format!("steps: {steps} is given; 1 to {MOST_STEPS} are allowed"));
+            return odd(format!("steps is {steps}; allowed: 1 to {MOST_STEPS}"));
         }
         for (index, control) in controls.iter().enumerate() {
             check_control(control, &scene.world, steps)?;
@@ -101,12 +101,14 @@ impl PlanProblem {
             }
             if let Some(other) = controls[..index].iter().find(|other| sets_alike(other, control)) {
                 let (first, second) = (&other.name, &control.name);
-                let why = "set the same thing, so that the first would do nothing; one is needed";
+                let why = "set the same value; remove one";
                 return odd(format!("controls: {first:?} and {second:?} {why}"));
             }
         }
         if targets.is_empty() && path_constraints.is_empty() {
-            return odd("targets: none are given, so there is nothing to plan for; a [target] or [[path_constraints]] is needed".to_owned());
+            return odd(
+                "targets: there are none; a [target] or [[path_constraints]] is needed".to_owned()
+            );
         }
         let bodies = scene.world.bodies().len();
         let positive = |of: &str, name: &str, what: &str, value: f64| {
@@ -118,7 +120,7 @@ impl PlanProblem {
         for Target { name, body, after, kind, tolerance, weight } in &targets {
             has_body("target", name, *body, bodies)?;
             if !(1..=steps).contains(after) {
-                return odd(format!("target {name:?}: after is {after}; 1 to {steps} are allowed"));
+                return odd(format!("target {name:?}: after is {after}; allowed: 1 to {steps}"));
             }
             if let Err(why) = kind.check() {
                 return odd(format!("target {name:?}: {why}"));
@@ -135,7 +137,7 @@ impl PlanProblem {
             positive("path constraint", name, "weight", *weight)?;
         }
         if controls.is_empty() {
-            return odd("controls: none are given, so there is nothing to choose; one [[controls]] is needed".to_owned());
+            return odd("controls: there are none; at least one [[controls]] is needed".to_owned());
         }
         let (mut variables, mut offsets) = (Vec::new(), Vec::new());
         let mut pushed = vec![false; bodies];

@@ -41,7 +41,7 @@ impl Assembled {
             let wrong = |why: String| format!("{at}: {why}");
             if mass.mass <= 0.0 {
                 return Err(wrong(
-                    "it moves and has no mass of 1e-9 kg or more; give it <inertial>".to_owned(),
+                    "it moves, but its mass is below 1e-9 kg; add <inertial>".to_owned(),
                 ));
             }
             self.bodies[place].centre = mass.centre;
@@ -56,7 +56,9 @@ impl Assembled {
             for (number, part) in self.bodies[place].parts.iter().enumerate() {
                 let name = self.part_name(link, number);
                 if model.bodies.iter().any(|known| known.name == name) {
-                    return Err(wrong(format!("there is a body {name:?} already")));
+                    return Err(wrong(format!(
+                        "the body name {name:?} is already used; set a prefix"
+                    )));
                 }
                 let (shape, note, touches) = self.shape_of(place, part, &mass, placing)?;
                 notes.extend(note.map(|note| format!("{name}: {note}")));
@@ -137,7 +139,7 @@ impl Assembled {
         let touching: Vec<_> = touching.collect();
         if let Some((_, odd)) = touching.get(MOST_TOUCHING) {
             let at = &odd.at;
-            return Err(format!("{at}: with this more than {MOST_TOUCHING} shapes touch"));
+            return Err(format!("{at}: more than {MOST_TOUCHING} shapes have contacts"));
         }
         let is_own = |shape: &RobotShape| self.links[shape.link].0 == Some(place);
         let others: Vec<_> = touching.iter().filter(|(_, shape)| !is_own(shape)).collect();

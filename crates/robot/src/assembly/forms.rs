@@ -14,7 +14,7 @@ pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelFo
     let form = scene_form(&shape.form, sides);
     match shape.form {
         _ if form.is_some() || shape.groups == [0, 0] => Ok(form),
-        _ => Err(format!("{}: a plane belongs to the world", shape.at)),
+        _ => Err(format!("{}: a plane must belong to the world", shape.at)),
     }
 }
 
@@ -107,7 +107,8 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
         }
     }
     Ok(Some(format!(
-        "of its hulls at most {most} corners each count, so that all are at most {MOST_POINTS}; the others are up to {farthest:.1e} m outside"
+        "its hulls are reduced to at most {most} corners each, {MOST_POINTS} in all; the removed \
+         corners are up to {farthest:.1e} m outside"
     )))
 }
 

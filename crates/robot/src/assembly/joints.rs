@@ -60,7 +60,7 @@ impl Assembled {
             };
             if model.joints.iter().any(|known| known.name == name) {
                 return Err(format!(
-                    "{}: there is a joint {name:?} already",
+                    "{}: the joint name {name:?} is already used; set a prefix",
                     self.robot.links[link].at
                 ));
             }
@@ -125,7 +125,7 @@ impl Assembled {
             let MimicJoint { joints, ratio, offset, at } = of;
             let [first, second] = joints.map(|joint| self.axes[joint]);
             let (Some(first), Some(second)) = (first, second) else {
-                return Err(format!("{at}: one of its joints moves nothing"));
+                return Err(format!("{at}: one of its joints does not move a body"));
             };
             let [own, other] = joints.map(|joint| self.robot.joints[joint].reference);
             let drive =
@@ -186,7 +186,7 @@ impl Assembled {
                 return Err(format!("{at}: neither of its bodies moves"));
             };
             if Some(own) == other {
-                return Err(format!("{at}: its bodies are one"));
+                return Err(format!("{at}: both bodies are the same"));
             }
             // A `mocap` body is fixed in the scene. If a constraint to it is violated at the start,
             // the constraint holds the initial pose.
@@ -201,7 +201,8 @@ impl Assembled {
                 if off > JOINT_AT_THE_START || is_whole && turned > JOINT_AT_THE_START {
                     b.1 = fits.seen_from(self.world());
                     moved.push(format!(
-                        "{at}: it holds where the start has it: what mocap moves would be {off:.1e} m from where it fits"
+                        "{at}: it keeps the initial pose, because the mocap body is {off:.1e} m \
+                         from the pose that fits"
                     ));
                 }
             }

@@ -115,7 +115,7 @@ impl Assembled {
     /// Unsupported content, with its line in the file.
     pub fn new(mut robot: Robot, placing: &Placing, model: &mut Model) -> Result<Self, String> {
         if !(3..=200).contains(&placing.sides) {
-            return Err(format!("sides is {}; allowed is 3 to 200", placing.sides));
+            return Err(format!("sides is {}; allowed: 3 to 200", placing.sides));
         }
         if !placing.prefix.is_empty() {
             shown::checked_name(&placing.prefix).map_err(|why| format!("prefix: {why}"))?;
@@ -176,7 +176,7 @@ impl Assembled {
         let others: Vec<_> = names.chain(shapes).filter(other).collect();
         if let Some(first) = others.first() {
             let sentence = format!(
-                "names that a scene cannot have are others there, {} of them: {:?} is {:?}",
+                "{} names that a scene does not allow are changed, for example {:?} to {:?}",
                 others.len(),
                 shown::line(first),
                 self.named(first)
@@ -400,10 +400,12 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
         let joint =
             joint.ok_or_else(|| format!("coordinates: there is no joint {name:?} in the file"))?;
         if !matches!(robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
-            return Err(format!("coordinates: {name:?} is no slide and no hinge"));
+            return Err(format!("coordinates: {name:?} is not a slide or hinge"));
         }
         if !coordinate.is_finite() {
-            return Err(format!("coordinates: {name} is {coordinate:?}"));
+            return Err(format!(
+                "coordinates: {name} is {coordinate:?}; a finite number is needed"
+            ));
         }
         q[places[joint].0] = *coordinate;
     }
@@ -426,8 +428,8 @@ fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<
         {
             let name = &joint.name;
             return Err(format!(
-                "{at}: {name:?} would begin at {coordinate:?}, outside its range {low:?} to {high:?}; \
-                 give coordinates of the joint that it goes with"
+                "{at}: {name:?} would start at {coordinate:?}, outside its range {low:?} to \
+                 {high:?}; set the coordinate of the joint it follows"
             ));
         }
     }

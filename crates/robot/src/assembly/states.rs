@@ -81,5 +81,5 @@ impl Assembled {
 }
 
 fn missing() -> String {
-    "states: the robot has bodies that have none".to_owned()
+    "states: a body of the robot has no state".to_owned()
 }

@@ -45,7 +45,10 @@ impl Assembled {
                         continue;
                     }
                     if model.plane.is_some() {
-                        return Err(format!("{}: one plane is supported; give a box", shape.at));
+                        return Err(format!(
+                            "{}: only one plane is supported; use a box",
+                            shape.at
+                        ));
                     }
                     let frame = self.world().then(&self.in_body(shape));
                     let normal = frame.rotation().column(2).into_owned();

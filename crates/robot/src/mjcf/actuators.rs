@@ -48,7 +48,7 @@ impl MjcfReader<'_> {
                 "general" => general(&read)?,
                 _ => {
                     return Err(element.wrong(
-                        "this actuator is not supported; motor, position, velocity and general are",
+                        "this actuator is not supported; use motor, position, velocity or general",
                     ));
                 }
             };
@@ -71,19 +71,20 @@ impl MjcfReader<'_> {
             };
             if joints.is_empty() {
                 return Err(
-                    element.wrong("tendon: it is of no joint, and the actuator drives nothing")
+                    element.wrong("tendon: it has no joint, so the actuator drives nothing")
                 );
             }
             let depends = tendon.filter(|_| joints.len() > 1 && (bias[1], bias[2]) != (0.0, 0.0));
             if depends.is_some() && joints.len() > 2 {
                 return Err(element.wrong(
-                    "tendon: actuators of more than two joints whose force depends on where they are, or how fast, are not supported",
+                    "tendon: actuators of more than two joints with a force that depends on \
+                     position or speed are not supported",
                 ));
             }
             let gear = read.numbers("gear")?.and_then(|all| all.first().copied()).unwrap_or(1.0);
             if !(1e-9..=1e9).contains(&gear.abs()) {
                 return Err(element
-                    .wrong(format!("gear is {gear:?}; allowed is 1e-9 to 1e9, or -1e9 to -1e-9")));
+                    .wrong(format!("gear is {gear:?}; allowed: 1e-9 to 1e9, or -1e9 to -1e-9")));
             }
             let ratio = read.number("dampratio")?.filter(|_| element.tag == "position");
             if let Some(ratio) = ratio.filter(|ratio| *ratio > 0.0) {
@@ -100,7 +101,7 @@ impl MjcfReader<'_> {
                     [(joint, 1.0)] => self.robot.joints[joint].range,
                     _ => None,
                 }
-                .ok_or_else(|| element.wrong("inheritrange: there is no joint with a range"))?;
+                .ok_or_else(|| element.wrong("inheritrange: the joint has no range"))?;
                 let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * inherited);
                 control_range = Some([middle - half, middle + half]);
             }
@@ -131,7 +132,7 @@ impl MjcfReader<'_> {
         let element = read.element();
         let Some(joint) = read.get("joint").or(read.get("jointinparent")) else {
             return Err(element.wrong(
-                "actuators of anything but joints and tendons of joints are not supported; give joint",
+                "only actuators of joints and of tendons of joints are supported; give joint",
             ));
         };
         let joint = self.joint(element, "joint", joint)?;
@@ -161,7 +162,7 @@ fn position(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
     let kp = first(read, "kp", 1.0)?;
     let kv = read.number("kv")?.unwrap_or(0.0);
     if read.number("dampratio")?.unwrap_or(0.0) > 0.0 && kv != 0.0 {
-        return Err(read.element().wrong("dampratio: kv says it too; leave one out"));
+        return Err(read.element().wrong("dampratio: kv is also given; leave one out"));
     }
     Ok((kp, [0.0, -kp, -kv]))
 }

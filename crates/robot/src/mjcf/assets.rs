@@ -62,9 +62,8 @@ impl MjcfReader<'_> {
                 (element.needed("name")?.to_owned(), found)
             }
             _ => {
-                return Err(
-                    element.wrong("either file or vertex, of three numbers each, is needed")
-                );
+                return Err(element
+                    .wrong("either file or vertex, with three numbers per vertex, is needed"));
             }
         };
         let counted = |hulled: Hulled| {
@@ -92,7 +91,7 @@ impl MjcfReader<'_> {
     pub(super) fn note_unused(&mut self) {
         let odd = |(name, mesh): (&String, &Result<Hulled, String>)| {
             let why = mesh.as_ref().err().filter(|_| !self.flat.contains(name));
-            why.map(|why| format!("a mesh that nothing uses: {why}"))
+            why.map(|why| format!("an unused mesh: {why}"))
         };
         let mut sentences: Vec<_> = self.meshes.iter().filter_map(odd).collect();
         sentences.sort();
@@ -111,12 +110,13 @@ fn faces(
         let place = (*index >= 0.0 && index.fract() == 0.0).then_some(*index as usize);
         let point = place.and_then(|place| points.get(place));
         point.copied().map(Vector3::from).ok_or_else(|| {
-            element.wrong(format!("face: {index:?} is no index of its {} vertices", points.len()))
+            element
+                .wrong(format!("face: {index:?} is not an index of its {} vertices", points.len()))
         })
     };
     let (three, rest) = indices.as_chunks::<3>();
     if !rest.is_empty() || three.is_empty() {
-        return Err(element.wrong("face: three indices each are needed"));
+        return Err(element.wrong("face: three indices per face are needed"));
     }
     let facet = |[a, b, c]: &[f64; 3]| Ok(turned_back([corner(a)?, corner(b)?, corner(c)?], scale));
     three.iter().map(facet).collect::<Result<_, _>>().map(Some)

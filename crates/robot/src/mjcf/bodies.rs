@@ -70,15 +70,15 @@ impl MjcfReader<'_> {
         body.refuse_others(&READ, &["user", "sleep"])?;
         let is_mocap = body.word("mocap", &SWITCH)? == Some(true);
         if is_mocap {
-            self.notes.say(format!("{}: what mocap moves stays where it is", body.at()));
+            self.notes.say(format!("{}: mocap bodies stay fixed", body.at()));
         }
         let index = self.robot.links.len();
         if index > MOST_LINKS {
-            return Err(body.wrong(format!("with this there are more than {MOST_LINKS} bodies")));
+            return Err(body.wrong(format!("there are more than {MOST_LINKS} bodies")));
         }
         let name = body.own("name").map_or(format!("body-{index}"), str::to_owned);
         if self.robot.link(&name).is_some() {
-            return Err(body.wrong("this name is given twice; each body needs its own"));
+            return Err(body.wrong("this name is used twice; each body needs its own"));
         }
         let class = self.childclass(body, within.class)?;
         let own = self.defaulted(body, "")?;
@@ -184,12 +184,12 @@ impl MjcfReader<'_> {
         element.refuse_others(&READ, &[&SOFT[..], &["group", "user"]].concat())?;
         let link = within.link;
         if link == 0 {
-            return Err(element.wrong("the world has no joints"));
+            return Err(element.wrong("the world cannot have joints"));
         }
         let index = self.robot.joints.len();
         let name = element.own("name").map_or(format!("joint-{index}"), str::to_owned);
         if self.robot.joint(&name).is_some() {
-            return Err(element.wrong("this name is given twice; each joint needs its own"));
+            return Err(element.wrong("this name is used twice; each joint needs its own"));
         }
         let mut read = self.defaulted(element, within.class)?;
         if element.tag == "freejoint" {
@@ -209,11 +209,11 @@ impl MjcfReader<'_> {
             _ => read.word("type", &kinds)?.unwrap_or(Moves::Hinge),
         };
         if read.word("align", &LIMITED)?.flatten() == Some(true) {
-            return Err(element.wrong("align: frames that are moved are not supported"));
+            return Err(element.wrong("align: moving the frame is not supported"));
         }
         let mut joint = RobotJoint::bare(name, link, moves, element.at());
         if moves == Moves::Free && self.robot.links[link].parent != 0 {
-            return Err(element.wrong("only a body of the world can be free"));
+            return Err(element.wrong("only a direct child of the world can be free"));
         }
         let angle = |value: f64| match moves {
             Moves::Hinge | Moves::Ball => self.compiler.angle(value),
@@ -222,7 +222,7 @@ impl MjcfReader<'_> {
         if matches!(moves, Moves::Hinge | Moves::Slide) {
             let axis = Vector3::from(read.exactly::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
             if axis.norm() <= 1e-12 {
-                return Err(element.wrong("axis: it has no length"));
+                return Err(element.wrong("axis: its length is zero"));
             }
             joint.axis = within.frame.rotation() * axis.normalize();
             joint.reference = angle(read.number("ref")?.unwrap_or(0.0));
@@ -253,7 +253,9 @@ impl MjcfReader<'_> {
         // Gravity compensation acts directly on the link. A limit on motor forces would not include
         // it.
         if read.word("actuatorgravcomp", &SWITCH)? == Some(true) && joint.effort.is_some() {
-            return Err(element.wrong("actuatorgravcomp is not supported beside actuatorfrcrange"));
+            return Err(
+                element.wrong("actuatorgravcomp is not supported together with actuatorfrcrange")
+            );
         }
         self.robot.joints.push(joint);
         let joints = &mut self.robot.links[link].joints;
@@ -308,7 +310,8 @@ impl MjcfReader<'_> {
             };
             link.mass = LinkMass::sum(matter);
             if link.mass.mass.is_nan() {
-                let why = "the mass of one of its meshes does not follow from it: of .dae, a hull of some of its corners, or a shell; give <inertial>";
+                let why = "the mass of one of its meshes is unknown: a .dae file, a reduced hull, \
+                           or a shell; add <inertial>";
                 return Err(format!("{}: {why}", link.at));
             }
         }
@@ -334,7 +337,9 @@ impl MjcfReader<'_> {
         if let Some(total) = self.compiler.total_mass {
             let sum: f64 = self.robot.links.iter().map(|link| link.mass.mass).sum();
             if sum <= 0.0 {
-                return Err("<compiler>: settotalmass: no body has a mass".to_owned());
+                return Err(
+                    "<compiler>: settotalmass: no body has a mass; give one a mass".to_owned()
+                );
             }
             for link in &mut self.robot.links {
                 link.mass.mass *= total / sum;
@@ -350,7 +355,7 @@ impl MjcfReader<'_> {
         let still = vec![0.0; self.robot.counts().1];
         let motion = self.robot.motion(&self.robot.reference(), &still)?;
         let inverse = motion.mass_matrix(&self.robot).cholesky().map(|parts| parts.inverse());
-        let inverse = inverse.ok_or("<body>: a joint moves no mass; give it <inertial>")?;
+        let inverse = inverse.ok_or("<body>: a joint moves no mass; add <inertial>")?;
         Ok(self.robot.places().iter().map(|&(_, rate)| inverse[(rate, rate)].recip()).collect())
     }
 
@@ -371,7 +376,8 @@ impl MjcfReader<'_> {
             let damping = 2.0 * moved[index] / time;
             if ![stiffness, damping].iter().all(|one| (0.0..=1e12).contains(one)) {
                 return Err(format!(
-                    "{}: springdamper: its spring has {stiffness:.1e} and its damper {damping:.1e}; allowed is up to 1e12",
+                    "{}: springdamper: its spring has {stiffness:.1e} and its damper \
+                     {damping:.1e}; allowed: up to 1e12",
                     joint.at
                 ));
             }

@@ -98,7 +98,7 @@ impl Compiler {
         }
         element.word("coordinate", &[("local", ())])?;
         if element.word("alignfree", &SWITCH)? == Some(true) {
-            return Err(element.wrong("alignfree: frames that are moved are not supported"));
+            return Err(element.wrong("alignfree: moving the frame is not supported"));
         }
         if let Some(sequence) = element.get("eulerseq") {
             let letters: Vec<char> = sequence.chars().collect();
@@ -155,9 +155,7 @@ impl Compiler {
             Some(holds) => holds,
             None if self.autolimits => range.is_some(),
             None if range.is_some() => {
-                return Err(
-                    own.wrong(format!("{limited} is needed beside {field} without autolimits"))
-                );
+                return Err(own.wrong(format!("{field} needs {limited} or autolimits")));
             }
             None => false,
         };
@@ -167,7 +165,7 @@ impl Compiler {
         match range {
             Some([low, high]) if low < high => Ok(Some([low, high])),
             Some(_) => Err(own.wrong(format!("{field}: the second number must be the larger one"))),
-            None => Err(own.wrong(format!("{field} is needed where {limited} is true"))),
+            None => Err(own.wrong(format!("{field} is needed if {limited} is true"))),
         }
     }
 
@@ -189,17 +187,17 @@ impl Compiler {
             .filter(|name| element.own(name).is_some())
             .collect();
         if let [first, second, ..] = given[..] {
-            return Err(element.wrong(format!("either {first} or {second} can be given")));
+            return Err(element.wrong(format!("only one of {first} and {second} can be given")));
         }
         let unit = |vector: Vector3<f64>, field: &str| match vector.norm() > 1e-12 {
             true => Ok(vector.normalize()),
-            false => Err(element.wrong(format!("{field}: a vector has no length"))),
+            false => Err(element.wrong(format!("{field}: the length of a vector is zero"))),
         };
         if let Some(quaternion) = element.exactly::<4>("quat")? {
             let quaternion = Vector4::from(quaternion);
             return match quaternion.norm() > 1e-12 {
                 true => Ok(Some(quaternion.normalize())),
-                false => Err(element.wrong("quat has no length")),
+                false => Err(element.wrong("the length of quat is zero")),
             };
         }
         if let Some([x, y, z, angle]) = element.exactly::<4>("axisangle")? {

@@ -11,7 +11,7 @@ impl MjcfReader<'_> {
             match &*element.tag {
                 "exclude" => self.read_exclusion(element)?,
                 "pair" => self.read_pair(element)?,
-                _ => return Err(element.wrong("this element is not known in <contact>")),
+                _ => return Err(element.wrong("this element is unknown in <contact>")),
             }
         }
         Ok(())
@@ -45,20 +45,23 @@ impl MjcfReader<'_> {
         let (first, second) = (find("geom1")?, find("geom2")?);
         let (a, b) = (&self.robot.shapes[first], &self.robot.shapes[second]);
         if a.link == b.link {
-            return Err(element.wrong("geom2: its body is that of geom1; two bodies are needed"));
+            return Err(
+                element.wrong("geom2: its body is also the body of geom1; two bodies are needed")
+            );
         }
         let carriers = self.robot.carriers();
         if [a, b].iter().any(|shape| shape.form == RobotForm::Plane && carriers[shape.link] != 0) {
-            return Err(element.wrong("geom1, geom2: a plane belongs to the world"));
+            return Err(element.wrong("geom1, geom2: a plane must belong to the world"));
         }
         let friction = read.numbers("friction")?.unwrap_or_default();
         if friction.len() > 5 || friction.iter().any(|part| *part < 0.0) {
-            return Err(element.wrong("friction: one to five numbers from 0 are needed"));
+            return Err(element.wrong("friction: one to five numbers of 0 or more are needed"));
         }
         let own = match friction[..] {
             [along, across, ..] if along != across => {
                 return Err(element.wrong(
-                    "friction: along and across, the first two numbers, are one coefficient here; give the same",
+                    "friction: different coefficients along and across, the first two numbers, are \
+                     not supported; use equal ones",
                 ));
             }
             [along, ..] => along,
@@ -90,8 +93,8 @@ impl MjcfReader<'_> {
         if condim > 3 && others.iter().any(|part| *part > 0.0) {
             if !self.reading.points_rub {
                 return Err(element.wrong(
-                    "friction against turning and rolling, condim 4 and 6, is not supported; with point_contacts of [[robots]] or \
-                     --point-contacts these contacts rub alone",
+                    "torsional and rolling friction, condim 4 and 6, is not supported; \
+                     point_contacts of [[robots]] or --point-contacts keeps only sliding friction",
                 ));
             }
             self.notes.rubs_alone();

@@ -48,7 +48,7 @@ impl Classes {
     /// Adds a class, which inherits from `parent`, and its nested classes.
     fn add(&mut self, element: &Element, name: &str, parent: Option<&str>) -> Result<(), String> {
         if parent.is_some() && self.0.contains_key(name) {
-            return Err(element.wrong("this class is there already; each needs a name of its own"));
+            return Err(element.wrong("this class name is used twice; each class needs its own"));
         }
         let inherited = self.0.get(parent.unwrap_or(name)).or_else(|| self.0.get(MAIN));
         let mut values = inherited.cloned().unwrap_or_default();
@@ -57,7 +57,7 @@ impl Classes {
                 if IDLE.contains(&&*child.tag) {
                     continue;
                 }
-                return Err(child.wrong("no defaults of this are known"));
+                return Err(child.wrong("defaults of this element are unknown"));
             };
             let own = values.entry(kind).or_default();
             for (attribute, value) in &child.attributes {

@@ -40,19 +40,17 @@ impl Included<'_> {
         include.refuse_others(&["file"], &[])?;
         let name = include.needed("file")?;
         if self.files.iter().any(|known| known == name) {
-            return Err(include.wrong("this file is included already; once is allowed"));
+            return Err(include.wrong("this file is already included; include it once"));
         }
         if self.files.len() == MOST_FILES {
-            return Err(include.wrong(format!("with this there are more than {MOST_FILES} files")));
+            return Err(include.wrong(format!("there are more than {MOST_FILES} files")));
         }
         self.files.push(name.to_owned());
         let text = self.reading.text(name, LARGEST_FILE).map_err(|why| include.wrong(why))?;
         let root = Element::parse(&text, Some(name))?;
         self.elements += root.count();
         if self.elements > MOST_ELEMENTS {
-            return Err(
-                include.wrong(format!("with this there are more than {MOST_ELEMENTS} elements"))
-            );
+            return Err(include.wrong(format!("there are more than {MOST_ELEMENTS} elements")));
         }
         if !["mujoco", "mujocoinclude"].contains(&&*root.tag) {
             return Err(root.wrong("<mujoco> or <mujocoinclude> is needed in an included file"));

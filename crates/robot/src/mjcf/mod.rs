@@ -79,9 +79,7 @@ struct MjcfReader<'a> {
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let root = pruned(&includes::spliced(root, reading)?, reading.left_out)?;
     if let Some(odd) = root.children.iter().find(|section| !SECTIONS.contains(&&*section.tag)) {
-        return Err(
-            odd.wrong("this element is not known, or changes what moves, and is not supported")
-        );
+        return Err(odd.wrong("this element is unknown or not supported"));
     }
     root.refuse_others(&["model"], &["xmlns", "schemaLocation"])?;
     let compiler = Compiler::of(&root)?;
@@ -148,7 +146,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     }
     for extension in sections("extension") {
         if let Some(plugin) = extension.children.first() {
-            return Err(plugin.wrong("plugins are programs, and are not supported"));
+            return Err(plugin.wrong("plugins are not supported"));
         }
     }
     reader.keep_looks();

@@ -124,7 +124,8 @@ pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, 
         for medium in ["density", "viscosity"] {
             if element.number(medium)?.unwrap_or(0.0) != 0.0 {
                 return Err(element.wrong(format!(
-                    "{medium}: a medium around bodies is not supported; leave_out or --leave-out @{medium} is without it"
+                    "{medium}: a surrounding medium is not supported; ignore it with leave_out or \
+                     --leave-out @{medium}"
                 )));
             }
         }
@@ -135,7 +136,7 @@ pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, 
         }
         element.refuse_others(&READ, &IDLE)?;
         if element.attributes.iter().any(|(name, _)| IDLE.contains(&&**name)) {
-            notes.say("integrator, solver and cone of <option> have no meaning here".to_owned());
+            notes.say("integrator, solver and cone of <option> have no effect".to_owned());
         }
         for flag in &element.children {
             set_flags(flag, &mut options, &mut flags)?;
@@ -151,7 +152,7 @@ fn set_flags(
     flags: &mut Flags,
 ) -> Result<(), String> {
     if element.tag != "flag" {
-        return Err(element.wrong("this element is not known in <option>"));
+        return Err(element.wrong("this element is unknown in <option>"));
     }
     for (name, _) in &element.attributes {
         let on = element.word(name, &ABLE)?.unwrap_or(true);
@@ -204,7 +205,7 @@ impl MjcfReader<'_> {
                     self.tie_tendons(element, tendons)?;
                     continue;
                 }
-                _ => return Err(element.wrong("this tie is not supported")),
+                _ => return Err(element.wrong("this equality constraint is not supported")),
             };
             self.robot.ties.push(tie);
         }
@@ -215,7 +216,8 @@ impl MjcfReader<'_> {
     fn tied(&self, read: &Defaulted<'_>) -> Result<[usize; 2], String> {
         let element = read.element();
         if read.get("site1").is_some() || read.get("site2").is_some() {
-            return Err(element.wrong("ties of sites are not supported; give body1 and body2"));
+            return Err(element
+                .wrong("equality constraints of sites are not supported; use body1 and body2"));
         }
         let first = self.link(element, "body1", read.needed("body1")?)?;
         let second = read.get("body2").map(|name| self.link(element, "body2", name));
@@ -256,7 +258,9 @@ impl MjcfReader<'_> {
             Some([x, y, z, q @ ..]) if q != [0.0; 4] => {
                 let attitude = Vector4::from(q);
                 if attitude.norm() <= 1e-12 {
-                    return Err(read.element().wrong("relpose: its quaternion has no length"));
+                    return Err(read
+                        .element()
+                        .wrong("relpose: the length of its quaternion is zero"));
                 }
                 Some(LinkFrame { position: Vector3::new(x, y, z), attitude: attitude.normalize() })
             }
@@ -305,9 +309,8 @@ impl MjcfReader<'_> {
     ) -> Result<(), String> {
         if self.robot.follows.iter().any(|known| known.joints[0] == joints[0]) {
             let name = shown::line(&self.robot.joints[joints[0]].name);
-            return Err(
-                element.wrong(format!("{name:?} goes with another joint already; one is allowed"))
-            );
+            return Err(element
+                .wrong(format!("{name:?} already follows another joint; only one is allowed")));
         }
         if [ratio, offset].into_iter().any(|number| !(-1e6..=1e6).contains(&number)) {
             return Err(element.wrong("polycoef: numbers from -1e6 to 1e6 are needed"));
@@ -327,7 +330,7 @@ impl MjcfReader<'_> {
                 Some(all) if all.len() != count => {
                     let given = all.len();
                     Err(key
-                        .wrong(format!("{field}: {given} numbers are given, and {count} needed")))
+                        .wrong(format!("{field}: {given} numbers are given; {count} are needed")))
                 }
                 all => Ok(all),
             };

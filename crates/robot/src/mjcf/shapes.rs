@@ -92,7 +92,7 @@ impl MjcfReader<'_> {
             return match touches {
                 true => Err(element.wrong("height fields and distance fields are not supported")),
                 false => {
-                    self.notes.idle("geom of a field");
+                    self.notes.idle("geom with a field");
                     Ok(())
                 }
             };
@@ -105,7 +105,7 @@ impl MjcfReader<'_> {
                 self.flat.insert(name.to_owned());
                 match link > 0 && self.files.contains_key(name) {
                     true => self.read_look(&read, link, placed, &RobotForm::Hull(Vec::new())),
-                    false => self.notes.idle("geom of a mesh without a hull"),
+                    false => self.notes.idle("geom with a mesh without a hull"),
                 }
                 return Ok(());
             }
@@ -115,7 +115,7 @@ impl MjcfReader<'_> {
         let condim = read.whole("condim")?.unwrap_or(3);
         let friction = read.numbers("friction")?.unwrap_or_default();
         if friction.len() > 3 || friction.iter().any(|part| *part < 0.0) {
-            return Err(element.wrong("friction: one to three numbers from 0 are needed"));
+            return Err(element.wrong("friction: one to three numbers of 0 or more are needed"));
         }
         let rolling = [(1, 0.005), (2, 0.0001)]
             .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
@@ -125,7 +125,7 @@ impl MjcfReader<'_> {
         let (form, placed) = match form {
             RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
                 self.notes.say(format!(
-                    "planes after the first are boxes below them, {0} m wide and {WALL} m deep",
+                    "planes after the first become boxes, {0} m wide and {WALL} m deep",
                     2.0 * WALL
                 ));
                 let middle = placed.point(&Vector3::new(0.0, 0.0, -0.5 * WALL));
@@ -138,7 +138,7 @@ impl MjcfReader<'_> {
             self.read_look(&read, link, placed, &form);
         }
         if touches && matches!(form, RobotForm::Ellipsoid(_)) {
-            self.notes.say("ellipsoids that touch are rounded hulls within them".to_owned());
+            self.notes.say("ellipsoids with contacts become inscribed rounded hulls".to_owned());
         }
         let index = self.robot.shapes.len();
         self.robot.shapes.push(RobotShape {
@@ -200,7 +200,7 @@ impl MjcfReader<'_> {
         let size = |index: usize| match sizes.get(index) {
             Some(size) if (1e-6..=1e4).contains(size) => Ok(*size),
             Some(size) => {
-                Err(element.wrong(format!("size: {size:?} is none; 1e-6 to 1e4 m is needed")))
+                Err(element.wrong(format!("size: {size:?} m is given; allowed: 1e-6 to 1e4 m")))
             }
             None => Err(element.wrong(format!("size: {} numbers are needed", index + 1))),
         };
@@ -212,9 +212,8 @@ impl MjcfReader<'_> {
                 GeomKind::Ellipsoid => RobotForm::Ellipsoid(Vector3::new(radius, radius, half)),
                 GeomKind::Box => RobotForm::Box(Vector3::new(radius, radius, half)),
                 _ => {
-                    return Err(
-                        element.wrong("fromto is for capsules, cylinders, boxes and ellipsoids")
-                    );
+                    return Err(element
+                        .wrong("fromto is only for capsules, cylinders, boxes and ellipsoids"));
                 }
             };
             return Ok((form, frame, Volume::Hull));
@@ -239,9 +238,7 @@ impl MjcfReader<'_> {
             }
         };
         if kind != GeomKind::Mesh && read.get("mesh").is_some() {
-            return Err(
-                element.wrong("a form that is fitted to a mesh is not supported; give its size")
-            );
+            return Err(element.wrong("fitting a geom to a mesh is not supported; give its size"));
         }
         Ok((form, self.compiler.frame(read)?, volume))
     }
@@ -280,7 +277,8 @@ impl MjcfReader<'_> {
         }
         if unit.mass <= 0.0 {
             return Err(element.wrong(
-                "mesh: its triangles have no volume, or are inside out; turn them over, or give <inertial>",
+                "mesh: its triangles have no volume or are inside out; reverse them, or add \
+                 <inertial>",
             ));
         }
         let factor = given.map_or(density, |mass| mass / unit.mass);
@@ -308,6 +306,8 @@ fn density_of(read: &Defaulted<'_>) -> Result<f64, String> {
 fn group(read: &Defaulted<'_>, field: &str) -> Result<u32, String> {
     match read.whole(field)?.unwrap_or(1) {
         bits if (0..=i64::from(u32::MAX)).contains(&bits) => Ok(bits as u32),
-        _ => Err(read.element().wrong(format!("{field}: 0 to 4294967295 is allowed"))),
+        _ => Err(read
+            .element()
+            .wrong(format!("{field}: a whole number from 0 to 4294967295 is needed"))),
     }
 }

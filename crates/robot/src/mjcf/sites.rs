@@ -29,7 +29,7 @@ impl MjcfReader<'_> {
             return Ok(());
         };
         if self.robot.site(name).is_some() {
-            return Err(element.wrong("this name is given twice; each site needs its own"));
+            return Err(element.wrong("this name is used twice; each site needs its own"));
         }
         let site = RobotSite { link, frame: frame.then(&own) };
         self.robot.sites.push(NamedSite { name: name.to_owned(), site });

@@ -31,7 +31,7 @@ pub fn find<'t>(
     match found.map(|place| (place, tendons[place].joints.as_deref())) {
         Some((place, Some(joints))) => Ok((place, joints)),
         Some((_, None)) => Err(element.wrong(format!(
-            "{field}: {name:?} goes through points of bodies, and does nothing here; tendons of joints alone can be used"
+            "{field}: {name:?} is a spatial tendon, which has no effect here; use a fixed tendon"
         ))),
         None => Err(element.wrong(format!("{field}: there is no tendon {name:?}"))),
     }
@@ -82,7 +82,7 @@ impl MjcfReader<'_> {
         for element in root.all("tendon").flat_map(|section| &section.children) {
             let read = self.defaulted(element, "")?;
             if read.number("armature")?.is_some_and(|armature| armature != 0.0) {
-                return Err(element.wrong("armature: that of tendons is not supported"));
+                return Err(element.wrong("armature of tendons is not supported"));
             }
             let joints = (element.tag == "fixed").then(|| self.summed(element)).transpose()?;
             let range = self.compiler.range(&read, "range", "limited")?;
@@ -114,12 +114,12 @@ impl MjcfReader<'_> {
                     self.limit(element, joint, range.map(|end| end / factor))?;
                 }
                 (Some(_), _) => refused(
-                    "tendons that pull, or are limited, are supported where they are sums of two joints; give that of one to the \
-                     joint itself",
+                    "tendons with forces or limits are supported only for two joints; for one \
+                     joint, set them on the joint itself",
                 )?,
                 (None, _) => {
-                    refused("tendons through points of bodies that pull are not supported")?;
-                    self.notes.idle("tendon that does not pull");
+                    refused("spatial tendons with forces or limits are not supported")?;
+                    self.notes.idle("tendon without forces");
                 }
             }
             let (name, at) = (element.own("name").map(str::to_owned), element.at());
@@ -156,7 +156,7 @@ impl MjcfReader<'_> {
                 true => Ok(if acts { value } else { 0.0 }),
                 false => Err(read
                     .element()
-                    .wrong(format!("{field} is {value:?}; allowed is one number of 0 to 1e12"))),
+                    .wrong(format!("{field} is {value:?}; allowed: one number from 0 to 1e12"))),
             }
         };
         let stiffness = number("stiffness", self.flags.springs)?;
@@ -169,7 +169,7 @@ impl MjcfReader<'_> {
             Some([rest]) => *rest,
             Some([low, high]) if low == high || stiffness == 0.0 => *low,
             Some(_) => {
-                let why = "springlength: springs that are slack within a range are not supported; give one number";
+                let why = "springlength: a slack range is not supported; give one number";
                 return Err(read.element().wrong(why));
             }
         };
@@ -181,7 +181,7 @@ impl MjcfReader<'_> {
         let mut joints: Vec<(usize, f64)> = Vec::new();
         for part in &element.children {
             if part.tag != "joint" {
-                return Err(part.wrong("this element is not known in a fixed tendon"));
+                return Err(part.wrong("this element is unknown in a fixed tendon"));
             }
             let joint = self.joint(part, "joint", part.needed("joint")?)?;
             part.needed("coef")?;
@@ -207,7 +207,7 @@ impl MjcfReader<'_> {
         let within = [a.min(b).max(low), a.max(b).min(high)];
         if within[0] > within[1] {
             let name = shown::line(&joint.name);
-            return Err(element.wrong(format!("range: it leaves {name:?} no place in its own")));
+            return Err(element.wrong(format!("range: it does not overlap the range of {name:?}")));
         }
         joint.range = Some(within);
         Ok(())
@@ -254,8 +254,10 @@ impl MjcfReader<'_> {
                 let offset = reference(first) + constant / factor - ratio * reference(second);
                 self.follow(element, [first, second], [ratio, offset])
             }
-            _ => Err(element
-                .wrong("tendon1: ties of more than two joints, or of none, are not supported")),
+            _ => Err(element.wrong(
+                "tendon1: equality constraints of more than two joints, or of none, are not \
+                 supported",
+            )),
         }
     }
 }
@@ -272,8 +274,8 @@ pub(super) fn coefficients(element: &Element, goes: bool) -> Result<[f64; 2], St
     let [constant, ratio, higher @ ..] = all;
     if goes && higher != [0.0; 3] {
         return Err(element.wrong(
-            "polycoef: joints that go with each other by more than a ratio are not supported; \
-             the last three numbers must be 0",
+            "polycoef: nonlinear relations between joints are not supported; the last three \
+             numbers must be 0",
         ));
     }
     Ok([constant, ratio])

@@ -92,11 +92,15 @@ impl UrdfReader<'_> {
             }
         }
         if dense > 0 {
-            self.notes.say(format!("links that move without a mass have that of their shapes at {USUAL_DENSITY} kg/m³: {dense}"));
+            self.notes.say(format!(
+                "moving links without a mass get the mass of their shapes at {USUAL_DENSITY} \
+                 kg/m³: {dense}"
+            ));
         }
         if spread > 0 {
             self.notes.say(format!(
-                "links whose inertia is none have that of their mass within their shapes: {spread}"
+                "links with an invalid inertia get the inertia of their shapes with uniform \
+                 density: {spread}"
             ));
         }
         Ok(())

@@ -28,7 +28,8 @@ const FARTHEST: f64 = 1e12;
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     if reading.points_rub {
         return Err(root.wrong(
-            "point_contacts is for MJCF; contacts of URDF rub alone as they are; leave it out",
+            "point_contacts is only for MJCF, URDF contacts have only sliding friction; leave it \
+             out",
         ));
     }
     let mut notes = RobotNotes::default();
@@ -36,7 +37,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let again = root.children.iter_mut().map(keep_first).sum::<usize>();
     if again > 0 {
         notes.say(format!(
-            "of what a link or a joint has twice the first counts: {again} were passed over"
+            "only the first of repeated elements in a link or joint is used: {again} are ignored"
         ));
     }
     let root = &root;
@@ -187,7 +188,10 @@ impl<'a> UrdfReader<'a> {
         }
         match read == self.tree.links.len() {
             true => Ok(()),
-            false => Err(root.wrong("not all links hang on it: the joints of others make a ring")),
+            false => {
+                Err(root
+                    .wrong("not all links are connected to it: the joints of others form a loop"))
+            }
         }
     }
 
@@ -246,7 +250,8 @@ impl<'a> UrdfReader<'a> {
         }
         if let Some(first) = names.first() {
             self.notes.say(format!(
-                "links of less than {LEAST_MASS:e} kg are frames without mass: {}, the first is {:?}",
+                "links of less than {LEAST_MASS:e} kg are treated as massless frames: {}, the \
+                 first is {:?}",
                 names.len(),
                 shown::line(first)
             ));
@@ -307,7 +312,7 @@ impl<'a> UrdfReader<'a> {
         for joint in joints {
             if self.robot.joint(&joint.name).is_some() {
                 return Err(format!(
-                    "{}: this name is given twice; each joint needs its own",
+                    "{}: this name is used twice; each joint needs its own",
                     joint.at
                 ));
             }
@@ -336,7 +341,7 @@ impl<'a> UrdfReader<'a> {
         let length = axis.norm();
         let moves = !matches!(kind, "fixed" | "floating" | "spherical");
         if moves && length <= 1e-12 {
-            return Err(element.wrong("axis: it has no length"));
+            return Err(element.wrong("axis: its length is zero"));
         }
         let axis = if length > 0.0 { axis / length } else { axis };
         let bare = |name: String, moves: Moves| RobotJoint::bare(name, 0, moves, element.at());
@@ -394,7 +399,8 @@ impl<'a> UrdfReader<'a> {
                         "the joint {name:?} moves less than {LEAST_MASS:e} kg and is fixed; give its link a mass"
                     ));
                 }
-                mimic.wrong(format!("{name:?} is no joint that turns or slides about one axis"))
+                mimic.wrong(format!("{name:?} is not a joint that turns about or slides along one \
+                                     axis"))
             })
         };
         let joints = [element.needed("name")?, mimic.needed("joint")?].map(turns_or_slides);
@@ -432,7 +438,7 @@ impl<'a> UrdfReader<'a> {
             (limit.number("lower")?.unwrap_or(0.0), limit.number("upper")?.unwrap_or(0.0));
         if limited && low > high {
             self.notes.say(format!(
-                "{}: lower is more than upper, as Bullet has it where there are no limits",
+                "{}: lower is above upper, which means no limits, as in Bullet",
                 limit.at()
             ));
         }
@@ -441,11 +447,11 @@ impl<'a> UrdfReader<'a> {
         joint.range = (limited && low <= high).then_some(range);
         let effort = limit.bounded("effort", 0.0, [-FARTHEST, FARTHEST])?;
         if effort < 0.0 {
-            self.notes.say("an effort below 0 is no limit".to_owned());
+            self.notes.say("an effort below 0 means no limit".to_owned());
         }
         joint.effort = (effort > 0.0).then_some([-effort, effort]);
         if limit.get("velocity").is_some() {
-            self.notes.say("limits of velocity have no meaning here".to_owned());
+            self.notes.say("velocity limits have no effect".to_owned());
         }
         Ok(joint)
     }

@@ -20,17 +20,17 @@ impl<'e> LinkTree<'e> {
         let mut links = HashMap::new();
         for link in root.all("link") {
             if links.insert(link.needed("name")?, link).is_some() {
-                return Err(link.wrong("this name is given twice; each link needs its own"));
+                return Err(link.wrong("this name is used twice; each link needs its own"));
             }
             if links.len() > MOST_LINKS {
-                return Err(link.wrong(format!("with this there are more than {MOST_LINKS} links")));
+                return Err(link.wrong(format!("there are more than {MOST_LINKS} links")));
             }
         }
         let (mut below, mut parents) = (HashMap::<_, Vec<_>>::new(), HashMap::new());
         let mut names = HashMap::new();
         for joint in root.all("joint") {
             if names.insert(joint.needed("name")?, ()).is_some() {
-                return Err(joint.wrong("this name is given twice; each joint needs its own"));
+                return Err(joint.wrong("this name is used twice; each joint needs its own"));
             }
             let (parent, child) = (end(joint, "parent")?, end(joint, "child")?);
             for link in [parent, child] {
@@ -40,7 +40,9 @@ impl<'e> LinkTree<'e> {
             }
             if parents.insert(child, parent).is_some() {
                 let child = shown::line(child);
-                return Err(joint.wrong(format!("{child:?} has a parent already; one is allowed")));
+                return Err(
+                    joint.wrong(format!("{child:?} already has a parent; only one is allowed"))
+                );
             }
             below.entry(parent).or_default().push(joint);
         }
@@ -48,15 +50,12 @@ impl<'e> LinkTree<'e> {
             root.all("link").filter(|link| !parents.contains_key(link.own("name").unwrap_or("")));
         let first = roots.next();
         if let Some(second) = roots.next() {
-            return Err(
-                second.wrong("it is no joint's child, as another link is not; one root is needed")
-            );
+            return Err(second
+                .wrong("it is a second root: no joint has it as its child; one root is needed"));
         }
         match first {
             Some(root) => Ok(Self { links, below, root }),
-            None => {
-                Err(root.wrong("there is no link that is no joint's child; one root is needed"))
-            }
+            None => Err(root.wrong("every link is the child of a joint; one root is needed")),
         }
     }
 }

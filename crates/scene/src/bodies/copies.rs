@@ -32,7 +32,7 @@ pub fn copies(
 ) -> Result<Vec<Copied>, String> {
     let count = match (grid, ring) {
         (Some(_), Some(_)) => {
-            return Err("copies: either `copies` or `ring` can be given".to_owned());
+            return Err("copies: only one of `copies` and `ring` can be given".to_owned());
         }
         (Some(grid), None) => grid.count.0.iter().map(|&count| u128::from(count)).product(),
         (None, Some(ring)) => u128::from(ring.count),
@@ -40,7 +40,7 @@ pub fn copies(
     };
     let field = if ring.is_some() { "ring.count" } else { "copies.count" };
     if count == 0 {
-        return Err(format!("{field}: counts of 1 and more are needed"));
+        return Err(format!("{field}: counts of 1 or more are needed"));
     }
     if count > room as u128 {
         let most = if what == "bodies" { MOST_BODIES } else { MOST_FIXED };

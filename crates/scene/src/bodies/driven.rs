@@ -13,7 +13,7 @@ use tumble_model::shape::ModelPlace;
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
-    expecting = "a table [[driven]], body = \"…\" with times and positions, or velocity and spin, is needed"
+    expecting = "a table [[driven]], body = \"…\" with times and positions, or velocity and spin"
 )]
 pub struct DrivenEntry {
     name: Option<String>,
@@ -27,7 +27,7 @@ pub struct DrivenEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ of = \"…\", velocity = [x, y, z] } is needed")]
+#[serde(deny_unknown_fields, expecting = "{ of = \"…\", velocity = [x, y, z] }")]
 pub struct SurfaceEntry {
     /// Name of a body or a fixed object, or `ground`.
     pub of: String,
@@ -59,11 +59,11 @@ impl DrivenEntry {
             [body] => body,
             ref several => {
                 let count = several.len();
-                return Err(format!("body: {:?} are {count} bodies; one is needed", self.body));
+                return Err(format!("body: {:?} names {count} bodies; one is needed", self.body));
             }
         };
         if joints.models.iter().any(|joint| joint.body == body && joint.course.is_some()) {
-            return Err(format!("body: {:?} is driven already", self.body));
+            return Err(format!("body: {:?} is already driven", self.body));
         }
         self.refuse_idle()?;
         let of = &bodies[body];
@@ -103,7 +103,7 @@ impl DrivenEntry {
         let count = times.len();
         let fits = |field: &str, given: usize| match given == count {
             true => Ok(()),
-            false => Err(format!("{field} has {given} entries, and times {count}")),
+            false => Err(format!("{field} has {given} entries, but times has {count}")),
         };
         let mut places = vec![*there; count];
         if let Some(positions) = &self.positions {
@@ -117,7 +117,7 @@ impl DrivenEntry {
             fits("attitudes", attitudes.len())?;
             for (place, turned) in places.iter_mut().zip(attitudes) {
                 let attitude = turned.quaternion().map_err(|why| format!("attitudes: {why}"))?;
-                let drawn = || "attitudes: none of them can be random".to_owned();
+                let drawn = || "attitudes: random ones are not supported".to_owned();
                 place.attitude = attitude.ok_or_else(drawn)?;
             }
         }
@@ -129,16 +129,14 @@ impl DrivenEntry {
         let placed = self.positions.is_some() || self.attitudes.is_some();
         let steady = self.velocity.is_some() || self.spin.is_some();
         match (&self.times, placed) {
-            (None, true) => {
-                Err("times: they are needed with `positions` and `attitudes`".to_owned())
-            }
+            (None, true) => Err("times: required with `positions` and `attitudes`".to_owned()),
             (None, false) if !steady => {
-                Err("times: either these, with `positions` or `attitudes`, \
-                                             or `velocity` or `spin` are needed"
+                Err("times: `times` with `positions` or `attitudes`, or `velocity` or `spin`, are \
+                     needed"
                     .to_owned())
             }
             (Some(_), false) => {
-                Err("positions: with `times`, they or `attitudes` are needed".to_owned())
+                Err("positions: `times` needs `positions` or `attitudes`".to_owned())
             }
             (Some(_), true) if self.about.is_some() => {
                 Err("about has no meaning with `times`; leave it out".to_owned())
@@ -166,8 +164,8 @@ fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<
     }
     let field = if turn > JOINT_AT_THE_START { "attitudes" } else { "positions" };
     Err(format!(
-        "{field}: at t = {start} s the way is {place:.3e} m and {turn:.3e} rad from where {} starts; \
-         allowed is {JOINT_AT_THE_START:.0e} of each",
+        "{field}: at t = {start} s the prescribed motion is {place:.3e} m and {turn:.3e} rad from \
+         the start of {}; allowed: {JOINT_AT_THE_START:.0e} of each",
         body.name
     ))
 }

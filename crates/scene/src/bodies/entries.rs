@@ -46,7 +46,7 @@ macro_rules! with_form {
     };
 }
 
-with_form!(BodyEntry, "a table [[bodies]] is needed" {
+with_form!(BodyEntry, "a table [[bodies]]" {
     points: Option<Vec<Numbers<3>>>,
     point_mass: Option<bool>,
     pieces: Option<Vec<PieceEntry>>,
@@ -72,7 +72,7 @@ with_form!(BodyEntry, "a table [[bodies]] is needed" {
     look: Option<Vec<LookEntry>>,
 });
 
-with_form!(FixedEntry, "a table [[fixed]] is needed" {
+with_form!(FixedEntry, "a table [[fixed]]" {
     pieces: Option<Vec<PieceEntry>>,
     name: Option<String>,
     friction: Option<f64>,
@@ -83,12 +83,12 @@ with_form!(FixedEntry, "a table [[fixed]] is needed" {
     ring: Option<RingTable>,
 });
 
-with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }, is needed" {
+with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }" {
     position: Option<Numbers<3>>,
     attitude: Option<AttitudeEntry>,
 });
 
-with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }, is needed" {
+with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }" {
     surface: Option<SurfaceTable>,
     position: Option<Numbers<3>>,
     attitude: Option<AttitudeEntry>,
@@ -98,7 +98,7 @@ with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = …
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
-    expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] } is needed"
+    expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
 pub struct SurfaceTable {
     vertices: Vec<Numbers<3>>,
@@ -115,49 +115,51 @@ impl SurfaceTable {
         let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
         if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
             let count = triangles.len();
-            return Err(format!("triangles: {count} given; allowed is 1 to {MOST_TRIANGLES}"));
+            return Err(format!("triangles: {count} given; allowed: 1 to {MOST_TRIANGLES}"));
         }
         if let Some(odd) = vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
         {
-            return Err(format!("vertices: {odd} m is given; allowed is -1e6 to 1e6"));
+            return Err(format!("vertices: a coordinate is {odd} m; allowed: -1e6 to 1e6"));
         }
         if let Some(odd) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
             let count = vertices.len();
-            return Err(format!("triangles: {odd} is given, and there are {count} vertices"));
+            return Err(format!(
+                "triangles: vertex {odd} does not exist; there are {count} vertices"
+            ));
         }
         Ok(ModelForm::Mesh { vertices, triangles, radius: 0.0 })
     }
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … } is needed")]
+#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … }")]
 pub struct PairEntry {
     pub between: Exactly<String, 2>,
     pub coefficient: f64,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] } is needed")]
+#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] }")]
 pub struct ApartEntry {
     pub between: Exactly<String, 2>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ length = …, radius = … } is needed")]
+#[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
 pub struct CapsuleTable {
     length: f64,
     radius: f64,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] } is needed")]
+#[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] }")]
 pub struct CopiesTable {
     pub count: Exactly<u32, 3>,
     pub step: Numbers<3>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … } is needed")]
+#[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … }")]
 pub struct RingTable {
     pub count: u32,
     pub degrees: f64,
@@ -216,7 +218,7 @@ pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
         return Err("an axis of a length from 1e-6 to 1e6 is needed".to_owned());
     }
     if !(-3600.0..=3600.0).contains(&degrees) {
-        return Err(format!("degrees is {degrees}; allowed is -3600 to 3600"));
+        return Err(format!("degrees is {degrees}; allowed: -3600 to 3600"));
     }
     Ok(ModelPlace::turn(axis, degrees))
 }
@@ -265,7 +267,7 @@ impl FormFields {
         match (forms.first(), &form) {
             (Some(first), Some(form)) => {
                 let (one, other) = (first.field(), form.field());
-                Err(format!("{other}: one shape is needed, and there is `{one}` already"))
+                Err(format!("{other}: only one shape can be given, and there is already `{one}`"))
             }
             _ => Ok(form),
         }
@@ -287,11 +289,11 @@ fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelF
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     let mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
         Some("obj") => {
-            let text = String::from_utf8(bytes).map_err(|_| odd(&"it is no text"))?;
+            let text = String::from_utf8(bytes).map_err(|_| odd(&"it is not text"))?;
             parse_obj(&text)
         }
         Some("stl") => parse_stl(&bytes),
-        _ => return Err(odd(&"a name that ends in .obj or .stl is needed")),
+        _ => return Err(odd(&"a file name that ends in .obj or .stl is needed")),
     };
     let mesh = mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))?;
     // Checks convexity here so that the error has the name of the file.

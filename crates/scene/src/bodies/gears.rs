@@ -9,7 +9,7 @@ use tumble_model::gear::GearModel;
 const MOST_GEARS: usize = 10_000;
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ joints = [\"…\", \"…\"], ratio = …, … } is needed")]
+#[serde(deny_unknown_fields, expecting = "{ joints = [\"…\", \"…\"], ratio = …, … }")]
 pub struct GearEntry {
     joints: Vec<String>,
     axes: Option<Vec<String>>,
@@ -31,21 +31,17 @@ impl GearEntry {
             return Err(format!("joints: there are more than {MOST_GEARS} gears"));
         }
         let [first, second] = &self.joints[..] else {
-            return Err(
-                "joints: the names of two are needed, that which follows and that which it \
-                        follows"
-                    .to_owned(),
-            );
+            return Err("joints: two names are needed, first the joint that follows".to_owned());
         };
         let axes = match self.axes.as_deref() {
             None => [None, None],
             Some([first, second]) => [Some(first.as_str()), Some(second.as_str())],
-            Some(_) => return Err("axes: one of each joint is needed".to_owned()),
+            Some(_) => return Err("axes: one axis per joint is needed".to_owned()),
         };
         let found = |name: &String, axis: Option<&str>| {
             let joint = joints.one(name).map_err(|why| format!("joints: {why}"))?;
             let axis = joints.models[joint].driven_axis(axis).map_err(|why| {
-                format!("axes: {why}; a gear needs an axis that turns or slides by itself")
+                format!("axes: {why}; a gear needs one axis that turns or slides")
             })?;
             Ok::<_, String>((joint, axis))
         };
@@ -64,7 +60,7 @@ impl GearEntry {
         let fields = self.drive.as_ref().map(DriveEntry::drive);
         if fields.as_ref().is_some_and(|fields| fields.start.is_some()) {
             return Err(
-                "drive.start: it follows from where the joints are; leave it out".to_owned()
+                "drive.start: it follows from the positions of the joints; leave it out".to_owned()
             );
         }
         let motor = self.motor.as_ref().map(MotorFields::motor).transpose();

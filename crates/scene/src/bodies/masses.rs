@@ -32,8 +32,9 @@ fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<()
             let depth = overlap(placed[0], placed[1], &mut Hint::default(), &mut scratch);
             if depth > TOUCHING * size(piece).min(size(other)) {
                 return Err(format!(
-                    "pieces[{second}]: it is {depth:.3e} m deep in pieces[{first}], and both would \
-                     count in mass, centre and inertia; allowed is to touch, or all three in numbers"
+                    "pieces[{second}]: it overlaps pieces[{first}] by {depth:.3e} m, which would \
+                     count twice in mass, centre and inertia; separate them, or give all three in \
+                     numbers"
                 ));
             }
         }
@@ -52,15 +53,15 @@ pub fn mass_properties(
         (Some(mass), None, _) => mass,
         (None, Some(density), Some(solid)) => {
             if !(1e-6..=1e9).contains(&density) {
-                return Err(format!("density is {density:?}; allowed is 1e-6 to 1e9 kg/m³"));
+                return Err(format!("density is {density:?}; allowed: 1e-6 to 1e9 kg/m³"));
             }
             density * solid.volume
         }
         (None, Some(_), None) => return Err("density: points have no volume; give mass".to_owned()),
-        _ => return Err("mass: either `mass` or `density` is needed".to_owned()),
+        _ => return Err("mass: one of `mass` and `density` is needed".to_owned()),
     };
     if !(1e-9..=1e9).contains(&mass) {
-        return Err(format!("mass is {mass:?} kg; allowed is 1e-9 to 1e9"));
+        return Err(format!("mass is {mass:?} kg; allowed: 1e-9 to 1e9"));
     }
     let given = entry.inertia.as_ref().and_then(InertiaValue::matrix);
     if let (Some(centre), Some(_)) = (entry.centre, &given) {
@@ -82,6 +83,6 @@ pub fn mass_properties(
             let inertia = Matrix3::from_diagonal_element(POINT_INERTIA * mass);
             Ok((mass, inertia, Vector3::zeros()))
         }
-        (None, None) => Err("inertia: it is needed with `points`".to_owned()),
+        (None, None) => Err("inertia: required with `points`".to_owned()),
     }
 }

@@ -99,7 +99,7 @@ pub fn scene_of_robot(
 fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, .. } = built;
-    let place = "several bodies: the tutorial's program is of one";
+    let place = "several bodies: the tutorial's program has one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
     let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
     // Reports a solver that does not support this world before any file is written.
@@ -155,7 +155,8 @@ pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
     if scene.robots.iter().any(|robot| index < robot.bodies_end()) {
         let name = scene.bodies.get(index).map_or("body", String::as_str);
         return Err(Failure::Input(format!(
-            "{name} stays: of a scene with robots only bodies can go that were added later"
+            "{name} cannot be removed: in a scene with robots, only bodies added later can be \
+             removed"
         )));
     }
     refuse_trajectory(scene)?;
@@ -170,8 +171,7 @@ fn refuse_trajectory(scene: &Scene) -> Result<(), Failure> {
     if scene.trajectory { Err(Failure::Input(ONE_FOR_GOOD.to_owned())) } else { Ok(()) }
 }
 
-const ONE_FOR_GOOD: &str =
-    "a scene of [body] has one body for good; written with [[bodies]] it may have others";
+const ONE_FOR_GOOD: &str = "a scene with [body] always has one body; use [[bodies]] for others";
 
 /// Rejects a load on the body `index` that would change its velocity too much in one step.
 fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
@@ -194,8 +194,8 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
         let fits = place.max(turn) <= JOINT_AT_THE_START;
         if !fits {
             return Err(Failure::Input(format!(
-                "joints: {name} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is \
-                 {JOINT_AT_THE_START:.0e} of each; start where it fits, or leave it out"
+                "joints: {name} is {place:.3e} m and {turn:.3e} rad off at the start; allowed: \
+                 {JOINT_AT_THE_START:.0e} of each; move its bodies, or remove it"
             )));
         }
         let beyond = joint.beyond_limits(&scene.starts, angles);
@@ -203,8 +203,8 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
         let fits = place.max(turn) <= JOINT_AT_THE_START;
         if !fits {
             return Err(Failure::Input(format!(
-                "joints: {name} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; allowed is \
-                 {JOINT_AT_THE_START:.0e} of each"
+                "joints: {name} is {place:.3e} m and {turn:.3e} rad beyond its limits at the \
+                 start; allowed: {JOINT_AT_THE_START:.0e} of each"
             )));
         }
     }
@@ -214,8 +214,8 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
         if !fits {
             let [first, second] = gear.axes().map(|axis| &scene.joints[axis.joint]);
             return Err(Failure::Input(format!(
-                "gears[{index}] ({first}, {second}): {first} is {off:.3e} m or rad off at the start; allowed is \
-                 {GEAR_AT_THE_START:.0e}"
+                "gears[{index}] ({first}, {second}): {first} is {off:.3e} m or rad off at the \
+                 start; allowed: {GEAR_AT_THE_START:.0e}"
             )));
         }
     }
@@ -234,8 +234,7 @@ fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
         let is_above = lowest >= -allowed;
         if !is_above {
             return Err(Failure::Input(format!(
-                "position: {} would start {:.3e} m below the ground; allowed is to touch, and \
-                 {allowed:.1e} m",
+                "position: {} would start {:.3e} m below the ground; allowed: {allowed:.1e} m",
                 scene.bodies[index], -lowest
             )));
         }

@@ -20,7 +20,7 @@ pub fn field_of(error: &Error) -> String {
             "points of the hull" | "vertices of the hull" => "hull",
             "largest extent of the hull (m)" => "hull",
             "contact points" | "contact point coordinate (m)" => "points",
-            "position (m)" | "place of the piece (m)" => "position",
+            "position (m)" | "position of the piece (m)" => "position",
             "norm of the attitude quaternion" => "attitude",
             "velocity (m/s)" => "velocity",
             "spin (rad/s)" => "spin",

@@ -24,7 +24,7 @@ use tumble_robot::{
 const USUAL_FRICTION: f64 = 1.0;
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[robots]] is needed")]
+#[serde(deny_unknown_fields, expecting = "a table [[robots]]")]
 pub struct RobotEntry {
     file: String,
     prefix: Option<String>,
@@ -53,7 +53,7 @@ impl RobotEntry {
         let path = files.folder.join(&self.file);
         let odd = |why: &dyn std::fmt::Display| format!("file: {}: {why}", shown::path(&path));
         let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| odd(&error))?;
-        let text = String::from_utf8(bytes).map_err(|_| odd(&"it is no text"))?;
+        let text = String::from_utf8(bytes).map_err(|_| odd(&"it is not text"))?;
         let packages = self.packages.as_ref().map(|packages| files.folder.join(packages));
         let reading = Reading {
             folder: path.parent().unwrap_or(Path::new("")),
@@ -67,7 +67,8 @@ impl RobotEntry {
         let robot = read(&text, &reading).map_err(|why| odd(&why))?;
         if self.fixed.is_some() && robot.options.has_world {
             return Err(
-                "fixed: it is for URDF; MJCF says itself what flies; leave it out".to_owned()
+                "fixed: only for URDF, an MJCF file defines which bodies are free; leave it out"
+                    .to_owned(),
             );
         }
         let place = super::build::placed(self.position, self.attitude.as_ref())?;
@@ -159,11 +160,11 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
     };
     if robot.joints.is_empty() {
         let way = match robot.options.has_world {
-            true => "give a body <freejoint/> or a joint",
-            false => "a root that is not fixed and has a mass flies",
+            true => "add a <freejoint/> or a joint",
+            false => "give the root a mass and do not fix it",
         };
         return Err(format!(
-            "there is nothing in it that could move: {way}, or put it among other things by [[robots]]"
+            "nothing in it can move; {way}, or use it with other bodies by [[robots]]"
         ));
     }
     let mut model = empty();

@@ -17,7 +17,7 @@ pub enum RowsError {
     },
     /// Missing, misplaced or unknown column.
     #[error(
-        "{}column {position} of the header is {found:?} where {expected:?} belongs", of(.table, ": ")
+        "{}column {position} of the header is {found:?}; expected {expected:?}", of(.table, ": ")
     )]
     Header {
         /// Name of the table.
@@ -44,7 +44,7 @@ pub enum RowsError {
         expected: &'static str,
     },
     /// Row that is out of order, missing or duplicated.
-    #[error("{}line {line}: {column} is {found} where {expected} follows", of(.table, ", "))]
+    #[error("{}line {line}: {column} is {found}; expected {expected}", of(.table, ", "))]
     Order {
         /// Name of the table.
         table: &'static str,

@@ -206,7 +206,9 @@ impl<W: Write> TrajectoryWriter<W> {
         let (states, next) = (std::slice::from_ref(state), std::slice::from_ref(next));
         for WrittenContact { contact, force, slip, carries_force } in contacts {
             if contact.key.body != 0 || contact.key.point >= self.carrying.len() {
-                return Err(refused("the record has a contact of a point that the body has not"));
+                return Err(refused(
+                    "the record has a contact at a point that the body does not have",
+                ));
             }
             let products = program_columns(&self.world, contact, states, next, force, slip);
             let Products { normal, friction, slip_speed } = products;
@@ -241,7 +243,7 @@ impl<W: Write> TrajectoryWriter<W> {
 fn points(world: &World) -> io::Result<usize> {
     match world.bodies() {
         [body] => Ok(body.contact_points().len()),
-        _ => Err(refused("a trajectory is of one body, and the world has several")),
+        _ => Err(refused("a trajectory has one body, but the world has several")),
     }
 }
 
@@ -417,10 +419,12 @@ impl<R: Read> TrajectoryReader<R> {
     pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, RowsError> {
         let sheet = &mut self.sheet;
         if self.ended {
-            sheet.need_end("there are rows after the one of status `end`")?;
+            sheet.need_end("there are rows after the one with status `end`")?;
             return Ok(None);
         }
-        sheet.need_row("the file has no row of status `end`: it is cut off, or no trajectory")?;
+        sheet.need_row(
+            "the file has no row with status `end`: it is cut off, or not a trajectory",
+        )?;
         let n = self.contacts;
         let first_step = STATE_COLUMNS.len();
         let first_alpha = first_step + 6 * n;

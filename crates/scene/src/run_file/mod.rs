@@ -285,10 +285,10 @@ impl RunFile {
     #[must_use]
     pub fn drawn_otherwise(&self) -> Option<String> {
         if self.drawn != self.model.is_drawn() {
-            return Some("drawn is not what its bodies say of their starts".to_owned());
+            return Some("drawn contradicts the starts of the bodies".to_owned());
         }
         let (seed, body) = (self.seed, shown::line(self.model.drawn_otherwise(self.seed)?));
-        Some(format!("the seed {seed} draws another start of {body} than its own"))
+        Some(format!("the seed {seed} draws a different start of {body}"))
     }
 
     /// Seed of a random start; `None` if the start does not depend on it.
@@ -327,7 +327,7 @@ fn is_zero(index: &u64) -> bool {
 fn json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value)
         .map(|json| json + "\n")
-        .map_err(|error| Failure::Other(format!("run.json cannot be made: {error}")))
+        .map_err(|error| Failure::Other(format!("run.json cannot be created: {error}")))
 }
 
 /// Checks that the run.json of a model is small enough to be read.
@@ -342,7 +342,7 @@ pub fn refuse_large(model: &Model) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "shapes: the scene has {length} bytes in run.json, of which at most {LARGEST_FILE} are \
-         read; fewer bodies, or fewer or coarser meshes and hulls, are needed"
+        "shapes: the scene has {length} bytes in run.json; allowed: up to {LARGEST_FILE}; use \
+         fewer bodies, or fewer or coarser meshes and hulls"
     )))
 }

@@ -95,7 +95,7 @@ fn piece(placed: &PlacedForm) -> Result<String, String> {
         }
         ModelForm::Hull { points, radius } => format!("hull = {points:?}, radius = {radius:?}"),
         ModelForm::Mesh { .. } => {
-            return Err("mesh: it stands in a file, which a text cannot have".to_owned());
+            return Err("mesh: a scenario text cannot contain a mesh; use a mesh file".to_owned());
         }
     };
     Ok(at_place(&form, placed))

@@ -26,7 +26,7 @@ type Accelerations = [f64; 2];
 impl Blocks {
     fn new(inputs: &TestInputs, shares: [f64; 2]) -> Result<Self, Refusal> {
         let [mass, friction, gravity] = inputs.all([Mass, Friction, Gravity])?;
-        let why = format!("with mu {friction} the upper block may tip over; 1.5 is the most");
+        let why = format!("with mu {friction} the upper block may tip over; allowed: up to 1.5");
         Refusal::when(friction > 1.5, why)?;
         let frictions = shares.map(|share| share * friction);
         Ok(Self { masses: [mass, UPPER_SHARE * mass], frictions, gravity })
@@ -141,7 +141,7 @@ fn blocks_on_slope(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let smooth_below = Blocks::new(inputs, [0.5, 1.0])?;
     let (sin, cos) = slope.to_radians().sin_cos();
     let at_threshold = |friction: &f64| (sin / cos / friction - 1.0).abs() < 1e-3;
-    let why = format!("a slope of {slope}° is a threshold, mu or mu/2; one beside it is needed");
+    let why = format!("a slope of {slope}° is a threshold, mu or mu/2; choose another slope");
     Refusal::when(smooth_above.frictions.iter().any(at_threshold), why)?;
     let mut go = |blocks: &Blocks| -> Result<(TestRun, Accelerations), Refusal> {
         let expected = blocks.sliding(gravity * sin, gravity * cos);
@@ -182,7 +182,7 @@ pub(crate) const PULLED_BLOCK: TestProblem = TestProblem {
     time_step: 0.005,
     inputs: &[(Mass, 2.0), (Friction, 0.4), EARTH],
     bodies: 2,
-    native_only: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
+    native_only: Some("at the onset of sliding, its residuals reach 1e-3 m/s"),
     ..TestProblem::solved_by(pulled_block)
 };
 

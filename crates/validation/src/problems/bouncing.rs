@@ -70,8 +70,8 @@ fn bouncing_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let speed = (2.0 * g * DROP).sqrt();
     let last = speed * e.powi(BOUNCES as i32);
     let why = format!(
-        "bounce {BOUNCES} leaves with {last:.3} m/s, slower than four steps' gravity twice \
-         over; a larger restitution or a smaller time step is needed"
+        "bounce {BOUNCES} leaves with {last:.3} m/s, too slow for this time step; use a larger \
+         restitution or a smaller time step"
     );
     Refusal::when(last <= 8.0 * g * h, why)?;
     let time = |n: usize| {
@@ -192,8 +192,8 @@ fn bouncing_balls(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
     let slowest = (2.0 * g * FALL).sqrt();
     let why = format!(
-        "the lowest ball lands with {slowest:.3} m/s, slower than eight steps' gravity; a \
-         smaller time step is needed"
+        "the lowest ball lands with {slowest:.3} m/s, too slow for this time step; use a smaller \
+         time step"
     );
     Refusal::when(slowest <= 8.0 * g * h, why)?;
     let place = |index: usize| {

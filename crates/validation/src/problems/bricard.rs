@@ -40,7 +40,10 @@ pub(crate) const BRICARD: TestProblem = TestProblem {
 /// (k + ½) h to second order.
 fn bricard(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
-    Refusal::when(h > 0.01, format!("a step of {h} s is too long for its second order"))?;
+    Refusal::when(
+        h > 0.01,
+        format!("a time step of {h} s is too long for second order; use a smaller one"),
+    )?;
     // The benchmark's axes x, y, z are x, z and −y of the world.
     let up = JointFrame::along(Vector3::zeros(), -Vector3::y())?;
     let upright = rotation(&up.attitude);

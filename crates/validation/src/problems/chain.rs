@@ -24,7 +24,9 @@ pub(crate) const FREE_CHAIN: TestProblem = TestProblem {
 /// Σ m v and Σ r × m v + A P⁻(ω) are constant.
 fn free_chain(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed] = inputs.all([Mass, Speed])?;
-    let why = format!("speed {speed} rad/s turns it too far a step");
+    let why = format!(
+        "with speed {speed} rad/s it turns too far per step; use a smaller speed or time step"
+    );
     Refusal::when(speed * runner.time_step > 0.1, why)?;
     let middle = v3(0.0, 0.0, HEIGHT);
     let spin = speed * v3(0.3, 0.8, -0.5);

@@ -65,7 +65,10 @@ fn dominoes(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let domino = TallBox::new(inputs)?;
     let (h, c, growth) = (runner.time_step, domino.half_sides[2], domino.growth_time());
     let fine = growth / h;
-    let why = format!("a domino falls over in some {growth:.3} s, too few steps of {h} s");
+    let why = format!(
+        "a domino falls over in about {growth:.3} s, too few steps of {h} s; use a smaller time \
+         step"
+    );
     Refusal::when(fine < 10.0, why)?;
     let spin = PUSH * domino.critical_spin();
     let wide = domino.half_sides + v3(0.0, WIDER, 0.0);

@@ -31,8 +31,7 @@ fn dragged_cube(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let speed = |t: f64| 0.5 * RATE * (t - onset).max(0.0).powi(2) / mass;
     let way = |t: f64| RATE * (t - onset).max(0.0).powi(3) / (6.0 * mass);
     let fastest = speed(DURATION);
-    let why =
-        format!("the cube is dragged to no more than {fastest:.3} m/s; a lighter one is needed");
+    let why = format!("the cube reaches only {fastest:.3} m/s; use a smaller mass");
     Refusal::when(fastest < 2.0 * SLIDING, why)?;
 
     // Longer than the last step.

@@ -121,7 +121,7 @@ pub(crate) const BALL_GRID: TestProblem = TestProblem {
 fn ball_grid(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let values = inputs.all([Mass, Friction, Gravity])?;
     let ([_, friction, gravity], h) = (values, runner.time_step);
-    let why = format!("with mu {friction} the balls slide on the box; more friction is needed");
+    let why = format!("with mu {friction} the balls slide on the box; use a larger mu");
     Refusal::when(ACCELERATION > 0.9 * ROUGH * friction * gravity, why)?;
     let names = [
         ["along y: speed of the box", "speed of a ball", "speed of a rim"],

@@ -84,7 +84,10 @@ pub(crate) const PENDULUM: TestProblem = TestProblem {
 fn pendulum(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (rod, h) = (Rod::of(inputs)?, runner.time_step);
     let exact = TAU * (rod.moment() / rod.weight()).sqrt() / agm(1.0, (0.5 * START).cos());
-    Refusal::when(exact < 100.0 * h, format!("a period of {exact:.3} s has too few steps"))?;
+    Refusal::when(
+        exact < 100.0 * h,
+        format!("a period of {exact:.3} s has too few steps; use a smaller time step"),
+    )?;
     let run = runner.run(&rod.setup(Drive::NONE, (PERIODS as f64 + 0.6) * exact)?)?;
     let discrete = period(&rod.swing(h, run.steps()), h);
     let x = run.curve(("place of the centre along x", "m"), 0, |state| state.position[0]);

@@ -142,7 +142,9 @@ fn rocking(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     Refusal::when(!(0.3..=0.98).contains(&share), why)?;
     let spin = share * tall.critical_spin();
     let (h, rise) = (runner.time_step, spin / tall.deceleration());
-    let why = format!("the box rises for {rise:.3} s, which is less than two steps of {h} s");
+    let why = format!(
+        "the box rises for {rise:.3} s, less than two steps of {h} s; use a smaller time step"
+    );
     Refusal::when(rise < 2.0 * h, why)?;
     let setup = tall.setup(tall.pushed(spin), 15.0 * tall.growth_time())?;
     // A little longer than until the face meets the ground.

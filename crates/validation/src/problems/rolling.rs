@@ -47,7 +47,7 @@ impl Ball {
     /// The setup; `rim` is the largest speed of the rim.
     fn setup(&self, mass: f64, rim: f64, speed: f64, duration: f64) -> Result<Setup, Refusal> {
         let turn = rim * self.time_step / RADIUS;
-        let why = format!("the ball turns by {turn:.3} rad in a step; {MOST_TURN} is the most");
+        let why = format!("the ball turns by {turn:.3} rad per step; allowed: up to {MOST_TURN}");
         Refusal::when(turn > MOST_TURN, why)?;
         let mut start = resting(RADIUS);
         start.velocity[0] = speed;
@@ -103,8 +103,9 @@ fn rolling_ball(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
     let ball = Ball { friction, along: gravity * sin, onto: gravity * cos, time_step: h };
     let share = 2.0 / 7.0 * sin / cos / friction;
-    let why =
-        format!("a slope of {slope}° is the one at which the ball begins to slide, tan θ = 7/2 mu");
+    let why = format!(
+        "a slope of {slope}° is the onset of sliding, tan θ = 7/2 mu; choose another slope"
+    );
     Refusal::when((0.98..1.02).contains(&share), why)?;
     let rolls = share < 1.0;
     let (a, spin_up) = if rolls {

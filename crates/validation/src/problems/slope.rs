@@ -27,7 +27,7 @@ fn let_go(inputs: &TestInputs, runner: &mut Runner<'_>, duration: f64) -> Solved
     let [mass, friction, g, slope] = inputs.all([Mass, Friction, Gravity, Slope])?;
     let (sin, cos) = slope.to_radians().sin_cos();
     let why = format!(
-        "with mu {friction} on a slope of {slope}° the box tips over; a smaller one is needed"
+        "with mu {friction} on a slope of {slope}° the box tips over; use a smaller mu or slope"
     );
     Refusal::when(friction.min(sin / cos) * HALF_SIDES[2] >= 0.95 * HALF_SIDES[0], why)?;
     let (along, onto) = (g * sin, g * cos);

@@ -19,7 +19,10 @@ const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02); // m
 fn spinning_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, friction, gravity, spin] = inputs.all([Mass, Friction, Gravity, Speed])?;
     let (h, radius) = (runner.time_step, HALF_SIDES[0].hypot(HALF_SIDES[1]));
-    let why = format!("speed {spin} rad/s turns the box by more than half a radian a step");
+    let why = format!(
+        "speed {spin} rad/s turns the box by more than half a radian per step; use a smaller speed \
+         or time step"
+    );
     Refusal::when(spin * h > 0.5, why)?;
     let deceleration = 3.0 * friction * gravity / radius;
     let (lost, time) = (deceleration * h, spin / deceleration);

@@ -125,8 +125,7 @@ fn spring(gamma: f64) -> (f64, f64) {
 /// the middle of a step, so they start half a step before time 0.
 fn squeezer(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
-    let why =
-        format!("a step of {h} s turns the crank too far; at most {LONGEST_STEP} s are needed");
+    let why = format!("a step of {h} s turns the crank too far; allowed: up to {LONGEST_STEP} s");
     Refusal::when(h > LONGEST_STEP, why)?;
     let mut mechanism = mechanism();
     let loads = |now: &[PlanarBody]| {

@@ -57,7 +57,7 @@ pub(crate) const TURNTABLE: TestProblem = TestProblem {
     time_step: 0.005,
     inputs: &[(Mass, 1.0), (Friction, 0.5), EARTH],
     bodies: 2,
-    native_only: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
+    native_only: Some("at the onset of sliding, its residuals reach 1e-3 m/s"),
     ..TestProblem::solved_by(turntable)
 };
 
@@ -69,8 +69,8 @@ fn turntable(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let square = friction * gravity / RADIUS;
     let critical = square.sqrt();
     let why = format!(
-        "with mu {friction} the block tips over, or the table turns by more than \
-         {MOST_TURN} rad a step; a smaller one is needed"
+        "with mu {friction} the block tips over, or the table turns by more than {MOST_TURN} rad \
+         per step; use a smaller mu"
     );
     let tips = friction * BLOCK[2] > 0.9 * BLOCK[0];
     Refusal::when(critical * h > MOST_TURN || tips, why)?;

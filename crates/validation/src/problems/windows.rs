@@ -35,7 +35,8 @@ fn windows(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let k = GRAVITY / LENGTH * weight / inertia;
     let fastest = (spin * spin + 4.0 * k).sqrt();
     let exact = 2.0 * PI / agm(spin, fastest);
-    let why = format!("at {fastest:.2} rad/s a step of {h} s turns it too far");
+    let why =
+        format!("at {fastest:.2} rad/s a step of {h} s turns it too far; use a smaller time step");
     Refusal::when(fastest * h > 0.05, why)?;
     let linkage = linkage(spin);
     let run = runner.run(&linkage.setup(GRAVITY, (TURNS as f64 + 0.3) * exact)?)?;

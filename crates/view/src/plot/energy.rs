@@ -16,7 +16,7 @@ pub const PANELS: [PanelMaker; 5] = [
 /// Panels for several bodies, all of them together.
 pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
     |film, _| Panel {
-        words: "energy of all bodies, the potential counted from the origin",
+        words: "energy of all bodies, potential relative to the origin",
         ..energies(film)
     },
     |film, _| lowest_point(film),
@@ -40,7 +40,7 @@ fn energies(film: &Film) -> Panel {
         id: "energy",
         symbol: ("E", ""),
         unit: "J",
-        words: "energy, the potential counted from the origin",
+        words: "energy, potential relative to the origin",
         kind: ScaleKind::FromZero,
         height: 200.0,
         series: vec![
@@ -57,7 +57,7 @@ fn lowest_point(film: &Film) -> Panel {
         let heights = (0..film.bodies.len()).map(|b| film.lowest_height(b, frame));
         heights.fold(f64::INFINITY, f64::min)
     });
-    let said = (("z", "min"), "m", "height of the lowest point of all");
+    let said = (("z", "min"), "m", "height of the lowest point");
     Panel::of_curve("height", said, 110.0, 0, values)
 }
 
@@ -102,7 +102,7 @@ fn residual(film: &Film) -> Panel {
         Marks { status, colour, values: film.steps().iter().map(value).collect() }
     };
     let is_there = |marks: &Marks| marks.values.iter().any(|value| !value.is_nan());
-    let said = (("residual", ""), "m/s", "by how much each step misses the exact laws");
+    let said = (("residual", ""), "m/s", "violation of the exact laws in each step");
     Panel {
         kind: ScaleKind::Log,
         marks: MARKED.into_iter().map(marks).filter(is_there).collect(),

@@ -13,14 +13,14 @@ pub const PANELS: [PanelMaker; 10] = {
 
 fn angles(film: &Film, body: usize) -> Panel {
     let said = (("θ", ""), "rad", "angle of the hinges of the body");
-    let nothing = "no hinge on this body, or none that has turned";
+    let nothing = "no hinge on this body, or none that turns";
     let of = |joint: &FilmJoint| joint.turns;
     panel(film, body, of, |tie| tie.angle, &film.frames, named("angle", nothing, said))
 }
 
 fn places(film: &Film, body: usize) -> Panel {
-    let said = (("l", ""), "m", "place along the slides of the body");
-    let nothing = "no slide on this body, or none that has moved";
+    let said = (("l", ""), "m", "position along the slides of the body");
+    let nothing = "no slide on this body, or none that moves";
     let of = |joint: &FilmJoint| joint.slides;
     panel(film, body, of, |tie| tie.place, &film.frames, named("slide", nothing, said))
 }
@@ -29,7 +29,7 @@ fn torques(film: &Film, body: usize) -> Panel {
     let said = (
         ("M", ""),
         "N m",
-        "what motors, friction, springs and stops do about the hinges of the body",
+        "torque of motors, friction, springs and stops about the hinges of the body",
     );
     let nothing = "no hinge on this body, or nothing that drives one";
     let of = |joint: &FilmJoint| joint.turns;
@@ -38,7 +38,7 @@ fn torques(film: &Film, body: usize) -> Panel {
 
 fn forces(film: &Film, body: usize) -> Panel {
     let said = (("|F|", "joint"), "N", "force of the joints of the body");
-    let nothing = "no joint of this body, or none that carries";
+    let nothing = "no joint on this body, or none that carries a load";
     let force = |tie: &FilmTie| tie.force;
     panel(film, body, |_| true, force, film.steps(), named("reaction", nothing, said))
 }

@@ -58,7 +58,7 @@ fn force(film: &Film, body: usize) -> Panel {
 fn contacts(film: &Film, body: usize) -> Panel {
     let carrying = |contact: &&FilmContact| contact.carries_force && contact.is_of(body);
     let count = |step: &FilmFrame| step.contacts.iter().filter(carrying).count() as f64;
-    let said = (("contacts", ""), "", "of the body, that carry a force");
+    let said = (("contacts", ""), "", "of the body that carry a force");
     Panel {
         nothing: Some("no contact of this body"),
         ..Panel::of_curve("contacts", said, 84.0, 7, film.steps().iter().map(count))

@@ -135,7 +135,7 @@ def fit(
     made("scene", scene, Scene)
     listed = [made("a recording", recording, Recording) for recording in recordings]
     if isinstance(parameters, str):
-        raise TypeError(f"parameters is a word, {parameters!r}; a list of words is needed")
+        raise TypeError(f"parameters is the string {parameters!r}; a list of names is needed")
     sought, given, limits = list(parameters), dict(values or {}), dict(bounds or {})
     is_toss = len(scene.bodies) == 1 and not scene.joints and not scene.fixed
     begin = begin or ("touch" if is_toss else "first")
@@ -145,7 +145,7 @@ def fit(
         (loss not in ("robust", "mean", "squares"), f"loss is {loss!r}; 'robust', 'mean' or 'squares' is needed"),
         (begin not in ("touch", "first"), f"begin is {begin!r}; 'touch' or 'first' is needed"),
         (begin == "touch" and not is_toss, "begin is 'touch' without a single free body; 'first' is needed"),
-        (len(set(sought)) < len(sought), f"parameters has one of {', '.join(sought)} twice; each is needed once"),
+        (len(set(sought)) < len(sought), f"parameters has one of {', '.join(sought)} twice; list each once"),
         (unknown, f"bounds has {', '.join(unknown)}, which parameters does not have; leave it out"),
     ):
         if wrong:
@@ -172,7 +172,7 @@ def fit(
 
 def _bounds(of: Parameter, start: float, given: Dict[str, Tuple[float, float]]) -> List[float]:
     if of.name not in given and of.bounds is None:
-        raise TumbleError(f"{of.name} is {of.own:.6g} in the scene; its bounds are needed")
+        raise TumbleError(f"{of.name} is {of.own:.6g} in the scene; bounds are needed for it")
     pair = [real(f"bounds[{of.name!r}]", bound) for bound in given.get(of.name, of.bounds) or ()]
     if len(pair) != 2 or not pair[0] <= start <= pair[1] or pair[0] == pair[1]:
         raise TumbleError(f"{of.name} starts at {start:.6g}; a value within its bounds, {pair}, is needed")
@@ -191,7 +191,7 @@ def _parts(recordings: List[Recording], folds: int, seed: int) -> List[List[int]
         else:
             different.append([place])
     if folds == 1 or len(different) < 2 * folds:
-        raise TumbleError(f"folds is {folds} of {len(different)} different recordings; 2 folds or more, of 2 or more, are needed")
+        raise TumbleError(f"folds is {folds} with {len(different)} different recordings; at least 2 folds with at least 2 recordings each are needed")
     order = np.random.default_rng(seed).permutation(len(different))
     return [sorted(place for k in order[fold::folds] for place in different[k]) for fold in range(folds)]
 

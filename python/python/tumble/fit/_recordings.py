@@ -61,7 +61,7 @@ class Recording:
         if len(states) < _LEAST_FRAMES:
             raise refused(f"it has {len(states)} frames; {_LEAST_FRAMES} or more are needed")
         if not 1 <= real("rate", self.rate) <= 1e5:
-            raise refused(f"its rate is {self.rate} frames a second; 1 to 100000 are allowed")
+            raise refused(f"its rate is {self.rate} frames per second; allowed: 1 to 100000")
         lengths = np.linalg.norm(states[..., 3:7], axis=-1)
         off = np.abs(lengths - 1)
         if off.max() > _UNIT:
@@ -71,10 +71,10 @@ class Recording:
         turns = turn_between(states[:-1, :, 3:7], states[1:, :, 3:7])
         shifts = np.diff(states[..., :3], axis=0)
         if _contradicts(states[1:, :, 7:10], shifts * self.rate, _SLOW):
-            raise refused("its velocities are not those of its positions; m, m/s and the right rate are needed")
+            raise refused("its velocities do not match its positions; m, m/s and the right rate are needed")
         if _contradicts(states[1:, :, 10:], turns * self.rate, _SLOW_SPIN):
             needed = "rad/s in the body's frame and quaternions w, x, y, z from body to world are needed"
-            raise refused(f"its spins are not those of its attitudes; {needed}")
+            raise refused(f"its spins do not match its attitudes; {needed}")
         states.setflags(write=False)
         object.__setattr__(self, "states", states)
 
@@ -124,7 +124,7 @@ def read(path: Union[str, "os.PathLike[str]"], scene: Scene, *, rate: float = 14
     for file in files:
         for recording in _read(file, scene, rate):
             if recording.name in found:
-                raise TumbleError(f"{file}: recording {recording.name} is in another file too; leave one of them out")
+                raise TumbleError(f"{file}: recording {recording.name} is also in another file; leave one of them out")
             found[recording.name] = recording
     return list(found.values())
 
@@ -147,11 +147,11 @@ def _tensor(file: Path) -> Floats:
     try:
         import torch
     except ImportError:
-        raise TumbleError("torch reads tensors and is not installed; torch or a table is needed") from None
+        raise TumbleError("tensors need torch, which is not installed; install torch or use a table") from None
     try:
         tensor = torch.load(file, weights_only=True).double().numpy()
     except Exception as error:
-        raise TumbleError(f"torch reads no tensor from it: {str(error).splitlines()[0]}") from None
+        raise TumbleError(f"torch cannot read a tensor from it: {str(error).splitlines()[0]}") from None
     return numbers("the tensor", tensor, ("T", 13))
 
 
@@ -162,11 +162,11 @@ def _of_table(table: Any, bodies: List[str], name: str) -> List[Recording]:
     if missing:
         raise TumbleError(f"the table has no column {missing[0]}; {', '.join(needed)} are needed, in SI units")
     if not len(table):
-        raise TumbleError("the table has no rows; rows are needed")
+        raise TumbleError("the table has no rows")
     ids = table["toss_id"].astype(str) if "toss_id" in table.dtype.names else np.full(len(table), name)
     groups = np.split(np.arange(len(table)), np.nonzero(ids[1:] != ids[:-1])[0] + 1)
     if len(groups) > len(set(ids)):
-        raise TumbleError("the rows of a recording are apart; they have to be together")
+        raise TumbleError("the rows of a recording are not contiguous; sort them by toss_id")
     return [_of_rows(str(ids[rows[0]]), table[rows], bodies) for rows in groups]
 
 

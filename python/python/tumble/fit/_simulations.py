@@ -60,11 +60,11 @@ def parameter(name: str, scene: Scene) -> Parameter:
     constant, _, owner = (part.strip() for part in name.partition(":"))
     if constant not in PARAMETERS or constant == "time_step":
         known = ", ".join(known for known in PARAMETERS if known != "time_step")
-        raise TumbleError(f"{name!r} is not a parameter; there are {known}")
+        raise TumbleError(f"{name!r} is not a parameter; use {known}")
     found = constant_numbers(constant, scene)
     own, names = np.array(found["own"]), found["names"]
     if len(own) == 0:
-        raise TumbleError(f"{name}: the scene has nothing with a {constant} of its own; leave it out")
+        raise TumbleError(f"{name}: the scene has no {constant} to fit; leave it out")
     if owner:
         if names.count(owner) != 1:
             raise TumbleError(f"{name}: one of {'; '.join(dict.fromkeys(names))} is needed after the colon")
@@ -92,7 +92,7 @@ class Simulations:
         for name in dict.fromkeys(parameter.constant for parameter in parameters):
             varied = np.array([parameter.slope != 0 for parameter in parameters if parameter.constant == name])
             if (varied.sum(axis=0) > 1).any():
-                raise TumbleError(f"{name} is given as a whole and by one of its numbers; one of the two is needed")
+                raise TumbleError(f"{name} is given as a whole and by one of its numbers; give only one of them")
             self.base[name] = np.where(varied.any(axis=0), 0.0, constant_numbers(name, scene)["own"])
         self.starts: List[Tuple[int, Floats]] = []
         scenes: Dict[Tuple[float, int], Scene] = {}
@@ -101,7 +101,7 @@ class Simulations:
         for place, recording in enumerate(recordings):
             bodies = recording.states.shape[1]
             if bodies != len(scene.bodies):
-                raise TumbleError(f"recording {recording.name} is of {bodies} bodies; {len(scene.bodies)} are needed")
+                raise TumbleError(f"recording {recording.name} has {bodies} bodies; {len(scene.bodies)} are needed")
             index = 0 if begin == "touch" else round(recording.begin * recording.rate * substeps)
             key = (recording.rate, index)
             if key not in scenes:
@@ -246,8 +246,8 @@ def _at_touch(recording: Recording, scene: Scene) -> Tuple[int, Floats]:
     heights = states[:, 2]
     if not 0.5 * extents.min() < heights.min() <= reach:
         raise TumbleError(
-            f"recording {recording.name}: the centre comes down to {heights.min():.4g} m; {extents.min():.4g} to "
-            f"{reach:.4g} m, in metres, with z upwards and the ground at z = 0, are needed"
+            f"recording {recording.name}: the lowest height of the centre is {heights.min():.4g} m; allowed: {extents.min():.4g} to "
+            f"{reach:.4g} m, with z upwards and the ground at z = 0"
         )
     i = min(max(int(np.argmax(heights <= reach)) - _LEAD, 0), len(states) - 2)
     start = states[i].copy()

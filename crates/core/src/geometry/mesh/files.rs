@@ -31,7 +31,7 @@ pub fn facets_of_obj(text: &str) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
-        .map_err(|error| refused(format!("is no OBJ file: {error}")))?;
+        .map_err(|error| refused(format!("is not an OBJ file: {error}")))?;
     let mut facets = Vec::new();
     for model in &models {
         let at = |&index: &u32| {
@@ -69,7 +69,7 @@ pub fn parse_stl(bytes: &[u8]) -> Result<Mesh, Error> {
 pub fn facets_of_stl(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     let count = bytes.get(80..84).map_or([0; 4], |four| [four[0], four[1], four[2], four[3]]);
     let is_binary = bytes.len() as u64 == 84 + 50 * u64::from(u32::from_le_bytes(count));
-    let no_stl = |error: std::io::Error| refused(format!("is no STL file: {error}"));
+    let no_stl = |error: std::io::Error| refused(format!("is not an STL file: {error}"));
     // The reader takes every file that starts with "solid " for ASCII, even a binary one, and
     // rejects a `solid` without a name. Here the length decides the format, and the name is
     // optional.
@@ -79,8 +79,8 @@ pub fn facets_of_stl(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
         let line = bytes.iter().position(|&byte| byte == b'\n').unwrap_or(bytes.len());
         [b"solid ", &bytes[line..]].concat()
     } else {
-        let why = "is no STL file: it does not start with `solid`, and its length is not that of \
-                   a binary file's facets";
+        let why = "is not an STL file: it does not start with `solid`, and its length does not \
+                   match a binary file's facets";
         return Err(refused(why.into()));
     };
     let mut cursor = Cursor::new(&mut clear);

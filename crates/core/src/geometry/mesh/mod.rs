@@ -52,7 +52,7 @@ impl Mesh {
         let volume = mesh.volume();
         if volume <= 0.0 {
             return Err(refused(format!(
-                "is inside-out: its volume is {volume:.6e} m³; allowed are facets that are \
+                "is inside-out: its volume is {volume:.6e} m³; list the vertices of a facet \
                  counter-clockwise seen from outside"
             )));
         }
@@ -91,7 +91,8 @@ impl Mesh {
             }
             if a == b || b == c || c == a {
                 return Err(refused(format!(
-                    "has the same vertex twice in facet {facet}; allowed are three different ones"
+                    "has the same vertex twice in facet {facet}; three different vertices are \
+                     needed"
                 )));
             }
             sides.extend([(a, b, facet), (b, c, facet), (c, a, facet)]);
@@ -106,7 +107,7 @@ impl Mesh {
             if (a, b) == (x, y) {
                 return Err(refused(format!(
                     "has the edge {} to {} in the same direction in facets {first} and {second}; \
-                     allowed are two facets an edge, both counter-clockwise seen from outside",
+                     two facets per edge, both counter-clockwise seen from outside, are needed",
                     place(a),
                     place(b)
                 )));
@@ -115,8 +116,7 @@ impl Mesh {
         for &(a, b, facet) in &sides {
             if sides.binary_search_by_key(&(b, a), |side| (side.0, side.1)).is_err() {
                 return Err(refused(format!(
-                    "is open: no facet but {facet} has the edge {} to {}; allowed is a closed \
-                     surface",
+                    "is open: only facet {facet} has the edge {} to {}; a closed surface is needed",
                     place(a),
                     place(b)
                 )));
@@ -182,7 +182,7 @@ impl Mesh {
         let area: f64 = hull.faces().iter().map(|face| face.area).sum();
         if (whole - own).abs() > skin * area {
             return Err(not_convex(&format!(
-                "its volume is {own:.6e} m³, that of its convex hull {whole:.6e} m³"
+                "its volume is {own:.6e} m³, the volume of its convex hull {whole:.6e} m³"
             )));
         }
         Ok(hull)

@@ -142,7 +142,7 @@ impl Backward {
         let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
         let (field, count) = ("derivatives by states", by_states.len());
         if count != self.dual.len() {
-            return Err(Error::Count { field, count, allowed: "one a body" });
+            return Err(Error::Count { field, count, allowed: "one per body" });
         }
         for (dual, more) in self.dual.iter_mut().zip(&by_states) {
             *dual = dual.plus(1.0, more);

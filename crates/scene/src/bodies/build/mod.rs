@@ -97,7 +97,7 @@ pub fn build(
         if robots.iter().any(is_taken) {
             let prefix = entry.prefix();
             return Err(named(format!(
-                "prefix: {prefix:?} is given twice; each robot needs its own"
+                "prefix: {prefix:?} is used twice; each robot needs its own"
             )));
         }
         let added = entry.add(&files, &mut builder.model).map_err(named)?;
@@ -163,7 +163,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     let plane = plane.transpose().map_err(|error| error.to_string())?;
     let number = model.bodies.len();
     if entry.copies.is_some() || entry.ring.is_some() {
-        return Err("copies: one body at a time is added".to_owned());
+        return Err("copies: not supported here; add one body at a time".to_owned());
     }
     let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
     let free = (number..).map(|number| format!("body-{number}")).find(is_free);
@@ -172,7 +172,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     let mut builder = Builder { files, plane, draws, drawn: false, names, model };
     builder.add_bodies("body", entry)?;
     if builder.drawn {
-        return Err("body: nothing of one that is added is drawn; numbers are needed".to_owned());
+        return Err("body: random starts are not supported here; give numbers".to_owned());
     }
     builder.names.clear();
     builder.refuse_equal_names()?;
@@ -287,7 +287,7 @@ impl Builder<'_> {
         let copies = copies.map_err(named)?;
         if entry.friction.is_some_and(|friction| !(0.0..=10.0).contains(&friction)) {
             let friction = entry.friction.unwrap_or_default();
-            return Err(named(format!("friction is {friction:?}; allowed is 0 to 10")));
+            return Err(named(format!("friction is {friction:?}; allowed: 0 to 10")));
         }
         let count = copies.len();
         let mut partners = Vec::new();
@@ -416,7 +416,7 @@ impl Builder<'_> {
         }
         for of in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
             if self.model.surfaces.iter().any(|known| known.of == of) {
-                return Err(format!("of: the surface of {:?} moves already", entry.of));
+                return Err(format!("of: the surface of {:?} already has a velocity", entry.of));
             }
             self.model.surfaces.push(SurfaceModel { of, velocity });
         }
@@ -435,7 +435,7 @@ impl Builder<'_> {
         let sum: usize = looks.filter_map(|look| counts.get(look)).sum();
         match sum > MOST_SEEN {
             true => Err(format!(
-                "look: all bodies together have {sum} triangles; allowed are {MOST_SEEN}"
+                "look: all bodies together have {sum} triangles; allowed: up to {MOST_SEEN}"
             )),
             false => Ok(()),
         }
@@ -453,14 +453,14 @@ impl Builder<'_> {
             return Ok(());
         }
         Err(format!(
-            "mass: {} of {} kg is {ratio:.1e} times as heavy as {} of {} kg; ratios up to \
-             {LARGEST_MASS_RATIO:e} are tested, and allowed",
+            "mass: {} of {} kg is {ratio:.1e} times as heavy as {} of {} kg; allowed: ratios up to \
+             {LARGEST_MASS_RATIO:e}",
             heavy.name, heavy.mass, light.name, light.mass
         ))
     }
 }
 
-const NO_GROUND: &str = "frame: there is no ground; `world` is needed";
+const NO_GROUND: &str = "frame: there is no ground; use `world`";
 
 const ONE_SHAPE_OF_A_BODY: &str =
     "one shape is needed: box, sphere, capsule, hull, mesh, pieces, points or point_mass = true";
@@ -489,7 +489,7 @@ pub fn placed(
     let attitude = match attitude.map(AttitudeEntry::quaternion) {
         None => ModelPlace::ORIGIN.attitude,
         Some(Ok(Some(quaternion))) => quaternion,
-        Some(Ok(None)) => return Err("attitude: only that of bodies can be random".to_owned()),
+        Some(Ok(None)) => return Err("attitude: only bodies can have a random one".to_owned()),
         Some(Err(why)) => return Err(format!("attitude: {why}")),
     };
     Ok(ModelPlace { position, attitude })

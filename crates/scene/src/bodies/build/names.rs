@@ -37,7 +37,10 @@ impl Builder<'_> {
         names.extend(self.names.iter().filter(plain).map(|named| named.name.as_str()));
         names.sort_unstable();
         match names.windows(2).find(|two| two[0] == two[1] && !self.is_fixed_of_pieces(two[0])) {
-            Some(two) => Err(format!("name: {:?} is given twice; each needs its own", two[0])),
+            Some(two) => Err(format!(
+                "name: {:?} is used twice; each body and fixed piece needs its own",
+                two[0]
+            )),
             None => Ok(()),
         }
     }
@@ -67,7 +70,7 @@ impl Builder<'_> {
     ) -> Result<Vec<PairModel>, String> {
         let coefficient = entry.coefficient;
         if !(0.0..=largest).contains(&coefficient) {
-            return Err(format!("coefficient is {coefficient:?}; allowed is 0 to {largest}"));
+            return Err(format!("coefficient is {coefficient:?}; allowed: 0 to {largest}"));
         }
         let pairs = self.pairs(&entry.between)?.into_iter();
         Ok(pairs.map(|(body, partner)| PairModel { body, partner, coefficient }).collect())
@@ -92,7 +95,10 @@ impl Builder<'_> {
             }
         }
         if pairs.is_empty() {
-            return Err("between: two bodies, or a body and what is fixed, are needed".to_owned());
+            return Err(
+                "between: two bodies, or a body and a fixed piece or the ground, are needed"
+                    .to_owned(),
+            );
         }
         Ok(pairs)
     }
@@ -118,8 +124,7 @@ impl Builder<'_> {
             .collect();
         if found.is_empty() {
             return Err(format!(
-                "nothing has the name {name:?}; the name of a body or fixed thing, or \
-                 \"ground\", is needed"
+                "unknown name {name:?}; the name of a body or fixed piece, or \"ground\", is needed"
             ));
         }
         Ok(found)
@@ -130,7 +135,8 @@ impl Builder<'_> {
         let body = |partner: PartnerModel| match partner {
             PartnerModel::Body(index) => Ok(index),
             PartnerModel::Ground | PartnerModel::Fixed(_) => Err(format!(
-                "{name:?} never moves; a body is needed, and a joint with it is one with the world, of one name"
+                "{name:?} never moves; a body is needed, and a joint with the world has only one \
+                 name"
             )),
         };
         self.find(name)?.into_iter().map(body).collect()

@@ -40,9 +40,9 @@ macro_rules! with_drive {
     };
 }
 
-with_drive!(DriveEntry, "{ limits = [low, high], friction = …, … } is needed" {});
+with_drive!(DriveEntry, "{ limits = [low, high], friction = …, … }" {});
 
-with_drive!(JointEntry, "a table [[joints]] is needed" {
+with_drive!(JointEntry, "a table [[joints]]" {
     name: Option<String>,
     #[serde(rename = "type")]
     kind: JointKind,
@@ -83,7 +83,7 @@ pub struct DriveFields {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "the name of a body or two are needed, [\"…\", \"…\"]")]
+#[serde(untagged, expecting = "one name of a body or two, [\"…\", \"…\"], are needed")]
 pub(super) enum BodyNames {
     One(String),
     List(Vec<String>),

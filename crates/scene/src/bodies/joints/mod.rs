@@ -79,7 +79,7 @@ impl JointEntries {
     pub fn push(&mut self, joint: JointModel) -> Result<(), String> {
         let name = &joint.name;
         if self.models.iter().any(|known| known.name == *name) {
-            return Err(format!("name: {name:?} is given twice; each joint needs its own"));
+            return Err(format!("name: {name:?} is used twice; each joint needs its own"));
         }
         self.models.push(joint);
         Ok(())
@@ -94,7 +94,7 @@ impl JointEntries {
             let place = entry.place(joint)?;
             let drive = &mut joint.drives[place];
             if drive.motor.replace(motor).is_some() {
-                return Err(format!("joint: {:?} has a motor there already", joint.name));
+                return Err(format!("joint: {:?} already has a motor on this axis", joint.name));
             }
         }
         Ok(())
@@ -107,14 +107,14 @@ impl JointEntries {
         let joints = of_entry.map(|(_, joints)| joints.clone());
         joints
             .or_else(|| own().map(|joint| vec![joint]))
-            .ok_or_else(|| format!("no joint has the name {name:?}; the name of one is needed"))
+            .ok_or_else(|| format!("unknown joint {name:?}; the name of a joint is needed"))
     }
 
     /// Joint with this name, which must be unique.
     pub fn one(&self, name: &str) -> Result<usize, String> {
         match self.named(name)?[..] {
             [joint] => Ok(joint),
-            _ => Err(format!("{name:?} are several joints; the name of one is needed")),
+            _ => Err(format!("{name:?} names several joints; the name of one is needed")),
         }
     }
 }
@@ -149,8 +149,8 @@ impl JointEntry {
                 let copies = find(first)?;
                 if copies.len() < 2 {
                     return Err(format!(
-                        "bodies: {first:?} is one body; two different ones are needed, or the name of \
-                         copies for a chain of them"
+                        "bodies: {first:?} is one body; give two different bodies, or the name of \
+                         copies for a chain"
                     ));
                 }
                 Ok(copies.windows(2).map(|two| (two[1], Some(two[0]))).collect())
@@ -159,7 +159,7 @@ impl JointEntry {
                 let (first, second) = (find(first)?, find(second)?);
                 if first.len() != second.len() && first.len() != 1 && second.len() != 1 {
                     return Err(format!(
-                        "bodies: {} and {} of them; as many of both, or one of either, are needed",
+                        "bodies: {} and {} copies; as many of both, or one of either, are needed",
                         first.len(),
                         second.len()
                     ));
@@ -173,9 +173,7 @@ impl JointEntry {
                     false => Ok(pairs),
                 }
             }
-            _ => {
-                Err("bodies: one name, of what is held by the world, or two are needed".to_owned())
-            }
+            _ => Err("bodies: two names are needed, or one for a joint with the world".to_owned()),
         }
     }
 
@@ -184,7 +182,7 @@ impl JointEntry {
         let (kind, driven) = (self.kind, self.kind.driven());
         let has_axis = kind.has_axis();
         let idle = |field: &str| {
-            Err(format!("{field} has no meaning of a {} joint; leave it out", kind.name()))
+            Err(format!("{field} has no meaning for a {} joint; leave it out", kind.name()))
         };
         let axes = [
             ("axis", self.axis.is_some()),
@@ -192,7 +190,7 @@ impl JointEntry {
             ("axis_b", self.axis_b.is_some()),
         ];
         match (kind, self.cone) {
-            (JointKind::Ball, None) => return Err("cone: it is needed, rad".to_owned()),
+            (JointKind::Ball, None) => return Err("cone: required, rad".to_owned()),
             (JointKind::Ball, Some(_)) | (_, None) => {}
             (_, Some(_)) => return idle("cone"),
         }
@@ -212,7 +210,10 @@ impl JointEntry {
         }
         for (field, _) in self.tables().into_iter().filter(|(_, table)| table.is_some()) {
             if driven.len() == 1 && driven[0].0 == field {
-                return Err(format!("{field}: a {} joint has its fields itself", kind.name()));
+                return Err(format!(
+                    "{field}: a {} joint has one axis; move these fields to the joint itself",
+                    kind.name()
+                ));
             }
             if driven.iter().all(|(name, _)| *name != field) {
                 return idle(field);
@@ -237,7 +238,7 @@ impl JointEntry {
             }
             let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
             return Err(format!(
-                "{field}: a {} joint has several axes; {field} belongs in one of {}",
+                "{field}: a {} joint has several axes; move {field} to one of {}",
                 kind.name(),
                 names.join(", ")
             ));
@@ -294,7 +295,8 @@ impl JointEntry {
         let [a, b] = sides;
         let needed = || {
             format!(
-                "anchor: a place in the world at the start, or `anchor_a` in the frame of {}, is needed",
+                "anchor: a position in the world at the start, or `anchor_a` in the frame of {}, \
+                 is needed",
                 a.name
             )
         };
@@ -304,7 +306,7 @@ impl JointEntry {
         let in_b = turned("_b", self.axis_b.as_ref(), self.attitude_b.as_ref())?;
         let anchor = match (&self.anchor, &self.anchor_a) {
             (Some(_), Some(_)) => {
-                return Err("anchor: either `anchor` or `anchor_a` can be given".to_owned());
+                return Err("anchor: only one of `anchor` and `anchor_a` can be given".to_owned());
             }
             (Some(anchor), None) => anchor.0.into(),
             (None, Some(anchor)) => a.placed(&anchor.0.into(), &still).anchor,
@@ -313,7 +315,9 @@ impl JointEntry {
         let has_axis = self.kind.has_axis();
         let attitude = match (in_world, in_a) {
             (Some(_), Some(_)) => {
-                return Err("axis: either that of the world or that of A can be given".to_owned());
+                return Err(
+                    "axis: only one of `axis` in the world and `axis_a` can be given".to_owned()
+                );
             }
             (Some(attitude), None) => attitude,
             (None, Some(attitude)) => a.placed(&Vector3::zeros(), &attitude).attitude,
@@ -362,10 +366,12 @@ impl JointEntry {
             let most = if *axis < 3 { 1e4 } else { PI };
             if start.is_nan() || start.abs() > most {
                 let unit = if *axis < 3 { "m" } else { "rad" };
-                return Err(format!("{field} is {start:?}; allowed is -{most} to {most} {unit}"));
+                return Err(format!("{field} is {start:?}; allowed: -{most} to {most} {unit}"));
             }
             if self.anchor_b.is_some() || self.axis_b.is_some() || self.attitude_b.is_some() {
-                return Err(format!("{field}: it follows from where both sides are; leave it out"));
+                return Err(format!(
+                    "{field}: it follows from the frames of both bodies; leave it out"
+                ));
             }
             at[*axis] = start;
         }

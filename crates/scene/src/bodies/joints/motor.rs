@@ -7,7 +7,8 @@ use tumble_model::joint::JointModel;
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
-    expecting = "{ joint = \"…\", speed = …, most = … } or { joint = \"…\", position = …, stiffness = …, … } is needed"
+    expecting = "{ joint = \"…\", speed = …, most = … } or { joint = \"…\", position = …, \
+                 stiffness = …, … }"
 )]
 pub struct MotorEntry {
     pub(super) joint: String,
@@ -34,7 +35,8 @@ impl MotorEntry {
     pub(super) fn place(&self, joint: &JointModel) -> Result<usize, String> {
         if joint.kind.driven().is_empty() {
             return Err(format!(
-                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
+                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides along \
+                 one",
                 joint.name,
                 joint.kind.name()
             ));
@@ -47,7 +49,7 @@ impl MotorEntry {
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
-    expecting = "{ speed = …, most = … } or { position = …, stiffness = …, most = … } is needed"
+    expecting = "{ speed = …, most = … } or { position = …, stiffness = …, most = … }"
 )]
 pub struct MotorFields {
     speed: Option<f64>,
@@ -63,7 +65,7 @@ impl MotorFields {
         let most = self.most;
         match (self.speed, self.position) {
             (Some(_), Some(_)) => {
-                Err("speed: either `speed` or `position` can be given".to_owned())
+                Err("speed: only one of `speed` and `position` can be given".to_owned())
             }
             (None, None) => Err("speed: `speed` or `position` is needed".to_owned()),
             (Some(target), None) => {
@@ -77,7 +79,7 @@ impl MotorFields {
             }
             (None, Some(target)) => {
                 let Some(stiffness) = self.stiffness else {
-                    return Err("stiffness: it is needed with `position`".to_owned());
+                    return Err("stiffness: required with `position`".to_owned());
                 };
                 let damping = self.damping.unwrap_or(0.0);
                 Ok(Motor::Position { target, stiffness, damping, most })

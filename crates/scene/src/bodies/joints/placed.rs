@@ -74,9 +74,9 @@ pub(super) fn turned(
 ) -> Result<Option<Vector4<f64>>, String> {
     match (axis, attitude) {
         (None, None) => Ok(None),
-        (Some(_), Some(_)) => {
-            Err(format!("axis{ending}: either `axis{ending}` or `attitude{ending}` can be given"))
-        }
+        (Some(_), Some(_)) => Err(format!(
+            "axis{ending}: only one of `axis{ending}` and `attitude{ending}` can be given"
+        )),
         (Some(axis), None) => {
             let along = JointFrame::along(Vector3::zeros(), axis.0.into());
             let along = along.map_err(|error| format!("axis{ending}: {error}"))?;
@@ -84,7 +84,7 @@ pub(super) fn turned(
         }
         (None, Some(turned)) => match turned.quaternion() {
             Ok(Some(quaternion)) => Ok(Some(quaternion.into())),
-            Ok(None) => Err(format!("attitude{ending}: only that of bodies can be random")),
+            Ok(None) => Err(format!("attitude{ending}: only bodies can have a random one")),
             Err(why) => Err(format!("attitude{ending}: {why}")),
         },
     }

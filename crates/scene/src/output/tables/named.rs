@@ -25,7 +25,7 @@ pub(super) fn size(piece: &Piece) -> f64 {
     piece.core().reach() + piece.radius()
 }
 
-const ELSEWHERE: &str = "is not where the features of its key are";
+const ELSEWHERE: &str = "is not at the features of its key";
 
 /// Pieces of a contact; the point's owner is first.
 pub(super) type ContactPieces<'a> = (&'a Piece, &'a Piece);
@@ -136,7 +136,7 @@ fn check_point(
     let named = parts(key, pair).0.map_or(Some(0), first).map(point_of);
     match named == Some(key.point) || may_be_first && key.point == point_of(0) {
         true => Ok(()),
-        false => Err("has a key of another contact point than that of its features"),
+        false => Err("has a key with a different contact point than its features"),
     }
 }
 
@@ -157,7 +157,7 @@ pub(super) fn check_round(
     if of_own.is_some_and(|part| is_not_of(own, part))
         || of_theirs.is_some_and(|part| is_not_of(theirs, part))
     {
-        return Err("is of features that its pieces do not have");
+        return Err("refers to features that its pieces do not have");
     }
     check_point(key, pair, own, body, matches!(key.partner, Partner::Fixed(_)))?;
     let part = of_theirs.filter(|_| may_be_turned(key, pair));

@@ -123,8 +123,9 @@ pub struct GearTableRow {
     pub residual: f64,
 }
 
-const CUT_OFF: &str = "it ends before the row of status `end`: it is cut off, or of another run";
-const TOO_LONG: &str = "there are rows after the step of status `end`";
+const CUT_OFF: &str = "it ends before the row with status `end`: it is cut off, or from another \
+                       run";
+const TOO_LONG: &str = "there are rows after the step with status `end`";
 
 /// Reads the tables of a run step by step. It keeps one step in memory.
 pub struct TablesReader<R: Read> {
@@ -149,16 +150,16 @@ impl<R: Read> TablesReader<R> {
         let reader = Self::of_some(streams, bodies, joints, gears)?;
         let sheets = &reader.sheets;
         for (table, is_missing, why) in [
-            (Table::Contacts, sheets.contacts.is_none(), "it is not given"),
+            (Table::Contacts, sheets.contacts.is_none(), "it is missing"),
             (
                 Table::Joints,
                 sheets.joints.is_none() && joints > 0,
-                "it is not given, and the run has joints",
+                "it is missing, but the run has joints",
             ),
             (
                 Table::Gears,
                 sheets.gears.is_none() && gears > 0,
-                "it is not given, and the run has gears",
+                "it is missing, but the run has gears",
             ),
         ] {
             if is_missing {

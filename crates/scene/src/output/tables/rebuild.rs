@@ -35,17 +35,17 @@ impl ContactRow {
     /// touch its piece; a normal that is not a unit vector.
     pub fn contact(&self, world: &World, states: &[State]) -> Result<Contact, Misplaced> {
         let bodies = world.bodies();
-        let body = bodies.get(self.body).ok_or("is of a body that is not there")?;
+        let body = bodies.get(self.body).ok_or("refers to a body that does not exist")?;
         let known = match self.partner {
             Partner::Ground => world.ground().is_some(),
             Partner::Fixed(index) => index < world.fixed().len(),
             Partner::Body(index) => index < bodies.len() && index != self.body,
         };
         if !known || states.len() != bodies.len() {
-            return Err("is with a partner that is not there");
+            return Err("refers to a partner that does not exist");
         }
         if (self.normal.norm() - 1.0).abs() > UNIT {
-            return Err("has a normal that is no unit vector");
+            return Err("has a normal that is not a unit vector");
         }
         let pose = states[self.body].pose();
         let other = match self.partner {
@@ -66,7 +66,7 @@ impl ContactRow {
             || (contact.normal() - self.normal).amax() > UNIT
             || (contact.gap - self.gap).abs() > UNIT * size
         {
-            return Err("has a point, normal or gap that is not where its bodies are");
+            return Err("has a point, normal or gap that does not match its bodies");
         }
         Ok(contact)
     }
@@ -100,14 +100,14 @@ impl ContactRow {
     /// Contact point of the key, in contact with the ground.
     fn on_ground(&self, world: &World) -> Result<Features, Misplaced> {
         let points = world.bodies()[self.body].contact_points();
-        let point = points.get(self.key.point).ok_or("is of a point that is not there")?;
+        let point = points.get(self.key.point).ok_or("refers to a point that does not exist")?;
         if self.key.pair.is_some() {
-            return Err("has a key of two pieces, and is with the ground");
+            return Err("has a key with two pieces, but is with the ground");
         }
         if point.radius != self.radius {
             return Err("has a radius that its point does not have");
         }
-        let ground = world.ground().ok_or("is with a ground that is not there")?;
+        let ground = world.ground().ok_or("refers to a ground that does not exist")?;
         Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
     }
 
@@ -118,7 +118,7 @@ impl ContactRow {
         pair: &PairFeatures,
     ) -> Result<named::ContactPieces<'a>, Misplaced> {
         let own = world.bodies()[self.body].pieces().get(pair.pieces.0);
-        let own = own.ok_or("is of a piece that is not there")?;
+        let own = own.ok_or("refers to a piece that does not exist")?;
         let theirs = match self.partner {
             Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
             Partner::Fixed(index) if pair.pieces.1 == 0 => {
@@ -126,7 +126,7 @@ impl ContactRow {
             }
             Partner::Fixed(_) | Partner::Ground => None,
         };
-        Ok((own, theirs.ok_or("is with a piece that is not there")?))
+        Ok((own, theirs.ok_or("refers to a partner piece that does not exist")?))
     }
 
     /// Point and plane of the row, checked against the pieces of the key.
@@ -145,13 +145,13 @@ impl ContactRow {
             let normal = other_pose.rotation.tr_mul(&self.normal);
             let features = round([own, theirs], [part, other], &normal);
             let features = features.filter(|features| features.radius == self.radius);
-            let features = features.ok_or("is of features that its pieces do not have")?;
+            let features = features.ok_or("refers to features that its pieces do not have")?;
             return self.named(world, features, (own, theirs));
         }
         // Rounded features can also have planes, starting with the first that separates them.
         let is_round = matches!(pair.feature, Feature::Round(..));
         if !is_round && own.core().faces().is_empty() && theirs.core().faces().is_empty() {
-            return Err("has a key of faces, which its pieces do not have");
+            return Err("has a key with faces, which its pieces do not have");
         }
         let other = other_pose;
         let centre = self.point + self.normal * self.radius;
@@ -177,7 +177,8 @@ impl ContactRow {
         if (support(theirs, &normal) - offset).abs() > band {
             return Err("has a plane that its partner does not have");
         }
-        let plane = Plane::new(normal, 0.0).map_err(|_| "has a normal that is no unit vector")?;
+        let plane =
+            Plane::new(normal, 0.0).map_err(|_| "has a normal that is not a unit vector")?;
         let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
         match sharp {
             true => self.named(world, features, (own, theirs)),

@@ -48,8 +48,8 @@ pub(super) struct LinearIsland {
 }
 
 const SINGULAR: Error = Error::Unsupported {
-    what: "the derivative of a step whose linear system is singular",
-    why: "contacts hold each other in a way that compliance does not resolve",
+    what: "derivative of a step with a singular linear system",
+    why: "its contact forces are not unique, even with compliance",
 };
 
 /// The points in use.
@@ -243,8 +243,8 @@ impl LinearIsland {
     fn centre(&mut self, step: &Step<'_>, view: &IslandView<'_>, kappa: f64) -> Result<(), Error> {
         let Self { island, points: [point, _], .. } = self;
         if !point.centre(island, step, view, kappa)? {
-            let what = "the derivative at this point of the central path";
-            let why = "the point was not found; another speed is needed";
+            let what = "derivative at this point of the central path";
+            let why = "the point was not found; choose another speed";
             return Err(Error::Unsupported { what, why });
         }
         point.factorise_centred(island).ok_or(SINGULAR)
@@ -304,8 +304,8 @@ impl LinearIsland {
                 at = (at * 4.0).min(1.0);
             }
         }
-        let why = "no solution with it was found; a smaller one is nearer to the step";
-        Err(Error::Unsupported { what: "the derivative with this compliance", why })
+        let why = "no solution was found; choose a smaller compliance";
+        Err(Error::Unsupported { what: "derivative with this compliance", why })
     }
 
     /// Smallest distance of a row to the next piece of its law (m/s).

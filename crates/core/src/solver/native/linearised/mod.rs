@@ -218,7 +218,7 @@ impl StepDerivative {
         let (world, bodies) = (step.world, step.states.len());
         let sizes = [solution.states.len(), solution.contacts.len()];
         if sizes != [bodies, contacts.len()] {
-            let (field, allowed) = ("entries of a solution", "one a body, one a contact");
+            let (field, allowed) = ("entries of a solution", "one per body, one per contact");
             return Err(Error::Count { field, count: sizes[1], allowed });
         }
         self.gravity = *world.gravity();
@@ -511,6 +511,6 @@ impl StepDerivative {
 }
 
 fn count(field: &'static str, found: usize, wanted: usize) -> Result<(), Error> {
-    let allowed = "as many as the world of the step has";
+    let allowed = "as many as in the world of the step";
     if found == wanted { Ok(()) } else { Err(Error::Count { field, count: found, allowed }) }
 }
