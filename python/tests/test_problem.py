@@ -84,6 +84,7 @@ def test_both_forms_and_both_kinds_of_matrices_agree():
 
 def test_the_problems_of_random_bodies_are_solved():
     rng = np.random.default_rng(5)
+    solved = 0
     for _ in range(30):
         bodies, contacts = rng.integers(1, 6), rng.integers(1, 16)
         J = rng.normal(size=(3 * contacts, 6 * bodies))
@@ -95,6 +96,10 @@ def test_the_problems_of_random_bodies_are_solved():
         solution = problem.solve()
         if solution.solved:
             assert missed(problem, solution) < 1e-6 * np.abs(W).max()
+            solved += 1
+    # All 30 are solved. Seeds 5 to 14 solve 28 to 30 each, all but one or two bodies with many
+    # contacts.
+    assert solved >= 29
 
 
 def test_text_and_hdf5_keep_a_problem(tmp_path):

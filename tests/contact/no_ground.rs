@@ -72,8 +72,8 @@ fn a_pair_in_free_space_needs_no_plane() {
         for (a, b) in a.solution.states.iter().zip(&b.solution.states) {
             assert!((a.to_vector() - b.to_vector()).amax() < 1e-11);
         }
-        let partners = a.solution.contacts.iter().map(|contact| contact.key.partner);
-        assert!(partners.into_iter().all(|partner| partner != Partner::Ground));
+        let mut partners = a.solution.contacts.iter().map(|contact| contact.key.partner);
+        assert!(partners.all(|partner| partner != Partner::Ground));
     }
 
     let options = IpoptSolver::options(1e-6, 300);

@@ -221,7 +221,6 @@ fn no_bounce_makes_energy_unmarked() {
             }
         }
     }
-    println!("{gains} {marked} {bounced}");
     assert!(
         gains > 0 && marked < bounced,
         "{gains} steps of {bounced} make energy, {marked} are marked"

@@ -275,7 +275,7 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
             "surfaces[0].velocity: components from",
         ),
         (
-            format!("{TWO}[[surfaces]]\nof = \"belt\"\nvelocity = [1, 0, 0]\n").repeat(1)
+            format!("{TWO}[[surfaces]]\nof = \"belt\"\nvelocity = [1, 0, 0]\n")
                 + "[[surfaces]]\nof = \"belt\"\nvelocity = [2, 0, 0]\n",
             "surfaces[1].of: the surface of \"belt\" already has a velocity",
         ),

@@ -1,7 +1,7 @@
 //! Restitution: flags, scenario, columns and verification.
 
 use super::scenario::run_scenario;
-use super::support::{Table, run, simulate};
+use super::support::{Table, run, simulate, unseal};
 use std::fs;
 
 #[test]
@@ -23,12 +23,17 @@ fn a_run_that_bounces_says_so_and_verifies() {
         let path = simulated.path("trajectory.csv");
         let end = run(&["verify", path.to_str().unwrap()]);
         assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
-        // The steps do not satisfy another restitution coefficient.
+        // The steps do not satisfy another restitution coefficient. The checksums would detect the
+        // change too.
+        unseal(&simulated.path("run.json"));
         let mut other = simulated.run_json();
         other["model"]["restitution"] = 0.2.into();
         fs::write(simulated.path("run.json"), other.to_string()).unwrap();
         let end = run(&["verify", path.to_str().unwrap()]);
         assert_eq!(end.code, Some(1), "{end:?}");
+        assert!(end.stdout.contains("(normal law)"), "{end:?}");
+        assert!(end.stdout.contains(": its residual is another\n"), "{end:?}");
+        assert!(!end.stdout.contains("files that are not what the run wrote"), "{end:?}");
     }
 }
 

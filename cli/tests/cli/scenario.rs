@@ -1,6 +1,6 @@
 //! Scenario files, planes and loads: shipped files, own files and broken files.
 
-use super::support::{End, everything_in, run, simulate, tumble};
+use super::support::{End, everything_in, run, simulate, tumble, unseal};
 use crate::ROOT;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -119,11 +119,18 @@ fn a_slope_far_from_the_origin_verifies() {
         assert_eq!(end.code, Some(0), "{end:?}");
         let path = directory.path().join("out/trajectory.csv");
         assert_eq!(run(&["verify", text(&path)]).code, Some(0), "{place:?}");
+        // The checksums would detect the change too.
         let run_file = directory.path().join("out/run.json");
-        let other = fs::read_to_string(&run_file).unwrap().replace("\"mu\": 0.05", "\"mu\": 0.06");
-        fs::write(&run_file, other).unwrap();
+        unseal(&run_file);
+        let run_json = fs::read_to_string(&run_file).unwrap();
+        assert_eq!(run_json.matches("\"mu\": 0.05").count(), 1);
+        fs::write(&run_file, run_json.replace("\"mu\": 0.05", "\"mu\": 0.06")).unwrap();
         let other = run(&["verify", text(&path)]);
         assert_eq!(other.code, Some(1), "{other:?}");
+        assert!(other.stdout.contains("steps that are not what the rows say: 199\n"), "{other:?}");
+        assert!(other.stdout.contains("(friction law)"), "{other:?}");
+        assert!(other.stdout.contains(": its residual is another\n"), "{other:?}");
+        assert!(!other.stdout.contains("files that are not what the run wrote"), "{other:?}");
     }
 }
 
@@ -132,13 +139,23 @@ fn a_slope_far_from_the_origin_verifies() {
 fn a_place_out_of_this_world_does_not_verify_on_a_slope() {
     let (end, directory) = run_scenario(BLOCK, &["--solver", "native", "--steps", "20"]);
     assert_eq!(end.code, Some(0), "{end:?}");
+    unseal(&directory.path().join("out/run.json"));
     let path = directory.path().join("out/trajectory.csv");
     let mut table = super::support::Table::parse(&fs::read_to_string(&path).unwrap());
     let x = table.column("x_m");
     for far in ["1e12", "1e100", "1e308"] {
         table.rows[10][x] = far.to_owned();
         fs::write(&path, table.text()).unwrap();
-        assert_eq!(run(&["verify", text(&path)]).code, Some(1), "{far}");
+        let end = run(&["verify", text(&path)]);
+        assert_eq!(end.code, Some(1), "{far}: {end:?}");
+        // The steps to the row and from it.
+        assert!(end.stdout.contains("steps that are not what the rows say: 2\n"), "{end:?}");
+        for k in [9, 10] {
+            let line = format!("    k = {k:<7} converged  residual ");
+            let line = end.stdout.lines().find(|other| other.starts_with(&line));
+            assert!(line.is_some_and(|l| l.ends_with(": its residual is another")), "{end:?}");
+        }
+        assert!(!end.stdout.contains("files that are not what the run wrote"), "{end:?}");
     }
 }
 
