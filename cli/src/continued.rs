@@ -6,7 +6,7 @@ use super::checkpoint::{self, Checkpoint};
 use super::input;
 use super::outcome::{Failure, refuse_flags};
 use super::recording::Recording;
-use super::run::{RunOutcome, RunPlan};
+use super::run::{RunOutcome, RunResults};
 use super::scene::{Scene, on_threads};
 use super::table_file::WrittenRows;
 use super::writer::{RunWriter, Written};
@@ -61,8 +61,8 @@ pub struct Continued<'a> {
 
 impl ContinuedNotes {
     /// Results of `run` with tables of these sizes.
-    pub fn of(run: &RunPlan, rows: Vec<WrittenRows>) -> Self {
-        let RunPlan { elapsed, overlap, joints, .. } = *run;
+    pub fn of(run: &RunResults, rows: Vec<WrittenRows>) -> Self {
+        let RunResults { elapsed, overlap, joints, .. } = *run;
         let (summary, taut) = (run.summary.clone(), run.taut.clone());
         Self { rows, summary, elapsed, overlap, joints, taut }
     }
@@ -139,9 +139,9 @@ impl<'a> Continued<'a> {
     }
 
     /// Results of the run so far.
-    pub fn into_run(self) -> RunPlan {
+    pub fn into_run(self) -> RunResults {
         let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
-        RunPlan { end: RunOutcome::Complete, summary, elapsed, overlap, joints, taut }
+        RunResults { end: RunOutcome::Complete, summary, elapsed, overlap, joints, taut }
     }
 }
 

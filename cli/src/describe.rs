@@ -1,6 +1,6 @@
 //! Text summary of a run.
 
-use super::run::{RunOutcome, RunPlan};
+use super::run::{RunOutcome, RunResults};
 use super::scene::Scene;
 use std::fmt::Write as _;
 use tumble_core::contact::Partner;
@@ -13,7 +13,7 @@ use tumble_scene::run_file::heading;
 use tumble_scene::solver_choice::SolverChoice;
 
 /// Text summary of a run.
-pub fn describe(scene: &Scene, run: &RunPlan) -> String {
+pub fn describe(scene: &Scene, run: &RunResults) -> String {
     let summary = &run.summary;
     let h = scene.world.time_step();
     let simulated = summary.steps() as f64 * h;
@@ -71,7 +71,7 @@ fn cast(scene: &Scene) -> String {
 }
 
 /// Reason why a run ended early.
-fn ending(scene: &Scene, run: &RunPlan) -> String {
+fn ending(scene: &Scene, run: &RunResults) -> String {
     let rows = scene.rows;
     match run.end {
         RunOutcome::Complete => String::new(),
@@ -132,7 +132,7 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 /// Joints that are too stiff for the time step, with a sufficient step.
-fn too_stiff(scene: &Scene, run: &RunPlan) -> String {
+fn too_stiff(scene: &Scene, run: &RunResults) -> String {
     /// Number of joints listed by name; more are only counted.
     const MOST_NAMED: usize = 4;
     /// Largest value of the flag, and shortest time step of a world, s.

@@ -13,7 +13,7 @@ use tumble_core::simulation::{Saved, StepRecord};
 const PAGES: usize = 3;
 
 /// Buffer for the records of some steps.
-pub struct RowPage {
+pub struct RecordBuffer {
     pub records: Vec<StepRecord>,
     /// Number of filled records.
     pub count: usize,
@@ -21,7 +21,7 @@ pub struct RowPage {
     pub checkpoint: Option<(Saved, ContinuedNotes)>,
 }
 
-impl RowPage {
+impl RecordBuffer {
     /// Filled records.
     pub fn filled(&self) -> &[StepRecord] {
         &self.records[..self.count]
@@ -29,12 +29,12 @@ impl RowPage {
 }
 
 /// Buffers that circulate between stepping and writing, so that memory does not grow with a run.
-pub struct Pages {
-    full: SyncSender<RowPage>,
-    empty: Receiver<RowPage>,
+pub struct RecordBuffers {
+    full: SyncSender<RecordBuffer>,
+    empty: Receiver<RecordBuffer>,
 }
 
-impl Pages {
+impl RecordBuffers {
     /// Creates buffers of `records` records, and the thread that writes them and the checkpoints in
     /// order.
     pub fn new<'scope, 'env>(
@@ -48,7 +48,7 @@ impl Pages {
         for _ in 0..PAGES {
             // The receiver exists in this function.
             let records = vec![StepRecord::new(); records];
-            let _ = written.send(RowPage { records, count: 0, checkpoint: None });
+            let _ = written.send(RecordBuffer { records, count: 0, checkpoint: None });
         }
         let writing = scope.spawn(move || write_all(writer, checkpoints, &to_write, &written));
         (Self { full, empty }, writing)
@@ -56,13 +56,13 @@ impl Pages {
 
     /// Returns an empty buffer, waiting if necessary. `None` if the writing thread ended with an
     /// error.
-    pub fn empty(&mut self) -> Option<RowPage> {
+    pub fn empty(&mut self) -> Option<RecordBuffer> {
         let page = self.empty.recv().ok()?;
-        Some(RowPage { count: 0, ..page })
+        Some(RecordBuffer { count: 0, ..page })
     }
 
     /// Sends a buffer to the writing thread. Its error is reported when the thread is joined.
-    pub fn write(&mut self, page: RowPage) {
+    pub fn write(&mut self, page: RecordBuffer) {
         let _ = self.full.send(page);
     }
 }
@@ -70,8 +70,8 @@ impl Pages {
 fn write_all(
     writer: &mut RunWriter,
     checkpoints: Option<&CheckpointWriter<'_>>,
-    to_write: &Receiver<RowPage>,
-    written: &Sender<RowPage>,
+    to_write: &Receiver<RecordBuffer>,
+    written: &Sender<RecordBuffer>,
 ) -> Result<(), Failure> {
     for mut page in to_write {
         page.filled().iter().try_for_each(|record| writer.write(record))?;

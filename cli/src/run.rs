@@ -5,7 +5,7 @@ use super::continued::ContinuedNotes;
 use super::exported::Exported;
 use super::outcome::Failure;
 use super::output::progress_bar;
-use super::pages::Pages;
+use super::pages::RecordBuffers;
 use super::scene::Scene;
 use super::writer::RunWriter;
 use std::panic::resume_unwind;
@@ -46,7 +46,7 @@ impl RunOutcome {
 }
 
 /// Results of a run so far.
-pub struct RunPlan {
+pub struct RunResults {
     pub end: RunOutcome,
     pub summary: RunSummary,
     /// Time of the stepping alone.
@@ -59,7 +59,7 @@ pub struct RunPlan {
     pub taut: Taut,
 }
 
-impl RunPlan {
+impl RunResults {
     /// Creates the results of a run of `scene` before its first step.
     pub fn new(scene: &Scene) -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
@@ -96,11 +96,11 @@ pub struct RunOutputs<'a> {
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
-    mut run: RunPlan,
+    mut run: RunResults,
     interrupt: &AtomicBool,
     outputs: RunOutputs<'_>,
     quiet: bool,
-) -> Result<RunPlan, Failure> {
+) -> Result<RunResults, Failure> {
     // World with its prescribed motions at the end of a step.
     let mut world = scene.world.clone();
     let RunOutputs { writer, mut exported, checkpoints } = outputs;
@@ -110,7 +110,7 @@ pub fn run(
     let bar = progress_bar(left, "steps", quiet);
     thread::scope(|scope| {
         let (mut pages, writing) =
-            Pages::new(scope, writer, checkpoints, (CHUNK / scene.bodies.len()).max(1));
+            RecordBuffers::new(scope, writer, checkpoints, (CHUNK / scene.bodies.len()).max(1));
         while left > 0 && run.end == RunOutcome::Complete {
             let Some(mut page) = pages.empty() else { break };
             let wanted = page.records.len();

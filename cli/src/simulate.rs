@@ -11,7 +11,7 @@ use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
-use super::run::{self, RunOutcome, RunOutputs, RunPlan};
+use super::run::{self, RunOutcome, RunOutputs, RunResults};
 use super::scene;
 use super::scene::Scene;
 use super::signals::raise_on_signals;
@@ -78,9 +78,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let [run_json, state] = [RUN_JSON, continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);
     let pictures = Pictures::create(args, &out)?;
-    let run = before.map_or_else(|| RunPlan::new(&scene), Continued::into_run);
+    let run = before.map_or_else(|| RunResults::new(&scene), Continued::into_run);
     // Checkpoints contain a run.json with the outcome `unfinished`.
-    let mut run_file = RunFile::of(&scene, &RunPlan::new(&scene).ended())?;
+    let mut run_file = RunFile::of(&scene, &RunResults::new(&scene).ended())?;
     (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
     let run_text = run_file.text()?;
     let checkpoints = args.checkpoint().map(|every| CheckpointWriter {

@@ -6,11 +6,11 @@ use crate::pieces::*;
 use nalgebra::{Matrix3, Rotation3};
 use std::collections::BTreeSet;
 use tumble_core::geometry::{
-    CorePart, Feature, Hint, PairScratch, Piece, PieceSide, Touch, overlap,
+    CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, overlap,
 };
 use tumble_core::mechanics::Pose;
 
-fn features(touches: &[Touch]) -> BTreeSet<Feature> {
+fn features(touches: &[ManifoldPoint]) -> BTreeSet<Feature> {
     touches.iter().map(|touch| touch.feature).collect()
 }
 
@@ -307,7 +307,7 @@ fn capsule() -> Piece {
     capsule.moved_by(&turn(0.0, std::f64::consts::FRAC_PI_2, 0.0), &V::zeros()).unwrap()
 }
 
-fn gaps(touches: &[Touch]) -> Vec<f64> {
+fn gaps(touches: &[ManifoldPoint]) -> Vec<f64> {
     touches.iter().map(|touch| touch.gap).collect()
 }
 

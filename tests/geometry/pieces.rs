@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_mt::Mt64;
 use tumble_core::geometry::{
-    Hint, PairScratch, Piece, PieceSide, Separation, Touch, manifold, separation,
+    Hint, ManifoldPoint, PairScratch, Piece, PieceSide, Separation, manifold, separation,
 };
 use tumble_core::mechanics::Pose;
 
@@ -98,7 +98,7 @@ pub fn separate(a: (&Piece, &Pose), b: (&Piece, &Pose)) -> Separation {
     separation(a, b, &mut Hint::default(), &mut PairScratch::default())
 }
 
-pub fn touches(a: (&Piece, &Pose), b: (&Piece, &Pose), reach: f64) -> (f64, Vec<Touch>) {
+pub fn touches(a: (&Piece, &Pose), b: (&Piece, &Pose), reach: f64) -> (f64, Vec<ManifoldPoint>) {
     let mut out = Vec::new();
     let gap = manifold(
         a,
@@ -151,7 +151,7 @@ pub fn distance_bounds(a: (&Piece, &Pose), b: (&Piece, &Pose), steps: usize) -> 
 
 /// Point of a touch on its owner's surface, its projection on the plane, and the plane's normal
 /// [world frame].
-pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
+pub fn in_world(touch: &ManifoldPoint, a: &Pose, b: &Pose) -> (V, V, V) {
     let (own, other) = if touch.point_of == PieceSide::A { (a, b) } else { (b, a) };
     let normal = other.rotation * touch.normal;
     let point = own.rotation * touch.point + own.position - normal * touch.point_radius;
@@ -161,7 +161,7 @@ pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
 
 /// Checks the definition of a touch. The gap is the height of the point over the plane, and the
 /// normal is a unit vector. The point is in its core, and the plane's owner is below the plane.
-pub fn check_touch(touch: &Touch, a: (&Piece, &Pose), b: (&Piece, &Pose)) {
+pub fn check_touch(touch: &ManifoldPoint, a: (&Piece, &Pose), b: (&Piece, &Pose)) {
     let (own, other) = if touch.point_of == PieceSide::A { (a, b) } else { (b, a) };
     let world = own.1.rotation * touch.point + own.1.position;
     let w = other.1.rotation.tr_mul(&(world - other.1.position));

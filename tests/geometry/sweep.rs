@@ -8,7 +8,7 @@ use tumble_core::geometry::{
     Aabb, Advance, Hint, Moving, PairScratch, Piece, PieceSide, Sweep, first_overlap, manifold,
     overlap, separation, travel,
 };
-use tumble_core::mechanics::{State, Way};
+use tumble_core::mechanics::{State, Trajectory};
 
 fn boxes(draw: &mut Draw, count: usize, spread: V) -> Vec<Aabb> {
     let place = |draw: &mut Draw| {
@@ -162,10 +162,10 @@ fn the_first_overlap_is_the_first() {
             [from, to]
         });
         let poses = ends.map(|ends| ends.map(|state| state.pose()));
-        let ways = ends.map(|[from, to]| Way::between(&from, &to));
+        let ways = ends.map(|[from, to]| Trajectory::between(&from, &to));
         let moving: [Moving<'_>; 2] = std::array::from_fn(|i| Moving {
             piece: &pieces[i],
-            way: &ways[i],
+            trajectory: &ways[i],
             ends: (&poses[i][0], &poses[i][1]),
             arm: pieces[i].core().vertices().iter().map(V::norm).fold(0.0, f64::max),
         });

@@ -13,7 +13,7 @@ use super::directory::{Claims, OutputDirectory};
 use super::file_names::{self, OF_PLANS, RUN_JSON};
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, spinner};
-use super::run::{self, RunOutputs, RunPlan};
+use super::run::{self, RunOutputs, RunResults};
 use super::signals::raise_on_signals;
 use super::writer::{RunWriter, WrittenFiles};
 use super::{input, scenario};
@@ -81,7 +81,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let mut simulation = scene.simulation(&never)?;
     let mut writer = RunWriter::create(&scene, &usual, &out, None)?;
     let outputs = RunOutputs { writer: &mut writer, exported: None, checkpoints: None };
-    let run = run::run(&scene, &mut simulation, RunPlan::new(&scene), &never, outputs, args.quiet)?;
+    let run =
+        run::run(&scene, &mut simulation, RunResults::new(&scene), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
         let why = "the run of the plan differs from its replay; this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));

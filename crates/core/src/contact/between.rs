@@ -1,13 +1,13 @@
 //! Contacts from the geometric contact points of two pieces.
 //!
-//! The narrow phase returns [`Touch`]es: a point of one piece against a plane of the other. This
+//! The narrow phase returns [`ManifoldPoint`]es: a point of one piece against a plane of the other. This
 //! module turns them into [`Contact`]s between two bodies, or a body and a fixed piece. Body A of a
 //! contact owns the point, and its partner B owns the plane.
 
+use super::collider::{Collider, PieceOwner, placed};
 use super::curved::{Core, Curved};
-use super::proxy::{PieceOwner, Proxy, placed};
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
-use crate::geometry::{CorePart, Feature, Piece, PieceSide, Touch};
+use crate::geometry::{CorePart, Feature, ManifoldPoint, Piece, PieceSide};
 use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -17,7 +17,7 @@ pub(super) struct Between<'a> {
     pub(super) world: &'a World,
     /// Colliders A and B of the geometric contact points. The first one is of the body with the
     /// lower index, whichever owns the point.
-    pub(super) proxies: [Proxy; 2],
+    pub(super) colliders: [Collider; 2],
     /// Poses of the bodies at which the geometric contact points were found.
     pub(super) at: &'a [Pose],
     /// Poses of the bodies at the start of the step.
@@ -31,10 +31,10 @@ impl Between<'_> {
     /// and becomes part of the key. For two round features, number 0 is a contact with the exact
     /// gap of the features. It suffices unless a fast body passes through it ([`super::meeting`]).
     /// Higher numbers are a point against a plane.
-    pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
+    pub(super) fn contact(&self, touch: &ManifoldPoint, plane: u32) -> Option<Contact> {
         let [of_point, of_plane] = match touch.point_of {
-            PieceSide::A => self.proxies,
-            PieceSide::B => [self.proxies[1], self.proxies[0]],
+            PieceSide::A => self.colliders,
+            PieceSide::B => [self.colliders[1], self.colliders[0]],
         };
         let features = PairFeatures {
             pieces: (of_point.piece, of_plane.piece),
@@ -44,7 +44,7 @@ impl Between<'_> {
         if let Feature::Round(part_a, part_b) = touch.feature
             && plane == 0
         {
-            let [a, b] = self.proxies;
+            let [a, b] = self.colliders;
             let PieceOwner::Body(body) = a.owner else { return None };
             let key = ContactKey {
                 body,
@@ -58,7 +58,8 @@ impl Between<'_> {
                 PieceSide::A => touch.normal,
                 // The plane belongs to A: its normal is in A's frame and points away from A.
                 PieceSide::B => {
-                    let [a, b] = [a, b].map(|proxy| placed(self.world, self.at, proxy).1.rotation);
+                    let [a, b] =
+                        [a, b].map(|collider| placed(self.world, self.at, collider).1.rotation);
                     -b.tr_mul(&(a * touch.normal))
                 }
             };
@@ -101,13 +102,13 @@ impl Between<'_> {
 
     /// Index of the contact point of a body at a part of its piece: the vertex, or the first end of
     /// the edge.
-    fn corner(&self, body: usize, proxy: Proxy, part: CorePart) -> usize {
+    fn corner(&self, body: usize, collider: Collider, part: CorePart) -> usize {
         let body = &self.world.bodies()[body];
         let vertex = match part {
             CorePart::Vertex(vertex) => vertex,
-            CorePart::Edge(edge) => first_end(body, proxy, edge),
+            CorePart::Edge(edge) => first_end(body, collider, edge),
         };
-        body.point_of(proxy.piece, vertex as usize)
+        body.point_of(collider.piece, vertex as usize)
     }
 
     /// Contact of `features` with the poses at the start of the step.
@@ -125,7 +126,7 @@ impl Between<'_> {
 /// Vertex or edge at the point of a geometric contact, on the piece that owns the point.
 ///
 /// Vertex 0 if the point is inside a face.
-fn part_of(touch: &Touch) -> CorePart {
+fn part_of(touch: &ManifoldPoint) -> CorePart {
     match (touch.feature, touch.point_of) {
         (Feature::Vertex(side, vertex), of) if side == of => CorePart::Vertex(vertex),
         (Feature::Edges(edge, _), PieceSide::A) | (Feature::Edges(_, edge), PieceSide::B) => {
@@ -180,7 +181,7 @@ fn core(piece: &Piece, part: CorePart) -> Option<Core> {
 ///
 /// The new point is the projection of the fixed point's surface onto the body's plane. The new
 /// plane has the opposite normal. The gap is the same.
-fn turned_about(touch: &Touch, pose: &Pose) -> Features {
+fn turned_about(touch: &ManifoldPoint, pose: &Pose) -> Features {
     let normal = pose.rotation * touch.normal;
     let surface = touch.point - normal * touch.point_radius;
     let foot = surface - normal * touch.gap;
@@ -189,6 +190,6 @@ fn turned_about(touch: &Touch, pose: &Pose) -> Features {
 }
 
 /// First vertex of an edge of a body's piece.
-fn first_end(body: &RigidBody, proxy: Proxy, edge: u32) -> u32 {
-    body.pieces()[proxy.piece].core().edges()[edge as usize].vertices[0]
+fn first_end(body: &RigidBody, collider: Collider, edge: u32) -> u32 {
+    body.pieces()[collider.piece].core().edges()[edge as usize].vertices[0]
 }

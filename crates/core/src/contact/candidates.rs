@@ -1,8 +1,8 @@
 //! Candidate contacts of a step, and the search for missing ones.
 
+use super::collider::PieceExtent;
 use super::memory::Memory;
 use super::neighbours::{Neighbours, Overlap, has_pairs};
-use super::proxy::PieceExtent;
 use super::restitution::Rebound;
 use super::{Contact, Detection, KeyIndex, Partner, detection};
 use crate::mechanics::State;

@@ -138,13 +138,13 @@ impl Reach {
     /// ∂²|D|_n/∂D² (1/m): (E − m mᵀ)/|D|. Beyond the angle it acts on tangential directions only.
     #[must_use]
     pub fn curvature(&self, d: &Vector3<f64>, normal: &Vector3<f64>) -> Matrix3<f64> {
-        let (way, factor) =
+        let (trajectory, factor) =
             if self.is_exact { (*d, 1.0) } else { (d - normal * normal.dot(d), SINE) };
-        let length = way.norm();
+        let length = trajectory.norm();
         if length <= SMALLEST {
             return Matrix3::zeros();
         }
-        let unit = way / length;
+        let unit = trajectory / length;
         let mut round = Matrix3::identity() - unit * unit.transpose();
         if !self.is_exact {
             round -= normal * normal.transpose();

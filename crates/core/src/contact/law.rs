@@ -86,11 +86,11 @@ impl ContactLaw {
         let (p_n, u_n) = (normal.dot(p), normal.dot(u));
         // `f64::min` would drop a NaN.
         let complementarity = -largest(-response.normal * p_n, -u_n);
-        let pull = response.tangential * (p - normal * p_n);
+        let projection = response.tangential * (p - normal * p_n);
         let slip = u - normal * u_n;
         let radius = self.friction * response.tangential * largest(p_n, 0.0);
-        let friction = (pull - project_on_disc(pull - slip, radius)).norm();
-        let outside = pull.norm() - self.friction * response.tangential * p_n;
+        let friction = (projection - project_on_disc(projection - slip, radius)).norm();
+        let outside = projection.norm() - self.friction * response.tangential * p_n;
         LawResidual { normal: complementarity.abs(), friction, cone: largest(0.0, outside) }
     }
 }

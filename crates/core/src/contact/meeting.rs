@@ -17,16 +17,16 @@
 //! the plane across their shortest line.
 
 use super::between::Between;
+use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
 use super::key_index::{KeyEnd, PieceIndex, ends_of};
 use super::owner::plane_of;
-use super::proxy::{PieceExtent, PieceOwner, Proxy, placed, size};
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{
-    Advance, Feature, Hint, Moving, PairScratch, Touch, bound, first_overlap, manifold, separation,
-    stays_clear, travel,
+    Advance, Feature, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold,
+    separation, stays_clear, travel,
 };
-use crate::mechanics::way::LARGEST_TURN;
-use crate::mechanics::{Pose, State, Way};
+use crate::mechanics::trajectory::LARGEST_TURN;
+use crate::mechanics::{Pose, State, Trajectory};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -57,9 +57,9 @@ const MOST_PLANES: u32 = 8;
 const BISECTIONS: u32 = 30;
 
 /// Two colliders and the cached state of their pair.
-pub(super) struct Looked<'a> {
+pub(super) struct PairState<'a> {
     /// The colliders, the first one of a body.
-    pub proxies: [Proxy; 2],
+    pub colliders: [Collider; 2],
     pub hint: &'a mut Hint,
     /// Separation at the end (m); a lower bound if `is_bound`.
     pub gap: &'a mut f64,
@@ -67,14 +67,14 @@ pub(super) struct Looked<'a> {
 }
 
 /// Search for collisions on the trajectories of one step.
-pub(super) struct Sweeping<'a> {
+pub(super) struct CollisionSearch<'a> {
     pub world: &'a World,
     pub states: &'a [State],
     /// Poses of the bodies at the start of the step.
     pub start: &'a [Pose],
     /// Poses of the bodies at the end of the step.
     pub end: &'a [Pose],
-    pub ways: &'a [Way],
+    pub trajectories: &'a [Trajectory],
     pub extents: &'a [PieceExtent],
     /// Overlap at the end up to which a pair has not collided (m).
     pub depth: f64,
@@ -83,7 +83,7 @@ pub(super) struct Sweeping<'a> {
     /// Contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,
     pub scratch: &'a mut PairScratch,
-    pub touches: &'a mut Vec<Touch>,
+    pub touches: &'a mut Vec<ManifoldPoint>,
     /// True if the step passes or misses a collision.
     pub passed: bool,
 }
@@ -129,10 +129,10 @@ pub(super) struct Meeting {
     axis: Option<Vector3<f64>>,
 }
 
-impl Sweeping<'_> {
+impl CollisionSearch<'_> {
     /// True if a piece does not move in the step.
-    fn stays(&self, proxy: Proxy) -> bool {
-        match proxy.owner {
+    fn stays(&self, collider: Collider) -> bool {
+        match collider.owner {
             PieceOwner::Body(index) => self.start[index] == self.end[index],
             PieceOwner::Fixed(_) => true,
         }
@@ -146,10 +146,10 @@ impl Sweeping<'_> {
         &mut self,
         index: usize,
         indices: [usize; 2],
-        pair: &mut Looked<'_>,
+        pair: &mut PairState<'_>,
         contacts: &mut Vec<Contact>,
     ) -> Option<Meeting> {
-        let [a, b] = pair.proxies;
+        let [a, b] = pair.colliders;
         if !*pair.is_bound && *pair.gap >= -self.depth && self.stays(a) && self.stays(b) {
             return None;
         }
@@ -162,7 +162,8 @@ impl Sweeping<'_> {
             return None;
         }
         // The direction of a rotation by several turns, or by most of one, is unknown.
-        self.passed |= moving[0].way.angle().max(moving[1].way.angle()) > LARGEST_TURN;
+        self.passed |=
+            moving[0].trajectory.angle().max(moving[1].trajectory.angle()) > LARGEST_TURN;
         let near = NEAR * extents[0].size.min(extents[1].size);
         let thick = extents[0].inner + extents[1].inner;
         let fine = self.depth.max(near.min(NEAR_OF_THIN * thick));
@@ -178,7 +179,7 @@ impl Sweeping<'_> {
         let mut goes_through = !is_deep;
         if is_deep && !stays_clear(&moving[0], &moving[1], passing, pair.hint) {
             goes_through = self.first(&moving, passing, pair.hint).is_some();
-        } else if is_deep && *pair.gap >= -fine && self.knows(pair.proxies, contacts) {
+        } else if is_deep && *pair.gap >= -fine && self.knows(pair.colliders, contacts) {
             // Remaining overlap by rotation between planes that are all known.
             return None;
         }
@@ -205,7 +206,7 @@ impl Sweeping<'_> {
             begins_near = gap <= near;
             let before = contacts.len();
             if begins_near {
-                self.admit(pair.proxies, MeetingPlace::Start, f64::NEG_INFINITY, contacts);
+                self.admit(pair.colliders, MeetingPlace::Start, f64::NEG_INFINITY, contacts);
             }
             if contacts.len() > before {
                 return None;
@@ -230,17 +231,17 @@ impl Sweeping<'_> {
     pub fn settle(
         &mut self,
         meeting: &Meeting,
-        pair: &mut Looked<'_>,
+        pair: &mut PairState<'_>,
         waits: bool,
         contacts: &mut Vec<Contact>,
     ) {
         let before = contacts.len();
-        self.place(pair.proxies, meeting.share);
+        self.place(pair.colliders, meeting.share);
         self.touches(pair, MeetingPlace::Between);
         if self.is_same_way(meeting, pair) {
             // Same direction as at the collision: all corners that come down are known at the end.
             self.touches(pair, MeetingPlace::End);
-            self.admit(pair.proxies, MeetingPlace::End, meeting.under, contacts);
+            self.admit(pair.colliders, MeetingPlace::End, meeting.under, contacts);
             if contacts.len() > before {
                 return;
             }
@@ -248,26 +249,26 @@ impl Sweeping<'_> {
         } else if waits {
             return;
         }
-        if !self.admit(pair.proxies, MeetingPlace::Between, meeting.under, contacts) {
+        if !self.admit(pair.colliders, MeetingPlace::Between, meeting.under, contacts) {
             self.touches(pair, MeetingPlace::StartFar);
-            self.admit(pair.proxies, MeetingPlace::StartFar, f64::NEG_INFINITY, contacts);
+            self.admit(pair.colliders, MeetingPlace::StartFar, f64::NEG_INFINITY, contacts);
         }
         if contacts.len() == before && meeting.is_deep && meeting.share < 1.0 {
             // Its contacts hold at the end, and another feature is too deep there.
             self.place_beside_known(meeting, pair, contacts);
             self.touches(pair, MeetingPlace::Between);
-            self.admit(pair.proxies, MeetingPlace::Between, meeting.under, contacts);
+            self.admit(pair.colliders, MeetingPlace::Between, meeting.under, contacts);
             if contacts.len() == before {
                 self.touches(pair, MeetingPlace::End);
-                self.admit(pair.proxies, MeetingPlace::End, meeting.under, contacts);
+                self.admit(pair.colliders, MeetingPlace::End, meeting.under, contacts);
             }
         }
         if contacts.len() > before || !meeting.goes_through && *pair.gap >= -meeting.deep {
             return;
         }
-        self.place(pair.proxies, meeting.share);
+        self.place(pair.colliders, meeting.share);
         self.touches(pair, MeetingPlace::Between);
-        self.admit_planes_of_round(pair.proxies, meeting.under, contacts);
+        self.admit_planes_of_round(pair.colliders, meeting.under, contacts);
         self.passed |= contacts.len() == before;
     }
 
@@ -279,15 +280,15 @@ impl Sweeping<'_> {
     fn place_beside_known(
         &mut self,
         meeting: &Meeting,
-        pair: &mut Looked<'_>,
+        pair: &mut PairState<'_>,
         contacts: &[Contact],
     ) {
         let (mut clear, mut met) = (0.0, 1.0);
         for _ in 0..BISECTIONS {
             let share = 0.5 * (clear + met);
-            self.place(pair.proxies, share);
-            self.lift(pair.proxies, contacts);
-            let [a, b] = pair.proxies;
+            self.place(pair.colliders, share);
+            self.lift(pair.colliders, contacts);
+            let [a, b] = pair.colliders;
             let pieces = (placed(self.world, self.between, a), placed(self.world, self.between, b));
             let distance = separation(pieces.0, pieces.1, pair.hint, self.scratch).distance;
             if distance < meeting.under - meeting.fine {
@@ -296,15 +297,16 @@ impl Sweeping<'_> {
                 clear = share;
             }
         }
-        self.place(pair.proxies, met);
-        self.lift(pair.proxies, contacts);
+        self.place(pair.colliders, met);
+        self.lift(pair.colliders, contacts);
     }
 
     /// Moves a pair apart by the overlap of its deepest contact at the current poses.
-    fn lift(&mut self, proxies: [Proxy; 2], contacts: &[Contact]) {
+    fn lift(&mut self, colliders: [Collider; 2], contacts: &[Contact]) {
         let mut lift: Option<(usize, Vector3<f64>, f64)> = None;
-        let known = self.index.between(contacts, pieces(proxies)).map(|place| &contacts[place]);
-        for contact in known.filter(|contact| is_between(&contact.key, proxies[0], proxies[1])) {
+        let known = self.index.between(contacts, pieces(colliders)).map(|place| &contacts[place]);
+        for contact in known.filter(|contact| is_between(&contact.key, colliders[0], colliders[1]))
+        {
             let a = &self.between[contact.key.body];
             let b = match contact.key.partner {
                 Partner::Body(other) => Some(&self.between[other]),
@@ -334,33 +336,34 @@ impl Sweeping<'_> {
         }
     }
 
-    fn moving<'b>(&self, proxy: Proxy, extent: PieceExtent) -> Moving<'b>
+    fn moving<'b>(&self, collider: Collider, extent: PieceExtent) -> Moving<'b>
     where
         Self: 'b,
     {
-        let (piece, from) = placed(self.world, self.start, proxy);
-        let (_, to) = placed(self.world, self.end, proxy);
-        let way = match proxy.owner {
-            PieceOwner::Body(index) => &self.ways[index],
-            PieceOwner::Fixed(_) => &Way::STILL,
+        let (piece, from) = placed(self.world, self.start, collider);
+        let (_, to) = placed(self.world, self.end, collider);
+        let trajectory = match collider.owner {
+            PieceOwner::Body(index) => &self.trajectories[index],
+            PieceOwner::Fixed(_) => &Trajectory::STILL,
         };
-        Moving { piece, way, ends: (from, to), arm: extent.arm }
+        Moving { piece, trajectory, ends: (from, to), arm: extent.arm }
     }
 
     /// Sets the poses of a pair at the fraction `share` of its trajectory.
-    fn place(&mut self, proxies: [Proxy; 2], share: f64) {
-        for proxy in proxies {
-            if let PieceOwner::Body(index) = proxy.owner {
+    fn place(&mut self, colliders: [Collider; 2], share: f64) {
+        for collider in colliders {
+            if let PieceOwner::Body(index) = collider.owner {
                 let is_end = share >= 1.0;
-                let pose = if is_end { self.end[index] } else { self.ways[index].at(share) };
+                let pose =
+                    if is_end { self.end[index] } else { self.trajectories[index].at(share) };
                 self.between[index] = pose;
             }
         }
     }
 
     /// Finds the geometric contact points of a pair. Returns the gap (m).
-    fn touches(&mut self, pair: &mut Looked<'_>, at: MeetingPlace) -> f64 {
-        let [a, b] = pair.proxies;
+    fn touches(&mut self, pair: &mut PairState<'_>, at: MeetingPlace) -> f64 {
+        let [a, b] = pair.colliders;
         let (world, poses) = (self.world, at.of(self.start, self.end, self.between));
         let pieces = (placed(world, poses, a), placed(world, poses, b));
         let mut reach = BAND * size(pieces.0.0).min(size(pieces.1.0));
@@ -377,22 +380,22 @@ impl Sweeping<'_> {
     /// A plane stops it.
     fn admit_planes_of_round(
         &mut self,
-        proxies: [Proxy; 2],
+        colliders: [Collider; 2],
         under: f64,
         contacts: &mut Vec<Contact>,
     ) {
-        let least = under - self.same_gap(proxies);
+        let least = under - self.same_gap(colliders);
         let (world, start) = (self.world, self.start);
-        let between = Between { world, proxies, at: self.between, start };
+        let between = Between { world, colliders, at: self.between, start };
         for touch in &*self.touches {
             if !matches!(touch.feature, Feature::Round(..)) {
                 continue;
             }
             let is_same = |contact: &&Contact| {
-                is_between(&contact.key, proxies[0], proxies[1])
+                is_between(&contact.key, colliders[0], colliders[1])
                     && contact.key.pair.is_some_and(|pair| pair.feature == touch.feature)
             };
-            let ends = pieces(proxies);
+            let ends = pieces(colliders);
             let planes = self.index.between(contacts, ends).map(|place| &contacts[place]);
             let planes = planes.filter(is_same).count() as u32;
             let Some(contact) = between.contact(touch, planes.max(1)) else { continue };
@@ -408,23 +411,23 @@ impl Sweeping<'_> {
     }
 
     /// Tolerance of gaps at the start below the overlap there (m).
-    fn same_gap(&self, proxies: [Proxy; 2]) -> f64 {
-        let size = |proxy| size(placed(self.world, self.start, proxy).0);
-        SAME_GAP * size(proxies[0]).min(size(proxies[1]))
+    fn same_gap(&self, colliders: [Collider; 2]) -> f64 {
+        let size = |collider| size(placed(self.world, self.start, collider).0);
+        SAME_GAP * size(colliders[0]).min(size(colliders[1]))
     }
 
     /// True if all geometric contact points found last, at the end, have their planes among
     /// `contacts`.
-    fn knows(&mut self, proxies: [Proxy; 2], contacts: &[Contact]) -> bool {
+    fn knows(&mut self, colliders: [Collider; 2], contacts: &[Contact]) -> bool {
         let (world, start) = (self.world, self.start);
-        let between = Between { world, proxies, at: self.end, start };
+        let between = Between { world, colliders, at: self.end, start };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
         found.all(|contact| unknown_plane(&contact, contacts, self.index).is_none())
     }
 
     /// True if a pair has the same direction at its collision as at its end.
-    fn is_same_way(&self, meeting: &Meeting, pair: &Looked<'_>) -> bool {
-        let (_, pose) = placed(self.world, self.between, pair.proxies[0]);
+    fn is_same_way(&self, meeting: &Meeting, pair: &PairState<'_>) -> bool {
+        let (_, pose) = placed(self.world, self.between, pair.colliders[0]);
         let axes = (meeting.axis, pair.hint.axis_from(pose));
         matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_WAY)
     }
@@ -434,14 +437,14 @@ impl Sweeping<'_> {
     /// known plane.
     fn admit(
         &mut self,
-        proxies: [Proxy; 2],
+        colliders: [Collider; 2],
         at: MeetingPlace,
         under: f64,
         contacts: &mut Vec<Contact>,
     ) -> bool {
-        let least = under - self.same_gap(proxies);
+        let least = under - self.same_gap(colliders);
         let (world, start) = (self.world, self.start);
-        let between = Between { world, proxies, at: at.of(start, self.end, self.between), start };
+        let between = Between { world, colliders, at: at.of(start, self.end, self.between), start };
         let mut fits = false;
         for touch in &*self.touches {
             let Some(contact) = between.contact(touch, 0) else { continue };
@@ -458,16 +461,16 @@ impl Sweeping<'_> {
 }
 
 /// Identifiers of the two pieces in the index of contacts.
-fn pieces(proxies: [Proxy; 2]) -> [KeyEnd; 2] {
-    proxies.map(|proxy| (proxy.owner.partner(), proxy.piece))
+fn pieces(colliders: [Collider; 2]) -> [KeyEnd; 2] {
+    colliders.map(|collider| (collider.owner.partner(), collider.piece))
 }
 
 /// True if a contact is between two given pieces.
-fn is_between(key: &ContactKey, a: Proxy, b: Proxy) -> bool {
+fn is_between(key: &ContactKey, a: Collider, b: Collider) -> bool {
     let Some(features) = key.pair else { return false };
     let owners = (Partner::Body(key.body), key.partner);
-    let of = |proxy: Proxy, owner: Partner, piece: usize| {
-        proxy.owner.partner() == owner && proxy.piece == piece
+    let of = |collider: Collider, owner: Partner, piece: usize| {
+        collider.owner.partner() == owner && collider.piece == piece
     };
     let (first, second) = features.pieces;
     (of(a, owners.0, first) && of(b, owners.1, second))

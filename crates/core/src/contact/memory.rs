@@ -1,9 +1,9 @@
 //! State of the contact search from step to step.
 
-use super::meeting::Looked;
 #[cfg(feature = "save")]
-use super::proxy::proxies_of;
-use super::proxy::{PieceOwner, Proxy};
+use super::collider::colliders_of;
+use super::collider::{Collider, PieceOwner};
+use super::meeting::PairState;
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{Aabb, Hint};
 use crate::mechanics::{Pose, State};
@@ -24,7 +24,7 @@ pub(super) const NOWHERE: Pose = Pose {
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Neighbour {
     /// Indices of the colliders, the first one of a body.
-    pub(super) proxies: [usize; 2],
+    pub(super) colliders: [usize; 2],
     pub(super) hint: Hint,
     /// Separation at its last evaluation (m). It is only a lower bound if `is_bound`.
     pub(super) gap: f64,
@@ -35,14 +35,14 @@ pub(super) struct Neighbour {
 }
 
 impl Neighbour {
-    pub(super) fn owners(&self, proxies: &[Proxy]) -> [PieceOwner; 2] {
-        self.proxies.map(|at| proxies[at].owner)
+    pub(super) fn owners(&self, colliders: &[Collider]) -> [PieceOwner; 2] {
+        self.colliders.map(|at| colliders[at].owner)
     }
 
-    pub(super) fn looked(&mut self, proxies: &[Proxy]) -> Looked<'_> {
-        let proxies = self.proxies.map(|at| proxies[at]);
+    pub(super) fn looked(&mut self, colliders: &[Collider]) -> PairState<'_> {
+        let colliders = self.colliders.map(|at| colliders[at]);
         let Self { hint, gap, is_bound, .. } = self;
-        Looked { proxies, hint, gap, is_bound }
+        PairState { colliders, hint, gap, is_bound }
     }
 }
 
@@ -93,20 +93,20 @@ impl Memory {
     /// True if this state fits `world`: all its counts match, and all bodies and pieces exist.
     #[cfg(feature = "save")]
     pub(crate) fn fits(&self, world: &World) -> bool {
-        let (bodies, pieces) = (world.bodies().len(), proxies_of(world).count());
+        let (bodies, pieces) = (world.bodies().len(), colliders_of(world).count());
         let own = world.bodies().iter().map(|body| body.pieces().len()).sum();
         let one_a_body = |count: usize| count == 0 || count == bodies;
         let is_searched =
             self.boxes.is_empty() || self.boxes.len() == own && self.searched.len() == bodies;
         let is_known = |pair: &Neighbour| {
-            let [first, second] = pair.proxies;
+            let [first, second] = pair.colliders;
             let Range { start, end } = pair.kept;
             first < own && second < pieces && start <= end && end <= self.kept.len()
         };
         is_searched
             && [self.end.len(), self.from.len(), self.start.len()].into_iter().all(one_a_body)
             && self.pairs.iter().all(is_known)
-            && self.pairs.is_sorted_by(|a, b| a.proxies < b.proxies)
+            && self.pairs.is_sorted_by(|a, b| a.colliders < b.colliders)
             && self.kept.iter().chain(&self.joined).all(|contact| contact.key.is_of(world))
     }
 
@@ -172,11 +172,11 @@ impl Memory {
             |contact: &Contact| Some(Contact { key: contact.key.renumbered(body)?, ..*contact });
         let before = std::mem::take(kept);
         pairs.retain_mut(|pair| {
-            let (Some(first), Some(second)) = (piece(pair.proxies[0]), piece(pair.proxies[1]))
+            let (Some(first), Some(second)) = (piece(pair.colliders[0]), piece(pair.colliders[1]))
             else {
                 return false;
             };
-            pair.proxies = [first, second];
+            pair.colliders = [first, second];
             let begin = kept.len();
             kept.extend(before[pair.kept.clone()].iter().filter_map(renumbered));
             pair.kept = begin..kept.len();

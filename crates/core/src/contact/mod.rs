@@ -19,9 +19,9 @@
 //! | type | meaning |
 //! |---|---|
 //! | [`Piece`](crate::geometry::Piece) | convex collision shape, a part of a body or fixed |
-//! | `Proxy` | collider: a piece with its owner |
+//! | `Collider` | collider: a piece with its owner |
 //! | [`Feature`] | touching vertex, edge or pair of these, by index |
-//! | [`Touch`](crate::geometry::Touch) | geometric contact point of two pieces |
+//! | [`ManifoldPoint`](crate::geometry::ManifoldPoint) | geometric contact point of two pieces |
 //! | [`Features`] | point, plane and radius of a contact, in the frames of the bodies |
 //! | [`ContactKey`] | bodies and features; identifies the contact from step to step |
 //! | [`Contact`] | features, law and derived data of one step |
@@ -35,6 +35,7 @@
 mod between;
 mod candidates;
 pub mod certificate;
+mod collider;
 pub mod curved;
 pub mod detection;
 mod key_index;
@@ -43,10 +44,9 @@ mod meeting;
 mod memory;
 mod neighbours;
 mod owner;
-mod proxy;
 pub mod restitution;
 pub mod rounding;
-mod seam;
+mod shared_edge;
 
 pub use crate::world::{ContactLaw, Partner, Plane};
 pub use between::round;
@@ -415,8 +415,8 @@ impl Contact {
 fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&Pose>) -> f64 {
     let Features { point, radius, frame, offset, curved } = features;
     if let Some(curved) = curved {
-        let (_, way) = way_between(curved, a, b);
-        return Reach::of(&way, normal).length - radius - curved.radius;
+        let (_, trajectory) = way_between(curved, a, b);
+        return Reach::of(&trajectory, normal).length - radius - curved.radius;
     }
     let w = seen_from(b, &(a.position + a.rotation * point));
     frame.column(2).dot(&w) - offset - radius
@@ -447,11 +447,11 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
     /// Relative distance below which the direction between the cores is undefined.
     const NO_DIRECTION: f64 = 1e-8;
     let Some(mut curved) = features.curved else { return features };
-    let (shares, way) = way_between(&curved, a, b);
+    let (shares, trajectory) = way_between(&curved, a, b);
     curved.shares = shares;
-    let (point, foot, distance) = (curved.point(), curved.foot(), way.norm());
+    let (point, foot, distance) = (curved.point(), curved.foot(), trajectory.norm());
     let frame = if distance > NO_DIRECTION * (features.radius + curved.radius) {
-        let normal = way / distance;
+        let normal = trajectory / distance;
         frame_along(&b.map_or(normal, |b| b.rotation.tr_mul(&normal)))
     } else {
         features.frame

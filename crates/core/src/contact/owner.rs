@@ -1,7 +1,7 @@
 //! Choice of the plane's owner if the features leave it open: between two edges, or between equally
 //! good faces. It depends on geometry and not on the order of the bodies.
 
-use super::proxy::{PieceOwner, Proxy, placed, size};
+use super::collider::{Collider, PieceOwner, placed, size};
 use crate::geometry::PieceSide;
 use crate::mechanics::{Pose, RigidBody, State};
 use crate::world::World;
@@ -33,8 +33,8 @@ pub(super) fn plane_of(
     world: &World,
     states: &[State],
     start: &[Pose],
-    a: Proxy,
-    b: Proxy,
+    a: Collider,
+    b: Collider,
 ) -> PieceSide {
     let (of_a, of_b) = match (a.owner, b.owner) {
         (PieceOwner::Fixed(_), _) => return PieceSide::A,
@@ -43,7 +43,7 @@ pub(super) fn plane_of(
     };
     let h = world.time_step();
     let bodies = (&world.bodies()[of_a], &world.bodies()[of_b]);
-    let sizes = [a, b].map(|proxy| size(placed(world, start, proxy).0));
+    let sizes = [a, b].map(|collider| size(placed(world, start, collider).0));
     // Rotation that a collision may cause: the whole speed at the smallest radius of gyration.
     let (mass, speed) = (
         1.0 / (1.0 / bodies.0.mass() + 1.0 / bodies.1.mass()),

@@ -12,12 +12,12 @@ mod contact;
 mod joint;
 mod placement;
 mod side;
-mod unseen;
+mod untracked;
 
 pub(crate) use contact::{ContactTangent, PlacedFeatures, RowSlopes};
 pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::SideChangeInput;
-pub(crate) use unseen::nearest_unseen;
+pub(crate) use untracked::nearest_untracked;
 
 use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, quaternion};

@@ -32,7 +32,7 @@
 use super::Piece;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
 use super::separation::{Separation, separation};
-use crate::mechanics::{Pose, Way};
+use crate::mechanics::{Pose, Trajectory};
 use nalgebra::Vector3;
 
 /// Largest number of steps along a trajectory. An approach takes a few; a graze at the target depth
@@ -45,7 +45,7 @@ pub struct Moving<'a> {
     /// The piece.
     pub piece: &'a Piece,
     /// Trajectory of its body.
-    pub way: &'a Way,
+    pub trajectory: &'a Trajectory,
     /// Poses at the start and the end of the trajectory.
     pub ends: (&'a Pose, &'a Pose),
     /// ρ: largest distance of the core's points from the body's centre of mass (m). The gap of
@@ -77,19 +77,19 @@ impl<'a> Moving<'a> {
     /// Bound on the displacement of a point by the rotation (m): the chord 2 ρ sin ½|θ| is at most
     /// this.
     fn chord(&self) -> f64 {
-        self.arm * self.way.angle().min(2.0)
+        self.arm * self.trajectory.angle().min(2.0)
     }
 
     /// |n × θ| ρ (m).
     fn sideways(&self, axis: &Vector3<f64>) -> f64 {
-        axis.cross(&self.way.turn()).norm() * self.arm
+        axis.cross(&self.trajectory.turn()).norm() * self.arm
     }
 
     /// Largest distance by which a piece can leave the box around both ends of its trajectory (m).
     /// Points of a rotating piece move along arcs.
     #[must_use]
     pub fn bulge(&self) -> f64 {
-        bulge(self.arm, self.way.angle())
+        bulge(self.arm, self.trajectory.angle())
     }
 }
 
@@ -103,7 +103,7 @@ pub fn bulge(arm: f64, angle: f64) -> f64 {
 /// Bound on the relative displacement of points of two pieces over the whole trajectory (m).
 #[must_use]
 pub fn travel(a: &Moving<'_>, b: &Moving<'_>) -> f64 {
-    let shift = a.way.shift() - b.way.shift();
+    let shift = a.trajectory.shift() - b.trajectory.shift();
     shift.norm() + a.chord() + b.chord()
 }
 
@@ -136,7 +136,7 @@ pub fn first_overlap(
     scratch: &mut PairScratch,
 ) -> Advance {
     let mut at = |share: f64| {
-        let (pose_a, pose_b) = (a.way.at(share), b.way.at(share));
+        let (pose_a, pose_b) = (a.trajectory.at(share), b.trajectory.at(share));
         separation((a.piece, &pose_a), (b.piece, &pose_b), hint, scratch)
     };
     let (mut share, mut now, mut stride) = (0.0, at(0.0), 1.0);
@@ -181,7 +181,7 @@ fn standing(a: &Moving<'_>, b: &Moving<'_>, share: f64, now: &Separation, room: 
     let sagging = sagging(a, b, &axis);
     let far = (0.5 * room / sagging).sqrt().min(rest);
     let ahead = if far < rest {
-        let (pose_a, pose_b) = (a.way.at(share + far), b.way.at(share + far));
+        let (pose_a, pose_b) = (a.trajectory.at(share + far), b.trajectory.at(share + far));
         gap_along((a.piece, &pose_a), (b.piece, &pose_b), &axis)
     } else {
         gap_along(a.at_end(), b.at_end(), &axis)
@@ -189,7 +189,7 @@ fn standing(a: &Moving<'_>, b: &Moving<'_>, share: f64, now: &Separation, room: 
     let left = room - sagging * far * far;
     let drop = now.distance - ahead;
     let by_chord = if drop <= left { far } else { far * left / drop };
-    let shift = a.way.shift() - b.way.shift();
+    let shift = a.trajectory.shift() - b.trajectory.shift();
     let rate = axis.dot(&shift) + a.sideways(&axis) + b.sideways(&axis);
     let by_rate = if rate > 0.0 { room / rate } else { f64::INFINITY };
     by_rate.max(by_chord)
@@ -202,16 +202,16 @@ fn turning(a: &Moving<'_>, b: &Moving<'_>, far: f64, change: &Vector3<f64>) -> f
     if change > 0.5 {
         return f64::INFINITY;
     }
-    let speed = |moving: &Moving<'_>| moving.way.angle() * moving.arm;
-    let shift = (a.way.shift() - b.way.shift()).norm();
-    let bend = |moving: &Moving<'_>| moving.way.angle() * speed(moving);
+    let speed = |moving: &Moving<'_>| moving.trajectory.angle() * moving.arm;
+    let shift = (a.trajectory.shift() - b.trajectory.shift()).norm();
+    let bend = |moving: &Moving<'_>| moving.trajectory.angle() * speed(moving);
     0.125 * far * (2.0 * change * (shift + speed(a) + speed(b)) + far * (bend(a) + bend(b)))
 }
 
 /// Σ |n × θ| |θ| ρ/8: bound on how far the gap along an axis sags below its chord over the whole
 /// trajectory (m).
 fn sagging(a: &Moving<'_>, b: &Moving<'_>, axis: &Vector3<f64>) -> f64 {
-    let of = |moving: &Moving<'_>| moving.sideways(axis) * moving.way.angle();
+    let of = |moving: &Moving<'_>| moving.sideways(axis) * moving.trajectory.angle();
     0.125 * (of(a) + of(b))
 }
 

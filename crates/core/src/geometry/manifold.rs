@@ -12,7 +12,7 @@ use super::overlap::PolygonCorner;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
 use super::segment::{nearest, span};
 use super::separation::across_cores;
-use super::touch::{CorePart, Feature, PieceSide, Touch};
+use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
 use nalgebra::Vector3;
 
 /// Cosine above which a face normal is nearly along the axis: an angle of 0.03 rad.
@@ -59,7 +59,7 @@ pub fn manifold(
     plane_of: PieceSide,
     hint: &mut Hint,
     scratch: &mut PairScratch,
-    out: &mut Vec<Touch>,
+    out: &mut Vec<ManifoldPoint>,
 ) -> f64 {
     out.clear();
     let pair = PiecePair::new(a, b);
@@ -101,7 +101,7 @@ struct ManifoldPair<'a, 's> {
     reach: f64,
     /// Piece that owns the plane if no other rule decides.
     plane_of: PieceSide,
-    out: &'s mut Vec<Touch>,
+    out: &'s mut Vec<ManifoldPoint>,
     /// Closest points of the cores, if they were computed.
     points: Option<Points>,
 }
@@ -416,13 +416,13 @@ impl ManifoldPair<'_, '_> {
     }
 
     /// Adds a contact if its features have none yet.
-    fn push_new(&mut self, touch: Touch) {
+    fn push_new(&mut self, touch: ManifoldPoint) {
         if self.out.iter().all(|other| other.feature != touch.feature) {
             self.push(Some(touch));
         }
     }
 
-    fn push(&mut self, touch: Option<Touch>) {
+    fn push(&mut self, touch: Option<ManifoldPoint>) {
         self.out.extend(touch.filter(|touch| touch.gap <= self.reach));
     }
 }

@@ -39,4 +39,4 @@ pub use piece::Piece;
 pub use segment::nearest_shares;
 pub use separation::{Separation, overlap, separation};
 pub use sweep::{Aabb, Sweep};
-pub use touch::{CorePart, Feature, PieceSide, Touch};
+pub use touch::{CorePart, Feature, ManifoldPoint, PieceSide};

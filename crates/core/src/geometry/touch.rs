@@ -46,7 +46,7 @@ pub enum CorePart {
 /// A contact point: a point of one piece against a plane of the other. The gap is n·w − d − ρ, with
 /// w the point in the frame of the plane's piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
+pub struct ManifoldPoint {
     /// Piece that owns the point; the other piece owns the plane.
     pub point_of: PieceSide,
     /// Point of the core (m, body frame of its piece).
@@ -74,17 +74,22 @@ impl PiecePair<'_> {
         offset: f64,
         height: f64,
         feature: Feature,
-    ) -> Touch {
+    ) -> ManifoldPoint {
         let (point_radius, radius) = match point_of {
             PieceSide::A => (self.radius_a, self.radius_b),
             PieceSide::B => (self.radius_b, self.radius_a),
         };
         let (offset, gap) = (offset + radius, height - self.radii());
-        Touch { point_of, point, point_radius, normal, offset, gap, feature }
+        ManifoldPoint { point_of, point, point_radius, normal, offset, gap, feature }
     }
 
     /// Contact of a point of B (m, frame of A) with a face of A.
-    pub(super) fn on_face_a(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
+    pub(super) fn on_face_a(
+        &self,
+        face: usize,
+        point: &Vector3<f64>,
+        feature: Feature,
+    ) -> ManifoldPoint {
         let face = &self.a.faces()[face];
         let own = match feature {
             Feature::Vertex(PieceSide::B, vertex) => self.b.vertices()[vertex as usize],
@@ -95,7 +100,12 @@ impl PiecePair<'_> {
     }
 
     /// Contact of a point of A (m, frame of A) with a face of B.
-    pub(super) fn on_face_b(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
+    pub(super) fn on_face_b(
+        &self,
+        face: usize,
+        point: &Vector3<f64>,
+        feature: Feature,
+    ) -> ManifoldPoint {
         let face = &self.b.faces()[face];
         let height = face.normal.dot(&self.in_b(point)) - face.offset;
         self.touch(PieceSide::A, *point, face.normal, face.offset, height, feature)
@@ -111,7 +121,7 @@ impl PiecePair<'_> {
         normal: &Vector3<f64>,
         feature: Feature,
         owner: PieceSide,
-    ) -> Touch {
+    ) -> ManifoldPoint {
         let owner = match self.radius_a.total_cmp(&self.radius_b) {
             std::cmp::Ordering::Greater => PieceSide::A,
             std::cmp::Ordering::Less => PieceSide::B,
@@ -131,7 +141,7 @@ impl PiecePair<'_> {
     }
 
     /// True if no part of the plane's piece is more than `merge` (m) above the plane.
-    pub(super) fn is_below(&self, touch: &Touch, merge: f64) -> bool {
+    pub(super) fn is_below(&self, touch: &ManifoldPoint, merge: f64) -> bool {
         let (hull, radius) = match touch.point_of {
             PieceSide::A => (self.b, self.radius_b),
             PieceSide::B => (self.a, self.radius_a),
@@ -147,7 +157,7 @@ impl PiecePair<'_> {
         nearest: &Vector3<f64>,
         or: &Vector3<f64>,
         feature: Feature,
-    ) -> Touch {
+    ) -> ManifoldPoint {
         let normal = self.direction(point, nearest).unwrap_or(*or);
         self.a_on_plane(point, nearest, &normal, feature)
     }
@@ -159,7 +169,7 @@ impl PiecePair<'_> {
         nearest: &Vector3<f64>,
         or: &Vector3<f64>,
         feature: Feature,
-    ) -> Touch {
+    ) -> ManifoldPoint {
         let normal = self.direction(nearest, point).unwrap_or(*or);
         self.b_on_plane(point, nearest, &normal, feature)
     }
@@ -171,7 +181,7 @@ impl PiecePair<'_> {
         on: &Vector3<f64>,
         normal: &Vector3<f64>,
         feature: Feature,
-    ) -> Touch {
+    ) -> ManifoldPoint {
         let away = self.rotation.tr_mul(&-normal);
         let plane = (away, away.dot(&self.in_b(on)));
         self.touch(PieceSide::A, *point, plane.0, plane.1, normal.dot(&(on - point)), feature)
@@ -184,7 +194,7 @@ impl PiecePair<'_> {
         on: &Vector3<f64>,
         normal: &Vector3<f64>,
         feature: Feature,
-    ) -> Touch {
+    ) -> ManifoldPoint {
         let (own, plane) = (self.in_b(point), (*normal, normal.dot(on)));
         self.touch(PieceSide::B, own, plane.0, plane.1, normal.dot(&(point - on)), feature)
     }

@@ -2,7 +2,7 @@
 
 use super::JointFrame;
 use crate::error::{Error, all_in_range, in_range};
-use crate::mechanics::{Polyline, State, way::Way};
+use crate::mechanics::{Polyline, State, trajectory::Trajectory};
 use nalgebra::{Vector3, Vector4};
 
 /// Forces along the linear axes and torques about the angular axes of a joint over time, in
@@ -130,7 +130,7 @@ impl JointFrame {
             velocity: Vector3::zeros(),
             spin: Vector3::zeros(),
         };
-        let (anchor, attitude) = Way::between(&state(self), &state(other)).placed(share);
+        let (anchor, attitude) = Trajectory::between(&state(self), &state(other)).placed(share);
         Self { anchor, attitude: attitude.normalize() }
     }
 

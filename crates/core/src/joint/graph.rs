@@ -115,12 +115,12 @@ impl ForceSum {
             value += if u <= at { most } else { -most };
         }
         if let Some((at_zero, by, most)) = self.ramp {
-            let pull = at_zero - by * u;
-            if pull.abs() < most {
+            let projection = at_zero - by * u;
+            if projection.abs() < most {
                 value += at_zero;
                 slope += by;
             } else {
-                value += most.copysign(pull);
+                value += most.copysign(projection);
             }
         }
         (value, slope)
@@ -168,12 +168,12 @@ impl Segment {
         self.du == 0.0
     }
 
-    /// Impulse with p − ρ u = `pull`.
-    fn impulse(&self, pull: f64, rho: f64) -> f64 {
+    /// Impulse with p − ρ u = `projection`.
+    fn impulse(&self, projection: f64, rho: f64) -> f64 {
         if self.dp == 0.0 {
             return self.p;
         }
-        let along = (pull - (self.p - rho * self.u)) / (self.dp - rho * self.du);
+        let along = (projection - (self.p - rho * self.u)) / (self.dp - rho * self.du);
         self.p + along * self.dp
     }
 }
@@ -249,16 +249,16 @@ impl Graph {
         }
     }
 
-    /// Index of the piece with p − ρ u = `pull`: the number of corners before it.
-    pub(crate) fn piece(&self, pull: f64, rho: f64) -> usize {
+    /// Index of the piece with p − ρ u = `projection`: the number of corners before it.
+    pub(crate) fn piece(&self, projection: f64, rho: f64) -> usize {
         let corners = &self.corners[..self.count];
-        corners.iter().take_while(|(u, p)| p - rho * u > pull).count()
+        corners.iter().take_while(|(u, p)| p - rho * u > projection).count()
     }
 
-    /// Distance of `pull` from the nearest corner, divided by ρ.
-    pub(crate) fn margin(&self, pull: f64, rho: f64) -> f64 {
+    /// Distance of `projection` from the nearest corner, divided by ρ.
+    pub(crate) fn margin(&self, projection: f64, rho: f64) -> f64 {
         let corners = self.corners[..self.count].iter();
-        corners.map(|(u, p)| (p - rho * u - pull).abs() / rho).fold(f64::INFINITY, f64::min)
+        corners.map(|(u, p)| (p - rho * u - projection).abs() / rho).fold(f64::INFINITY, f64::min)
     }
 
     /// A speed inside a piece; for a vertical piece, its speed.
@@ -294,14 +294,14 @@ impl Graph {
         of(from, (to.0 - from.0, to.1 - from.1))
     }
 
-    /// Projection P(y) (J3) of the argument y = `pull`.
+    /// Projection P(y) (J3) of the argument y = `projection`.
     #[must_use]
-    pub fn projected(&self, pull: f64, rho: f64) -> f64 {
-        let segment = self.segment(self.piece(pull, rho));
+    pub fn projected(&self, projection: f64, rho: f64) -> f64 {
+        let segment = self.segment(self.piece(projection, rho));
         if self.by_pull && segment.is_vertical() {
-            return pull + rho * segment.u;
+            return projection + rho * segment.u;
         }
-        segment.impulse(pull, rho)
+        segment.impulse(projection, rho)
     }
 
     /// Natural residual |p − P(p − ρ u)|/ρ of (u, p), in units of u.

@@ -72,12 +72,13 @@ impl Axis {
         let to_impulse = h / (unit * length);
         let (mut value, mut slope) = (change.force + (drive.force + start.push) * longer, 0.0);
         // Differentials of k (x* − x) c and of (k h + d) c/ℓ, divided by c.
-        let mut pull = |(k, d, target): (f64, f64, f64), (dk, dd, dtarget): (f64, f64, f64)| {
+        let mut projection = |(k, d, target): (f64, f64, f64),
+                              (dk, dd, dtarget): (f64, f64, f64)| {
             value += dk * (target - x) + k * (dtarget - change.coordinate + (target - x) * longer);
             slope += (dk * h + dd + (2.0 * k * h + d) * longer) / length;
         };
         let spring = (drive.stiffness, drive.damping, drive.rest);
-        pull(spring, (change.stiffness, change.damping, change.rest));
+        projection(spring, (change.stiffness, change.damping, change.rest));
         let mut held = 0.0;
         let side = |is_left: bool| if is_left { 1.0 } else { -1.0 };
         if drive.friction > 0.0 || change.friction != 0.0 {
@@ -89,23 +90,23 @@ impl Axis {
                 held += side(u < target * length) * (change.most + most * longer);
             }
             Some(Motor::Position { target, stiffness, damping, most }) => {
-                let pulls = stiffness * (target - x) - (stiffness * h + damping) * u / length;
-                if pulls.abs() > most {
-                    held += pulls.signum() * (change.most + most * longer);
+                let projections = stiffness * (target - x) - (stiffness * h + damping) * u / length;
+                if projections.abs() > most {
+                    held += projections.signum() * (change.most + most * longer);
                 } else {
                     let by = (change.motor_stiffness, change.motor_damping, change.target);
-                    pull((stiffness, damping, target), by);
+                    projection((stiffness, damping, target), by);
                 }
             }
             Some(Motor::Damper { target, damping, most }) => {
-                let pulls = damping * (target - u / length);
-                if pulls.abs() > most {
-                    held += pulls.signum() * (change.most + most * longer);
+                let projections = damping * (target - u / length);
+                if projections.abs() > most {
+                    held += projections.signum() * (change.most + most * longer);
                 } else {
                     // A damping motor is a damper plus the constant force of its target speed.
                     held +=
                         change.motor_damping * target + damping * (change.target + target * longer);
-                    pull((0.0, damping, 0.0), (0.0, change.motor_damping, 0.0));
+                    projection((0.0, damping, 0.0), (0.0, change.motor_damping, 0.0));
                 }
             }
         }

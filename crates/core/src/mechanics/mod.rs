@@ -6,13 +6,13 @@ pub mod load;
 pub mod quaternion;
 pub mod rotation;
 pub mod state;
-pub mod way;
+pub mod trajectory;
 
 pub use body::RigidBody;
 pub use load::{Load, Polyline};
 pub use rotation::Rotation;
 pub use state::{Pose, State, Wrench};
-pub use way::Way;
+pub use trajectory::Trajectory;
 
 /// Maximum of two numbers; NaN if either is NaN, so that a NaN cannot pass as a small residual.
 #[inline]

@@ -141,9 +141,9 @@ impl Law {
     fn squared_error(&self, p: &[f64], u: &[f64]) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
-                let (p, mut pull) = (three(p), three(p) - three(u));
-                pull[0] -= friction * three(u).yz().norm();
-                (p - project_on_cone(pull, *friction)).norm_squared()
+                let (p, mut projection) = (three(p), three(p) - three(u));
+                projection[0] -= friction * three(u).yz().norm();
+                (p - project_on_cone(projection, *friction)).norm_squared()
             }
             Self::Rows(rows) => {
                 let each = rows.iter().zip(p.iter().zip(u));

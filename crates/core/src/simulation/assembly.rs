@@ -18,7 +18,7 @@
 use crate::contact::Candidates;
 use crate::error::Error;
 use crate::joint::{Axis, Drive, Joint, JointAxis};
-use crate::mechanics::way::{LARGEST_TURN, Way};
+use crate::mechanics::trajectory::{LARGEST_TURN, Trajectory};
 use crate::mechanics::{RigidBody, Rotation, State, Wrench, largest};
 use crate::solver::native::NativeSolver;
 use crate::step::{Step, StepSolution, StepSolver, StepStatus};
@@ -86,7 +86,7 @@ impl World {
         self.project(&start, &mut found)?;
         let mut assembly = Assembly::default();
         for (from, to) in start.iter().zip(&found) {
-            let way = Way::between(from, to);
+            let way = Trajectory::between(from, to);
             assembly.place = assembly.place.max(way.shift().norm());
             assembly.turn = assembly.turn.max(way.angle());
             assembly.velocity = assembly.velocity.max((to.velocity - from.velocity).norm());

@@ -3,7 +3,7 @@
 //! Stored solutions and loads are renumbered. Bodies that did not touch a removed body continue
 //! exactly as if it had never existed.
 
-use super::{Outside, Simulation, start};
+use super::{ExternalLoads, Simulation, start};
 use crate::error::Error;
 use crate::mechanics::{RigidBody, State};
 use crate::simulation::Motion;
@@ -31,7 +31,7 @@ impl Simulation<'_> {
         })?;
         self.change_solver(&world)?;
         self.scratch.candidates = candidates;
-        self.outside.push(Outside::nothing());
+        self.outside.push(ExternalLoads::nothing());
         for solution in self.solutions() {
             solution.states.push(state);
         }

@@ -13,7 +13,7 @@
 //! the span.
 
 use crate::joint::{Axis, GearAxis, Joint, JointAxis, JointFrame, Knots};
-use crate::mechanics::way::Way;
+use crate::mechanics::trajectory::Trajectory;
 use crate::mechanics::{State, Wrench};
 use crate::world::World;
 use nalgebra::{DVector, Vector3};
@@ -300,7 +300,7 @@ impl LockedRows<'_> {
         };
         let h = self.world.time_step();
         let [from, to] = [self.time, self.time + h].map(|time| as_state(&knots.at(time)));
-        let way = Way::between(&from, &to);
+        let way = Trajectory::between(&from, &to);
         let (velocity, spin) = (way.shift() / h, way.turn() / h);
         let state = self.states.get(joint.body())?;
         let at_centre = velocity + spin.cross(&(state.position - from.position));

@@ -68,7 +68,7 @@ pub struct Simulation<'a> {
     world: World,
     motion: Motion<'a>,
     /// External wrench and load of each body.
-    outside: Vec<Outside>,
+    outside: Vec<ExternalLoads>,
     /// Time-dependent inputs of the joints.
     driving: driving::Driving,
     interrupt: Option<Arc<AtomicBool>>,
@@ -93,12 +93,12 @@ pub struct Simulation<'a> {
 /// External wrench on a body, without gravity.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-struct Outside {
+struct ExternalLoads {
     wrench: Wrench,
     load: Load,
 }
 
-impl Outside {
+impl ExternalLoads {
     fn nothing() -> Self {
         Self { wrench: Wrench::zero(), load: Load::none() }
     }
@@ -186,7 +186,7 @@ impl<'a> Simulation<'a> {
         let gears = vec![0.0; world.gears().len()];
         let now = StepSolution { joints, gears, ..StepSolution::free(states) };
         Ok(Self {
-            outside: vec![Outside::nothing(); world.bodies().len()],
+            outside: vec![ExternalLoads::nothing(); world.bodies().len()],
             world,
             motion,
             driving: driving::Driving::default(),
@@ -322,7 +322,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    fn outside_mut(&mut self, index: usize) -> Result<&mut Outside, Error> {
+    fn outside_mut(&mut self, index: usize) -> Result<&mut ExternalLoads, Error> {
         let missing = Error::Count { field: "body", count: index, allowed: "an index of a body" };
         self.outside.get_mut(index).ok_or(missing)
     }

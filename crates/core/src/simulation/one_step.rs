@@ -99,8 +99,8 @@ pub(super) fn contact_step(
         *squeeze = squeeze::find(world, states, contacts, least);
     }
     // A step that skipped a contact has an invalid trajectory.
-    let unseen = passes || wild::is_lost(world, states, &solution.states);
-    if unseen && report.status != StepStatus::Failed {
+    let untracked = passes || wild::is_lost(world, states, &solution.states);
+    if untracked && report.status != StepStatus::Failed {
         report.status = StepStatus::Wild;
     }
     Ok((report, certificate, share))

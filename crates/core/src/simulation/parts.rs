@@ -63,7 +63,7 @@ impl Simulation<'_> {
         let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
 
-        if is_near && !self.makers().contains(&true) {
+        if is_near && !self.gains_energy().contains(&true) {
             return None;
         }
         let mut report = report;
@@ -162,7 +162,7 @@ impl Simulation<'_> {
     }
 
     /// True per body if its island adds energy in the solution of the scratch memory.
-    fn makers(&mut self) -> Vec<bool> {
+    fn gains_energy(&mut self) -> Vec<bool> {
         let Self { world, now, scratch, .. } = self;
         let StepScratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
         let claim = Claim {
@@ -174,12 +174,12 @@ impl Simulation<'_> {
             gears: &solution.gears,
         };
         certifier.contact_step(world, &claim, solution.forces());
-        judge.makers(world, &claim, certifier.seen(), solution.forces())
+        judge.gains_energy(world, &claim, certifier.seen(), solution.forces())
     }
 
     /// Replaces the motion of islands that add energy by one that does not.
     fn hold_energy(&mut self) {
-        let (islands, standing, made) = (self.islands(), self.standing(), self.makers());
+        let (islands, standing, made) = (self.islands(), self.standing(), self.gains_energy());
         let Self { world, now, scratch, .. } = self;
         let solution = &mut scratch.solution;
         let bodies = now.states.len();

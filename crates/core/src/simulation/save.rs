@@ -9,7 +9,7 @@
 //! point numbers keep their bits.
 
 use super::driving::Driving;
-use super::{MOST_STEPS, Motion, Outside, Simulation};
+use super::{ExternalLoads, MOST_STEPS, Motion, Simulation};
 use crate::contact::{Candidates, Memory};
 use crate::error::Error;
 use crate::joint::{Gear, Joint};
@@ -33,7 +33,7 @@ pub struct Saved {
     surfaces: Vec<(Partner, Vector3<f64>)>,
     index: u64,
     taken_back: bool,
-    outside: Vec<Outside>,
+    outside: Vec<ExternalLoads>,
     driving: Driving,
     now: StepSolution,
     before: Option<StepSolution>,
@@ -150,7 +150,7 @@ impl Saved {
         };
         let is_possible = self.index < MOST_STEPS
             && self.outside.len() == bodies
-            && self.outside.iter().all(Outside::is_possible)
+            && self.outside.iter().all(ExternalLoads::is_possible)
             && pasts.into_iter().flatten().all(is_whole)
             && self.search.fits(world)
             && self.joints.iter().map(Joint::lasting).eq(world.joints().iter().map(Joint::lasting))
@@ -164,7 +164,7 @@ impl Saved {
     }
 }
 
-impl Outside {
+impl ExternalLoads {
     fn is_possible(&self) -> bool {
         let line = |line: &Polyline| Polyline::new(line.knots().to_vec());
         let Load { force, torque, .. } = &self.load;

@@ -46,7 +46,7 @@ use crate::world::World;
 use nalgebra::Vector3;
 
 /// Largest rotation of a body in a valid step (rad).
-pub use crate::mechanics::way::LARGEST_TURN;
+pub use crate::mechanics::trajectory::LARGEST_TURN;
 
 /// Largest energy gain of an island in a valid step, relative to its kinetic energy and work.
 pub const LARGEST_GAIN: f64 = 1e-3;
@@ -116,7 +116,7 @@ impl EnergyJudge {
     }
 
     /// True per body if its island gains energy beyond rounding.
-    pub(super) fn makers(
+    pub(super) fn gains_energy(
         &mut self,
         world: &World,
         claim: &Claim<'_>,

@@ -11,15 +11,15 @@ mod pairs;
 mod places;
 
 use super::between::Between;
+use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
 use super::key_index::{PieceIndex, ends_of};
-use super::meeting::{BAND, Meeting, Sweeping};
+use super::meeting::{BAND, CollisionSearch, Meeting};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
-use super::proxy::{PieceExtent, PieceOwner, Proxy, placed, size};
-use super::seam::shares_a_line_only;
+use super::shared_edge::shares_a_line_only;
 use super::{Contact, Partner};
-use crate::geometry::{PairScratch, PieceSide, Sweep, Touch, bound, manifold};
-use crate::mechanics::{Pose, State, Way};
+use crate::geometry::{ManifoldPoint, PairScratch, PieceSide, Sweep, bound, manifold};
+use crate::mechanics::{Pose, State, Trajectory};
 use crate::world::World;
 use places::set_poses;
 use std::ops::Range;
@@ -48,7 +48,7 @@ pub struct Overlap {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     memory: Memory,
-    proxies: Vec<Proxy>,
+    colliders: Vec<Collider>,
     extents: Vec<PieceExtent>,
     /// Body of each box.
     bodies: Vec<usize>,
@@ -58,7 +58,7 @@ pub(super) struct Neighbours {
     /// Poses of the bodies at `from`.
     begin: Vec<Pose>,
     /// Trajectories of the bodies between these poses.
-    ways: Vec<Way>,
+    trajectories: Vec<Trajectory>,
     /// Spare buffers, swapped with the poses of the start, their contacts and the pairs.
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
@@ -82,7 +82,7 @@ pub(super) struct Neighbours {
     /// Contacts of the step, by their pieces.
     index: PieceIndex,
     scratch: PairScratch,
-    touches: Vec<Touch>,
+    touches: Vec<ManifoldPoint>,
 }
 
 impl Neighbours {
@@ -97,7 +97,7 @@ impl Neighbours {
         if !self.stand(world, states) {
             return;
         }
-        let Self { memory, proxies, poses, scratch, touches, .. } = self;
+        let Self { memory, colliders, poses, scratch, touches, .. } = self;
         let Memory { pairs, start, kept, joined, .. } = memory;
         if start == poses {
             // Nothing has moved.
@@ -116,7 +116,7 @@ impl Neighbours {
             PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
         };
         for (index, pair) in pairs.iter_mut().enumerate() {
-            let [a, b] = pair.proxies.map(|at| proxies[at]);
+            let [a, b] = pair.colliders.map(|at| colliders[at]);
             if still(a.owner) && still(b.owner) {
                 continue;
             }
@@ -129,7 +129,7 @@ impl Neighbours {
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces.0, pieces.1, touches, size) {
-                let between = Between { world, proxies: [a, b], at: poses, start: poses };
+                let between = Between { world, colliders: [a, b], at: poses, start: poses };
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
             moved_pairs.push((index, first..moved.len()));
@@ -215,17 +215,17 @@ impl Neighbours {
         if !self.place(world, states, next) {
             return;
         }
-        let Self { memory, proxies, poses, begin, between, meetings, met, .. } = self;
+        let Self { memory, colliders, poses, begin, between, meetings, met, .. } = self;
         let pairs = &mut memory.pairs;
         between.clone_from(begin);
         self.index.clear();
         self.index.reserve(contacts.capacity());
-        let mut look = Sweeping {
+        let mut look = CollisionSearch {
             world,
             states,
             start: begin,
             end: poses,
-            ways: &self.ways,
+            trajectories: &self.trajectories,
             extents: &self.extents,
             depth,
             between,
@@ -238,10 +238,10 @@ impl Neighbours {
         met.clear();
         met.resize(states.len(), f64::INFINITY);
         for (index, pair) in pairs.iter_mut().enumerate() {
-            let (before, at) = (contacts.len(), pair.proxies);
-            meetings.extend(look.meeting(index, at, &mut pair.looked(proxies), contacts));
+            let (before, at) = (contacts.len(), pair.colliders);
+            meetings.extend(look.meeting(index, at, &mut pair.looked(colliders), contacts));
             if contacts.len() > before {
-                meet(met, pair.owners(proxies), 0.0);
+                meet(met, pair.owners(colliders), 0.0);
             }
         }
         // In the order of the collisions: the force on a body may prevent later ones.
@@ -249,9 +249,9 @@ impl Neighbours {
             .sort_unstable_by(|x, y| x.share.total_cmp(&y.share).then_with(|| x.pair.cmp(&y.pair)));
         for meeting in meetings {
             let (before, pair) = (contacts.len(), &mut pairs[meeting.pair]);
-            let owners = pair.owners(proxies);
+            let owners = pair.owners(colliders);
             let waits = has_met(met, owners) < meeting.share - SAME_TIME;
-            look.settle(meeting, &mut pair.looked(proxies), waits, contacts);
+            look.settle(meeting, &mut pair.looked(colliders), waits, contacts);
             if contacts.len() > before {
                 meet(met, owners, meeting.share);
             }
@@ -310,9 +310,9 @@ impl Neighbours {
         if !known && !self.stand(world, states) {
             return;
         }
-        let Self { memory, proxies, extents, poses, scratch, touches, .. } = self;
+        let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
         for pair in &mut memory.pairs {
-            let [a, b] = pair.proxies.map(|at| proxies[at]);
+            let [a, b] = pair.colliders.map(|at| colliders[at]);
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
                 pair.gap = bound(pieces.0, pieces.1, &pair.hint);
@@ -323,7 +323,7 @@ impl Neighbours {
                 pair.gap = manifold(pieces.0, pieces.1, 0.0, PieceSide::A, hint, scratch, touches);
                 pair.is_bound = false;
             }
-            let extents = pair.proxies.map(|at| extents[at]);
+            let extents = pair.colliders.map(|at| extents[at]);
             visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
         }
     }
@@ -352,7 +352,7 @@ impl Neighbours {
         self.memory.copy_from(memory);
         if self.memory.start.is_empty() && self.memory.end.is_empty() {
             // There was no search yet.
-            self.proxies.clear();
+            self.colliders.clear();
             return;
         }
         // Same as a change of bodies that requests a new search.

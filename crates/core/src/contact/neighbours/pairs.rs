@@ -2,8 +2,8 @@
 
 use super::Neighbours;
 use crate::contact::Partner;
+use crate::contact::collider::{PieceExtent, PieceOwner, colliders_of, placed};
 use crate::contact::memory::{Memory, Neighbour};
-use crate::contact::proxy::{PieceExtent, PieceOwner, placed, proxies_of};
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
 
@@ -35,23 +35,23 @@ impl Neighbours {
             (&self.poses[body], &self.memory.searched[body], &self.extents[index]);
         let moved = (pose.position - before.position).norm()
             + extent.arm * (pose.rotation - before.rotation).norm();
-        moved + bulge(extent.arm, self.ways[body].angle()) <= MARGIN * extent.size
+        moved + bulge(extent.arm, self.trajectories[body].angle()) <= MARGIN * extent.size
     }
 
     /// Box around the trajectory of a piece, or around its end alone if `begun`. In that case the
     /// start is known to be in the piece's box.
     fn around(&self, world: &World, index: usize, begun: bool) -> Aabb {
-        let proxy = self.proxies[index];
-        let (piece, to) = placed(world, &self.poses, proxy);
+        let collider = self.colliders[index];
+        let (piece, to) = placed(world, &self.poses, collider);
         let body = self.bodies[index];
         let from = &self.begin[body];
         let around = if begun { Aabb::of(piece, to) } else { Aabb::swept(piece, from, to) };
-        around.grown(bulge(self.extents[index].arm, self.ways[body].angle()))
+        around.grown(bulge(self.extents[index].arm, self.trajectories[body].angle()))
     }
 
     /// True if the listed pieces are the current pieces of the world.
     pub(super) fn lists(&self, world: &World) -> bool {
-        proxies_of(world).eq(self.proxies.iter().copied())
+        colliders_of(world).eq(self.colliders.iter().copied())
     }
 
     /// Lists the pieces of the world and clears the search.
@@ -64,21 +64,24 @@ impl Neighbours {
 
     /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
-        self.proxies.clear();
-        self.proxies.extend(proxies_of(world));
+        self.colliders.clear();
+        self.colliders.extend(colliders_of(world));
         // Positions of the bodies are not used.
         let poses = &self.poses;
-        let extents =
-            self.proxies.iter().map(|proxy| PieceExtent::of(placed(world, poses, *proxy).0));
+        let extents = self
+            .colliders
+            .iter()
+            .map(|collider| PieceExtent::of(placed(world, poses, *collider).0));
         self.extents.clear();
         self.extents.extend(extents);
         self.bodies.clear();
-        self.bodies.extend(self.proxies.iter().map_while(|proxy| match proxy.owner {
+        self.bodies.extend(self.colliders.iter().map_while(|collider| match collider.owner {
             PieceOwner::Body(index) => Some(index),
             PieceOwner::Fixed(_) => None,
         }));
-        let fixed =
-            self.proxies[self.bodies.len()..].iter().map(|proxy| placed(world, poses, *proxy));
+        let fixed = self.colliders[self.bodies.len()..]
+            .iter()
+            .map(|collider| placed(world, poses, *collider));
         let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
         self.sweep.set_fixed(&fixed);
         self.separate(world);
@@ -101,11 +104,11 @@ impl Neighbours {
         self.separations.1.extend_from_slice(untouched);
         self.separations.2.clear();
         self.separations.2.extend_from_slice(held);
-        let of_bodies = self.proxies[..self.bodies.len()].iter().enumerate();
+        let of_bodies = self.colliders[..self.bodies.len()].iter().enumerate();
         let mut touching = of_bodies.filter(|(index, _)| world.touches(self.bodies[*index]));
-        self.is_apart = touching.all(|(index, proxy)| {
-            let others = self.proxies[index + 1..].iter();
-            others.map(|other| other.owner).all(|other| !may_meet(world, proxy.owner, other))
+        self.is_apart = touching.all(|(index, collider)| {
+            let others = self.colliders[index + 1..].iter();
+            others.map(|other| other.owner).all(|other| !may_meet(world, collider.owner, other))
         });
     }
 
@@ -118,16 +121,16 @@ impl Neighbours {
             let around = self.around(world, index, false);
             self.memory.boxes.push(around.grown(MARGIN * self.extents[index].size));
         }
-        let Self { memory, proxies, spare_pairs: spare, sweep, .. } = self;
+        let Self { memory, colliders, spare_pairs: spare, sweep, .. } = self;
         let Memory { boxes, pairs, .. } = memory;
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
-            if may_meet(world, proxies[i].owner, proxies[j].owner) {
-                let known = spare.binary_search_by(|pair| pair.proxies.cmp(&[i, j]));
+            if may_meet(world, colliders[i].owner, colliders[j].owner) {
+                let known = spare.binary_search_by(|pair| pair.colliders.cmp(&[i, j]));
                 pairs.push(known.map_or_else(
                     |_| Neighbour {
-                        proxies: [i, j],
+                        colliders: [i, j],
                         hint: Hint::default(),
                         gap: f64::INFINITY,
                         is_bound: true,

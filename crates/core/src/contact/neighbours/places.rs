@@ -1,9 +1,9 @@
 //! Poses of the pieces, at rest in a state or on their trajectories between two states.
 
 use super::{Neighbours, has_pairs};
+use crate::contact::collider::PieceOwner;
 use crate::contact::memory::Memory;
-use crate::contact::proxy::PieceOwner;
-use crate::mechanics::{Pose, State, Way};
+use crate::mechanics::{Pose, State, Trajectory};
 use crate::world::World;
 
 impl Neighbours {
@@ -26,8 +26,8 @@ impl Neighbours {
             self.list(world);
         }
         self.begin.clone_from(&self.poses);
-        self.ways.clear();
-        self.ways.resize(states.len(), Way::STILL);
+        self.trajectories.clear();
+        self.trajectories.resize(states.len(), Trajectory::STILL);
         self.fit_boxes(world, true);
         true
     }
@@ -55,8 +55,9 @@ impl Neighbours {
             from.extend_from_slice(states);
         }
         self.set_end(next);
-        self.ways.clear();
-        self.ways.extend(states.iter().zip(next).map(|(from, to)| Way::between(from, to)));
+        self.trajectories.clear();
+        self.trajectories
+            .extend(states.iter().zip(next).map(|(from, to)| Trajectory::between(from, to)));
         if !listed {
             self.list(world);
         }
@@ -70,14 +71,14 @@ impl Neighbours {
         std::mem::swap(&mut self.poses, &mut self.spare_poses);
         set_poses(&mut self.poses, states);
         // Separations were evaluated at the previous poses.
-        let Self { memory: Memory { pairs, .. }, proxies, poses, spare_poses: before, .. } = self;
+        let Self { memory: Memory { pairs, .. }, colliders, poses, spare_poses: before, .. } = self;
         if poses != before {
-            let stays = |at: usize| match proxies[at].owner {
+            let stays = |at: usize| match colliders[at].owner {
                 PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
                 PieceOwner::Fixed(_) => true,
             };
             for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
-                pair.is_bound = !(pair.proxies.into_iter().all(stays));
+                pair.is_bound = !(pair.colliders.into_iter().all(stays));
             }
         }
     }

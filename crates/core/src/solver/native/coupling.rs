@@ -56,7 +56,7 @@ impl Coupling {
             offset: normal * approach(contact, time_step, level),
             rebound: contact.rebound,
             rows: CouplingRows {
-                give: match contact.is_rounded() {
+                compliance_ratio: match contact.is_rounded() {
                     true => (ROLLING_COMPLIANCE * tangential / COMPLIANCE).max(1.0),
                     false => 1.0,
                 },
@@ -103,13 +103,13 @@ impl Coupling {
 
     /// Projection arguments of the law at the motion u and the impulse p̂ (m/s, world).
     #[inline]
-    pub(super) fn pull(
+    pub(super) fn projection(
         &self,
         map: &NaturalMap,
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Projection {
-        self.law.pull(map, &self.rows, u, impulse)
+        self.law.projection(map, &self.rows, u, impulse)
     }
 
     /// Projection arguments and the natural map (N4) as a velocity (m/s).

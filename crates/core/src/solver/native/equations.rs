@@ -7,7 +7,7 @@
 
 use super::coupling::Coupling;
 use super::islands::IslandView;
-use super::law::{Answer, Gain};
+use super::law::{Gain, LocalSolution};
 use super::settings::Settings;
 use super::tolerances::Tolerances;
 use crate::joint::Graph;
@@ -130,7 +130,7 @@ pub(super) trait Slope: Copy + std::fmt::Debug {
 /// Eliminated coupling: its local solution and the derivative of its rows by the velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Elimination<S> {
-    pub(super) answer: Answer,
+    pub(super) local_solution: LocalSolution,
     /// Unused for a zero gain.
     pub(super) slope: S,
 }
@@ -139,8 +139,8 @@ impl<S: Slope> Elimination<S> {
     /// δp̂ for a change of the velocities.
     #[inline]
     pub(super) fn impulse_step(&self, change: &S::Velocity) -> Vector3<f64> {
-        let offset = self.answer.offset;
-        match &self.answer.gain {
+        let offset = self.local_solution.offset;
+        match &self.local_solution.gain {
             Gain::Zero => offset,
             Gain::Spring(stiffness) => offset - self.point_step(change) * *stiffness,
             Gain::Full(gain) => offset + gain * self.point_step(change),
@@ -161,7 +161,7 @@ pub(super) struct StepSetting {
     /// Graphs of joint axes.
     pub(super) graphs: Vec<Graph>,
     /// True if the compliance of all couplings is isotropic (N6).
-    pub(super) all_give_alike: bool,
+    pub(super) all_isotropic: bool,
     pub(super) tolerances: Tolerances,
     /// Change of the impulses over the last steps, relative to the largest.
     pub(super) unsettled: f64,
@@ -173,7 +173,7 @@ impl StepSetting {
         Self {
             couplings: Vec::new(),
             graphs: Vec::new(),
-            all_give_alike: true,
+            all_isotropic: true,
             tolerances,
             unsettled: f64::INFINITY,
         }
@@ -183,7 +183,7 @@ impl StepSetting {
     pub(super) fn begin(&mut self, tolerances: Tolerances, unsettled: f64) {
         self.couplings.clear();
         self.graphs.clear();
-        self.all_give_alike = true;
+        self.all_isotropic = true;
         self.tolerances = tolerances;
         self.unsettled = unsettled;
     }
@@ -196,7 +196,7 @@ impl StepSetting {
     }
 
     pub(super) fn admit(&mut self, coupling: Coupling) {
-        self.all_give_alike &= coupling.rows.give_alike();
+        self.all_isotropic &= coupling.rows.is_isotropic();
         self.couplings.push(coupling);
     }
 
@@ -208,9 +208,9 @@ impl StepSetting {
     }
 
     /// Makes the compliance of all couplings isotropic.
-    pub(super) fn give_alike(&mut self) {
-        self.all_give_alike = true;
-        self.couplings.iter_mut().for_each(|coupling| coupling.rows.give = 1.0);
+    pub(super) fn make_isotropic(&mut self) {
+        self.all_isotropic = true;
+        self.couplings.iter_mut().for_each(|coupling| coupling.rows.compliance_ratio = 1.0);
     }
 }
 
@@ -310,12 +310,12 @@ pub(super) trait Equations {
     );
     /// Linearises at an evaluated point and factorises the system of the velocities (N8).
     ///
-    /// `answer` returns the local solution of each coupling. `eliminations` receives all eliminated
+    /// `local_solution` returns the local solution of each coupling. `eliminations` receives all eliminated
     /// couplings. Returns false if a local solution is missing or the system is singular.
     fn linearise(
         &self,
         at: EvaluatedPoint<'_, Self>,
-        answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        local_solution: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<LocalSolution>,
         eliminations: &mut Vec<Elimination<Self::Slope>>,
         system: &mut Self::System,
     ) -> bool;

@@ -5,7 +5,7 @@
 
 use super::effort::SolveEffort;
 use super::equations::{Elimination, Equations, EvaluatedPoint, Velocities, reserve};
-use super::law::{Answer, Barrier, Pending};
+use super::law::{Barrier, LocalSolution, Pending};
 use super::newton::Iterate;
 use super::settings::{INTERIOR_ERROR, INTERIOR_ITERATIONS, LEAST_SCALE};
 use nalgebra::Vector3;
@@ -189,7 +189,7 @@ impl<E: Equations> InteriorPoint<E> {
                 let (offset, gain, rest) =
                     barrier.eliminate(0.0, &barrier.nothing(), u, equations.graphs())?;
                 pending.push(rest);
-                Some(Answer::full(frame * offset, frame * gain * frame.transpose()))
+                Some(LocalSolution::full(frame * offset, frame * gain * frame.transpose()))
             },
             eliminations,
             system,
@@ -210,7 +210,7 @@ impl<E: Equations> InteriorPoint<E> {
             let Some((offset, _, left)) = barrier.eliminate(kappa, predictor, u, graphs) else {
                 return false;
             };
-            elimination.answer.offset = frame * offset;
+            elimination.local_solution.offset = frame * offset;
             *rest = left;
         }
         self.set_direction(equations)

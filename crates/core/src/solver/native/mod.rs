@@ -70,7 +70,7 @@ use islands::{IslandParts, IslandView, Marked, StepContacts};
 pub use law::MapPiece;
 pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
-use part::{IslandPart, PartRequest, Parts};
+use part::{IslandPart, Parts, SolveAccuracy};
 pub(crate) use posed::solve as solve_problem;
 use settings::{CHANGING, Settings};
 pub use stages::STARTS;
@@ -241,7 +241,7 @@ impl NativeSolver {
         let Self { islands, rests, .. } = self;
         islands.keep(step, StepContacts { contacts, known }, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
-        let asked = PartRequest { accepted: self.accepted, loosened: self.loosened() };
+        let asked = SolveAccuracy { accepted: self.accepted, loosened: self.loosened() };
         let is_solved = self.solve_on_threads(step, contacts, asked)?;
         // The order of the islands is independent of the threads.
         let mut iterations = 0_u32;
@@ -318,7 +318,7 @@ impl NativeSolver {
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
-        asked: PartRequest,
+        asked: SolveAccuracy,
     ) -> Result<bool, Error> {
         let Self { islands, parts, threads, .. } = self;
         match threads {
@@ -335,7 +335,7 @@ impl NativeSolver {
         &mut self,
         _: &Step<'_>,
         _: &[Contact],
-        _: PartRequest,
+        _: SolveAccuracy,
     ) -> Result<bool, Error> {
         Ok(false)
     }

@@ -34,7 +34,7 @@ pub(super) struct IslandPart {
 
 /// Required accuracy of an island's solution.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PartRequest {
+pub(super) struct SolveAccuracy {
     /// Largest residual that is not a failure (m/s).
     pub(super) accepted: f64,
     /// Factor on the usual residual tolerances.
@@ -86,7 +86,7 @@ impl<E: Equations> IslandProblem<E> {
         step: &Step<'_>,
         island: &IslandView<'_>,
         mass: f64,
-        asked: PartRequest,
+        asked: SolveAccuracy,
         effort: &mut SolveEffort<'_>,
     ) -> StageOutcome {
         let to_impulse = step.world.time_step() / mass;
@@ -152,7 +152,7 @@ impl IslandPart {
         step: &Step<'_>,
         contacts: &[Contact],
         island: &IslandView<'_>,
-        asked: PartRequest,
+        asked: SolveAccuracy,
     ) -> Result<(), Error> {
         let mut effort = SolveEffort::new(step.interrupt);
         self.only = only(contacts, island);

@@ -5,7 +5,7 @@ use super::equations::{
     Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocity, reserve,
 };
 use super::fixed_motion::{point_velocity, slope};
-use super::law::{Answer, Gain};
+use super::law::{Gain, LocalSolution};
 use super::member::IslandBody;
 use super::settings::Settings;
 use super::six::SixFactors;
@@ -194,7 +194,7 @@ impl Equations for Single {
     fn linearise(
         &self,
         at: EvaluatedPoint<'_, Self>,
-        mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        mut local_solution: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<LocalSolution>,
         eliminations: &mut Vec<Elimination<SpinSlope>>,
         factors: &mut Option<SixFactors>,
     ) -> bool {
@@ -207,12 +207,12 @@ impl Equations for Single {
         };
         eliminations.clear();
         for (index, (coupling, u)) in self.setting.couplings.iter().zip(at.points).enumerate() {
-            let Some(answer) = answer(index, coupling, u) else { return false };
-            let slope = match answer.gain {
+            let Some(local_solution) = local_solution(index, coupling, u) else { return false };
+            let slope = match local_solution.gain {
                 Gain::Zero => SpinSlope(Matrix3::zeros()),
                 _ => SpinSlope(self.point_slope(coupling, turning, at.velocity, u)),
             };
-            let elimination = Elimination { answer, slope };
+            let elimination = Elimination { local_solution, slope };
             matrix.add(&coupling.lever.torque_map, &elimination);
             eliminations.push(elimination);
         }
@@ -231,8 +231,8 @@ impl Equations for Single {
         let Velocity { linear, spin } = evaluated.residual;
         let (mut linear, mut angular) = (-linear, -spin);
         for (coupling, contact) in self.setting.couplings.iter().zip(eliminations) {
-            linear += contact.answer.offset;
-            angular += coupling.lever.torque_map * contact.answer.offset;
+            linear += contact.local_solution.offset;
+            angular += coupling.lever.torque_map * contact.local_solution.offset;
         }
         let change = factors.as_ref().and_then(|factors| solve(factors, &linear, &angular));
         change.map(|change| *step = change).is_some()
@@ -287,7 +287,7 @@ impl MotionMatrix {
     #[inline(always)]
     fn add(&mut self, torque_map: &Matrix3<f64>, coupling: &Elimination<SpinSlope>) {
         let slope = &coupling.slope.0;
-        match &coupling.answer.gain {
+        match &coupling.local_solution.gain {
             Gain::Zero => {}
             Gain::Spring(stiffness) => {
                 let by_spin = slope * -stiffness;

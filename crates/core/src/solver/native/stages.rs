@@ -190,8 +190,8 @@ impl<E: Equations> StageSolver<E> {
         const MAP: NaturalMap = NaturalMap::with_compliance(COMPLIANCE);
         let couplings = equations.couplings().iter().zip(self.impulses()).zip(self.points());
         couplings.map(|((coupling, impulse), u)| {
-            let pull = coupling.pull(&MAP, u, impulse);
-            (pull.piece(equations.graphs()), pull.margin(equations.graphs()))
+            let projection = coupling.projection(&MAP, u, impulse);
+            (projection.piece(equations.graphs()), projection.margin(equations.graphs()))
         })
     }
 
@@ -211,12 +211,12 @@ impl<E: Equations> StageSolver<E> {
     ) -> StageOutcome {
         let settings = equations.settings();
         let first = first_stage(equations, previous);
-        let can_roll = !equations.setting().all_give_alike;
+        let can_roll = !equations.setting().all_isotropic;
         let mut best: Option<(Rank, StageRun, bool)> = None;
         let mut same_solutions = 0;
         for run in runs(settings, first, can_roll) {
             if run.equal_compliance {
-                equations.setting_mut().give_alike();
+                equations.setting_mut().make_isotropic();
             }
             effort.begin_stage();
             let end = self.run(equations, run.stage, previous, effort);

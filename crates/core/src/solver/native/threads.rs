@@ -3,7 +3,7 @@
 //! Each island is a separate problem with its own memory. Results do not depend on the thread.
 
 use super::islands::{IslandParts, IslandView};
-use super::part::{IslandPart, PartRequest, Parts};
+use super::part::{IslandPart, Parts, SolveAccuracy};
 use super::settings::SETTLED;
 use crate::contact::Contact;
 use crate::error::Error;
@@ -74,7 +74,7 @@ impl Threads {
         contacts: &[Contact],
         islands: &IslandParts,
         parts: &mut Parts,
-        asked: PartRequest,
+        asked: SolveAccuracy,
     ) -> Result<(), Error> {
         let parts = parts.all().par_iter_mut().with_max_len(1);
         let solve = |part: &mut IslandPart| match part.island().and_then(|n| islands.changed_one(n))

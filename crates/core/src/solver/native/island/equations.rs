@@ -10,7 +10,7 @@ use crate::solver::native::equations::{
     Velocity,
 };
 use crate::solver::native::islands::IslandView;
-use crate::solver::native::law::{Answer, Gain};
+use crate::solver::native::law::{Gain, LocalSolution};
 use crate::solver::native::member::IslandBody;
 use crate::solver::native::pair_motion::stacked;
 use crate::solver::native::settings::Settings;
@@ -225,7 +225,7 @@ impl Equations for Island {
     fn linearise(
         &self,
         at: EvaluatedPoint<'_, Self>,
-        mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        mut local_solution: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<LocalSolution>,
         eliminations: &mut Vec<Elimination<IslandSlope>>,
         system: &mut IslandSystem,
     ) -> bool {
@@ -246,12 +246,14 @@ impl Equations for Island {
         }
         eliminations.clear();
         for (index, (linked, u)) in self.all_linked().zip(at.points).enumerate() {
-            let Some(answer) = answer(index, linked.coupling, u) else { return false };
-            let slope = match answer.gain {
+            let Some(local_solution) = local_solution(index, linked.coupling, u) else {
+                return false;
+            };
+            let slope = match local_solution.gain {
                 Gain::Zero => IslandSlope::NONE,
                 _ => self.slope(linked, at.velocity, turnings),
             };
-            let elimination = Elimination { answer, slope };
+            let elimination = Elimination { local_solution, slope };
             self.add_gain(linked, &elimination, blocks);
             eliminations.push(elimination);
         }
@@ -272,7 +274,7 @@ impl Equations for Island {
             values[self.pattern.order.place(index)] = -stacked(residual);
         }
         for (linked, elimination) in self.all_linked().zip(eliminations) {
-            self.add_offset(linked, &elimination.answer.offset, values);
+            self.add_offset(linked, &elimination.local_solution.offset, values);
         }
         blocks.solve::<false>(&self.pattern, values);
         step.clear();

@@ -179,11 +179,11 @@ impl Island {
         coupling: &Elimination<IslandSlope>,
         blocks: &mut BlockSystem,
     ) {
-        let Elimination { answer, slope } = coupling;
+        let Elimination { local_solution, slope } = coupling;
         let slope = match (slope, linked.link.kind) {
             (IslandSlope::Pair(slope), _) => slope,
             (IslandSlope::Gear(slope), CouplingKind::Gear(gear)) => {
-                let gain = answer.gain.first();
+                let gain = local_solution.gain.first();
                 for (row, wrench) in self.gears[gear].sides() {
                     for (column, slope) in slope.bodies() {
                         blocks.add(&self.pattern, row, column, &(wrench * (slope * -gain)));
@@ -194,9 +194,9 @@ impl Island {
             (IslandSlope::Gear(_), _) => return,
         };
         if !linked.link.pushes() {
-            return self.add_turning_gain(linked, &answer.gain, slope, blocks);
+            return self.add_turning_gain(linked, &local_solution.gain, slope, blocks);
         }
-        let gained = |slope: &Matrix3x6<f64>| match &answer.gain {
+        let gained = |slope: &Matrix3x6<f64>| match &local_solution.gain {
             Gain::Zero => None,
             Gain::Spring(stiffness) => Some(slope * -stiffness),
             Gain::Full(gain) => Some(gain * slope),

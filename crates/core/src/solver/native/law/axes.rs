@@ -2,8 +2,8 @@
 //!
 //! Equation numbers refer to `docs/joints.md`.
 
-use super::answer::{Answer, Factored};
 use super::cone_barrier::Pending;
+use super::local_solution::{Factored, LocalSolution};
 use super::map::NaturalMap;
 use super::rows::{CouplingRows, LawRows};
 use crate::joint::{Graph, Segment};
@@ -101,7 +101,7 @@ impl AxesProjection {
         Self { axes: *axes, u, p: axes.along(rows, *impulse), rho: rows.scale }
     }
 
-    fn pull(&self, k: usize) -> f64 {
+    fn projection(&self, k: usize) -> f64 {
         self.p[k] - self.rho[k] * self.u[k]
     }
 
@@ -114,7 +114,7 @@ impl AxesProjection {
         if self.axes.all_locked() {
             return self.axes.out(rows, self.u);
         }
-        let asked = |k: usize| self.axes.of(graphs, k).projected(self.pull(k), self.rho[k]);
+        let asked = |k: usize| self.axes.of(graphs, k).projected(self.projection(k), self.rho[k]);
         let missed = self.along_rows(|k| match self.axes.locked[k] {
             true => self.u[k],
             false => (self.p[k] - asked(k)) / self.rho[k],
@@ -126,7 +126,7 @@ impl AxesProjection {
         // A locked row has one piece, on both sides of its corner. So has a straight line.
         let piece = |k: usize| match self.axes.of(graphs, k) {
             graph if graph.is_straight() => 0,
-            graph => graph.piece(self.pull(k), self.rho[k]) as u8,
+            graph => graph.piece(self.projection(k), self.rho[k]) as u8,
         };
         [piece(0), piece(1), piece(2)]
     }
@@ -140,7 +140,7 @@ impl AxesProjection {
     /// Smallest distance of an unlocked row to its next piece (m/s).
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         let free = (0..3).filter(|k| !self.axes.locked[*k]);
-        let margin = |k: usize| self.axes.of(graphs, k).margin(self.pull(k), self.rho[k]);
+        let margin = |k: usize| self.axes.of(graphs, k).margin(self.projection(k), self.rho[k]);
         free.map(margin).fold(f64::INFINITY, f64::min)
     }
 
@@ -148,7 +148,7 @@ impl AxesProjection {
     pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
         let graph = |k: usize| self.axes.of(graphs, k);
         let bent = (0..3).filter(|k| !graph(*k).is_straight());
-        let margin = |k: usize| graph(k).margin(self.pull(k), self.rho[k]);
+        let margin = |k: usize| graph(k).margin(self.projection(k), self.rho[k]);
         bent.map(margin).fold(f64::INFINITY, f64::min)
     }
 
@@ -160,7 +160,7 @@ impl AxesProjection {
         let held = (0..3).filter(|k| !self.axes.locked[*k]);
         let speed = |k: usize| {
             let graph = self.axes.of(graphs, k);
-            let segment = graph.segment(graph.piece(self.pull(k), self.rho[k]));
+            let segment = graph.segment(graph.piece(self.projection(k), self.rho[k]));
             if segment.is_vertical() { (self.u[k] - segment.u).abs() } else { 0.0 }
         };
         held.map(speed).fold(0.0, f64::max)
@@ -173,11 +173,16 @@ impl AxesProjection {
     /// ```text
     /// δp̂ (u′ − ε p′) = p′ (û − u₀) − u′ (p̂ − p₀) + p′ δu                     (J5)
     /// ```
-    pub(super) fn answer(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Answer {
+    pub(super) fn local_solution(
+        &self,
+        pieces: [u8; 3],
+        of: LawRows<'_>,
+        compliance: f64,
+    ) -> LocalSolution {
         let LawRows { rows, graphs } = of;
         if self.axes.all_locked() {
             let stiffness = 1.0 / compliance;
-            return Answer::stick(self.axes.out(rows, self.u) * -stiffness, stiffness);
+            return LocalSolution::stick(self.axes.out(rows, self.u) * -stiffness, stiffness);
         }
         let (offset, gain) = self.along_axes(pieces, graphs, compliance);
         let diagonal = Matrix3::from_diagonal(&gain);
@@ -185,7 +190,7 @@ impl AxesProjection {
             true => rows.frame * diagonal * rows.frame.transpose(),
             false => diagonal,
         };
-        Answer::full(self.axes.out(rows, offset), gain)
+        LocalSolution::full(self.axes.out(rows, offset), gain)
     }
 
     /// Offset of the local solution alone.
@@ -225,25 +230,25 @@ impl AxesProjection {
 /// They have no interior and are solved as in Newton's method.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct AxesBarrier {
-    pull: AxesProjection,
+    projection: AxesProjection,
 }
 
 impl AxesBarrier {
     pub(super) fn new(axes: &AxesLaw, rows: &CouplingRows) -> Self {
         let zero = Vector3::zeros();
-        Self { pull: AxesProjection { axes: *axes, u: zero, p: zero, rho: rows.scale } }
+        Self { projection: AxesProjection { axes: *axes, u: zero, p: zero, rho: rows.scale } }
     }
 
     pub(super) fn nothing(&self) -> Self {
-        Self { pull: AxesProjection { p: Vector3::zeros(), ..self.pull } }
+        Self { projection: AxesProjection { p: Vector3::zeros(), ..self.projection } }
     }
 
     pub(super) fn impulse(&self) -> Vector3<f64> {
-        self.pull.p
+        self.projection.p
     }
 
     fn at(&self, u: &Vector3<f64>) -> AxesProjection {
-        AxesProjection { u: u + COMPLIANCE * self.pull.p, ..self.pull }
+        AxesProjection { u: u + COMPLIANCE * self.projection.p, ..self.projection }
     }
 
     /// Largest distance of a row from its graph at the motion u (m/s).
@@ -264,10 +269,15 @@ impl AxesBarrier {
     }
 
     pub(super) fn step(&self, impulse: &Vector3<f64>) -> Self {
-        Self { pull: AxesProjection { p: *impulse, ..self.pull } }
+        Self { projection: AxesProjection { p: *impulse, ..self.projection } }
     }
 
     pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
-        Self { pull: AxesProjection { p: self.pull.p + length * step.pull.p, ..self.pull } }
+        Self {
+            projection: AxesProjection {
+                p: self.projection.p + length * step.projection.p,
+                ..self.projection
+            },
+        }
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Equation numbers refer to `docs/native-solver.md`.
 
-use super::answer::{Answer, Factored};
+use super::local_solution::{Factored, LocalSolution};
 use super::map::{MapPiece, NaturalMap};
 use super::rows::CouplingRows;
 use nalgebra::{Matrix3, Vector3};
@@ -54,7 +54,7 @@ impl ConeProjection {
         impulse: &Vector3<f64>,
     ) -> Self {
         let n = &rows.normal();
-        let u = u + map.compliance * rows.given(impulse);
+        let u = u + map.compliance * rows.compliant_motion(impulse);
         let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
         let beta = impulse - n * gamma;
         let (rho_n, rho_t) = (rows.scale[2], rows.scale[0]);
@@ -105,30 +105,30 @@ impl ConeProjection {
 
     /// Local solution on the `piece`, with ε = `compliance`.
     #[inline(always)]
-    pub(super) fn answer(
+    pub(super) fn local_solution(
         &self,
         piece: MapPiece,
         rows: &CouplingRows,
         impulse: &Vector3<f64>,
         compliance: f64,
-    ) -> Answer {
+    ) -> LocalSolution {
         match piece {
-            MapPiece::Open => Answer::open(impulse),
+            MapPiece::Open => LocalSolution::open(impulse),
             MapPiece::Stick => {
                 let stiffness = 1.0 / compliance;
-                if rows.give_alike() {
-                    return Answer::stick(-stiffness * self.u, stiffness);
+                if rows.is_isotropic() {
+                    return LocalSolution::stick(-stiffness * self.u, stiffness);
                 }
                 // δp̂ = −D⁻¹ (û + δu)/ε
                 let n = &rows.normal();
-                let across = stiffness / rows.give;
+                let across = stiffness / rows.compliance_ratio;
                 let along = n * n.transpose() * (stiffness - across);
                 let springs = Matrix3::from_diagonal_element(across) + along;
-                Answer::full(-springs * self.u, -springs)
+                LocalSolution::full(-springs * self.u, -springs)
             }
             MapPiece::Slip | MapPiece::Axes(_) => {
                 let (offset, gain) = self.linearise_slip(rows, compliance);
-                Answer::full(offset, gain)
+                LocalSolution::full(offset, gain)
             }
         }
     }
@@ -180,7 +180,7 @@ impl ConeProjection {
         let size = self.size.max(f64::MIN_POSITIVE);
         let t = self.tangential / size;
         let bend = (friction * self.normal / size).min(1.0);
-        let across = 1.0 - bend + self.rho_t * (compliance * rows.give) * bend;
+        let across = 1.0 - bend + self.rho_t * (compliance * rows.compliance_ratio) * bend;
         let turn = -self.rho_t * bend / across;
         Slip { t, s: n.cross(&t), n, across, turn, stiffness: 1.0 / compliance }
     }
@@ -203,7 +203,7 @@ impl ConeProjection {
             MapPiece::Open => Factored::nothing(),
             MapPiece::Stick => {
                 let along = -1.0 / compliance;
-                let across = along / rows.give;
+                let across = along / rows.compliance_ratio;
                 Factored::along(&rows.frame, Vector3::new(across, across, along))
             }
             MapPiece::Slip | MapPiece::Axes(_) => {
@@ -247,16 +247,16 @@ mod tests {
         let impulse = Vector3::new(-0.006 * cos, -0.006 * sin, 0.02);
         let u = Vector3::new(0.3 * cos, 0.3 * sin, u_n);
         let map = NaturalMap::with_compliance(COMPLIANCE);
-        let pull = ConeProjection::new(&map, &rows, &Cone { friction: 0.3 }, &u, &impulse);
-        (rows, pull, impulse)
+        let projection = ConeProjection::new(&map, &rows, &Cone { friction: 0.3 }, &u, &impulse);
+        (rows, projection, impulse)
     }
 
     /// The offset for use with the point's own gain equals the one of the local solution.
     #[test]
     fn an_offset_beside_its_own_gain_is_the_answers() {
-        let (rows, pull, _) = slipping(0.7, 1e-4);
-        let (offset, gain) = pull.linearise_slip(&rows, COMPLIANCE);
-        let found = pull.slip_offset(&rows, COMPLIANCE, &gain);
+        let (rows, projection, _) = slipping(0.7, 1e-4);
+        let (offset, gain) = projection.linearise_slip(&rows, COMPLIANCE);
+        let found = projection.slip_offset(&rows, COMPLIANCE, &gain);
         assert!((found - offset).norm() <= 1e-13 * offset.norm(), "{found} {offset}");
     }
 
@@ -266,16 +266,16 @@ mod tests {
     #[test]
     fn an_offset_beside_another_gain_makes_no_impulse_of_compliance() {
         let u_n = 1e-5;
-        let (rows, pull, impulse) = slipping(0.7, u_n);
+        let (rows, projection, impulse) = slipping(0.7, u_n);
         let (_, before, _) = slipping(0.6, 0.0);
         let (_, kept) = before.linearise_slip(&rows, COMPLIANCE);
-        let back = -rows.normal() * pull.u_n;
-        let found = pull.slip_offset(&rows, COMPLIANCE, &kept) + kept * back;
+        let back = -rows.normal() * projection.u_n;
+        let found = projection.slip_offset(&rows, COMPLIANCE, &kept) + kept * back;
         assert!(found.norm() <= 1e-9 * u_n / COMPLIANCE + impulse.norm(), "{found}");
-        let fresh = pull.linearise_slip(&rows, COMPLIANCE).0 + kept * back;
+        let fresh = projection.linearise_slip(&rows, COMPLIANCE).0 + kept * back;
         assert!(
             fresh.norm() > 10.0 * impulse.norm(),
-            "as it would be with the answer's own: {fresh}"
+            "as it would be with the local_solution's own: {fresh}"
         );
     }
 }

@@ -2,26 +2,26 @@
 //!
 //! A solver uses
 //!
-//! - the projection arguments and the residual: [`CouplingLaw::pull`], [`CouplingLaw::evaluated`],
+//! - the projection arguments and the residual: [`CouplingLaw::projection`], [`CouplingLaw::evaluated`],
 //! - the piece of the natural map and the distance to the next: [`Projection::piece`],
 //!   [`Projection::margin`],
-//! - the local solution for the impulse on a piece: [`Projection::answer`],
+//! - the local solution for the impulse on a piece: [`Projection::local_solution`],
 //! - the variables of the interior point method: [`Barrier`].
 //!
 //! A new law is a file next to [`cone`] and a variant of [`CouplingLaw`], [`Projection`] and
 //! [`Barrier`]. Equation numbers refer to `docs/native-solver.md`.
 
-mod answer;
 mod axes;
 mod cone;
 mod cone_barrier;
+mod local_solution;
 mod map;
 mod rows;
 
-pub(super) use answer::{Answer, Factored, Gain};
 pub(super) use axes::AxesLaw;
 pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
+pub(super) use local_solution::{Factored, Gain, LocalSolution};
 pub use map::MapPiece;
 pub(super) use map::NaturalMap;
 pub(super) use rows::{CouplingRows, LawRows};
@@ -58,7 +58,7 @@ impl CouplingLaw {
     /// Projection arguments of a coupling with these `rows` at its motion u and impulse p̂ (m/s,
     /// world).
     #[inline]
-    pub(super) fn pull(
+    pub(super) fn projection(
         &self,
         map: &NaturalMap,
         rows: &CouplingRows,
@@ -87,14 +87,14 @@ impl CouplingLaw {
         let LawRows { rows, graphs } = of;
         match self {
             Self::Cone(cone) => {
-                let pull = cone::ConeProjection::new(map, rows, cone, u, impulse);
-                let missed = pull.natural_map(rows);
-                (Projection::Cone(pull), missed)
+                let projection = cone::ConeProjection::new(map, rows, cone, u, impulse);
+                let missed = projection.natural_map(rows);
+                (Projection::Cone(projection), missed)
             }
             Self::Axes(axes) => {
-                let pull = axes::AxesProjection::new(map, rows, axes, u, impulse);
-                let missed = pull.natural_map(rows, graphs);
-                (Projection::Axes(pull), missed)
+                let projection = axes::AxesProjection::new(map, rows, axes, u, impulse);
+                let missed = projection.natural_map(rows, graphs);
+                (Projection::Axes(projection), missed)
             }
         }
     }
@@ -114,15 +114,17 @@ impl Projection {
     #[inline]
     pub(super) fn piece(&self, graphs: &[Graph]) -> MapPiece {
         match self {
-            Self::Cone(pull) => pull.piece(),
-            Self::Axes(pull) => MapPiece::Axes(pull.pieces(graphs)),
+            Self::Cone(projection) => projection.piece(),
+            Self::Axes(projection) => MapPiece::Axes(projection.pieces(graphs)),
         }
     }
 
     /// Lower bound of the number of stiff rows. Excludes the sideways row of a slipping contact.
     pub(super) fn stiff_rows(&self, graphs: &[Graph]) -> usize {
         match (self, self.piece(graphs)) {
-            (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.stiff_rows(pieces, graphs),
+            (Self::Axes(projection), MapPiece::Axes(pieces)) => {
+                projection.stiff_rows(pieces, graphs)
+            }
             (_, MapPiece::Stick) => 3,
             (_, MapPiece::Slip) => 1,
             _ => 0,
@@ -132,40 +134,44 @@ impl Projection {
     /// Distance to the next piece (m/s).
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         match self {
-            Self::Cone(pull) => pull.margin(),
-            Self::Axes(pull) => pull.margin(graphs),
+            Self::Cone(projection) => projection.margin(),
+            Self::Axes(projection) => projection.margin(graphs),
         }
     }
 
     /// Distance to the nearest kink of the law (m/s).
     pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
         match self {
-            Self::Cone(pull) => pull.margin(),
-            Self::Axes(pull) => pull.clearance(graphs),
+            Self::Cone(projection) => projection.margin(),
+            Self::Axes(projection) => projection.clearance(graphs),
         }
     }
 
     /// Largest speed of a row that the impulse holds (m/s).
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
         match self {
-            Self::Cone(pull) => pull.held_speed(),
-            Self::Axes(pull) => pull.held_speed(graphs),
+            Self::Cone(projection) => projection.held_speed(),
+            Self::Axes(projection) => projection.held_speed(graphs),
         }
     }
 
     /// Local solution on a piece (N5), with ε = `compliance`.
     #[inline(always)]
-    pub(super) fn answer(
+    pub(super) fn local_solution(
         &self,
         piece: MapPiece,
         of: LawRows<'_>,
         impulse: &Vector3<f64>,
         compliance: f64,
-    ) -> Answer {
+    ) -> LocalSolution {
         match (self, piece) {
-            (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.answer(pieces, of, compliance),
-            (Self::Cone(pull), piece) => pull.answer(piece, of.rows, impulse, compliance),
-            (Self::Axes(_), _) => Answer::open(impulse),
+            (Self::Axes(projection), MapPiece::Axes(pieces)) => {
+                projection.local_solution(pieces, of, compliance)
+            }
+            (Self::Cone(projection), piece) => {
+                projection.local_solution(piece, of.rows, impulse, compliance)
+            }
+            (Self::Axes(_), _) => LocalSolution::open(impulse),
         }
     }
 
@@ -181,19 +187,23 @@ impl Projection {
         gain: &Gain,
     ) -> Vector3<f64> {
         match (self, piece, gain) {
-            (Self::Axes(pull), MapPiece::Axes(pieces), _) => pull.offset(pieces, of, compliance),
-            (Self::Cone(pull), MapPiece::Slip, Gain::Full(gain)) => {
-                pull.slip_offset(of.rows, compliance, gain)
+            (Self::Axes(projection), MapPiece::Axes(pieces), _) => {
+                projection.offset(pieces, of, compliance)
             }
-            _ => self.answer(piece, of, impulse, compliance).offset,
+            (Self::Cone(projection), MapPiece::Slip, Gain::Full(gain)) => {
+                projection.slip_offset(of.rows, compliance, gain)
+            }
+            _ => self.local_solution(piece, of, impulse, compliance).offset,
         }
     }
 
     /// Factored gain of the local solution.
     pub(super) fn factored(&self, piece: MapPiece, of: LawRows<'_>, compliance: f64) -> Factored {
         match (self, piece) {
-            (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.factored(pieces, of, compliance),
-            (Self::Cone(pull), piece) => pull.factored(piece, of.rows, compliance),
+            (Self::Axes(projection), MapPiece::Axes(pieces)) => {
+                projection.factored(pieces, of, compliance)
+            }
+            (Self::Cone(projection), piece) => projection.factored(piece, of.rows, compliance),
             (Self::Axes(_), _) => Factored::nothing(),
         }
     }

@@ -11,7 +11,7 @@ pub(in super::super) struct CouplingRows {
     /// ρ of each row: inverse of its own response. Scales the natural map.
     pub(in super::super) scale: Vector3<f64>,
     /// κ: ratio of the compliance across the normal to the one along it (N6).
-    pub(in super::super) give: f64,
+    pub(in super::super) compliance_ratio: f64,
 }
 
 /// Rows of a coupling, and the graphs of the step for joint rows.
@@ -26,12 +26,12 @@ impl CouplingRows {
     /// `normal`.
     pub(in super::super) fn of_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
         let across = 1.0 / tangential;
-        Self { frame, scale: Vector3::new(across, across, 1.0 / normal), give: 1.0 }
+        Self { frame, scale: Vector3::new(across, across, 1.0 / normal), compliance_ratio: 1.0 }
     }
 
     /// Rows of a joint with isotropic compliance and the given `response` of each row.
     pub(in super::super) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
-        Self { frame, scale: response.map(f64::recip), give: 1.0 }
+        Self { frame, scale: response.map(f64::recip), compliance_ratio: 1.0 }
     }
 
     /// Last axis: the normal n of a contact.
@@ -41,22 +41,23 @@ impl CouplingRows {
     }
 
     /// True if the compliance is isotropic.
-    pub(in super::super) fn give_alike(&self) -> bool {
-        self.give == 1.0
+    pub(in super::super) fn is_isotropic(&self) -> bool {
+        self.compliance_ratio == 1.0
     }
 
     /// Same rows with isotropic compliance.
-    pub(in super::super) fn giving_alike(&self) -> Self {
-        Self { give: 1.0, ..*self }
+    pub(in super::super) fn isotropic(&self) -> Self {
+        Self { compliance_ratio: 1.0, ..*self }
     }
 
     /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
     #[inline]
-    pub(in super::super) fn given(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
-        if self.give_alike() {
+    pub(in super::super) fn compliant_motion(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
+        if self.is_isotropic() {
             return *impulse;
         }
         let normal = self.normal();
-        impulse * self.give + normal * (normal.dot(impulse) * (1.0 - self.give))
+        impulse * self.compliance_ratio
+            + normal * (normal.dot(impulse) * (1.0 - self.compliance_ratio))
     }
 }

@@ -67,8 +67,8 @@ impl<const C: usize> AlongRow<C> {
     }
 
     /// Combines the direct motion of the row with the response of its drive to the `sum`.
-    fn of(motion: RowSVector<f64, C>, sum: RowSVector<f64, C>, answer: Along) -> Self {
-        Self { motion: motion + sum * answer.motion, impulse: sum * answer.impulse }
+    fn of(motion: RowSVector<f64, C>, sum: RowSVector<f64, C>, local_solution: Along) -> Self {
+        Self { motion: motion + sum * local_solution.motion, impulse: sum * local_solution.impulse }
     }
 
     fn columns<const N: usize>(&self, first: usize) -> AlongRow<N> {
@@ -146,15 +146,16 @@ impl LinearGear {
         // Response to the sum of coordinates. A rigid gear has none: its row contains the whole
         // sum.
         let law = gear.drive().map(|_| law(gear.missed([q1, q2])));
-        let answer = |change: &AxisChange| {
+        let local_solution = |change: &AxisChange| {
             law.map_or(Along::default(), |law| {
-                let (motion, impulse) = law.answer(change);
+                let (motion, impulse) = law.local_solution(change);
                 Along { motion, impulse }
             })
         };
-        let to_sum = answer(&AxisChange { coordinate: 1.0, ..AxisChange::default() });
+        let to_sum = local_solution(&AxisChange { coordinate: 1.0, ..AxisChange::default() });
         let counted = if law.is_some() { 0.0 } else { 1.0 / h };
-        let mut by_time_step = answer(&AxisChange { time_step: 1.0, ..AxisChange::default() });
+        let mut by_time_step =
+            local_solution(&AxisChange { time_step: 1.0, ..AxisChange::default() });
         by_time_step.motion -= row.offset / h;
         let mut of_part = |(_, k, factor): (usize, usize, f64), tied: &TiedRows| {
             let of = &tied.of;

@@ -121,8 +121,8 @@ impl LinearIsland {
             self.island.admit_gear(step, gear);
         }
         self.island.tie();
-        let rolls = !self.island.setting().all_give_alike;
-        self.island.setting_mut().give_alike();
+        let rolls = !self.island.setting().all_isotropic;
+        self.island.setting_mut().make_isotropic();
         self.is_one = true;
         (self.follows_poses, self.follows_velocities) = (true, true);
         self.free = match view.bodies {

@@ -30,7 +30,7 @@ mod tied;
 
 use super::islands::{IslandParts, IslandView, KnownForces, Marked, StepContacts};
 use crate::contact::Contact;
-use crate::derivative::{EndMap, StateChange, nearest_unseen};
+use crate::derivative::{EndMap, StateChange, nearest_untracked};
 use crate::error::{Error, in_range};
 use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
@@ -275,9 +275,9 @@ impl StepDerivative {
         }
         let h = world.time_step();
         let beyond = (self.margin * h).min(FARTHEST * world.reach());
-        let unseen = nearest_unseen(world, &solution.states, contacts, beyond);
-        if unseen < beyond {
-            self.margin = unseen / h;
+        let untracked = nearest_untracked(world, &solution.states, contacts, beyond);
+        if untracked < beyond {
+            self.margin = untracked / h;
         }
         Ok(())
     }

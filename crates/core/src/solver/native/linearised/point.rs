@@ -17,7 +17,7 @@ use crate::solver::native::equations::{Equations, Velocity};
 use crate::solver::native::interior_point::InteriorPoint;
 use crate::solver::native::island::Island;
 use crate::solver::native::islands::IslandView;
-use crate::solver::native::law::{Answer, Factored, MapPiece, NaturalMap};
+use crate::solver::native::law::{Factored, LocalSolution, MapPiece, NaturalMap};
 use crate::solver::native::member::BodyGiven;
 use crate::solver::native::newton::{Iterate, Newton, NewtonRun, evaluate};
 use crate::solver::native::part::next_state;
@@ -225,11 +225,11 @@ impl LinearPoint {
             let (_, gain, _) = barrier.eliminate(0.0, &barrier.nothing(), u, graphs)?;
             Some((frame, gain, barrier.by_friction()))
         };
-        let answer = |index: usize, _: &Coupling, u: &Vector3<f64>| {
+        let local_solution = |index: usize, _: &Coupling, u: &Vector3<f64>| {
             let (frame, gain, _) = gain(index, u)?;
-            Some(Answer::full(Vector3::zeros(), frame * gain * frame.transpose()))
+            Some(LocalSolution::full(Vector3::zeros(), frame * gain * frame.transpose()))
         };
-        let (eliminations, pieces) = newton.linearise_as(island, answer, iterate)?;
+        let (eliminations, pieces) = newton.linearise_as(island, local_solution, iterate)?;
         let members = island.members().iter().zip(&iterate.velocity);
         held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
         gains.clear();

@@ -110,7 +110,7 @@ impl TiedRowLaw {
 
     /// Motion along the row and impulse for a change of the graph's data (G10). The impulse has no
     /// compliance if the limit is taken (G14).
-    pub(super) fn answer(&self, change: &AxisChange) -> (f64, f64) {
+    pub(super) fn local_solution(&self, change: &AxisChange) -> (f64, f64) {
         let Self { axis, start, time_step, length, mass, at, slope, compliance, limit, .. } = self;
         match axis.piece_change(start, *time_step, *length, *mass, *at, change) {
             PieceChange::Speed(faster) => (-faster, 0.0),
@@ -339,23 +339,27 @@ impl LinearRows {
                 by_time_step.motion[k] += longer * motion;
                 by_time_step.impulse += frame.column(k) * (longer * impulse);
             };
-            let by_coordinate = law.answer(&AxisChange { coordinate: 1.0, ..unit });
+            let by_coordinate = law.local_solution(&AxisChange { coordinate: 1.0, ..unit });
             add(by_coordinate, of.coordinates.row(k).into(), 0.0);
             add((1.0, 0.0), RowSVector::zeros(), of.by_time_step[k]);
-            add(law.answer(&AxisChange { time_step: 1.0, ..unit }), RowSVector::zeros(), 1.0);
+            add(
+                law.local_solution(&AxisChange { time_step: 1.0, ..unit }),
+                RowSVector::zeros(),
+                1.0,
+            );
             if let (Some(of), Some(slopes)) = (&of.anchors, &mut by_anchors) {
                 for (unit, by) in [
                     (AxisChange { coordinate: 1.0, ..unit }, of.coordinates.row(k)),
                     (AxisChange { rate: 1.0, ..unit }, of.rates.row(k)),
                 ] {
-                    let (motion, impulse) = law.answer(&unit);
+                    let (motion, impulse) = law.local_solution(&unit);
                     let mut row = slopes.motion.row_mut(k);
                     row += by * motion;
                     slopes.impulse += frame.column(k) * (by * impulse);
                 }
             }
             if let (Some(rates), Some(slopes)) = (&of.rates, &mut by_velocity) {
-                let (motion, impulse) = law.answer(&AxisChange { rate: 1.0, ..unit });
+                let (motion, impulse) = law.local_solution(&AxisChange { rate: 1.0, ..unit });
                 add((motion, impulse), rates.by_poses.row(k).into(), rates.by_time_step[k]);
                 let by = rates.by_velocities.row(k);
                 let mut row = slopes.row_mut(k);
@@ -372,7 +376,8 @@ impl LinearRows {
     pub(super) fn by_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
         let mut change = RowsChange::zero().plus(of(Constant::TimeStep, 0), &self.by_time_step);
         for (k, law) in self.laws.iter().enumerate() {
-            let Some((motion, impulse)) = law.given(of).map(|given| law.answer(&given)) else {
+            let Some((motion, impulse)) = law.given(of).map(|given| law.local_solution(&given))
+            else {
                 continue;
             };
             change.motion[k] += motion;
@@ -410,7 +415,8 @@ impl LinearRows {
             for (k, law) in self.laws.iter().enumerate() {
                 for place in law.places(constant) {
                     let given = law.given(&unit(constant, place));
-                    let Some((motion, impulse)) = given.map(|given| law.answer(&given)) else {
+                    let Some((motion, impulse)) = given.map(|given| law.local_solution(&given))
+                    else {
                         continue;
                     };
                     sums[place] += by.motion[k] * motion + along[k] * impulse;

@@ -15,7 +15,7 @@ pub(in super::super) struct Iterate<E: Equations> {
     /// u of every coupling (N2) at the last evaluation, without shifts (m/s, world).
     pub(super) points: Vec<Vector3<f64>>,
     /// Projection arguments of every coupling for the map evaluated last.
-    pub(super) pulls: Vec<Projection>,
+    pub(super) projections: Vec<Projection>,
     /// Residual of the equations of motion. Independent of the natural map.
     pub(super) motion: MapResidual,
     /// Map evaluated last; `residual` belongs to it.
@@ -33,7 +33,7 @@ impl<E: Equations> Iterate<E> {
             velocity: E::Velocity::empty(),
             impulses: Vec::new(),
             points: Vec::new(),
-            pulls: Vec::new(),
+            projections: Vec::new(),
             motion: MapResidual::default(),
             map: NaturalMap::EXACT,
             residual: MapResidual::default(),
@@ -45,24 +45,27 @@ impl<E: Equations> Iterate<E> {
     pub(in super::super) fn reserve(&mut self, contacts: usize) {
         reserve(&mut self.impulses, contacts);
         reserve(&mut self.points, contacts);
-        reserve(&mut self.pulls, contacts);
+        reserve(&mut self.projections, contacts);
         reserve(&mut self.shifts, contacts);
     }
 
     /// Largest speed of a row that an impulse holds, at the last evaluation (m/s).
     pub(in super::super) fn held_speed(&self, equations: &E) -> f64 {
-        self.pulls.iter().map(|pull| pull.held_speed(equations.graphs())).fold(0.0, f64::max)
+        self.projections
+            .iter()
+            .map(|projection| projection.held_speed(equations.graphs()))
+            .fold(0.0, f64::max)
     }
 
     /// Distance of every coupling to the nearest kink of its law, at the last evaluation (m/s).
     pub(in super::super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
-        self.pulls.iter().map(|pull| pull.clearance(equations.graphs()))
+        self.projections.iter().map(|projection| projection.clearance(equations.graphs()))
     }
 
     /// Lower bound of the number of stiff rows, at the last evaluation.
     pub(in super::super) fn stiff_rows(&self, equations: &E) -> usize {
-        let rows = |pull: &Projection| pull.stiff_rows(equations.graphs());
-        self.pulls.iter().map(rows).sum()
+        let rows = |projection: &Projection| projection.stiff_rows(equations.graphs());
+        self.projections.iter().map(rows).sum()
     }
 
     /// Factored gain of coupling `index` on a piece, with ε = `compliance`, at the last evaluation.
@@ -74,7 +77,7 @@ impl<E: Equations> Iterate<E> {
         compliance: f64,
     ) -> Factored {
         let of = LawRows { rows: &equations.couplings()[index].rows, graphs: equations.graphs() };
-        self.pulls[index].factored(piece, of, compliance)
+        self.projections[index].factored(piece, of, compliance)
     }
 
     /// u of every coupling at the last evaluation (m/s).
@@ -92,7 +95,8 @@ impl<E: Equations> Iterate<E> {
         let contacts = self.impulses.iter().zip(equations.couplings());
         self.shifts.clear();
         self.shifts.extend(
-            contacts.map(|(impulse, contact)| map.compliance * contact.rows.given(impulse)),
+            contacts
+                .map(|(impulse, contact)| map.compliance * contact.rows.compliant_motion(impulse)),
         );
     }
 
@@ -112,8 +116,8 @@ impl<E: Equations> Iterate<E> {
         self.impulses.extend_from_slice(&other.impulses);
         self.points.clear();
         self.points.extend_from_slice(&other.points);
-        self.pulls.clear();
-        self.pulls.extend_from_slice(&other.pulls);
+        self.projections.clear();
+        self.projections.extend_from_slice(&other.projections);
         self.motion = other.motion;
         self.map = other.map;
         self.residual = other.residual;
@@ -151,11 +155,11 @@ pub(in super::super) fn evaluate_again<E: Equations>(
     }
     let (mut size, graphs) = (iterate.motion, equations.graphs());
     iterate.map = *map;
-    iterate.pulls.clear();
+    iterate.projections.clear();
     let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
     for ((coupling, impulse), u) in couplings {
-        let (pull, missed) = coupling.evaluated(map, graphs, u, impulse);
-        iterate.pulls.push(pull);
+        let (projection, missed) = coupling.evaluated(map, graphs, u, impulse);
+        iterate.projections.push(projection);
         size.add(&missed);
     }
     if !size.squared.is_finite() {
@@ -175,12 +179,12 @@ fn evaluate_shifted<E: Equations>(
 ) -> MapResidual {
     let (mut size, graphs) = (iterate.motion, equations.graphs());
     iterate.map = *map;
-    iterate.pulls.clear();
+    iterate.projections.clear();
     let points = iterate.points.iter().zip(&iterate.shifts);
     let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(points);
     for ((coupling, impulse), (u, shift)) in couplings {
-        let (pull, missed) = coupling.evaluated(map, graphs, &(*u - *shift), impulse);
-        iterate.pulls.push(pull);
+        let (projection, missed) = coupling.evaluated(map, graphs, &(*u - *shift), impulse);
+        iterate.projections.push(projection);
         size.add(&missed);
     }
     if !size.squared.is_finite() {

@@ -49,7 +49,7 @@ impl<E: Equations> Newton<E> {
         let settles = setting.unsettled <= SETTLING;
         let part = if settles { 1.0 } else { equations.settings().limit_compliance };
         let correction = Correction {
-            compliance: if setting.all_give_alike { own } else { own * part },
+            compliance: if setting.all_isotropic { own } else { own * part },
             least_compliance: own * part,
             residual: limit(equations),
             slow_steps: CORRECTIONS,
@@ -123,7 +123,7 @@ impl<E: Equations> Newton<E> {
         }
         // The larger compliance of rolling contacts serves only the selection rule. In the matrix
         // it would slow convergence.
-        self.gives_alike = true;
+        self.is_isotropic = true;
         let mut residual = f64::INFINITY;
         if self.go_on(equations, &map, run, iterate, effort) {
             self.find_pieces(equations, iterate);
@@ -142,7 +142,7 @@ impl<E: Equations> Newton<E> {
                 residual = corrected;
             }
         }
-        self.gives_alike = false;
+        self.is_isotropic = false;
         residual
     }
 
@@ -194,7 +194,7 @@ impl<E: Equations> Newton<E> {
 /// may be `apart` from the point (m/s).
 fn is_clear<E: Equations>(equations: &E, iterate: &Iterate<E>, apart: f64) -> bool {
     let near = CLEARANCE * largest(&iterate.impulses) - apart;
-    iterate.pulls.iter().all(|pull| pull.clearance(equations.graphs()) > near)
+    iterate.projections.iter().all(|projection| projection.clearance(equations.graphs()) > near)
 }
 
 /// Largest entry. Infinite if an entry is NaN.

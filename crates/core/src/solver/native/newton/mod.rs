@@ -8,7 +8,7 @@ mod limit;
 use super::coupling::Coupling;
 use super::effort::SolveEffort;
 use super::equations::{Elimination, Equations, EvaluatedPoint, MapResidual, Velocities, reserve};
-use super::law::{Answer, LawRows, MapPiece, NaturalMap};
+use super::law::{LawRows, LocalSolution, MapPiece, NaturalMap};
 use super::settings::{COMPLIANCE, KEPT_STEP, NEWTON_ITERATIONS, SUFFICIENT_DECREASE, WHOLE_STEPS};
 use nalgebra::Vector3;
 
@@ -46,7 +46,7 @@ pub(super) struct Newton<E: Equations> {
     system: E::System,
     kept: KeptFactor,
     /// True if the matrix uses isotropic compliance, also for rolling contacts.
-    gives_alike: bool,
+    is_isotropic: bool,
 }
 
 /// Point that the eliminations and the factorised system belong to.
@@ -68,7 +68,7 @@ impl<E: Equations> Newton<E> {
             eliminations: Vec::new(),
             system: E::System::default(),
             kept: KeptFactor::default(),
-            gives_alike: false,
+            is_isotropic: false,
         }
     }
 
@@ -194,19 +194,20 @@ impl<E: Equations> Newton<E> {
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
-    /// Linearises with the local solutions of `answer` instead of the law's. The pieces are the
+    /// Linearises with the local solutions of `local_solution` instead of the law's. The pieces are the
     /// law's.
     pub(super) fn linearise_as(
         &mut self,
         equations: &E,
-        answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        local_solution: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<LocalSolution>,
         iterate: &Iterate<E>,
     ) -> Option<Linearised<'_, E>> {
         self.find_pieces(equations, iterate);
         self.kept.are_good = false;
         let Iterate { velocity, points, scratch, .. } = iterate;
         let at = EvaluatedPoint { velocity, points, scratch };
-        let is_regular = equations.linearise(at, answer, &mut self.eliminations, &mut self.system);
+        let is_regular =
+            equations.linearise(at, local_solution, &mut self.eliminations, &mut self.system);
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
@@ -223,7 +224,9 @@ impl<E: Equations> Newton<E> {
     /// Finds the pieces of all couplings for the map evaluated last.
     fn find_pieces(&mut self, equations: &E, iterate: &Iterate<E>) {
         self.pieces.clear();
-        self.pieces.extend(iterate.pulls.iter().map(|pull| pull.piece(equations.graphs())));
+        self.pieces.extend(
+            iterate.projections.iter().map(|projection| projection.piece(equations.graphs())),
+        );
     }
 
     /// Computes the Newton direction of the velocities for the law evaluated last and the pieces
@@ -233,27 +236,33 @@ impl<E: Equations> Newton<E> {
     /// Retained factors are reused while they are good. Only the offsets are then recomputed, from
     /// the current residuals.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
-        let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
-        let gives_alike = self.gives_alike;
+        let Iterate { velocity, impulses, points, projections, scratch, .. } = iterate;
+        let is_isotropic = self.is_isotropic;
         let Self { step, pieces, eliminations, system, kept, .. } = self;
         let (at, graphs) = (EvaluatedPoint { velocity, points, scratch }, equations.graphs());
-        let answer = |index: usize, coupling: &Coupling| {
+        let local_solution = |index: usize, coupling: &Coupling| {
             let alike;
             let mut rows = &coupling.rows;
-            if E::MAY_BE_TIED && gives_alike && !rows.give_alike() {
-                alike = rows.giving_alike();
+            if E::MAY_BE_TIED && is_isotropic && !rows.is_isotropic() {
+                alike = rows.isotropic();
                 rows = &alike;
             }
-            pulls[index].answer(pieces[index], LawRows { rows, graphs }, &impulses[index], matrix)
+            projections[index].local_solution(
+                pieces[index],
+                LawRows { rows, graphs },
+                &impulses[index],
+                matrix,
+            )
         };
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
             for (index, (coupling, elimination)) in couplings.enumerate() {
-                let alike = (gives_alike && !coupling.rows.give_alike())
-                    .then(|| coupling.rows.giving_alike());
+                let alike = (is_isotropic && !coupling.rows.is_isotropic())
+                    .then(|| coupling.rows.isotropic());
                 let of = LawRows { rows: alike.as_ref().unwrap_or(&coupling.rows), graphs };
-                let Answer { offset, gain } = &mut elimination.answer;
-                *offset = pulls[index].offset(pieces[index], of, &impulses[index], matrix, gain);
+                let LocalSolution { offset, gain } = &mut elimination.local_solution;
+                *offset =
+                    projections[index].offset(pieces[index], of, &impulses[index], matrix, gain);
             }
             return equations.direction(scratch, eliminations, system, step);
         }
@@ -262,9 +271,10 @@ impl<E: Equations> Newton<E> {
             kept.pieces.clone_from(pieces);
             kept.compliance = matrix;
         }
-        let answer =
-            |index: usize, coupling: &Coupling, _: &Vector3<f64>| Some(answer(index, coupling));
-        equations.linearise(at, answer, eliminations, system)
+        let local_solution = |index: usize, coupling: &Coupling, _: &Vector3<f64>| {
+            Some(local_solution(index, coupling))
+        };
+        equations.linearise(at, local_solution, eliminations, system)
             && equations.direction(scratch, eliminations, system, step)
     }
 

@@ -20,7 +20,7 @@ use super::equations::{
     Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocities,
 };
 use super::fronts::Fronts;
-use super::law::{Answer, Gain};
+use super::law::{Gain, LocalSolution};
 use super::plan::FrontPlan;
 use super::settings::Settings;
 use super::stages::{StageRun, StageSolver};
@@ -266,7 +266,7 @@ impl Equations for PosedEquations {
     fn linearise(
         &self,
         at: EvaluatedPoint<'_, Self>,
-        mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        mut local_solution: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<LocalSolution>,
         eliminations: &mut Vec<Elimination<CouplingSlope>>,
         system: &mut PosedSystem,
     ) -> bool {
@@ -274,9 +274,9 @@ impl Equations for PosedEquations {
         fronts.begin_unit(&self.plan);
         eliminations.clear();
         for (index, (coupling, u)) in self.setting.couplings.iter().zip(at.points).enumerate() {
-            let Some(answer) = answer(index, coupling, u) else { return false };
-            eliminations.push(Elimination { answer, slope: CouplingSlope(index) });
-            let gain = match answer.gain {
+            let Some(local_solution) = local_solution(index, coupling, u) else { return false };
+            eliminations.push(Elimination { local_solution, slope: CouplingSlope(index) });
+            let gain = match local_solution.gain {
                 Gain::Zero => continue,
                 Gain::Spring(stiffness) => Matrix3::from_diagonal_element(-stiffness),
                 Gain::Full(gain) => gain,
@@ -312,7 +312,7 @@ impl Equations for PosedEquations {
         values.clear();
         values.extend(residuals.iter().map(|residual| -residual));
         for (index, elimination) in eliminations.iter().enumerate() {
-            self.pushes.push(index, &elimination.answer.offset, values);
+            self.pushes.push(index, &elimination.local_solution.offset, values);
         }
         fronts.solve(&self.plan, values, behind);
         step.numbers.clone_from(values);

@@ -352,20 +352,20 @@ struct OwnMass<'a> {
     numbers: &'a [usize],
     moved: Vec<f64>,
     along: Vec<f64>,
-    answer: Vec<f64>,
+    local_solution: Vec<f64>,
 }
 
 impl<'a> OwnMass<'a> {
     fn new(global: &'a problem::Global, numbers: &'a [usize]) -> Self {
         let moved = vec![0.0; global.mass.rows()];
-        Self { global, numbers, moved, along: Vec::new(), answer: Vec::new() }
+        Self { global, numbers, moved, along: Vec::new(), local_solution: Vec::new() }
     }
 
     /// Computes M⁻¹ f.
     fn free(&mut self) -> Vec<f64> {
         let entries = self.numbers.iter().map(|&k| (k, self.global.momentum[k]));
         self.solve(&entries.collect::<Vec<_>>());
-        self.answer.clone()
+        self.local_solution.clone()
     }
 
     /// Column of H, and M⁻¹ of it.
@@ -375,14 +375,14 @@ impl<'a> OwnMass<'a> {
         let entries: Vec<(usize, f64)> =
             self.numbers.iter().copied().zip(self.along.iter().copied()).collect();
         self.solve(&entries);
-        (&self.along, &self.answer)
+        (&self.along, &self.local_solution)
     }
 
     fn solve(&mut self, entries: &[(usize, f64)]) {
-        let Self { global, numbers, moved, answer, .. } = self;
+        let Self { global, numbers, moved, local_solution, .. } = self;
         let touched = global.factors().solve_sparse(entries.iter().copied(), moved);
-        answer.clear();
-        answer.extend(numbers.iter().map(|&k| moved[k]));
+        local_solution.clear();
+        local_solution.extend(numbers.iter().map(|&k| moved[k]));
         touched.iter().for_each(|&k| moved[k] = 0.0);
     }
 }

@@ -15,7 +15,7 @@ pub const LARGEST_TURN: f64 = 1.0;
 /// r(s) = r + s Δr,   A(s) = exp(s [θ]×) A
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Way {
+pub struct Trajectory {
     position: Vector3<f64>,
     attitude: Vector4<f64>,
     shift: Vector3<f64>,
@@ -23,7 +23,7 @@ pub struct Way {
     angle: f64,
 }
 
-impl Way {
+impl Trajectory {
     /// Path of a fixed object at the origin.
     pub const STILL: Self = Self {
         position: Vector3::new(0.0, 0.0, 0.0),
@@ -38,9 +38,9 @@ impl Way {
     pub fn between(from: &State, to: &State) -> Self {
         let (position, attitude) = (from.position, from.attitude);
         let shift = to.position - position;
-        let mut way = Self { position, attitude, shift, ..Self::STILL };
+        let mut trajectory = Self { position, attitude, shift, ..Self::STILL };
         if to.attitude == attitude {
-            return way;
+            return trajectory;
         }
         // q⁺ = p ⊗ q with p = (cos ½|θ|, sin ½|θ| θ/|θ|).
         let p = left(&to.attitude) * conjugate(&attitude);
@@ -48,10 +48,10 @@ impl Way {
         let (cosine, half) = (sign * p[0], sign * Vector3::new(p[1], p[2], p[3]));
         let sine = half.norm();
         if sine > 0.0 {
-            way.angle = 2.0 * libm::atan2(sine, cosine);
-            way.turn = half * (way.angle / sine);
+            trajectory.angle = 2.0 * libm::atan2(sine, cosine);
+            trajectory.turn = half * (trajectory.angle / sine);
         }
-        way
+        trajectory
     }
 
     /// Displacement Δr (m), world frame.
@@ -116,19 +116,19 @@ mod tests {
         for sign in [1.0, -1.0] {
             let mut to = state([0.0, 2.5, 3.0], [0.5, -0.1, 0.6, 0.3]);
             to.attitude *= sign;
-            let way = Way::between(&from, &to);
+            let trajectory = Trajectory::between(&from, &to);
             for (share, end) in [(0.0, from.pose()), (1.0, to.pose())] {
-                let found = way.at(share);
+                let found = trajectory.at(share);
                 assert!((found.position - end.position).amax() < 1e-15);
                 assert!((found.rotation - end.rotation).amax() < 1e-14);
             }
-            let [start, middle, end] = [0.0, 0.5, 1.0].map(|share| way.at(share).rotation);
+            let [start, middle, end] = [0.0, 0.5, 1.0].map(|share| trajectory.at(share).rotation);
             let halves = [middle * start.transpose(), end * middle.transpose()];
             assert!((halves[0] - halves[1]).amax() < 1e-14);
             let cosine = 0.5 * (halves[0].trace() - 1.0);
-            assert!((cosine - (0.5 * way.angle()).cos()).abs() < 1e-14);
-            assert!((way.turn().norm() - way.angle()).abs() < 1e-14);
+            assert!((cosine - (0.5 * trajectory.angle()).cos()).abs() < 1e-14);
+            assert!((trajectory.turn().norm() - trajectory.angle()).abs() < 1e-14);
         }
-        assert_eq!(Way::between(&from, &from).angle(), 0.0);
+        assert_eq!(Trajectory::between(&from, &from).angle(), 0.0);
     }
 }

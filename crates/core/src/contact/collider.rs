@@ -24,7 +24,7 @@ impl PieceOwner {
 
 /// A collider: one piece of a body or a fixed piece of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Proxy {
+pub(super) struct Collider {
     pub(super) owner: PieceOwner,
     pub(super) piece: usize,
 }
@@ -52,13 +52,13 @@ impl PieceExtent {
 }
 
 /// All colliders of a world: the pieces of the bodies in order, then the fixed pieces.
-pub(super) fn proxies_of(world: &World) -> impl Iterator<Item = Proxy> + '_ {
+pub(super) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_ {
     let of_body = |(index, body): (usize, &RigidBody)| {
         let owner = PieceOwner::Body(index);
-        (0..body.pieces().len()).map(move |piece| Proxy { owner, piece })
+        (0..body.pieces().len()).map(move |piece| Collider { owner, piece })
     };
     let fixed = (0..world.fixed().len()).map(PieceOwner::Fixed);
-    let fixed = fixed.map(|owner| Proxy { owner, piece: 0 });
+    let fixed = fixed.map(|owner| Collider { owner, piece: 0 });
     world.bodies().iter().enumerate().flat_map(of_body).chain(fixed)
 }
 
@@ -71,10 +71,10 @@ pub(super) fn size(piece: &Piece) -> f64 {
 pub(super) fn placed<'a>(
     world: &'a World,
     poses: &'a [Pose],
-    proxy: Proxy,
+    collider: Collider,
 ) -> (&'a Piece, &'a Pose) {
-    match proxy.owner {
-        PieceOwner::Body(index) => (&world.bodies()[index].pieces()[proxy.piece], &poses[index]),
+    match collider.owner {
+        PieceOwner::Body(index) => (&world.bodies()[index].pieces()[collider.piece], &poses[index]),
         PieceOwner::Fixed(index) => (&world.fixed()[index].piece, &FIXED),
     }
 }

@@ -1,6 +1,6 @@
 //! Coplanar faces that meet in a line only, like the tiles of a floor.
 
-use crate::geometry::{PieceSide, PlacedPiece, Touch};
+use crate::geometry::{ManifoldPoint, PieceSide, PlacedPiece};
 use nalgebra::Vector3;
 
 /// Cosine above which face normals are parallel.
@@ -11,7 +11,7 @@ const PARALLEL: f64 = 0.999_55;
 pub(super) fn shares_a_line_only(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
-    touches: &[Touch],
+    touches: &[ManifoldPoint],
     size: f64,
 ) -> bool {
     let Some(first) = touches.first() else { return true };

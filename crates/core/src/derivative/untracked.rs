@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Distance of the nearest points and pieces that may touch but are not in `contacts`, at `states`
 /// (m); at most `beyond`.
-pub(crate) fn nearest_unseen(
+pub(crate) fn nearest_untracked(
     world: &World,
     states: &[State],
     contacts: &[Contact],

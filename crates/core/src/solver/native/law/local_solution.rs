@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Local solution of one coupling for its impulse (N5): δp̂ = offset + gain · δu.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Answer {
+pub(in super::super) struct LocalSolution {
     pub(in super::super) offset: Vector3<f64>,
     pub(in super::super) gain: Gain,
 }
@@ -19,7 +19,7 @@ pub(in super::super) enum Gain {
     Full(Matrix3<f64>),
 }
 
-impl Answer {
+impl LocalSolution {
     /// Open coupling: p̂ = 0.
     pub(in super::super) fn open(impulse: &Vector3<f64>) -> Self {
         Self { offset: -impulse, gain: Gain::Zero }
