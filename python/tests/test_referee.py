@@ -201,6 +201,7 @@ def test_a_step_without_contacts_has_dynamics_alone():
     assert certificate.rows == () and certificate.residual < 1e-15 and certificate.worst == "dynamics"
 
 
+@pytest.mark.engines
 def test_a_step_of_pybullet_is_certified():
     pybullet = pytest.importorskip("pybullet", reason="pybullet is not installed")
     from tumble.referee_adapters import pybullet as adapter
@@ -222,6 +223,7 @@ def test_a_step_of_pybullet_is_certified():
         pybullet.disconnect(client)
 
 
+@pytest.mark.engines
 def test_a_step_of_drake_is_certified():
     pytest.importorskip("pydrake", reason="drake is not installed")
     from pydrake import geometry, math
@@ -254,6 +256,7 @@ def test_a_step_of_drake_is_certified():
     assert rests.dynamics < 1e-6 and rests.penetration > 1e-6
 
 
+@pytest.mark.engines
 def test_a_step_of_newton_is_certified():
     newton = pytest.importorskip("newton", reason="newton is not installed")
     import warp
