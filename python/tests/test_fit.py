@@ -345,7 +345,7 @@ def test_a_rate_that_cannot_be_is_refused():
         ({"loss": "least"}, "loss is 'least'"),
         ({"begin": "last"}, "begin is 'last'"),
         ({"substeps": 0}, "substeps is 0"),
-        ({"folds": 5}, "folds is 5 of 8 different recordings"),
+        ({"folds": 5}, "folds is 5 with 8 different recordings"),
     ],
 )
 def test_fits_that_cannot_be_are_refused(how, why):

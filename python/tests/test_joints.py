@@ -165,5 +165,5 @@ def test_rollouts_drive_motors_and_vary_joints():
         out.trajectory(0)
     with pytest.raises(tumble.TumbleError, match="motors"):
         tumble.rollout(scene, motors=targets[:, :, [0, 0]])
-    with pytest.raises(tumble.TumbleError, match="joint_forces has 49 steps; the motors have 50"):
+    with pytest.raises(tumble.TumbleError, match="joint_forces has 49 steps, but motors has 50"):
         tumble.rollout(scene, motors=targets, joint_forces=pushes[:, 1:])

@@ -165,7 +165,7 @@ def test_rows_of_joints():
         ({"q": [0.0] * 3, "mu": [0.5]}, "W and q, or M, H, f and w"),
         ({"W": np.eye(3), "q": [0.0] * 3}, "mu or laws"),
         ({"W": np.eye(3), "q": [0.0] * 3, "mu": [-0.5]}, "friction"),
-        ({"W": np.eye(3), "q": [0.0] * 2, "mu": [0.5]}, "q: 2 given, 3 wanted"),
+        ({"W": np.eye(3), "q": [0.0] * 2, "mu": [0.5]}, "q: 2 given; 3 are needed"),
         ({"W": np.eye(3), "q": [0.0, np.nan, 0.0], "mu": [0.5]}, r"q\[1\] is nan"),
         ({"W": np.triu(np.ones((3, 3))), "q": [0.0] * 3, "mu": [0.5]}, "symmetric"),
         ({"W": -np.eye(3), "q": [0.0] * 3, "mu": [0.5]}, "semidefinite"),

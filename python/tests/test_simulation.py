@@ -112,7 +112,7 @@ def test_memory_that_the_process_may_not_have_is_refused():
         "    print(error)\n"
     )
     end = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
-    assert end.returncode == 0 and "6000000 recorded steps of 1 body, contacts not counted, take" in end.stdout, end.stderr
+    assert end.returncode == 0 and "6000000 recorded steps of 1 body, contacts not counted, need" in end.stdout, end.stderr
 
 
 def test_mistyped_names_are_refused():
@@ -127,8 +127,8 @@ def test_mistyped_names_are_refused():
         (lambda s: tumble.rollout(3, steps=2), TypeError, "scene is int; tumble.Scene"),
         (lambda s: tumble.Trajectory.from_csv({}, "."), TypeError, "scene is dict; tumble.Scene"),
         (lambda s: s.run(2).page(s), TypeError, "other is Simulation; tumble.Trajectory"),
-        (lambda s: s.record(3, np.zeros(0)), tumble.TumbleError, "wrenches: there are 0"),
-        (lambda s: s.advance(np.zeros(5)), tumble.TumbleError, "wrenches: there are 5"),
+        (lambda s: s.record(3, np.zeros(0)), tumble.TumbleError, "wrenches: the array has the wrong size, 0"),
+        (lambda s: s.advance(np.zeros(5)), tumble.TumbleError, "wrenches: the array has the wrong size, 5"),
     ],
 )
 def test_what_is_another_thing_is_named(call, raised, words):
