@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import statistics
 import subprocess
 import sys
 import time
@@ -71,10 +70,11 @@ def test_everything_public_is_documented():
     assert (PACKAGE / "py.typed").is_file()
 
 
-def test_it_is_imported_in_a_tenth_of_a_second():
-    code = "import time; t = time.perf_counter(); import tumble; print(time.perf_counter() - t)"
-    run = lambda: float(subprocess.check_output([sys.executable, "-c", code]))
-    assert statistics.median(run() for _ in range(5)) < 0.1
+def test_optional_packages_are_imported_when_they_are_used():
+    optional = {"scipy", "matplotlib", "pandas", "h5py", "mujoco", "torch", "jax", "gymnasium", "dask"}
+    code = "import sys, tumble; print(*sys.modules)"
+    found = subprocess.check_output([sys.executable, "-c", code], text=True).split()
+    assert "tumble" in found and not optional & {name.split(".")[0] for name in found}
 
 
 def test_the_types_hold():
