@@ -4,11 +4,11 @@ use super::args::{PhysicsArgs, SetupArgs};
 use super::outcome::{Failure, refuse_flags};
 use super::{input, scenario};
 use tumble_model::names::FileKind;
-use tumble_scene::choices::{BodyShape, SceneName, SolverName};
+use tumble_scene::choices::{BodyShape, SceneName};
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, polyline};
-use tumble_scene::solver_choice::SolverChoice;
+use tumble_scene::solver_choice::{SolverChoice, TUTORIAL_SOLVER};
 
 /// Number of contact points above which Ipopt needs more than 10 ms per iteration
 /// (docs/ipopt-path.md).
@@ -20,10 +20,10 @@ pub fn of_args(args: &SetupArgs) -> Result<Scene, Failure> {
     let scene = match args.scene.path() {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
-            Scene::of_tutorial(name, flags, SolverName::Ipopt)?
+            Scene::of_tutorial(name, flags, TUTORIAL_SOLVER)?
         }
         Some(path) => {
-            let (text, usual) = (scenario::read_text(path)?, SolverName::Ipopt);
+            let (text, usual) = (scenario::read_text(path)?, TUTORIAL_SOLVER);
             let scene = Scene::told(&text, path, flags, &args.given(), usual, &input::bytes)?;
             let large = run_file::refuse_large(&scene.model);
             large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;

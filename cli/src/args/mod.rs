@@ -21,12 +21,14 @@ pub use validate::{Solvers, ValidateArgs};
 
 use clap::{Parser, Subcommand};
 use std::sync::LazyLock;
-use tumble::ipopt::VERSION as IPOPT_VERSION;
+use tumble_scene::solver_choice::IPOPT_VERSION;
 
 /// Versions of tumble and of the linked Ipopt.
 fn version() -> &'static str {
-    static VERSION: LazyLock<String> =
-        LazyLock::new(|| format!("{} (Ipopt {IPOPT_VERSION})", env!("CARGO_PKG_VERSION")));
+    static VERSION: LazyLock<String> = LazyLock::new(|| match IPOPT_VERSION {
+        "" => format!("{} (without Ipopt)", env!("CARGO_PKG_VERSION")),
+        _ => format!("{} (Ipopt {IPOPT_VERSION})", env!("CARGO_PKG_VERSION")),
+    });
     &VERSION
 }
 
