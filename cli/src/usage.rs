@@ -67,9 +67,10 @@ fn sentence(error: &clap::Error, command: &clap::Command, arguments: &[OsString]
         |subcommand| format!("tumble {} --help", subcommand.get_name()),
     );
     let flags = subcommand.unwrap_or(command);
-    if let Some(sentence) =
-        flag_without_value(flags, arguments).or_else(|| separate_numbers(flags, arguments))
-    {
+    let found = flag_without_value(flags, arguments)
+        .or_else(|| separate_numbers(flags, arguments))
+        .or_else(|| late_command(command, arguments));
+    if let Some(sentence) = found {
         return format!("{sentence} (see {help})");
     }
     let text = error.render().to_string();
@@ -108,6 +109,15 @@ fn flag_without_value(command: &clap::Command, arguments: &[OsString]) -> Option
         let [shown, follows] = [first, next].map(|text| text.to_string_lossy());
         (lacks && flag(command, next).is_some())
             .then(|| format!("{shown} needs a value, and {follows} follows"))
+    })
+}
+
+/// Finds a command after options, such as `--quiet verify states.csv`.
+fn late_command(command: &clap::Command, arguments: &[OsString]) -> Option<String> {
+    let late = arguments.iter().skip(1).find(|word| command.find_subcommand(word).is_some())?;
+    let [first, late] = [arguments.first()?, late].map(|word| word.to_string_lossy());
+    first.starts_with('-').then(|| {
+        format!("{first} stands before the command {late}; write tumble {late}, then its options")
     })
 }
 

@@ -110,7 +110,7 @@ pub struct PhysicsArgs {
     pub force_at: Option<Vector3<f64>>,
     /// Gravity, m/s², −1000 to 1000: one number (downwards) or the vector X,Y,Z [default: drop
     /// 9.81, floating 0].
-    #[arg(long, value_name = "G", value_parser = values::gravity, allow_hyphen_values = true)]
+    #[arg(long, value_name = "G|X,Y,Z", value_parser = values::gravity, allow_hyphen_values = true)]
     pub gravity: Option<Vector3<f64>>,
 }
 
