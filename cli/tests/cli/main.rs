@@ -6,6 +6,7 @@ mod checkpoints;
 #[path = "../../../tests/common/mod.rs"]
 mod common;
 mod continued;
+mod documents;
 mod driven;
 mod failure;
 mod flags;
