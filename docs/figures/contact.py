@@ -81,7 +81,7 @@ def hard_rows() -> Tuple[Floats, Dict[str, Floats]]:
 
 
 def soft_rows() -> Tuple[Floats, Dict[str, Floats]]:
-    """The same of MuJoCo's steps."""
+    """Residuals and contacts of the same toss in MuJoCo."""
     model = mujoco.MjModel.from_xml_string(MODEL)
     data = mujoco.MjData(model)
     state = FLOOR.states[0]
