@@ -46,7 +46,7 @@ STYLE = {
     "savefig.facecolor": "white",
     "axes.formatter.use_mathtext": True,
 }
-NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+NUMBER = re.compile(r"(?<![\w#.])-?\d+(?:\.\d+)?(?!\w)")
 
 
 def write(name: str, folder: Path) -> Path:
