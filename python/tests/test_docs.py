@@ -6,7 +6,7 @@ import pytest
 from conftest import ROOT
 
 FENCE = re.compile(r"^```(python|toml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-SCENE = re.compile(r"# (\S+\.toml)\n")
+SCENE = re.compile(r"# (\S+\.toml)\b")
 FOLDERS = ["docs/howto", "docs/concepts"]
 PAGES = ["README.md", "docs/start.md", "docs/python.md", "docs/robots.md", "docs/fit.md", "python/README.md"]
 
