@@ -222,7 +222,7 @@ fn item(rust: &Path, module: &str, name: &str) -> Option<String> {
 
 /// The scenarios of the tables in their description; their pictures, from the folder `runs`, come beside it.
 fn gallery(out: &Path, runs: &Path) -> Done<String> {
-    let mut page = "# Gallery\n\nThe scenarios that come with tumble, as `tumble --scenario FILE --gif --html` \
+    let mut page = "# Gallery\n\nThe scenarios that come with tumble, as `tumble run FILE --gif --html` \
                     shows them. A click on an animation opens the run in the browser, with its numbers.\n"
         .to_owned();
     for row in fs::read_to_string("scenarios/README.md")?.lines() {
