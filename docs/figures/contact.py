@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import tumble
 import tumble.mujoco
+from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 TUMBLE, OTHER, GREY = "#0b6e99", "#d1662a", "#8a8a8a"
@@ -104,7 +105,7 @@ def soft_rows() -> Tuple[Floats, Dict[str, Floats]]:
     return np.array(residuals), rows
 
 
-def hard_contact() -> plt.Figure:
+def hard_contact() -> Figure:
     """Gap and normal force, slip and friction of all contacts of one toss in two engines."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.0), layout="constrained")
     left.set(xlabel="gap at the end of the step, mm", ylabel="normal force, N", xlim=(-0.8, 1.6), ylim=(-0.8, 25))
@@ -119,7 +120,7 @@ def hard_contact() -> plt.Figure:
     return figure
 
 
-def certificate() -> plt.Figure:
+def certificate() -> Figure:
     """Residual of each step of one toss in two engines."""
     figure, axes = plt.subplots(figsize=(6.8, 2.8), layout="constrained")
     time = FLOOR.time_step * np.arange(STEPS)
@@ -152,7 +153,7 @@ def legs(points: List[List[float]], force: float, at: List[float]) -> Floats:
 CORNERS = [[1, 1, -0.5], [1, -1, -0.5], [-1, 1, -0.5], [-1, -1, -0.5]]
 
 
-def hyperstatic_forces() -> plt.Figure:
+def hyperstatic_forces() -> Figure:
     """Forces on four legs under a load on the diagonal: what statics allows, and tumble's choice."""
     figure, axes = plt.subplots(1, 2, figsize=(6.8, 2.9), layout="constrained", sharey=True)
     load = 100.0
@@ -188,7 +189,7 @@ def table_problem(compliance: float) -> tumble.ContactProblem:
     return tumble.ContactProblem(W=W + compliance * np.eye(12), q=J @ velocity, mu=[0.5] * 4)
 
 
-def selection_rule() -> plt.Figure:
+def selection_rule() -> Figure:
     """Leg forces under vanishing compliance, and the pressure under a long foot."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.0), layout="constrained")
     compliances = np.logspace(1.5, -7, 35)

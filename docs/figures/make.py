@@ -13,15 +13,16 @@ import re
 import sys
 import tempfile
 from pathlib import Path
-from typing import Callable, Dict, List
+from typing import Any, Callable, Dict, List
 
 import contact
 import matplotlib
 import matplotlib.pyplot as plt
 import motion
+from matplotlib.figure import Figure
 
 FOLDER = Path(__file__).resolve().parent
-FIGURES: Dict[str, Callable[[], plt.Figure]] = {
+FIGURES: Dict[str, Callable[[], Figure]] = {
     "hard-contact": contact.hard_contact,
     "certificate": contact.certificate,
     "selection-rule": contact.selection_rule,
@@ -31,7 +32,7 @@ FIGURES: Dict[str, Callable[[], plt.Figure]] = {
     "unphysical-steps": motion.unphysical_steps,
     "determinism": motion.determinism,
 }
-STYLE = {
+STYLE: Any = {
     "svg.hashsalt": "tumble",
     "svg.fonttype": "path",
     "font.size": 9.0,

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import tumble
 from contact import GRAVITY, GREY, LEGS, OTHER, TUMBLE, dots
+from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
@@ -61,7 +62,7 @@ def turned(step: float, ahead: float) -> Floats:
     return np.asarray(run.attitudes[-1, 0])
 
 
-def time_step() -> plt.Figure:
+def time_step() -> Figure:
     """Error over the time step for four motions."""
     steps = np.array([0.02, 0.01, 0.005, 0.002, 0.001, 0.0005])
     finest = 2e-5
@@ -119,7 +120,7 @@ def four_bars() -> tumble.Scene:
     return tumble.Scene(bodies, FREE, joints=joints, name="four bars")
 
 
-def joints_as_rows() -> plt.Figure:
+def joints_as_rows() -> Figure:
     """Gap of a closed loop of four bars in two engines."""
     count, spin = 1000, 6.0
     scene = four_bars()
@@ -148,7 +149,7 @@ def joints_as_rows() -> plt.Figure:
     return figure
 
 
-def unphysical_steps() -> plt.Figure:
+def unphysical_steps() -> Figure:
     """Height and spin of a baton that meets the ground, for four time steps."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 2.9), layout="constrained")
     wild = tumble.STATUSES.index("wild")
@@ -164,7 +165,7 @@ def unphysical_steps() -> plt.Figure:
     return figure
 
 
-def determinism() -> plt.Figure:
+def determinism() -> Figure:
     """Distance between two runs of balls among pegs whose starts differ by a tiny amount."""
     scene = tumble.load(ROOT / "scenarios" / "galton.toml")
     count = 1500
