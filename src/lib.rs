@@ -89,8 +89,3 @@ pub mod step_nlp;
 #[cfg(all(doctest, feature = "ipopt", feature = "rollout", feature = "save"))]
 #[doc = include_str!("../docs/guide.md")]
 struct Guide;
-
-/// Programs of the README, compiled and run as doctests.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

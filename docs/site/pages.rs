@@ -7,14 +7,62 @@ use std::path::Path;
 
 /// The chapters: headings, and under each the title and the file of every page.
 const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
-    ("", &[("Overview", "README.md"), ("Gallery", GALLERY), ("Reference", REFERENCE)]),
+    ("", &[("Overview", "README.md"), ("Gallery", GALLERY)]),
     (
-        "Use",
+        "Getting started",
+        &[("Ten minutes", "docs/start.md"), ("Notebooks", "docs/notebooks/README.md")],
+    ),
+    (
+        "How-to",
         &[
+            ("Tasks", "docs/howto/README.md"),
+            ("Make a pile", "docs/howto/pile.md"),
+            ("Put a conveyor in a scene", "docs/howto/conveyor.md"),
+            ("Drive a joint with a motor", "docs/howto/motor.md"),
+            ("Put a robot into a scene", "docs/howto/robot-in-scene.md"),
+            ("Give joints limits and friction", "docs/howto/joints.md"),
+            ("Move an obstacle along a path", "docs/howto/moving-obstacles.md"),
+            ("Make bodies bounce", "docs/howto/restitution.md"),
+            ("Sum contact forces by pair", "docs/howto/contact-forces.md"),
+            ("Export tables and pictures", "docs/howto/export.md"),
+            ("Save a run and resume it", "docs/howto/save-and-resume.md"),
+            ("Choose the tolerance", "docs/howto/tolerance.md"),
+            ("Handle a failed step", "docs/howto/failed-step.md"),
+            ("Run a batch", "docs/howto/batches.md"),
+            ("Sweep parameters on a cluster", "docs/howto/dask.md"),
+            ("Train in a Gymnasium environment", "docs/howto/gymnasium.md"),
+            ("Differentiate a run", "docs/howto/gradients.md"),
+            ("Plan controls", "docs/howto/plans.md"),
+            ("Fit friction to a recording", "docs/howto/fit-friction.md"),
+            ("Run your MuJoCo model", "docs/howto/mujoco-model.md"),
+            ("Certify a step of another engine", "docs/howto/certify-engine.md"),
+            ("Get contact problems for your solver", "docs/howto/contact-problems.md"),
+        ],
+    ),
+    (
+        "Concepts",
+        &[
+            ("Overview of the concepts", "docs/concepts/README.md"),
+            ("What a hard contact is", "docs/concepts/hard-contact.md"),
+            ("The certificate", "docs/concepts/certificate.md"),
+            ("The selection rule", "docs/concepts/selection-rule.md"),
+            ("Hyperstatic forces", "docs/concepts/hyperstatic-forces.md"),
+            ("Time step and order", "docs/concepts/time-step.md"),
+            ("Joints as rows", "docs/concepts/joints-as-rows.md"),
+            ("Unphysical steps", "docs/concepts/unphysical-steps.md"),
+            ("Determinism", "docs/concepts/determinism.md"),
+            ("Limits", "docs/limits.md"),
+        ],
+    ),
+    (
+        "Reference",
+        &[
+            ("All references", REFERENCE),
+            ("Scene format", "scenarios/README.md"),
+            ("Tables", "docs/tables.md"),
             ("Command line", "docs/command-line.md"),
-            ("Guide to the library", "docs/guide.md"),
+            ("Rust", "docs/guide.md"),
             ("Python", "docs/python.md"),
-            ("Scenario files", "scenarios/README.md"),
             ("Robots from files", "docs/robots.md"),
             ("Constants from recorded motion", "docs/fit.md"),
             ("Learning", "docs/learning.md"),
@@ -22,7 +70,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
-        "Theory",
+        "Derivations",
         &[
             ("Formulation", "docs/formulation.md"),
             ("The native solver", "docs/native-solver.md"),
@@ -31,15 +79,14 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("The contact problem alone", "docs/contact-problem.md"),
             ("Plans", "docs/planning.md"),
             ("The Ipopt path", "docs/ipopt-path.md"),
-            ("Limits", "docs/limits.md"),
-            ("Problems with closed-form solutions", "docs/validation.md"),
         ],
     ),
     (
         "Measurements",
         &[
-            ("Recorded tosses", "docs/reality.md"),
+            ("Problems with closed-form solutions", "docs/validation.md"),
             ("Other engines", "docs/comparison.md"),
+            ("Recorded tosses", "docs/reality.md"),
             ("Long runs", "docs/soak.md"),
             ("Pictures and their cost", "docs/pictures/README.md"),
             ("Reference data", "data/README.md"),
@@ -57,6 +104,13 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
     ),
 ];
 
+/// Folders whose files with these endings become a part of the site as they are.
+const FILES: &[(&str, &[&str])] = &[
+    ("docs/pictures", &["gif", "png", "svg"]),
+    ("docs/figures", &["svg"]),
+    ("docs/notebooks", &["ipynb"]),
+];
+
 /// The pages that are no documents of the repository.
 const GALLERY: &str = "gallery/README.md";
 const REFERENCE: &str = "reference.md";
@@ -65,7 +119,9 @@ const REFERENCE_TEXT: &str = "# Reference
 
 - [Rust](rust/tumble/index.html): the library and the crates around it, made by rustdoc
 - [Python](python/tumble.html): the package, made of its docstrings by pdoc
-- [Scenario files](scenarios/index.html): every field
+- [Scene format](scenarios/index.html): every field
+- [Tables](docs/tables.html): every column
+- [Command line](docs/command-line.html): commands, options, exit codes
 ";
 
 /// Crates, by the folders of their sources.
@@ -102,13 +158,24 @@ pub fn write(out: &Path, rust: &Path, runs: &Path) -> Done {
         }
     }
     fs::write(out.join("SUMMARY.md"), contents)?;
-    for entry in fs::read_dir("docs/pictures")? {
-        let file = entry?.path();
-        if file.extension().is_some_and(|kind| kind != "md") {
-            fs::copy(&file, out.join(&file))?;
+    for (folder, _) in FILES {
+        fs::create_dir_all(out.join(folder))?;
+        for entry in fs::read_dir(folder)? {
+            let file = entry?.path();
+            if is_file_of_site(&file) {
+                fs::copy(&file, out.join(&file))?;
+            }
         }
     }
     Ok(())
+}
+
+/// True for a file that the site has as it is.
+fn is_file_of_site(file: &Path) -> bool {
+    let (folder, ending) = (file.parent(), file.extension());
+    FILES.iter().any(|(of, endings)| {
+        folder == Some(Path::new(of)) && endings.iter().any(|end| ending == Some(end.as_ref()))
+    })
 }
 
 /// Where a link of the page `from` leads on the site, from there; `None` where the site has nothing of it.
@@ -125,6 +192,9 @@ fn target(from: &Path, link: &str, rust: &Path) -> Option<String> {
         let page = source.replace("README.md", "index.md").replace(".md", ".html");
         let hash = if fragment.is_empty() { "" } else { "#" };
         return Some(format!("{up}{page}{hash}{fragment}"));
+    }
+    if is_file_of_site(&path) {
+        return Some(link.to_owned());
     }
     let (folder, name) = CRATES.iter().find(|(folder, _)| source.starts_with(folder))?;
     let module = source[folder.len()..].trim_end_matches(".rs").trim_end_matches("/mod");
@@ -152,7 +222,7 @@ fn item(rust: &Path, module: &str, name: &str) -> Option<String> {
 
 /// The scenarios of the tables in their description; their pictures, from the folder `runs`, come beside it.
 fn gallery(out: &Path, runs: &Path) -> Done<String> {
-    let mut page = "# Gallery\n\nThe scenarios that come with tumble, as `tumble --scenario FILE --gif --html` \
+    let mut page = "# Gallery\n\nThe scenarios that come with tumble, as `tumble run FILE --gif --html` \
                     shows them. A click on an animation opens the run in the browser, with its numbers.\n"
         .to_owned();
     for row in fs::read_to_string("scenarios/README.md")?.lines() {

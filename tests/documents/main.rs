@@ -3,3 +3,4 @@
 mod citations;
 mod formulas;
 mod links;
+mod site;

@@ -7,6 +7,7 @@ mod commands;
 #[path = "../../../tests/common/mod.rs"]
 mod common;
 mod continued;
+mod documents;
 mod driven;
 mod failure;
 mod flags;
