@@ -33,5 +33,5 @@ fn piece_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<FilmPiece, Error
     let (rotation, position) = (part.place.rotation(), Vector3::from(part.place.position));
     let place = |vertex: &[f64; 3]| rotation * Vector3::from(*vertex) + position - centre;
     let vertices = vertices.iter().map(place).collect();
-    Ok(FilmPiece::Mesh(FilmMesh { vertices, triangles: triangles.clone() }))
+    Ok(FilmPiece::Mesh(FilmMesh { vertices, triangles: triangles.clone(), colour: None }))
 }

@@ -44,6 +44,8 @@ pub struct FilmMesh {
     pub vertices: Vec<Vector3<f64>>,
     /// Indices into [`FilmMesh::vertices`], counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
+    /// Red, green and blue. `None` for the colour of its body.
+    pub colour: Option<[u8; 3]>,
 }
 
 /// Geometry that is drawn.
@@ -216,7 +218,7 @@ mod tests {
             at(1.0, 1.0, 0.0),
         ];
         let triangles = vec![[0, 1, 2], [1, 4, 2], [0, 2, 3], [0, 0, 1], [0, 1, 9]];
-        let mesh = FilmMesh { vertices, triangles };
+        let mesh = FilmMesh { vertices, triangles, colour: None };
         let normals: Vec<_> = mesh.sides().map(|side| side.1).collect();
         assert_eq!(normals, [Vector3::z(), Vector3::z(), Vector3::x()]);
         assert_eq!(mesh.creases(), [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);

@@ -37,7 +37,11 @@ fn torus(bumps: usize) -> FilmMesh {
         let [a, b, c, d] = [place(k, l), place(k + 1, l), place(k + 1, l + 1), place(k, l + 1)];
         [[a, b, c], [a, c, d]]
     });
-    FilmMesh { vertices: (0..RINGS * RINGS).map(vertex).collect(), triangles: triangles.collect() }
+    FilmMesh {
+        vertices: (0..RINGS * RINGS).map(vertex).collect(),
+        triangles: triangles.collect(),
+        colour: None,
+    }
 }
 
 /// Writes a mesh as binary STL.

@@ -25,13 +25,20 @@ const LABEL: f32 = 13.0;
 /// Largest displacement of a body that counts as fixed, over its size.
 const UNMOVED: f64 = 0.1;
 
+/// Azimuth for scenes that are longer along x than along y by the given factor (degrees).
+const AZIMUTH_ALONG_X: f64 = -62.0;
+const LONGER: f64 = 1.5;
+
+/// Height over width of a scene below which the lowest elevation, or the lowest two, are skipped.
+const FLAT: [f64; 2] = [0.3, 0.12];
+
 /// Candidate elevations of the camera (degrees), used without a requested view.
 const HEIGHTS: [f64; 4] = [20.0, 35.0, 50.0, 65.0];
 
 /// Acceptable hidden fraction of the moving bodies, number of test frames, and size of the test
 /// pictures (pixels).
 const HIDDEN: f64 = 0.05;
-const SKETCHES: usize = 12;
+pub const SKETCHES: usize = 12;
 const SKETCH: u16 = 120;
 
 /// Content of a frame, in the ground's frame.
@@ -251,9 +258,16 @@ impl Actor {
 }
 
 /// View with the lowest elevation from which moving bodies are visible, or else the elevation with
-/// the smallest hidden fraction. `None` if there is no picture.
-fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
-    let views = HEIGHTS.map(|elevation| View { elevation, ..View::default() });
+/// the smallest hidden fraction. Flat scenes are seen from higher up, and scenes that are longer
+/// along x from the side. `None` if there is no picture.
+pub fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
+    let extent = extent(film, moments);
+    let azimuth =
+        if extent.x > LONGER * extent.y { AZIMUTH_ALONG_X } else { View::default().azimuth };
+    let flatness = extent.z / extent.x.max(extent.y);
+    let lowest = FLAT.iter().filter(|limit| flatness < **limit).count();
+    let views = HEIGHTS[lowest..].iter().map(|elevation| View { azimuth, elevation: *elevation });
+    let views: Vec<_> = views.collect();
     if film.fixed.is_empty() {
         return Some(views[0]);
     }
@@ -269,6 +283,20 @@ fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> O
         }
     }
     Some(best)
+}
+
+/// Size along x, y and z of everything that is drawn, in the ground's frame.
+fn extent(film: &Film, moments: &[Moment]) -> Vector3<f64> {
+    let (actors, to_ground) = (actors(film), film.to_ground());
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    for moment in moments {
+        for (actor, pose) in actors.iter().zip(moment.poses.iter().chain([&to_ground])) {
+            for place in actor.places(pose) {
+                (low, high) = (low.inf(&place), high.sup(&place));
+            }
+        }
+    }
+    high - low
 }
 
 /// Indices of the moving bodies, or of all if none moves.

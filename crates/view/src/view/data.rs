@@ -3,10 +3,13 @@
 use super::curves::{Plot, plots};
 use super::facts;
 use super::poses::{EncodedPoses, digit};
+use crate::animation;
 use crate::film::{Fact, Film, FilmFixed, FilmJoint, Status};
 use crate::forces::Scale;
+use crate::palette::{self, css};
 use crate::plot::PlotSheet;
 use crate::shape::{FilmPiece, Outline, is_box};
+use crate::skeleton::{self, Bone};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -31,8 +34,10 @@ struct RunData {
     bodies: Vec<PageBody>,
     fixed: Vec<PageBody>,
     joints: Vec<JointData>,
+    bones: Vec<BoneData>,
     arrows: Arrows,
     ground: Option<PageGround>,
+    view: PageView,
     frames: EncodedPoses,
 }
 
@@ -54,8 +59,10 @@ struct PageBody {
     points: Vec<[f64; 3]>,
     /// Drawn pieces; empty for a body of points.
     pieces: Vec<PieceData>,
-    /// CSS colour, if the body has its own.
-    colour: Option<String>,
+    /// CSS colour; empty for fixed objects.
+    colour: String,
+    /// True if the body has a label, which is shown at it.
+    is_labelled: bool,
     /// Parent in the tree of joints.
     above: Option<usize>,
 }
@@ -68,6 +75,8 @@ struct PieceData {
     faces: Vec<FaceData>,
     radius: f64,
     is_mesh: bool,
+    /// CSS colour of the piece, if it differs from that of its body.
+    colour: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -86,6 +95,14 @@ struct JointData {
     axis: Option<[f64; 3]>,
 }
 
+/// Line on a body (m), in its frame.
+#[derive(Serialize)]
+struct BoneData {
+    body: usize,
+    from: [f64; 3],
+    to: [f64; 3],
+}
+
 /// Lengths of force arrows, see [`Scale`].
 #[derive(Serialize)]
 struct Arrows {
@@ -98,6 +115,13 @@ struct Arrows {
 struct PageGround {
     normal: [f64; 3],
     offset: f64,
+}
+
+/// Initial view direction (degrees), that of the animation.
+#[derive(Serialize)]
+struct PageView {
+    azimuth: f64,
+    elevation: f64,
 }
 
 #[derive(Serialize)]
@@ -159,7 +183,8 @@ impl PageBody {
             is_box: is_box(points),
             points: points.iter().map(|&point| point.into()).collect(),
             pieces: solids.collect(),
-            colour: None,
+            colour: String::new(),
+            is_labelled: false,
             above: None,
         }
     }
@@ -181,6 +206,10 @@ impl PieceData {
             },
             radius: piece.radius(),
             is_mesh,
+            colour: match piece {
+                FilmPiece::Mesh(mesh) => mesh.colour.map(css),
+                _ => None,
+            },
         };
         if is_mesh {
             made.shorten();
@@ -199,33 +228,19 @@ impl PieceData {
     }
 }
 
-/// Parent of each body: the first body that a joint ties it to without closing a loop.
-fn tree(film: &Film) -> Vec<Option<usize>> {
-    let mut above = vec![None; film.bodies.len()];
-    for FilmJoint { body, other, .. } in &film.joints {
-        let (Some(other), None) = (*other, above[*body]) else { continue };
-        let mut ways = std::iter::successors(Some(other), |place| above[*place]);
-        if ways.all(|place| place != *body) {
-            above[*body] = Some(other);
-        }
-    }
-    above
-}
-
 impl RunData {
     fn of(film: &Film) -> Self {
         let counts = Status::ALL[1..].iter().map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.status == *status).count())
         });
-        let above = tree(film);
+        let (above, colours) = (skeleton::parents(film), palette::of_bodies(film));
         let body = |b: usize| {
             let body = &film.bodies[b];
             let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
-            let css = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
-            let colour = body.colour.map(css);
             let looks = Outline::of(&body.pieces, &body.points);
             PageBody {
-                colour,
+                colour: css(colours[b]),
+                is_labelled: !body.label.is_empty(),
                 above: above[b],
                 ..PageBody::of(film.name(b), facts, &body.points, &looks)
             }
@@ -240,7 +255,10 @@ impl RunData {
             anchor: joint.anchor.into(),
             axis: joint.axis.map(Into::into),
         };
+        let bone =
+            |Bone { body, from, to }: Bone| BoneData { body, from: from.into(), to: to.into() };
         let scale = Scale::of(film);
+        let view = animation::usual_view(film);
         let ground = film
             .ground
             .map(|plane| PageGround { normal: plane.normal.into(), offset: plane.offset });
@@ -254,8 +272,10 @@ impl RunData {
             bodies: (0..film.bodies.len()).map(body).collect(),
             fixed: film.fixed.iter().map(fixed).collect(),
             joints: film.joints.iter().map(joint).collect(),
+            bones: skeleton::bones(film).into_iter().map(bone).collect(),
             arrows: Arrows { weight: scale.weight, longest: scale.longest },
             ground,
+            view: PageView { azimuth: view.azimuth, elevation: view.elevation },
             frames: EncodedPoses::of(film, &scale),
         }
     }
@@ -272,41 +292,20 @@ fn worst(film: &Film) -> Option<Worst> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::floating_cube;
     use crate::shape::FilmMesh;
-
-    #[test]
-    fn joints_are_a_tree_whatever_rings_they_close() {
-        let mut film = floating_cube(1);
-        film.bodies = vec![film.bodies[0].clone(); 4];
-        let joint = |body: usize, other: Option<usize>| FilmJoint {
-            name: String::new(),
-            body,
-            other,
-            anchor: Vector3::zeros(),
-            axis: None,
-            turns: false,
-            slides: false,
-        };
-        film.joints = vec![
-            joint(3, None),
-            joint(1, Some(0)),
-            joint(2, Some(1)),
-            joint(2, Some(0)),
-            joint(0, Some(2)),
-            joint(3, Some(3)),
-        ];
-        assert_eq!(tree(&film), [None, Some(0), Some(1), None]);
-    }
 
     #[test]
     fn meshes_are_rounded_and_nothing_else_is() {
         let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) / 3.0;
         let vertices = vec![corner(1.0, 0.0, 0.0), corner(0.0, 2.0, 0.0), corner(0.0, 0.0, 1.0)];
         let triangles = vec![[0, 1, 2]];
-        let mesh =
-            PieceData::of(&FilmPiece::Mesh(FilmMesh { vertices: vertices.clone(), triangles }));
+        let mesh = PieceData::of(&FilmPiece::Mesh(FilmMesh {
+            vertices: vertices.clone(),
+            triangles,
+            colour: Some([1, 2, 255]),
+        }));
         assert!(mesh.is_mesh && mesh.faces.len() == 1);
+        assert_eq!(mesh.colour.as_deref(), Some("#0102ff"));
         assert_eq!(mesh.vertices, [[0.33333, 0.0, 0.0], [0.0, 0.66667, 0.0], [0.0, 0.0, 0.33333]]);
         assert_eq!(mesh.faces[0].normal, [0.667, 0.333, 0.667]);
         let ball = PieceData::of(&FilmPiece::Sphere { centre: vertices[0], radius: 0.1 });

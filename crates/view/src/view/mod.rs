@@ -13,6 +13,7 @@ mod poses;
 
 use crate::film::Film;
 use crate::markup::escape;
+use crate::palette;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write as _;
@@ -65,7 +66,10 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
         page.push_str(before);
         match name {
             "title" => page.push_str(&escape(&title(films))),
-            "style" => page.extend(STYLES),
+            "style" => {
+                page.push_str(&palette::style());
+                page.extend(STYLES);
+            }
             "plotter-licence" => page.push_str(PLOTTER_LICENCE),
             "plotter" => page.push_str(PLOTTER),
             "drawer-licence" => page.push_str(DRAWER_LICENCE),
