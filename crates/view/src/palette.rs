@@ -86,7 +86,8 @@ pub const STILL: Rgb = [0x8a, 0x94, 0xa1];
 /// Colour of each body: its own, or that of its place in a robot, or one of [`BODIES`].
 pub fn of_bodies(film: &Film) -> Vec<Rgb> {
     let depths = skeleton::robot_depths(film);
-    let mut free = 0;
+    // The base of a robot has the first colour.
+    let mut free = usize::from(depths.iter().any(Option::is_some));
     let colour = |(body, depth): (&crate::film::FilmBody, Option<usize>)| {
         let usual = match depth {
             Some(0) => BASE,
@@ -217,10 +218,10 @@ mod tests {
             turns: true,
             slides: false,
         };
-        // Bodies 1 to 4 are a robot with base 1. Bodies 5 and 6 are a pair.
+        // Bodies 1 to 4 are a robot with base 1. Bodies 0, 5 and 6 are not.
         film.joints =
             vec![joint(2, Some(1)), joint(3, Some(2)), joint(4, Some(1)), joint(6, Some(5))];
-        let expected = [BODIES[0], BASE, LINKS[1], LINKS[0], LINKS[1], BODIES[1], BODIES[2]];
+        let expected = [BODIES[1], BASE, LINKS[1], LINKS[0], LINKS[1], BODIES[2], BODIES[3]];
         assert_eq!(of_bodies(&film), expected);
         film.bodies[3].colour = Some([1, 2, 3]);
         assert_eq!(of_bodies(&film)[3], [1, 2, 3]);

@@ -1,12 +1,13 @@
 // Level of detail during playback, adapted to the speed of the machine. Paused pictures have full
 // detail.
 
-// Resolution relative to full size along each side, and flag for shadows.
+// Resolution relative to full size along each side, and flags for shadows and ambient occlusion.
 const DETAILS = [
-  { share: 1, shadows: true },
-  { share: 0.7, shadows: true },
-  { share: 0.5, shadows: true },
-  { share: 0.5, shadows: false },
+  { share: 1, shadows: true, ambience: true },
+  { share: 0.7, shadows: true, ambience: true },
+  { share: 0.7, shadows: true, ambience: false },
+  { share: 0.5, shadows: true, ambience: false },
+  { share: 0.5, shadows: false, ambience: false },
 ];
 const FULL = DETAILS[0];
 // Duration of a slow frame (ms), and number of excess slow frames that reduces the detail.
