@@ -1,4 +1,4 @@
-//! Bodies tied by joints: the tree, robots, and lines from joint to joint.
+//! Bodies tied by joints: the tree, robots, and lines to joints that bodies do not touch.
 
 use crate::film::{Film, FilmJoint};
 use crate::shape::FilmPiece;
@@ -47,54 +47,62 @@ pub fn robot_depths(film: &Film) -> Vec<Option<usize>> {
     (0..above.len()).map(depth).collect()
 }
 
-/// Lines from joint to joint on bodies whose joints are outside their shapes. A body with a single
-/// joint has a line to its centre of mass.
+/// Lines on bodies whose joints are outside their shapes: from the joint to the nearest point of the
+/// shape. Links that do not touch are thus joined through their joint.
 pub fn bones(film: &Film) -> Vec<Bone> {
     let mut bones = Vec::new();
     for (index, body) in film.bodies.iter().enumerate() {
-        let mut anchors: Vec<Vector3<f64>> = Vec::new();
+        let room = APART * body.reach();
         for joint in &film.joints {
             let sides = [(Some(joint.body), joint.anchor), (joint.other, joint.other_anchor)];
-            anchors.extend(sides.iter().filter(|side| side.0 == Some(index)).map(|side| side.1));
-        }
-        let room = APART * body.reach();
-        let is_outside =
-            |place: &Vector3<f64>| body.pieces.iter().all(|piece| distance(piece, place) > room);
-        let Some((&first, rest)) = anchors.split_first() else { continue };
-        let ends = if rest.is_empty() { &[Vector3::zeros()][..] } else { rest };
-        for &to in ends {
-            if (is_outside(&first) || is_outside(&to)) && (to - first).norm() > room {
-                bones.push(Bone { body: index, from: first, to });
+            for (_, from) in sides.into_iter().filter(|side| side.0 == Some(index)) {
+                let ends = body.pieces.iter().map(|piece| nearest(piece, &from));
+                let apart = |end: &Vector3<f64>| (end - from).norm();
+                let to = ends.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+                let to = to.unwrap_or_else(Vector3::zeros);
+                if apart(&to) > room {
+                    bones.push(Bone { body: index, from, to });
+                }
             }
         }
     }
     bones
 }
 
-/// Lower bound of the distance of a point from a piece (m), not above 0 inside of it. That of a
-/// mesh is to its bounding box.
-fn distance(piece: &FilmPiece, place: &Vector3<f64>) -> f64 {
+/// Number of projections onto the faces of a hull.
+const ROUNDS: usize = 20;
+
+/// Point of a piece near a place, which is the place itself inside of it. Of a mesh it is in the
+/// bounding box.
+fn nearest(piece: &FilmPiece, place: &Vector3<f64>) -> Vector3<f64> {
+    let within = |core: Vector3<f64>, radius: f64| {
+        let way = place - core;
+        core + way * (radius / way.norm()).min(1.0)
+    };
     match piece {
-        FilmPiece::Sphere { centre, radius } => (place - centre).norm() - radius,
+        FilmPiece::Sphere { centre, radius } => within(*centre, *radius),
         FilmPiece::Capsule { ends: [a, b], radius } => {
             let axis = b - a;
             let share = (place - a).dot(&axis) / axis.norm_squared();
             // A capsule of length 0 has no direction.
             let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
-            (place - a - axis * share).norm() - radius
+            within(a + axis * share, *radius)
         }
         FilmPiece::Hull(hull) => {
-            let heights = hull
-                .sides()
-                .map(|(face, normal)| normal.dot(&(place - hull.vertices[face[0]])) - hull.radius);
-            heights.fold(f64::NEG_INFINITY, f64::max)
+            let mut core = *place;
+            for _ in 0..ROUNDS {
+                for (face, normal) in hull.sides() {
+                    core -= normal * normal.dot(&(core - hull.vertices[face[0]])).max(0.0);
+                }
+            }
+            within(core, hull.radius)
         }
         FilmPiece::Mesh(mesh) => {
             let (low, high) = mesh.vertices.iter().fold(
                 (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
                 |(low, high), vertex| (low.inf(vertex), high.sup(vertex)),
             );
-            (low - place).sup(&(place - high)).max()
+            place.sup(&low).inf(&high)
         }
     }
 }
@@ -146,13 +154,22 @@ mod tests {
             body.pieces = vec![FilmPiece::Sphere { centre, radius: 0.2 }];
         });
         film.joints = vec![FilmJoint { anchor: Vector3::z(), ..joint(1, Some(0)) }];
-        assert_eq!(bones(&film), [Bone { body: 1, from: Vector3::z(), to: centre }]);
-        // With a second joint the line is from joint to joint.
+        let bone =
+            |from: f64, to: f64| Bone { body: 1, from: Vector3::z() * from, to: Vector3::z() * to };
+        assert_eq!(bones(&film), [bone(1.0, 0.2)]);
         let lower = FilmJoint { anchor: -Vector3::z(), ..joint(1, None) };
         film.joints.push(lower);
-        assert_eq!(bones(&film), [Bone { body: 1, from: Vector3::z(), to: -Vector3::z() }]);
+        assert_eq!(bones(&film), [bone(1.0, 0.2), bone(-1.0, -0.2)]);
         film.joints[0].anchor = Vector3::z() * 0.1;
         film.joints[1].anchor = Vector3::z() * -0.1;
         assert_eq!(bones(&film), []);
+        // The nearest point of a box and of a capsule.
+        let corner = |i: usize| Vector3::from_fn(|k, _| if i >> k & 1 == 1 { 0.5 } else { -0.5 });
+        let cuboid = FilmPiece::cuboid(&(0..8).map(corner).collect::<Vec<_>>());
+        let near = nearest(&cuboid, &Vector3::new(2.0, 0.1, -3.0));
+        assert!((near - Vector3::new(0.5, 0.1, -0.5)).norm() < 1e-12, "{near}");
+        let capsule = FilmPiece::Capsule { ends: [Vector3::zeros(), Vector3::x()], radius: 0.25 };
+        let near = nearest(&capsule, &Vector3::new(0.5, 2.0, 0.0));
+        assert!((near - Vector3::new(0.5, 0.25, 0.0)).norm() < 1e-12, "{near}");
     }
 }

@@ -8,8 +8,8 @@
 //! - Arrows show the mean force of the steps since the previous frame, on a compressed scale
 //!   (`forces::Scale`). A contact between two bodies has an arrow for each of them. Arrows are
 //!   hidden behind the bodies that hide their contacts.
-//! - Pieces are drawn with their exact shape. Great circles on balls and capsules show their
-//!   rotation.
+//! - Pieces are drawn with their exact shape. Polyhedra with many faces are shaded as round shapes.
+//!   Great circles on balls show their rotation.
 //! - A body without pieces is drawn from its contact points: as a box if they are its eight
 //!   corners, x fastest, or else as points with their convex outline.
 //! - Joints are drawn on top as rings at their anchors, with their axes.
@@ -63,7 +63,7 @@ pub fn animate(
 ) -> Result<Vec<u8>, AnimationError> {
     let moments = moments(film, settings)?;
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, film, settings.size)?;
+    let mut encoder = Encoder::new(&mut bytes, film, settings)?;
     let mut stage = Backdrop::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
     let mut canvas = stage.empty().clone();
     for (k, moment) in moments.iter().enumerate() {

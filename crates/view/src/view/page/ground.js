@@ -1,8 +1,13 @@
 // Ground, and extent of the motion.
 
-// Direction of the light. It comes from the left of the initial view, so that shadows are visible
-// beside the bodies that touch the ground.
-const LIGHT = unit([-0.05, -0.5, 1]);
+// Direction of the light, as in the animation: horizontal over vertical component, and angle between
+// the shadows and the initial view (degrees). Shadows fall to the right and backwards.
+const LEAN = 0.466;
+const SHADOW_TURN = 116;
+const LIGHT = (() => {
+  const angle = ((runs[0].data.view.azimuth + SHADOW_TURN) * Math.PI) / 180;
+  return unit([-LEAN * Math.cos(angle), -LEAN * Math.sin(angle), 1]);
+})();
 // Number of points sampled to find the size of the scene, and minimum number of frames.
 const SAMPLES = 2000;
 const FEWEST_FRAMES = 12;

@@ -1,8 +1,8 @@
 // Light: a sun with soft shadows, and the sky.
 
-const SHADOW_PIXELS = 2048;
+const SHADOW_PIXELS = 1536;
 // Width of the soft rim of shadows, in pixels of the shadow map.
-const SOFTNESS = 3.2;
+const SOFTNESS = 2.6;
 const SUN = 2.15;
 const SKY = 2.05;
 
