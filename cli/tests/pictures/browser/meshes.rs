@@ -71,7 +71,8 @@ fn write_robot(directory: &Path) -> std::path::PathBuf {
             file,
             "<link name=\"ring-{k}\"><inertial><mass value=\"1\"/>
                <inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>
-               <visual><geometry><mesh filename=\"ring-{k}.stl\"/></geometry></visual>
+               <visual><geometry><mesh filename=\"ring-{k}.stl\"/></geometry>
+                 <material name=\"copper\"><color rgba=\"0.8 0.4 0.2 1\"/></material></visual>
                <collision><geometry><sphere radius=\"0.05\"/></geometry></collision></link>"
         )
         .unwrap();
