@@ -95,7 +95,7 @@ fn triangles_drawn(browser: &Browser) -> Vec<usize> {
     let counts = browser.run(
         "const { runs } = JSON.parse(document.getElementById('data').textContent); \
          return runs[0].bodies.map(({ pieces }) => \
-           pieces.reduce((sum, piece) => sum + (piece.is_mesh ? piece.faces.length : 0), 0))",
+           pieces.reduce((sum, piece) => sum + (piece.mesh ? piece.mesh.triangles.count / 3 : 0), 0))",
     );
     counts.as_array().unwrap().iter().map(|count| count.as_u64().unwrap() as usize).collect()
 }

@@ -1,6 +1,7 @@
 //! Data of the page, serialised as JSON.
 
 use super::curves::{Plot, plots};
+use super::encode::{PackedNumbers, packed, packed_rows};
 use super::facts;
 use super::poses::{EncodedPoses, digit};
 use crate::animation;
@@ -8,7 +9,7 @@ use crate::film::{Fact, Film, FilmFixed, FilmJoint, Status};
 use crate::forces::Scale;
 use crate::palette::{self, css};
 use crate::plot::PlotSheet;
-use crate::shape::{FilmPiece, Outline, is_box};
+use crate::shape::{FilmMesh, FilmPiece, Outline, is_box};
 use crate::skeleton::{self, Bone};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -67,16 +68,25 @@ struct PageBody {
     above: Option<usize>,
 }
 
-/// All points within `radius` of a polyhedron. Without faces the core is a segment or a point. A
-/// mesh has triangles as faces.
+/// All points within `radius` of a polyhedron. Without faces the core is a segment or a point.
 #[derive(Serialize)]
 struct PieceData {
     vertices: Vec<[f64; 3]>,
     faces: Vec<FaceData>,
     radius: f64,
-    is_mesh: bool,
+    /// Mesh instead of vertices and faces.
+    mesh: Option<MeshData>,
     /// CSS colour of the piece, if it differs from that of its body.
     colour: Option<String>,
+}
+
+/// Triangles for drawing only.
+#[derive(Serialize)]
+struct MeshData {
+    /// Coordinates to five digits of the largest: x of all vertices, then y and z.
+    vertices: PackedNumbers,
+    /// Vertex indices, three per triangle, counter-clockwise seen from outside.
+    triangles: PackedNumbers,
 }
 
 #[derive(Serialize)]
@@ -196,35 +206,34 @@ impl PieceData {
             vertices: face.to_vec(),
             normal: normal.into(),
         };
-        let is_mesh = matches!(piece, FilmPiece::Mesh(_));
-        let mut made = Self {
-            vertices: piece.core().iter().map(|&vertex| vertex.into()).collect(),
+        let (mesh, colour) = match piece {
+            FilmPiece::Mesh(mesh) => (Some(MeshData::of(mesh)), mesh.colour.map(css)),
+            _ => (None, None),
+        };
+        let core = if mesh.is_some() { &[] } else { piece.core() };
+        Self {
+            vertices: core.iter().map(|&vertex| vertex.into()).collect(),
             faces: match piece {
                 FilmPiece::Hull(hull) => hull.sides().map(face).collect(),
-                FilmPiece::Mesh(mesh) => mesh.sides().map(face).collect(),
-                FilmPiece::Sphere { .. } | FilmPiece::Capsule { .. } => Vec::new(),
+                _ => Vec::new(),
             },
             radius: piece.radius(),
-            is_mesh,
-            colour: match piece {
-                FilmPiece::Mesh(mesh) => mesh.colour.map(css),
-                _ => None,
-            },
-        };
-        if is_mesh {
-            made.shorten();
+            mesh,
+            colour,
         }
-        made
     }
+}
 
-    /// Reduces the precision of drawn geometry: positions to five digits of the largest, normals to
-    /// 1e-3.
-    fn shorten(&mut self) {
-        let round = |x: &mut f64, per: f64| *x = (*x * per).round() / per;
-        let largest = self.vertices.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let per = (1.0 / digit(largest, 5)).round().max(1.0);
-        self.vertices.iter_mut().flatten().for_each(|x| round(x, per));
-        self.faces.iter_mut().flat_map(|face| &mut face.normal).for_each(|x| round(x, 1e3));
+impl MeshData {
+    fn of(mesh: &FilmMesh) -> Self {
+        let largest = mesh.vertices.iter().map(|vertex| vertex.amax()).fold(0.0, f64::max);
+        let along = (0..3).flat_map(|axis| mesh.vertices.iter().map(move |vertex| vertex[axis]));
+        // Triangles of zero area have no normal.
+        let triangles = mesh.sides().flat_map(|(triangle, _)| triangle.to_vec());
+        Self {
+            vertices: packed(along, digit(largest, 5)),
+            triangles: packed_rows(triangles.collect::<Vec<_>>().into_iter()),
+        }
     }
 }
 
@@ -292,7 +301,6 @@ fn worst(film: &Film) -> Option<Worst> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::FilmMesh;
 
     #[test]
     fn meshes_are_rounded_and_nothing_else_is() {
@@ -304,11 +312,15 @@ mod tests {
             triangles,
             colour: Some([1, 2, 255]),
         }));
-        assert!(mesh.is_mesh && mesh.faces.len() == 1);
         assert_eq!(mesh.colour.as_deref(), Some("#0102ff"));
-        assert_eq!(mesh.vertices, [[0.33333, 0.0, 0.0], [0.0, 0.66667, 0.0], [0.0, 0.0, 0.33333]]);
-        assert_eq!(mesh.faces[0].normal, [0.667, 0.333, 0.667]);
+        assert!(mesh.vertices.is_empty() && mesh.faces.is_empty());
+        let packed = mesh.mesh.unwrap();
+        let steps: Vec<_> = packed.vertices.unpacked().into_iter().flatten().collect();
+        // Thirds in units of 1e-5.
+        assert_eq!(steps, [33333, 0, 0, 0, 66667, 0, 0, 0, 33333]);
+        let corners: Vec<_> = packed.triangles.unpacked().into_iter().flatten().collect();
+        assert_eq!(corners, [0, 1, 2]);
         let ball = PieceData::of(&FilmPiece::Sphere { centre: vertices[0], radius: 0.1 });
-        assert!(!ball.is_mesh && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
+        assert!(ball.mesh.is_none() && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
     }
 }

@@ -43,7 +43,8 @@ const KEYS = [
   { keys: ["z"], act: () => camera.zoom(1 / 1.2), name: "z x", words: "zoom" },
   { keys: ["x"], act: () => camera.zoom(1.2) },
   { keys: ["i"], name: "i", words: "save as PNG", act: () => hasGraphics && savePicture() },
-  { keys: ["Escape"], act: leave },
+  { keys: ["v"], name: "v", words: "only the view, as on a slide", act: widen },
+  { keys: ["Escape"], name: "esc", words: "end the selection", act: leave },
   { keys: ["?"], name: "?", words: "this help", act: () => $("help").showModal() },
 ];
 

@@ -196,6 +196,13 @@ function fillSheet(sheet, card) {
   card.querySelector("h2").textContent = sheet.of_body ? `${sheet.name}: ${names}` : sheet.name;
 }
 
+// Hides everything but title, view and playback, or shows it again.
+function widen() {
+  const isWide = document.body.classList.toggle("wide");
+  $("wide").setAttribute("aria-pressed", String(isWide));
+  redraw();
+}
+
 function resetView() {
   camera.reset();
   repaint();
@@ -273,6 +280,7 @@ if (!hasGraphics) {
   }
 }
 $("reset").addEventListener("click", resetView);
+$("wide").addEventListener("click", widen);
 $("next").addEventListener("click", () => jumpToMark(1));
 $("previous").addEventListener("click", () => jumpToMark(-1));
 $("help-open").addEventListener("click", () => $("help").showModal());

@@ -56,6 +56,22 @@ function floats(packed) {
   return new Float32Array(bits.buffer);
 }
 
+// Decodes the vertices and faces of a mesh.
+function unpackMesh(piece) {
+  const [numbers, corners] = [measures(piece.mesh.vertices), rowsOf(piece.mesh.triangles)];
+  const count = numbers.length / 3;
+  for (let i = 0; i < count; i += 1) {
+    piece.vertices.push([numbers[i], numbers[count + i], numbers[2 * count + i]]);
+  }
+  for (let i = 0; i < corners.length; i += 3) {
+    const vertices = Array.from(corners.subarray(i, i + 3));
+    const [a, b, c] = vertices.map((vertex) => piece.vertices[vertex]);
+    const across = cross(subtract(b, a), subtract(c, a));
+    // Rounding may flatten a small triangle.
+    if (length(across) > 0) piece.faces.push({ vertices, normal: unit(across) });
+  }
+}
+
 const NAMES = ["A", "B"];
 const UP = [0, 0, 1];
 // Partner of a contact with the ground.
@@ -119,6 +135,8 @@ class Run {
     this.statuses = bytes(frames.statuses);
     this.readForces(frames);
     this.bodies = data.bodies;
+    const pieces = this.bodies.concat(data.fixed).flatMap((body) => body.pieces);
+    for (const piece of pieces) if (piece.mesh) unpackMesh(piece);
     for (const body of this.bodies.concat(data.fixed)) body.span = spanOf(body);
     const reach = ({ points, pieces }) => {
       const ends = pieces.flatMap(({ vertices, radius }) => vertices.map((v) => length(v) + radius));

@@ -49,7 +49,7 @@ function arc(from, to, pieces) {
 
 // Surface of a mesh, or of all points within `radius` of a polyhedron. The latter has shifted
 // faces, cylinder segments along edges, and ball segments at corners.
-function hullSurface({ vertices, faces, radius, is_mesh: isMesh }) {
+function hullSurface({ vertices, faces, radius, mesh }) {
   const surface = new Surface();
   const edges = new Map();
   for (const { vertices: face, normal } of faces) {
@@ -67,7 +67,7 @@ function hullSurface({ vertices, faces, radius, is_mesh: isMesh }) {
   const normalAt = smoothNormals(vertices, faces);
   for (const { vertices: face, normal } of faces) {
     const normals = face.map((vertex) => (radius > 0 ? normal : normalAt(vertex, normal)));
-    if (isMesh) {
+    if (mesh) {
       surface.triangle(face.map((vertex) => vertices[vertex]), normals, [NO_LINES, NO_LINES, NO_LINES]);
       continue;
     }
@@ -181,7 +181,7 @@ function roundSurface({ vertices, radius }) {
 }
 
 // Unit ball and box, 2 m across, which are scaled to all others.
-const UNIT_BALL = { vertices: [[0, 0, 0]], faces: [], radius: 1, is_mesh: false };
+const UNIT_BALL = { vertices: [[0, 0, 0]], faces: [], radius: 1 };
 const UNIT_BOX = {
   vertices: [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [1, 2, 4].map((bit) => (i & bit ? 1 : -1))),
   faces: [
@@ -193,7 +193,6 @@ const UNIT_BOX = {
     { vertices: [0, 2, 3, 1], normal: [0, 0, -1] },
   ],
   radius: 0,
-  is_mesh: false,
 };
 // Tolerance for the corners of a scaled box.
 const SAME_CORNER = 1e-6;
@@ -201,9 +200,9 @@ const SAME_CORNER = 1e-6;
 // A piece as a `shape` that is scaled along each axis and moved to `middle`. Balls and axis-aligned
 // boxes use the unit shapes. Other pieces are unscaled.
 function stretched(piece) {
-  const { vertices, faces, radius, is_mesh: isMesh } = piece;
+  const { vertices, faces, radius, mesh } = piece;
   const asItIs = { shape: piece, middle: [0, 0, 0], stretch: [1, 1, 1] };
-  if (isMesh) return asItIs;
+  if (mesh) return asItIs;
   if (vertices.length === 1 && faces.length === 0) {
     return { shape: UNIT_BALL, middle: vertices[0], stretch: [radius, radius, radius] };
   }

@@ -59,7 +59,7 @@ class Solids {
     things.forEach(({ pieces }, thing) => {
       for (const piece of pieces) {
         const { shape, middle, stretch } = stretched(piece);
-        const name = JSON.stringify(shape);
+        const name = JSON.stringify(shape.mesh ?? shape);
         if (!shapes.has(name)) shapes.set(name, { shape, owners: [], forms: [] });
         shapes.get(name).owners.push(thing);
         shapes.get(name).forms.push({ middle, stretch, colour: piece.colour });
