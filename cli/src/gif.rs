@@ -66,6 +66,7 @@ pub fn check(args: &PictureArgs, rows: u64, time_step: f64) -> Result<(), Failur
         let flags = [
             ("--gif-speed", animation.gif_speed.is_some()),
             ("--gif-size", animation.gif_size.is_some()),
+            ("--gif-dark", animation.gif_dark),
             ("--camera", animation.camera.is_some()),
         ];
         return refuse_flags("a simulation without --gif", &flags);
@@ -81,6 +82,7 @@ fn settings(args: &AnimationArgs) -> AnimationSettings {
         speed: args.gif_speed.unwrap_or(default.speed),
         size: args.gif_size.unwrap_or(default.size),
         view: args.camera,
+        dark: args.gif_dark,
     }
 }
 

@@ -406,10 +406,11 @@ impl PyRecording {
         speed: f64,
         size: u16,
         camera: Option<(f64, f64)>,
+        dark: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let view = camera.map(|(azimuth, elevation)| View { azimuth, elevation });
-        let settings = AnimationSettings { speed, size, view };
+        let settings = AnimationSettings { speed, size, view, dark };
         let film = self.film()?;
         let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
         let follow = |frame, _| {

@@ -42,6 +42,7 @@ fn files(path: &Path, _: u64) -> io::Result<Vec<u8>> {
         Some("robots/prism.obj") => Ok(prism().into_bytes()),
         Some("robots/large.obj") => Ok(fan(20_001).into_bytes()),
         Some("robots/half.obj") => Ok(fan(10_001).into_bytes()),
+        Some("robots/points.dae") => Ok(b"<COLLADA/>".to_vec()),
         _ => Err(io::Error::new(io::ErrorKind::NotFound, "it is not there")),
     }
 }
@@ -208,8 +209,8 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     let mesh =
         |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
     for (file, why) in [
-        ("trunk.dae", "of .dae files only the vertices are read"),
-        ("package://own/trunk.dae", "of .dae files only the vertices are read"),
+        ("points.dae", "it shows no triangles"),
+        ("trunk.fbx", "only .stl, .obj, .msh, .glb and .dae are supported"),
         ("away.stl", "it is not there"),
     ] {
         let text = one(&format!("{}{}", mesh("prism.obj"), mesh(file)));
@@ -225,6 +226,45 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
             notes[0]
                 .contains("a link is drawn with collision shapes instead of visual meshes: line")
         );
+    }
+}
+
+/// Checks that meshes have the colour of their shape, or else of its material, in both formats. The
+/// colour survives a written scenario.
+#[test]
+fn meshes_have_the_colours_of_their_file() {
+    let visual = |material: &str| {
+        format!("<visual><geometry><mesh filename=\"prism.obj\"/></geometry>{material}</visual>")
+    };
+    let steel = r#"<material name="steel"><color rgba="0.2 0.4 0.6 1"/></material>"#;
+    let urdf =
+        |material: &str| one(&visual(material)).replace("</robot>", &format!("{steel}</robot>"));
+    let mjcf = |attributes: &str| {
+        format!(
+            r#"<mujoco><asset><mesh name="prism" file="prism.obj"/>
+              <material name="steel" rgba="0.2 0.4 0.6 1"/></asset><worldbody><body><freejoint/>
+              <geom size="0.1"/><geom type="mesh" mesh="prism" contype="0" conaffinity="0" mass="0"
+              {attributes}/></body></worldbody></mujoco>"#
+        )
+    };
+    let (blue, red) = (Some([51, 102, 153]), Some([255, 0, 0]));
+    for (text, colour) in [
+        (urdf(""), None),
+        (urdf(r#"<material name="steel"/>"#), blue),
+        (urdf(r#"<material name="own"><color rgba="1 0 0 1"/></material>"#), red),
+        (urdf(r#"<material name="unknown"/>"#), None),
+        (mjcf(""), None),
+        (mjcf(r#"material="steel""#), blue),
+        (mjcf(r#"material="steel" rgba="1 0 0 1""#), red),
+    ] {
+        let scene = scene_of(&text);
+        let film = film_of(&scene, model_of(&scene));
+        assert_eq!(mesh(&film.bodies[0].pieces[0]).colour, colour, "{text}");
+        let written = written::text(&scene).unwrap();
+        let again = Path::new("robots/robot.toml");
+        let again = Scene::of_text(&written, again, Settings::default(), &files).unwrap();
+        let film = film_of(&again, model_of(&again));
+        assert_eq!(mesh(&film.bodies[0].pieces[0]).colour, colour, "{written}");
     }
 }
 

@@ -145,8 +145,12 @@ pub struct AnimationArgs {
     /// Width and height of the animation, pixels [default: 800].
     #[arg(long, value_name = "PIXELS", value_parser = values::pixels, allow_hyphen_values = true)]
     pub gif_size: Option<u16>,
+    /// Dark background.
+    #[arg(long)]
+    pub gif_dark: bool,
     /// Camera angles: degrees about the vertical, from x towards y, and degrees above the horizon,
-    /// 0 to 90 [default: -32,20, or higher if fixed shapes hide the moving bodies].
+    /// 0 to 90 [default: -32,20, or -62 along x, and higher for flat scenes and fixed shapes in
+    /// the way].
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::view, allow_hyphen_values = true)]
     pub camera: Option<View>,
 }

@@ -82,7 +82,7 @@ impl Animation {
     fn body(&self, frame: usize) -> [f64; 2] {
         let mut sum = [0.0; 3];
         for (i, [red, _, blue]) in self.pictures[frame].iter().enumerate() {
-            if blue.saturating_sub(*red) > 60 {
+            if blue.saturating_sub(*red) > 30 {
                 sum[0] += (i % self.size) as f64;
                 sum[1] += (i / self.size) as f64;
                 sum[2] += self.size as f64;
@@ -103,7 +103,7 @@ fn a_drop_is_thirty_frames_a_second_at_real_speed_and_small() {
     let bytes = fs::read(here.join("out/animation.gif")).unwrap();
     assert!(bytes.len() < 1_500_000, "{} bytes", bytes.len());
     let animation = Animation::decode(&bytes);
-    assert_eq!((animation.size, animation.colours), (800, 64));
+    assert_eq!((animation.size, animation.colours), (800, 128));
     // A run of 1.998 s has a frame every thirtieth of a second and one for the last row.
     assert_eq!(animation.pictures.len(), 61);
     assert!((animation.duration() - 61.0 / 30.0).abs() < 0.01);
@@ -142,11 +142,17 @@ fn speed_size_and_camera_are_what_was_asked_for() {
     let other = gif(&["--camera", "148,20"]);
     let way = |animation: &Animation| animation.body(6)[0] - animation.body(0)[0];
     assert!(way(&plain) > 0.0 && way(&other) < 0.0, "{} {}", way(&plain), way(&other));
+    // A dark background.
+    let dark = gif(&["--gif-dark"]);
+    let brightness = |animation: &Animation| {
+        animation.pictures[0].iter().flatten().map(|part| u64::from(*part)).sum::<u64>()
+    };
+    assert!(3 * brightness(&dark) < brightness(&plain));
     // The view from above is allowed.
     assert_eq!(gif(&["--camera", "0,90"]).pictures.len(), 7);
 }
 
-/// Without ground only the grid is drawn, and the background is visible between its lines.
+/// Without ground only the background is behind the body.
 #[test]
 fn a_body_that_falls_without_a_ground_is_drawn_on_none() {
     let directory = TempDir::new().unwrap();
@@ -156,7 +162,7 @@ fn a_body_that_falls_without_a_ground_is_drawn_on_none() {
         done(&[args, &flags].concat(), here);
         let animation = Animation::open(&here.join("out/animation.gif"));
         let is_ground = |pixel: &&Colour| {
-            pixel.iter().zip([0xe9, 0xed, 0xf2]).all(|(a, b): (&u8, u8)| a.abs_diff(b) <= 4)
+            pixel.iter().zip([0xe6, 0xea, 0xef]).all(|(a, b): (&u8, u8)| a.abs_diff(b) <= 4)
         };
         animation.pictures[0].iter().filter(is_ground).count()
     };
@@ -242,7 +248,7 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     refused(&["gif", "nowhere.csv"], here, "nowhere.csv");
     assert!(!here.join("out/animation.gif").exists());
     // A simulation refuses at the start.
-    for option in ["--gif-speed=2", "--gif-size=300", "--camera=1,2"] {
+    for option in ["--gif-speed=2", "--gif-size=300", "--camera=1,2", "--gif-dark"] {
         let flag = option.split('=').next().unwrap();
         refused(&["--out", "other", option], here, flag);
     }

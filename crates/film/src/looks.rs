@@ -27,11 +27,15 @@ pub fn dress(model: &Model, film: &mut Film) -> Result<(), Failure> {
 
 /// A part of a look as a picture has it, from the centre of mass.
 fn piece_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<FilmPiece, Error> {
-    let ModelForm::Mesh { vertices, triangles, .. } = &part.form else {
+    let ModelForm::Mesh { vertices, triangles, colour, .. } = &part.form else {
         return Ok(crate::piece(&part.piece()?.moved_by(&Matrix3::identity(), &-centre)?));
     };
     let (rotation, position) = (part.place.rotation(), Vector3::from(part.place.position));
     let place = |vertex: &[f64; 3]| rotation * Vector3::from(*vertex) + position - centre;
     let vertices = vertices.iter().map(place).collect();
-    Ok(FilmPiece::Mesh(FilmMesh { vertices, triangles: triangles.clone() }))
+    Ok(FilmPiece::Mesh(FilmMesh {
+        vertices,
+        triangles: triangles.clone(),
+        colour: colour.map(|colour| colour.0),
+    }))
 }

@@ -1,5 +1,6 @@
 //! Shapes of scenario files and run.json, and the core's bodies made of them.
 
+use crate::colour::Colour;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, Vector4};
 use serde::{Deserialize, Serialize};
 use tumble_core::error::{Error, in_range};
@@ -74,6 +75,9 @@ pub enum ModelForm {
         triangles: Vec<[usize; 3]>,
         /// Rounding radius (m).
         radius: f64,
+        /// Colour in pictures; default from the body.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        colour: Option<Colour>,
     },
 }
 
@@ -106,7 +110,7 @@ impl ModelForm {
                 let points: Vec<_> = points.iter().copied().map(Vector3::from).collect();
                 Piece::hull(&points, *radius)
             }
-            Self::Mesh { vertices, triangles, radius } => {
+            Self::Mesh { vertices, triangles, radius, .. } => {
                 let vertices = vertices.iter().copied().map(Vector3::from).collect();
                 Piece::mesh(&Mesh::new(vertices, triangles.clone())?, *radius)
             }

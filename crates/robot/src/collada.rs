@@ -1,8 +1,10 @@
-//! Vertices of Collada files (`.dae`), which collide as their convex hull.
+//! Collada files (`.dae`): vertices, which collide as their convex hull, and triangles with colours
+//! for drawing.
 //!
 //! A Collada scene is a tree of nodes with transforms, some of which show geometries. Lengths are
-//! in the unit of the file. The up axis is ignored, following ROS.
+//! in the unit of the file. The up axis is ignored, following ROS. Textures are ignored.
 
+use super::meshes::{Facet, Painted, colour_of};
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3, Vector4};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::HashMap;
@@ -12,11 +14,28 @@ const MOST_ELEMENTS: u32 = 200_000;
 /// Maximum nesting depth of nodes, and maximum number of nodes.
 const DEEPEST: usize = 50;
 const MOST_NODES: usize = 10_000;
-/// Maximum number of points.
+/// Maximum number of points, and of triangles.
 const MOST_POINTS: usize = 2_000_000;
 
 /// All points (m) shown by the scene of a file.
 pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
+    let points = scene(text)?.points;
+    if points.is_empty() { Err("it shows no points".to_owned()) } else { Ok(points) }
+}
+
+/// All triangles (m) shown by the scene of a file, in groups of one colour.
+pub fn triangles(text: &str) -> Result<Vec<Painted>, String> {
+    let groups = scene(text)?.groups;
+    if groups.is_empty() { Err("it shows no triangles".to_owned()) } else { Ok(groups) }
+}
+
+/// What the scene of a file shows.
+struct ColladaScene {
+    points: Vec<Vector3<f64>>,
+    groups: Vec<Painted>,
+}
+
+fn scene(text: &str) -> Result<ColladaScene, String> {
     let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| format!("it is not XML: {error}"))?;
@@ -28,7 +47,8 @@ pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     let meter = unit.and_then(|unit| unit.attribute("meter"));
     let meter = meter.map_or(Ok(1.0), |meter| number(meter.trim()))?;
     let named = root.descendants().filter_map(|node| Some((node.attribute("id")?, node)));
-    let mut reader = ColladaReader { named: named.collect(), points: Vec::new(), nodes: 0 };
+    let found = ColladaScene { points: Vec::new(), groups: Vec::new() };
+    let mut reader = ColladaReader { named: named.collect(), found, nodes: 0 };
     let scale = Matrix4::new_scaling(meter);
     let shown = below(root, "scene").and_then(|scene| below(scene, "instance_visual_scene"));
     match shown.map(|shown| reader.named(shown, "visual_scene")).transpose()? {
@@ -39,14 +59,11 @@ pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
         }
         None => {
             for geometry in root.descendants().filter(|node| node.has_tag_name_of("geometry")) {
-                reader.add_geometry(geometry, &scale)?;
+                reader.add_geometry(geometry, &scale, None)?;
             }
         }
     }
-    match reader.points.is_empty() {
-        true => Err("it shows no points".to_owned()),
-        false => Ok(reader.points),
-    }
+    Ok(reader.found)
 }
 
 /// Test of an element's tag that ignores its name space.
@@ -90,7 +107,7 @@ fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
 struct ColladaReader<'a> {
     /// Elements by identifier.
     named: HashMap<&'a str, Node<'a, 'a>>,
-    points: Vec<Vector3<f64>>,
+    found: ColladaScene,
     /// Number of visited nodes.
     nodes: usize,
 }
@@ -131,7 +148,7 @@ impl<'a> ColladaReader<'a> {
                 }
                 odd @ ("lookat" | "skew") => return Err(format!("<{odd}> is not supported")),
                 "instance_geometry" => {
-                    self.add_geometry(self.named(child, "geometry")?, &place)?;
+                    self.add_geometry(self.named(child, "geometry")?, &place, Some(child))?;
                 }
                 "instance_node" => self.add_node(self.named(child, "node")?, &place, depth + 1)?,
                 "node" => self.add_node(child, &place, depth + 1)?,
@@ -141,27 +158,156 @@ impl<'a> ColladaReader<'a> {
         Ok(())
     }
 
-    /// Adds the points of a geometry: the `POSITION` input of its vertices.
-    fn add_geometry(&mut self, geometry: Node<'a, 'a>, place: &Matrix4<f64>) -> Result<(), String> {
-        let meshes = geometry.children().filter(|child| child.has_tag_name_of("mesh"));
-        for vertices in meshes.flat_map(|mesh| all(mesh, "vertices")) {
-            let is_place = |input: &Node<'_, '_>| input.attribute("semantic") == Some("POSITION");
-            for input in all(vertices, "input").filter(is_place) {
-                let source = self.named(input, "source")?;
-                let array = below(source, "float_array").ok_or("<float_array> is needed")?;
-                let found = numbers(array)?;
-                if !found.len().is_multiple_of(3) {
-                    return Err(format!("<float_array>: {} numbers are not points", found.len()));
-                }
-                if self.points.len() + found.len() / 3 > MOST_POINTS {
+    /// Adds the points and triangles of a geometry. `instance` binds its materials.
+    fn add_geometry(
+        &mut self,
+        geometry: Node<'a, 'a>,
+        place: &Matrix4<f64>,
+        instance: Option<Node<'a, 'a>>,
+    ) -> Result<(), String> {
+        for mesh in all(geometry, "mesh") {
+            for vertices in all(mesh, "vertices") {
+                let points = self.positions(vertices, place)?;
+                self.found.points.extend(points);
+                if self.found.points.len() > MOST_POINTS {
                     return Err(format!("there are more than {MOST_POINTS} points"));
                 }
-                let placed = found
-                    .chunks_exact(3)
-                    .map(|point| (place * Vector4::new(point[0], point[1], point[2], 1.0)).xyz());
-                self.points.extend(placed);
+            }
+            for faces in mesh.children().filter(Node::is_element) {
+                if ["triangles", "polylist"].iter().any(|tag| faces.has_tag_name_of(tag)) {
+                    self.add_faces(faces, place, instance)?;
+                }
             }
         }
         Ok(())
+    }
+
+    /// Points of `<vertices>`: their `POSITION` input.
+    fn positions(
+        &self,
+        vertices: Node<'a, 'a>,
+        place: &Matrix4<f64>,
+    ) -> Result<Vec<Vector3<f64>>, String> {
+        let is_place = |input: &Node<'_, '_>| input.attribute("semantic") == Some("POSITION");
+        let mut points = Vec::new();
+        for input in all(vertices, "input").filter(is_place) {
+            let source = self.named(input, "source")?;
+            let array = below(source, "float_array").ok_or("<float_array> is needed")?;
+            let found = numbers(array)?;
+            let (three, rest) = found.as_chunks::<3>();
+            if !rest.is_empty() {
+                return Err(format!("<float_array>: {} numbers are not points", found.len()));
+            }
+            points
+                .extend(three.iter().map(|&[x, y, z]| (place * Vector4::new(x, y, z, 1.0)).xyz()));
+        }
+        Ok(points)
+    }
+
+    /// Adds the faces of `<triangles>` or `<polylist>`, which are fans of triangles.
+    fn add_faces(
+        &mut self,
+        faces: Node<'a, 'a>,
+        place: &Matrix4<f64>,
+        instance: Option<Node<'a, 'a>>,
+    ) -> Result<(), String> {
+        let offset = |input: Node<'_, '_>| -> usize {
+            input.attribute("offset").and_then(|offset| offset.parse().ok()).unwrap_or(0)
+        };
+        let inputs: Vec<_> = all(faces, "input").collect();
+        let corner = inputs.iter().find(|input| input.attribute("semantic") == Some("VERTEX"));
+        let (Some(corner), Some(list)) = (corner, below(faces, "p")) else { return Ok(()) };
+        let stride = inputs.iter().map(|input| offset(*input)).max().unwrap_or(0) + 1;
+        let points = self.positions(self.named(*corner, "vertices")?, place)?;
+        let indices = numbers(list)?;
+        let corners: Result<Vec<_>, String> = indices
+            .chunks_exact(stride)
+            .map(|each| {
+                let index = each[offset(*corner)];
+                let point = (index >= 0.0).then(|| points.get(index as usize)).flatten();
+                point.copied().ok_or_else(|| "a face has an unknown vertex".to_owned())
+            })
+            .collect();
+        let corners = corners?;
+        let counts = below(faces, "vcount").map(numbers).transpose()?;
+        let counts = counts.unwrap_or_else(|| vec![3.0; corners.len() / 3]);
+        let mut facets: Vec<Facet> = Vec::new();
+        let mut rest = &corners[..];
+        for count in counts {
+            let (face, after) = rest.split_at_checked(count as usize).unwrap_or((rest, &[]));
+            rest = after;
+            facets.extend((2..face.len()).map(|k| [face[0], face[k - 1], face[k]]));
+        }
+        // Mirrored nodes turn the faces inside out.
+        if place.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
+            facets.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+        }
+        let total: usize = self.found.groups.iter().map(|group| group.facets.len()).sum();
+        if total + facets.len() > MOST_POINTS {
+            return Err(format!("there are more than {MOST_POINTS} triangles"));
+        }
+        let colour = faces.attribute("material").and_then(|name| self.colour(name, instance?));
+        if !facets.is_empty() {
+            self.found.groups.push(Painted { colour, facets });
+        }
+        Ok(())
+    }
+
+    /// Diffuse colour of the material that an instance binds to a name. `None` without one.
+    fn colour(&self, name: &str, instance: Node<'a, 'a>) -> Option<[u8; 3]> {
+        let bound = instance.descendants().find(|node| {
+            node.has_tag_name_of("instance_material") && node.attribute("symbol") == Some(name)
+        })?;
+        let named = |id: &str, tag: &str| {
+            let node = self.named.get(id.strip_prefix('#').unwrap_or(id)).copied();
+            node.filter(|node| node.has_tag_name_of(tag))
+        };
+        let material = named(bound.attribute("target")?, "material")?;
+        let effect = named(below(material, "instance_effect")?.attribute("url")?, "effect")?;
+        let diffuse = effect.descendants().find(|node| node.has_tag_name_of("diffuse"))?;
+        colour_of(&numbers(below(diffuse, "color")?).ok()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of two faces in centimetres, moved and mirrored, with a red material.
+    #[test]
+    fn faces_are_fans_of_triangles_with_the_colour_of_their_material() {
+        let text = r##"<COLLADA><asset><unit meter="0.01"/></asset>
+          <library_effects><effect id="fx"><profile_COMMON><technique><lambert><diffuse>
+            <color>1 0.5 0 1</color></diffuse></lambert></technique></profile_COMMON></effect>
+          </library_effects>
+          <library_materials><material id="red"><instance_effect url="#fx"/></material>
+          </library_materials>
+          <library_geometries><geometry id="g"><mesh>
+            <source id="s"><float_array>0 0 0 100 0 0 100 100 0 0 100 0</float_array></source>
+            <vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+            <polylist material="m"><input semantic="NORMAL" source="#n" offset="1"/>
+              <input semantic="VERTEX" source="#v" offset="0"/>
+              <vcount>4</vcount><p>0 0 1 0 2 0 3 0</p></polylist>
+          </mesh></geometry></library_geometries>
+          <library_visual_scenes><visual_scene id="all"><node>
+            <translate>0 0 200</translate><scale>-1 1 1</scale>
+            <instance_geometry url="#g"><bind_material><technique_common>
+              <instance_material symbol="m" target="#red"/></technique_common></bind_material>
+            </instance_geometry></node></visual_scene></library_visual_scenes>
+          <scene><instance_visual_scene url="#all"/></scene></COLLADA>"##;
+        let groups = triangles(text).unwrap();
+        let [group] = &groups[..] else { panic!("{} groups", groups.len()) };
+        assert_eq!(group.colour, Some([255, 128, 0]));
+        assert_eq!(group.facets.len(), 2);
+        for [a, b, c] in &group.facets {
+            assert!(a.z == 2.0 && b.z == 2.0 && c.z == 2.0 && a.x == 0.0);
+            // Still counter-clockwise seen from above.
+            assert!((b - a).cross(&(c - a)).z > 0.0);
+        }
+        assert_eq!(points(text).unwrap().len(), 4);
+        let broken = text.replace("0 0 1 0 2 0 3 0", "0 0 1 0 9 0 3 0");
+        assert!(triangles(&broken).unwrap_err().contains("unknown vertex"));
+        let bare = text.replace("symbol=\"m\"", "symbol=\"x\"");
+        assert_eq!(triangles(&bare).unwrap()[0].colour, None);
     }
 }

@@ -1,8 +1,9 @@
-//! Triangles of the scene of binary glTF files (`.glb`).
+//! Triangles of the scene of binary glTF files (`.glb`), with the colours of their materials.
 //!
 //! A glTF scene is a tree of nodes with transforms, some of which show meshes. Lengths are in m.
 //! The up axis y is ignored, consistent with Collada. Compressed meshes are rejected.
 
+use super::meshes::{Painted, colour_of};
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
 use serde_json::Value;
 
@@ -24,17 +25,15 @@ const INTS: u64 = 5125;
 const FLOATS: u64 = 5126;
 const TRIANGLES: u64 = 4;
 
-type Facet = [Vector3<f64>; 3];
-
-/// All triangles (m) shown by the scene of a file, counter-clockwise seen from outside.
-pub fn facets(bytes: &[u8]) -> Result<Vec<Facet>, String> {
+/// All triangles (m) shown by the scene of a file, in groups of one colour.
+pub fn facets(bytes: &[u8]) -> Result<Vec<Painted>, String> {
     let (json, data) = chunks(bytes)?;
     let root: Value =
         serde_json::from_slice(json).map_err(|error| format!("its JSON is invalid: {error}"))?;
     if let Some(needed) = root["extensionsRequired"].as_array().and_then(|all| all.first()) {
         return Err(format!("it needs the extension {needed}, which is not supported"));
     }
-    let mut reader = GltfReader { root: &root, data, facets: Vec::new(), nodes: 0 };
+    let mut reader = GltfReader { root: &root, data, groups: Vec::new(), total: 0, nodes: 0 };
     let scene = root["scene"].as_u64().map_or(0, place);
     match root["scenes"].get(scene) {
         Some(scene) => {
@@ -48,9 +47,9 @@ pub fn facets(bytes: &[u8]) -> Result<Vec<Facet>, String> {
             }
         }
     }
-    match reader.facets.is_empty() {
-        true => Err("it shows no triangles".to_owned()),
-        false => Ok(reader.facets),
+    match reader.total {
+        0 => Err("it shows no triangles".to_owned()),
+        _ => Ok(reader.groups),
     }
 }
 
@@ -103,8 +102,22 @@ fn numbers<const N: usize>(value: &Value) -> Result<Option<[f64; N]>, String> {
 struct GltfReader<'a> {
     root: &'a Value,
     data: &'a [u8],
-    facets: Vec<Facet>,
+    groups: Vec<Painted>,
+    /// Number of triangles.
+    total: usize,
     nodes: usize,
+}
+
+/// Colour of a material: its base colour, which is in linear light.
+fn colour(material: &Value) -> Option<[u8; 3]> {
+    let encode = |light: &Value| {
+        let light = light.as_f64()?;
+        let curved = 1.055 * light.powf(1.0 / 2.4) - 0.055;
+        Some(if light <= 0.003_130_8 { 12.92 * light } else { curved })
+    };
+    let channels = list(&material["pbrMetallicRoughness"]["baseColorFactor"]);
+    let encoded: Option<Vec<_>> = channels.iter().take(3).map(encode).collect();
+    colour_of(&encoded?)
 }
 
 impl GltfReader<'_> {
@@ -159,16 +172,21 @@ impl GltfReader<'_> {
                 Value::Null => (0..points.len()).collect(),
                 indices => self.indices(indices)?,
             };
+            let mut facets = Vec::new();
             for three in corners.chunks_exact(3) {
                 let corner = |k: usize| points.get(three[k]).copied();
                 let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
                     return Err("a triangle has a vertex that does not exist".to_owned());
                 };
-                self.facets.push(if is_mirrored { [a, c, b] } else { [a, b, c] });
+                facets.push(if is_mirrored { [a, c, b] } else { [a, b, c] });
             }
-            if self.facets.len() > MOST_FACETS {
+            self.total += facets.len();
+            if self.total > MOST_FACETS {
                 return Err(format!("it has more than {MOST_FACETS} triangles"));
             }
+            let material = primitive["material"].as_u64().map(place);
+            let material = material.and_then(|index| root["materials"].get(index));
+            self.groups.push(Painted { colour: material.and_then(colour), facets });
         }
         Ok(())
     }

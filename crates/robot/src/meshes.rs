@@ -69,31 +69,50 @@ fn extension(name: &str) -> String {
     extension.to_ascii_lowercase()
 }
 
-/// Triangles of a file, scaled along x, y and z. They are counter-clockwise seen from outside.
-fn facets(
-    reading: &Reading<'_>,
-    name: &str,
-    scale: [f64; 3],
-) -> Result<Vec<[Vector3<f64>; 3]>, String> {
+/// Triangle with counter-clockwise corners seen from outside (m).
+pub type Facet = [Vector3<f64>; 3];
+
+/// Triangles of one colour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Painted {
+    /// Red, green and blue. `None` if the file names none.
+    pub colour: Option<[u8; 3]>,
+    pub facets: Vec<Facet>,
+}
+
+/// Colour of red, green and blue from 0 to 1, and possibly an opacity. `None` if it is invisible or
+/// not a colour.
+pub fn colour_of(numbers: &[f64]) -> Option<[u8; 3]> {
+    let &[red, green, blue, ref rest @ ..] = numbers else { return None };
+    let is_visible = rest.first().is_none_or(|opacity| *opacity > 0.0);
+    // The conversion saturates.
+    is_visible.then(|| [red, green, blue].map(|channel| (channel * 255.0).round() as u8))
+}
+
+/// Triangles of a file, scaled along x, y and z.
+fn painted(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Vec<Painted>, String> {
     let odd = |why: &dyn std::fmt::Display| odd(name, why);
+    let plain = |facets| vec![Painted { colour: None, facets }];
     let facets = match &*extension(name) {
-        "stl" => facets_of_stl(&reading.bytes(name, LARGEST_MESH)?),
-        "obj" => facets_of_obj(&reading.text(name, LARGEST_MESH)?),
-        "msh" => msh::facets(&reading.bytes(name, LARGEST_MESH)?),
+        "stl" => facets_of_stl(&reading.bytes(name, LARGEST_MESH)?).map(plain),
+        "obj" => facets_of_obj(&reading.text(name, LARGEST_MESH)?).map(plain),
+        "msh" => msh::facets(&reading.bytes(name, LARGEST_MESH)?).map(plain),
         "glb" => Ok(gltf::facets(&reading.bytes(name, LARGEST_MESH)?).map_err(|why| odd(&why))?),
-        "dae" => return Err(odd(&"of .dae files only the vertices are read, not the triangles")),
+        "dae" => {
+            Ok(collada::triangles(&reading.text(name, LARGEST_MESH)?).map_err(|why| odd(&why))?)
+        }
         _ => {
             let why = "only .stl, .obj, .msh, .glb and .dae are supported; convert it, or use \
                        boxes or capsules";
             return Err(odd(&why));
         }
     };
-    let facets = facets.map_err(|error| odd(&error))?;
+    let mut groups = facets.map_err(|error| odd(&error))?;
     let by = Vector3::from(scale);
-    let scaled = |facet: [Vector3<f64>; 3]| {
-        turned_back(facet.map(|corner| corner.component_mul(&by)), scale)
-    };
-    Ok(facets.into_iter().map(scaled).collect())
+    for facet in groups.iter_mut().flat_map(|group| &mut group.facets) {
+        *facet = turned_back(facet.map(|corner| corner.component_mul(&by)), scale);
+    }
+    Ok(groups)
 }
 
 /// Vertices of a scaled triangle. A mirroring scale reverses their order.
@@ -116,7 +135,8 @@ pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled
             ..hull(points).map_err(|why| odd(name, &why))?
         });
     }
-    let facets = facets(reading, name, scale)?;
+    let groups = painted(reading, name, scale)?;
+    let facets: Vec<_> = groups.into_iter().flat_map(|group| group.facets).collect();
     of_facets(&facets).map_err(|why| odd(name, &why))
 }
 
@@ -133,9 +153,36 @@ pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
     Ok(Hulled { volume, ..hulled })
 }
 
-/// Triangles of a mesh file, simplified to the limit of a robot.
-pub fn surface(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Surface, String> {
-    let facets = facets(reading, name, scale)?;
+/// Surface of one colour.
+#[derive(Debug, Clone)]
+pub struct PaintedSurface {
+    pub colour: Option<[u8; 3]>,
+    pub surface: Surface,
+}
+
+/// Triangles of a mesh file, simplified to the limit of a robot, by colour.
+pub fn surfaces(
+    reading: &Reading<'_>,
+    name: &str,
+    scale: [f64; 3],
+) -> Result<Vec<PaintedSurface>, String> {
+    let mut groups: Vec<Painted> = Vec::new();
+    for group in painted(reading, name, scale)? {
+        match groups.iter_mut().find(|known| known.colour == group.colour) {
+            Some(known) => known.facets.extend(group.facets),
+            None => groups.push(group),
+        }
+    }
+    let counts: Vec<_> = groups.iter().map(|group| group.facets.len()).collect();
+    let surface = |(group, share): (Painted, usize)| PaintedSurface {
+        colour: group.colour,
+        surface: coarsened(surface_of(group.facets), share),
+    };
+    Ok(groups.into_iter().zip(shares(&counts, MOST_SEEN)).map(surface).collect())
+}
+
+/// Triangles with common vertices.
+fn surface_of(facets: Vec<Facet>) -> Surface {
     let mut numbers = HashMap::new();
     let mut surface = Surface { total: facets.len(), ..Surface::default() };
     for corners in facets {
@@ -147,7 +194,7 @@ pub fn surface(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Sur
             })
         }));
     }
-    Ok(coarsened(surface, MOST_SEEN))
+    surface
 }
 
 /// Simplifies the meshes of a robot if their total exceeds the limit. Returns a note in that case.

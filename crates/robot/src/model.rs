@@ -235,6 +235,8 @@ pub struct RobotLook {
     pub link: usize,
     /// Geometry.
     pub seen: LookForm,
+    /// Red, green and blue of the file. `None` if it names none.
+    pub colour: Option<[u8; 3]>,
     /// Pose in the frame of the link.
     pub frame: LinkFrame,
 }

@@ -95,6 +95,8 @@ pub struct FilmJoint {
     pub other: Option<usize>,
     /// Anchor on the body (m), body frame.
     pub anchor: Vector3<f64>,
+    /// Anchor on the other body (m), in its frame, or in the world.
+    pub other_anchor: Vector3<f64>,
     /// Unit vector of the axis, body frame. `None` for a joint without axis.
     pub axis: Option<Vector3<f64>>,
     /// True if the joint only rotates about its axis.
@@ -176,6 +178,10 @@ pub struct FilmContact {
     pub place: FilmPlace,
     /// Force on the body (N), world frame. The partner receives the opposite force.
     pub force: Vector3<f64>,
+    /// Unit normal away from the partner, world frame.
+    pub normal: Vector3<f64>,
+    /// Friction coefficient μ of the pair.
+    pub friction: f64,
     /// True if the point carries force in the step (α).
     pub carries_force: bool,
     /// Slacks of complementarity s1 (N m) and of friction s2 (W).

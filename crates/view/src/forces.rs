@@ -48,14 +48,19 @@ impl Scale {
             if contact.corner().is_some_and(|corner| corner >= points) {
                 continue;
             }
-            let mean =
-                means.entry(ContactSite::of(contact)).or_insert((contact.place, Vector3::zeros()));
+            let mean = means.entry(ContactSite::of(contact)).or_insert((contact, Vector3::zeros()));
             // The last place is drawn.
-            mean.0 = contact.place;
+            mean.0 = contact;
             mean.1 += contact.force / steps.len() as f64;
         }
         let is_shown = |mean: &MeanForce| mean.force.norm() > NEGLIGIBLE * self.weight;
-        let mean = |(site, (place, force))| MeanForce { site, place, force };
+        let mean = |(site, (contact, force)): (_, (&FilmContact, _))| MeanForce {
+            site,
+            place: contact.place,
+            normal: contact.normal,
+            friction: contact.friction,
+            force,
+        };
         means.into_iter().map(mean).filter(is_shown).collect()
     }
 }
@@ -75,6 +80,10 @@ pub struct ContactSite {
 pub struct MeanForce {
     pub site: ContactSite,
     pub place: FilmPlace,
+    /// Unit normal away from the partner.
+    pub normal: Vector3<f64>,
+    /// Friction coefficient of the pair.
+    pub friction: f64,
     pub force: Vector3<f64>,
 }
 

@@ -20,11 +20,13 @@ mod font;
 mod forces;
 mod markup;
 pub mod page;
+mod palette;
 pub mod plan;
 pub mod plot;
 #[cfg(test)]
 mod samples;
 mod shape;
+mod skeleton;
 pub mod view;
 
 pub use film::{

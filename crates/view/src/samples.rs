@@ -33,6 +33,8 @@ pub fn falling_cube(steps: u64) -> Film {
             partner: FilmPartner::Ground,
             place: FilmPlace::Corner(point),
             force,
+            normal: Vector3::z(),
+            friction: film.friction,
             carries_force: true,
             slacks: [0.0; 2],
             multiplier: 0.0,

@@ -44,6 +44,8 @@ pub struct FilmMesh {
     pub vertices: Vec<Vector3<f64>>,
     /// Indices into [`FilmMesh::vertices`], counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
+    /// Red, green and blue. `None` for the colour of its body.
+    pub colour: Option<[u8; 3]>,
 }
 
 /// Geometry that is drawn.
@@ -72,6 +74,15 @@ impl FilmPiece {
             Self::Mesh(mesh) => &mesh.vertices,
             Self::Sphere { centre, .. } => std::slice::from_ref(centre),
             Self::Capsule { ends, .. } => ends,
+        }
+    }
+
+    /// Surface of a hull's core or of a mesh. Round pieces have none.
+    pub(crate) fn surface(&self) -> Surface {
+        match self {
+            Self::Hull(hull) => Surface::of(&hull.vertices, hull.sides()),
+            Self::Mesh(mesh) => Surface::of(&mesh.vertices, mesh.sides()),
+            Self::Sphere { .. } | Self::Capsule { .. } => Surface::default(),
         }
     }
 
@@ -108,8 +119,64 @@ impl FilmHull {
     }
 }
 
-/// Cosine of the smallest angle between triangles with a visible edge (30°).
+/// Cosine of the smallest angle between faces with a visible edge (30°). Faces with smaller angles
+/// approximate a round shape.
 const CREASE: f64 = 0.866;
+
+/// Faces with smooth normals, and sharp edges.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Surface {
+    pub faces: Vec<SurfaceFace>,
+    /// Edges at folds and at the boundary, each with its faces.
+    pub creases: Vec<([usize; 2], Vec<usize>)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SurfaceFace {
+    /// Indices of the vertices.
+    pub corners: Vec<usize>,
+    /// Outward unit normal.
+    pub normal: Vector3<f64>,
+    /// Unit normals at the corners: means over the faces that are not beyond a crease.
+    pub normals: Vec<Vector3<f64>>,
+}
+
+impl Surface {
+    fn of<'a>(
+        vertices: &[Vector3<f64>],
+        sides: impl Iterator<Item = (&'a [usize], Vector3<f64>)>,
+    ) -> Self {
+        let sides: Vec<_> = sides.collect();
+        let mut around: Vec<Vec<(Vector3<f64>, f64)>> = vec![Vec::new(); vertices.len()];
+        let mut edges = BTreeMap::<[usize; 2], Vec<usize>>::new();
+        for (index, (corners, normal)) in sides.iter().enumerate() {
+            let count = corners.len();
+            for k in 0..count {
+                let (here, next) = (corners[k], corners[(k + 1) % count]);
+                let way = |to: usize| vertices[to] - vertices[here];
+                let angle = way(corners[(k + count - 1) % count]).angle(&way(next));
+                around[here].push((*normal, angle));
+                edges.entry([here.min(next), here.max(next)]).or_default().push(index);
+            }
+        }
+        let mean = |corner: usize, normal: &Vector3<f64>| {
+            let near = around[corner].iter().filter(|(other, _)| other.dot(normal) > CREASE);
+            let sum: Vector3<f64> = near.map(|(other, angle)| other * *angle).sum();
+            sum.try_normalize(1e-12).unwrap_or(*normal)
+        };
+        let is_flat = |faces: &[usize]| match faces {
+            [one, other] => sides[*one].1.dot(&sides[*other].1) > CREASE,
+            _ => false,
+        };
+        let creases = edges.into_iter().filter(|(_, faces)| !is_flat(faces)).collect();
+        let face = |(corners, normal): &(&[usize], Vector3<f64>)| SurfaceFace {
+            corners: corners.to_vec(),
+            normal: *normal,
+            normals: corners.iter().map(|&corner| mean(corner, normal)).collect(),
+        };
+        Self { faces: sides.iter().map(face).collect(), creases }
+    }
+}
 
 impl FilmMesh {
     /// Triangles with outward unit normals. Triangles of zero area are skipped.
@@ -120,23 +187,6 @@ impl FilmMesh {
             let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
             Some((&triangle[..], normal))
         })
-    }
-
-    /// Edges at folds and at the boundary.
-    pub(crate) fn creases(&self) -> Vec<[usize; 2]> {
-        let mut edges = BTreeMap::<[usize; 2], Vec<Vector3<f64>>>::new();
-        for (triangle, normal) in self.sides() {
-            for k in 0..3 {
-                let mut ends = [triangle[k], triangle[(k + 1) % 3]];
-                ends.sort_unstable();
-                edges.entry(ends).or_default().push(normal);
-            }
-        }
-        let is_flat = |normals: &[Vector3<f64>]| match normals {
-            [one, other] => one.dot(other) >= CREASE,
-            _ => false,
-        };
-        edges.into_iter().filter(|(_, normals)| !is_flat(normals)).map(|(ends, _)| ends).collect()
     }
 }
 
@@ -216,10 +266,40 @@ mod tests {
             at(1.0, 1.0, 0.0),
         ];
         let triangles = vec![[0, 1, 2], [1, 4, 2], [0, 2, 3], [0, 0, 1], [0, 1, 9]];
-        let mesh = FilmMesh { vertices, triangles };
+        let mesh = FilmMesh { vertices, triangles, colour: None };
         let normals: Vec<_> = mesh.sides().map(|side| side.1).collect();
         assert_eq!(normals, [Vector3::z(), Vector3::z(), Vector3::x()]);
-        assert_eq!(mesh.creases(), [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);
+        let surface = FilmPiece::Mesh(mesh).surface();
+        let creases: Vec<_> = surface.creases.iter().map(|crease| crease.0).collect();
+        assert_eq!(creases, [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);
+    }
+
+    /// A prism with 24 sides approximates a cylinder. Its sides are smooth and its ends are flat.
+    #[test]
+    fn a_prism_with_many_sides_is_shaded_as_a_cylinder() {
+        let sides = 24;
+        let turn = |k: usize| std::f64::consts::TAU * k as f64 / sides as f64;
+        let corner = |i: usize| {
+            let (sine, cosine) = turn(i / 2).sin_cos();
+            Vector3::new(cosine, sine, (i % 2) as f64)
+        };
+        let vertices: Vec<_> = (0..2 * sides).map(corner).collect();
+        let side = |k: usize| {
+            let next = (k + 1) % sides;
+            vec![2 * k, 2 * next, 2 * next + 1, 2 * k + 1]
+        };
+        let ends = [0, 1].map(|end| (0..sides).map(|k| 2 * k + end).collect());
+        let faces = (0..sides).map(side).chain(ends).collect();
+        let hull = FilmHull { vertices: vertices.clone(), faces, radius: 0.0 };
+        let surface = FilmPiece::Hull(hull).surface();
+        for face in &surface.faces {
+            for (corner, normal) in face.corners.iter().zip(&face.normals) {
+                let radial = Vector3::new(vertices[*corner].x, vertices[*corner].y, 0.0);
+                let expected = if face.normal.z == 0.0 { radial } else { face.normal };
+                assert!((normal - expected).norm() < 1e-9, "{normal} {expected}");
+            }
+        }
+        assert_eq!(surface.creases.len(), 2 * sides);
     }
 
     #[test]

@@ -387,14 +387,16 @@ class Trajectory:
         speed: float = 1.0,
         size: int = 480,
         camera: Optional[Tuple[float, float]] = None,
+        dark: bool = False,
         progress: Progress = False,
     ) -> Any:
         """Animation of the motion as a GIF.
 
         It runs at ``speed`` times real time and is ``size`` pixels wide. ``camera`` is
-        azimuth and elevation in degrees. The default is azimuth -32 and the lowest tested
-        elevation, from 20 on, with a clear view of the motion. The GIF is written to
-        ``path``. Without a path, the result is an object that a notebook shows.
+        azimuth and elevation in degrees. The default is that of the page: azimuth -32, or
+        -62 for motion along x, and the lowest tested elevation, from 20 on, with a clear
+        view. ``dark`` selects a dark background. The GIF is written to ``path``. Without a
+        path, the result is an object that a notebook shows.
         """
         ends = Path(path).suffix if path is not None else ".gif"
         if ends != ".gif":
@@ -412,7 +414,7 @@ class Trajectory:
                     f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
                     "degrees are needed"
                 )
-        content = self.recording.gif(speed, size, view, callback(progress))
+        content = self.recording.gif(speed, size, view, bool(dark), callback(progress))
         return Picture("image/gif", content) if path is None else written(Path(path), content)
 
     def page(self, other: Optional["Trajectory"] = None) -> str:

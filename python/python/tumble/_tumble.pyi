@@ -247,6 +247,7 @@ class Recording:
         speed: float,
         size: int,
         camera: Optional[Tuple[float, float]],
+        dark: bool,
         progress: Progress,
     ) -> bytes: ...
     def page(self, other: Optional[Recording] = None) -> str: ...

@@ -37,7 +37,11 @@ fn torus(bumps: usize) -> FilmMesh {
         let [a, b, c, d] = [place(k, l), place(k + 1, l), place(k + 1, l + 1), place(k, l + 1)];
         [[a, b, c], [a, c, d]]
     });
-    FilmMesh { vertices: (0..RINGS * RINGS).map(vertex).collect(), triangles: triangles.collect() }
+    FilmMesh {
+        vertices: (0..RINGS * RINGS).map(vertex).collect(),
+        triangles: triangles.collect(),
+        colour: None,
+    }
 }
 
 /// Writes a mesh as binary STL.
@@ -67,7 +71,8 @@ fn write_robot(directory: &Path) -> std::path::PathBuf {
             file,
             "<link name=\"ring-{k}\"><inertial><mass value=\"1\"/>
                <inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>
-               <visual><geometry><mesh filename=\"ring-{k}.stl\"/></geometry></visual>
+               <visual><geometry><mesh filename=\"ring-{k}.stl\"/></geometry>
+                 <material name=\"copper\"><color rgba=\"0.8 0.4 0.2 1\"/></material></visual>
                <collision><geometry><sphere radius=\"0.05\"/></geometry></collision></link>"
         )
         .unwrap();
@@ -90,7 +95,7 @@ fn triangles_drawn(browser: &Browser) -> Vec<usize> {
     let counts = browser.run(
         "const { runs } = JSON.parse(document.getElementById('data').textContent); \
          return runs[0].bodies.map(({ pieces }) => \
-           pieces.reduce((sum, piece) => sum + (piece.is_mesh ? piece.faces.length : 0), 0))",
+           pieces.reduce((sum, piece) => sum + (piece.mesh ? piece.mesh.triangles.count / 3 : 0), 0))",
     );
     counts.as_array().unwrap().iter().map(|count| count.as_u64().unwrap() as usize).collect()
 }

@@ -106,7 +106,7 @@ impl Browser {
              const { data } = context.getImageData(0, 0, width, height); \
              let [x, y, n] = [0, 0, 0]; \
              for (let i = 0; i < width * height; i += 1) { \
-               if (data[4 * i + 2] - data[4 * i] < 60) continue; \
+               if (data[4 * i + 2] - data[4 * i] < 30) continue; \
                x += i % width; y += Math.floor(i / width); n += 1; \
              } \
              return [x / n / width, y / n / height]",

@@ -84,8 +84,8 @@ fn a_hundred_bodies_play_and_are_chosen() {
         assert_eq!(browser.run(plots), format!("Motion and contact: {name}"));
         browser.run("document.getElementById('follow').click()");
     }
-    // A click selects the body drawn there. The colour at the point must be one of six hues that
-    // repeat by body index.
+    // A click selects the body drawn there. The colour at the point must be one of the six colours
+    // of bodies, which repeat by index.
     browser.click("#forces");
     browser.click("#trail");
     let (mut found, mut compared) = (std::collections::BTreeSet::new(), 0);
@@ -100,12 +100,12 @@ fn a_hundred_bodies_play_and_are_chosen() {
         let Some([red, green, blue]) = colour else { continue };
         compared += 1;
         let expected = match b % 6 {
-            0 => blue > red + 40 && blue > green,
-            1 => red > green + 20 && green > blue + 20,
-            2 => green > red + 20,
-            3 => red > green + 20 && blue > green + 20,
-            4 => red > green + 40 && red > blue + 40,
-            _ => red > blue + 20 && green > blue + 20,
+            0 => blue > red + 30 && blue > green + 15,
+            1 => red > blue + 25 && green > blue + 15,
+            2 => red > green + 25 && red > blue + 30,
+            3 => blue > red + 15 && green > red,
+            4 => blue > green + 10 && red > green + 5,
+            _ => green > red + 20 && blue > red + 15,
         };
         assert!(expected, "{b}: {red} {green} {blue}");
     }

@@ -8,6 +8,7 @@ use crate::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
 use crate::motion::RobotMotion;
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, Polyline};
+use tumble_model::colour::Colour;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
 use tumble_model::{BodyModel, BodyStart, Model};
@@ -214,6 +215,7 @@ impl Assembled {
                     vertices: surface.vertices.clone(),
                     triangles: surface.triangles.clone(),
                     radius: 0.0,
+                    colour: look.colour.map(Colour),
                 },
             };
             let frame = self.links[look.link].1.then(&look.frame);

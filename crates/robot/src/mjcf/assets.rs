@@ -2,7 +2,7 @@
 
 use super::MjcfReader;
 use super::compiler::Compiler;
-use crate::meshes::{self, Hulled, Volume, stem, turned_back};
+use crate::meshes::{self, Hulled, Volume, colour_of, stem, turned_back};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
@@ -12,11 +12,21 @@ impl MjcfReader<'_> {
         for asset in &section.children {
             match &*asset.tag {
                 "mesh" => self.read_mesh(asset)?,
-                "texture" | "material" | "skin" | "hfield" => self.notes.idle(&asset.tag),
+                "material" => self.read_material(asset),
+                "texture" | "skin" | "hfield" => self.notes.idle(&asset.tag),
                 _ => return Err(asset.wrong("this asset is not supported")),
             }
         }
         Ok(())
+    }
+
+    /// Reads the colour of a material. Its other attributes have no effect.
+    fn read_material(&mut self, element: &Element) {
+        let colour = element.numbers("rgba").ok().flatten().and_then(|rgba| colour_of(&rgba));
+        if let (Some(name), Some(colour)) = (element.own("name"), colour) {
+            self.materials.insert(name.to_owned(), colour);
+        }
+        self.notes.idle(&element.tag);
     }
 
     fn read_mesh(&mut self, element: &Element) -> Result<(), String> {

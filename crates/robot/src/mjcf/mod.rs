@@ -54,6 +54,8 @@ struct MjcfReader<'a> {
     classes: Classes,
     /// Meshes by name. A mesh without a hull is an error only if it collides or has mass.
     meshes: HashMap<String, Result<Hulled, String>>,
+    /// Colours of materials by name.
+    materials: HashMap<String, [u8; 3]>,
     /// File of each mesh, and its scale along x, y and z.
     files: HashMap<String, (String, [f64; 3])>,
     /// Meshes without a hull that are used for drawing only.
@@ -110,6 +112,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         compiler,
         classes,
         meshes: HashMap::new(),
+        materials: HashMap::new(),
         files: HashMap::new(),
         flat: BTreeSet::new(),
         unseen: BTreeSet::new(),

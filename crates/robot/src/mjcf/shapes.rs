@@ -5,7 +5,7 @@ use super::defaults::Defaulted;
 use super::sites::ends;
 use crate::frame::LinkFrame;
 use crate::mass::solid;
-use crate::meshes::{self, Volume};
+use crate::meshes::{self, Volume, colour_of};
 use crate::model::{LinkMass, LookForm, RobotForm, RobotLook, RobotShape};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
@@ -158,22 +158,34 @@ impl MjcfReader<'_> {
     /// Adds a shape without contacts to the visual geometry of its link.
     fn read_look(&mut self, read: &Defaulted<'_>, link: usize, frame: LinkFrame, form: &RobotForm) {
         let file = read.get("mesh").and_then(|mesh| self.files.get(mesh));
-        let seen = match (form, file) {
+        let colour = self.colour(read);
+        let mut push = |seen, own: Option<[u8; 3]>| {
+            let colour = colour.or(own);
+            self.robot.looks.push(RobotLook { link, seen, colour, frame });
+        };
+        match (form, file) {
             (RobotForm::Hull(_), Some((file, scale))) => {
-                match meshes::surface(self.reading, file, *scale) {
-                    Ok(surface) => LookForm::Mesh(surface),
+                match meshes::surfaces(self.reading, file, *scale) {
+                    Ok(painted) => painted
+                        .into_iter()
+                        .for_each(|part| push(LookForm::Mesh(part.surface), part.colour)),
                     Err(why) => {
                         if self.unseen.insert(link) {
                             self.notes.unseen(read.element().wrong(why));
                         }
-                        return;
                     }
                 }
             }
-            (RobotForm::Plane, _) => return,
-            (form, _) => LookForm::Form(form.clone()),
-        };
-        self.robot.looks.push(RobotLook { link, seen, frame });
+            (RobotForm::Plane, _) => {}
+            (form, _) => push(LookForm::Form(form.clone()), None),
+        }
+    }
+
+    /// Colour of a shape: its own, or that of its material. One that cannot be read has no effect.
+    fn colour(&self, read: &Defaulted<'_>) -> Option<[u8; 3]> {
+        let material = read.get("material").and_then(|name| self.materials.get(name)).copied();
+        let own = read.numbers("rgba").ok().flatten().and_then(|rgba| colour_of(&rgba));
+        own.or(material)
     }
 
     /// Keeps the visual geometry of links that have a visual mesh. Other links are drawn with all

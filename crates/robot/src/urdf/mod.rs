@@ -80,7 +80,9 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     };
     let (hulls, placed) = (HashMap::new(), vec![LinkFrame::identity()]);
     let held = BTreeSet::new();
-    let mut reader = UrdfReader { reading, tree: &tree, notes, robot, hulls, placed, held };
+    let materials = root.all("material").collect();
+    let mut reader =
+        UrdfReader { reading, tree: &tree, materials, notes, robot, hulls, placed, held };
     reader.note_faint(root)?;
     reader.read_root()?;
     for joint in root.all("joint") {
@@ -131,6 +133,8 @@ struct Hanging<'e> {
 struct UrdfReader<'a> {
     reading: &'a Reading<'a>,
     tree: &'a LinkTree<'a>,
+    /// Named materials.
+    materials: Vec<&'a Element>,
     notes: RobotNotes,
     robot: Robot,
     /// Vertices of the hulls of meshes, by file and bits of the scale.

@@ -2,7 +2,7 @@
 
 use super::UrdfReader;
 use super::masses::origin;
-use crate::meshes;
+use crate::meshes::{self, PaintedSurface, colour_of};
 use crate::model::{LookForm, RobotForm, RobotLook, RobotShape};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
@@ -58,25 +58,46 @@ impl UrdfReader<'_> {
         }
     }
 
-    /// Visual geometry of one `<visual>`; `None` for a shape of size 0.
-    fn look(&self, visual: &Element, link: usize) -> Result<Option<RobotLook>, String> {
+    /// Visual geometry of one `<visual>` by colour; none for a shape of size 0.
+    fn look(&self, visual: &Element, link: usize) -> Result<Vec<RobotLook>, String> {
         let geometry = visual.one("geometry")?;
         let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
         let [form] = &geometry.children[..] else {
             return Err(geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed"));
         };
         if is_empty(form)? {
-            return Ok(None);
+            return Ok(Vec::new());
         }
-        let seen = if form.tag == "mesh" {
-            let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
-            let name = form.needed("filename")?;
-            let surface = meshes::surface(self.reading, name, scale);
-            LookForm::Mesh(surface.map_err(|why| form.wrong(why))?)
-        } else {
-            LookForm::Form(self.form(form)?)
+        let (frame, colour) = (origin(visual)?, self.colour(visual)?);
+        if form.tag != "mesh" {
+            let seen = LookForm::Form(self.form(form)?);
+            return Ok(vec![RobotLook { link, seen, colour, frame }]);
+        }
+        let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
+        let name = form.needed("filename")?;
+        let painted = meshes::surfaces(self.reading, name, scale);
+        let painted = painted.map_err(|why| form.wrong(why))?.into_iter();
+        let look = |part: PaintedSurface| RobotLook {
+            link,
+            seen: LookForm::Mesh(part.surface),
+            // The material of the link replaces those of the mesh.
+            colour: colour.or(part.colour),
+            frame,
         };
-        Ok(Some(RobotLook { link, seen, frame: origin(visual)? }))
+        Ok(painted.map(look).collect())
+    }
+
+    /// Colour of the material of a `<visual>`, given there or by name in the robot.
+    fn colour(&self, visual: &Element) -> Result<Option<[u8; 3]>, String> {
+        let Some(material) = visual.all("material").next() else { return Ok(None) };
+        let own = material.all("color").next();
+        let known = || {
+            let name = material.own("name")?;
+            let same = |other: &&Element| other.own("name") == Some(name);
+            self.materials.iter().find(same)?.all("color").next()
+        };
+        let Some(colour) = own.or_else(known) else { return Ok(None) };
+        Ok(colour_of(&colour.numbers("rgba")?.unwrap_or_default()))
     }
 
     /// Geometry of a collision shape: one primitive, or the convex hull of a mesh.

@@ -103,6 +103,8 @@ with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = …
 pub struct SurfaceTable {
     vertices: Vec<Numbers<3>>,
     triangles: Vec<Exactly<usize, 3>>,
+    /// Colour in pictures; default from the body.
+    colour: Option<Colour>,
 }
 
 /// Maximum number of triangles of a surface.
@@ -127,7 +129,7 @@ impl SurfaceTable {
                 "triangles: vertex {odd} does not exist; there are {count} vertices"
             ));
         }
-        Ok(ModelForm::Mesh { vertices, triangles, radius: 0.0 })
+        Ok(ModelForm::Mesh { vertices, triangles, radius: 0.0, colour: self.colour })
     }
 }
 
@@ -302,5 +304,6 @@ fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelF
         vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
         triangles: mesh.triangles().to_vec(),
         radius,
+        colour: None,
     })
 }

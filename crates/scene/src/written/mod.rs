@@ -104,9 +104,12 @@ fn piece(placed: &PlacedForm) -> Result<String, String> {
 /// Part of a visual shape, as an inline table.
 fn seen(placed: &PlacedForm) -> Result<String, String> {
     match &placed.form {
-        ModelForm::Mesh { vertices, triangles, .. } => {
-            let surface =
-                format!("surface = {{ vertices = {vertices:?}, triangles = {triangles:?} }}");
+        ModelForm::Mesh { vertices, triangles, colour, .. } => {
+            let colour = colour.map(|colour| format!(", colour = \"{}\"", String::from(colour)));
+            let colour = colour.unwrap_or_default();
+            let surface = format!(
+                "surface = {{ vertices = {vertices:?}, triangles = {triangles:?}{colour} }}"
+            );
             Ok(at_place(&surface, placed))
         }
         _ => piece(placed),

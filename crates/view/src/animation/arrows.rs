@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::canvas::Canvas;
-use super::palette::{FORCE, SEAM};
+use crate::palette::Theme;
 use nalgebra::Vector3;
 
 /// An arrow in the ground's frame.
@@ -14,9 +14,9 @@ pub struct Arrow {
 }
 
 /// Paints arrows on top of the picture, with an outline.
-pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[&Arrow]) {
+pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[&Arrow], theme: &Theme) {
     let unit = canvas.size() / 800.0;
-    for (colour, extra) in [(SEAM, 2.4 * unit), (FORCE, 0.0)] {
+    for (colour, extra) in [(theme.seam, 2.0 * unit), (theme.force, 0.0)] {
         for arrow in arrows {
             let (from, to) = (camera.project(&arrow.from), camera.project(&arrow.to));
             let (x, y) = (to[0] - from[0], to[1] - from[1]);
@@ -25,12 +25,12 @@ pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[&Arrow]) {
                 continue;
             }
             let (x, y) = (x / length, y / length);
-            let head = (15.0 * unit).min(0.6 * length);
+            let head = (14.0 * unit).min(0.6 * length);
             let neck = [to[0] - head * x, to[1] - head * y];
             let half = 0.4 * head;
             let sides = [-half, half].map(|w| [neck[0] - w * y, neck[1] + w * x]);
             let tip = [to, sides[0], sides[1]];
-            canvas.line(&[from, neck], false, 3.6 * unit + extra, colour);
+            canvas.line(&[from, neck], false, 3.0 * unit + extra, colour);
             canvas.line(&tip, true, unit + extra, colour);
             canvas.fill(&tip, colour, 1.0);
         }

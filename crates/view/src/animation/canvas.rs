@@ -1,6 +1,6 @@
 //! Antialiased painting of polygons, lines and dots, in pixels.
 
-use super::palette::PaintColour;
+use crate::palette::Rgb;
 use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
 /// Point of the picture, x to the right and y down.
@@ -14,15 +14,26 @@ pub struct Canvas {
 
 impl Canvas {
     /// Creates a picture. `None` if `size` is 0.
-    pub fn new(size: u16, background: PaintColour) -> Option<Self> {
+    pub fn new(size: u16, background: Rgb) -> Option<Self> {
         let mut canvas = Self { pixmap: Pixmap::new(u32::from(size), u32::from(size))? };
         canvas.clear(background);
         Some(canvas)
     }
 
     /// Fills the picture with one colour.
-    pub fn clear(&mut self, [red, green, blue]: PaintColour) {
+    pub fn clear(&mut self, [red, green, blue]: Rgb) {
         self.pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
+    }
+
+    /// Sets the pixels for which `colour` returns one, at the middle of each pixel.
+    pub fn paint_all(&mut self, colour: impl Fn(f64, f64) -> Option<Rgb>) {
+        let width = self.pixmap.width() as usize;
+        for (i, pixel) in self.pixmap.data_mut().chunks_exact_mut(4).enumerate() {
+            let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            if let Some(colour) = colour(x, y) {
+                pixel[..3].copy_from_slice(&colour);
+            }
+        }
     }
 
     /// Width in pixels.
@@ -41,12 +52,12 @@ impl Canvas {
     }
 
     /// Colours row by row. The background is opaque, and therefore all pixels are.
-    pub fn colours(&self) -> impl Iterator<Item = PaintColour> + '_ {
+    pub fn colours(&self) -> impl Iterator<Item = Rgb> + '_ {
         self.pixmap.data().chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]])
     }
 
     /// Fills a polygon with opacity `cover`.
-    pub fn fill(&mut self, corners: &[Pixel], colour: PaintColour, cover: f32) {
+    pub fn fill(&mut self, corners: &[Pixel], colour: Rgb, cover: f32) {
         if let Some(path) = path(corners, true) {
             let transform = Transform::identity();
             self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, transform, None);
@@ -54,7 +65,7 @@ impl Canvas {
     }
 
     /// Fills the union of polygons.
-    pub fn fill_union(&mut self, polygons: &[Vec<Pixel>], colour: PaintColour, cover: f32) {
+    pub fn fill_union(&mut self, polygons: &[Vec<Pixel>], colour: Rgb, cover: f32) {
         let mut path = PathBuilder::new();
         for polygon in polygons.iter().filter(|polygon| polygon.len() > 2) {
             for (i, &[x, y]) in polygon.iter().enumerate() {
@@ -78,20 +89,20 @@ impl Canvas {
     }
 
     /// Fills a path.
-    pub fn fill_path(&mut self, path: &Path, colour: PaintColour) {
+    pub fn fill_path(&mut self, path: &Path, colour: Rgb) {
         let (paint, whole) = (paint(colour, 1.0), Transform::identity());
         self.pixmap.fill_path(path, &paint, FillRule::Winding, whole, None);
     }
 
     /// Draws a line through `points` with round ends and corners.
-    pub fn line(&mut self, points: &[Pixel], closed: bool, width: f32, colour: PaintColour) {
+    pub fn line(&mut self, points: &[Pixel], closed: bool, width: f32, colour: Rgb) {
         if let Some(path) = path(points, closed) {
             self.stroke(&path, width, colour);
         }
     }
 
     /// Strokes a path with round ends and corners.
-    pub fn stroke(&mut self, path: &Path, width: f32, colour: PaintColour) {
+    pub fn stroke(&mut self, path: &Path, width: f32, colour: Rgb) {
         let stroke = Stroke {
             width,
             line_cap: LineCap::Round,
@@ -102,7 +113,7 @@ impl Canvas {
     }
 }
 
-fn paint(colour: PaintColour, cover: f32) -> Paint<'static> {
+fn paint(colour: Rgb, cover: f32) -> Paint<'static> {
     let mut paint = Paint::default();
     let [red, green, blue] = colour;
     paint.set_color_rgba8(red, green, blue, (255.0 * cover).round() as u8);

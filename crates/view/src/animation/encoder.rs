@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::difference::Changed;
 use super::palette::Palette;
-use super::settings::AnimationError;
+use super::settings::{AnimationError, AnimationSettings};
 use super::timing;
 use crate::film::Film;
 use gif::{AnyExtension, DisposalMethod, Repeat};
@@ -23,8 +23,13 @@ pub struct Encoder<'a> {
 
 impl<'a> Encoder<'a> {
     /// Starts a file with frames of `size` by `size` pixels.
-    pub fn new(bytes: &'a mut Vec<u8>, film: &Film, size: u16) -> Result<Self, AnimationError> {
-        let palette = Palette::of(film);
+    pub fn new(
+        bytes: &'a mut Vec<u8>,
+        film: &Film,
+        settings: &AnimationSettings,
+    ) -> Result<Self, AnimationError> {
+        let size = settings.size;
+        let palette = Palette::of(film, settings.theme());
         let mut encoder = gif::Encoder::new(bytes, size, size, &palette.bytes())?;
         encoder.set_repeat(Repeat::Infinite)?;
         let title: Vec<&[u8]> = film.title.as_bytes().chunks(255).collect();

@@ -3,11 +3,18 @@
 use super::camera::Camera;
 use super::canvas::Canvas;
 use super::outline::hull;
-use super::palette::{GROUND, LINE, SHADOW, SHADOW_DEPTH, SHADOW_STEPS};
+use super::palette::{SHADOW_STEPS, mix};
+use crate::palette::Theme;
 use nalgebra::{Vector2, Vector3};
 
-/// Approximate number of grid lines along the longer side.
-const LINES: f64 = 14.0;
+/// Approximate number of grid lines along the longer side of the motion.
+const LINES: f64 = 10.0;
+
+/// Number of steps in which the ground fades to the background.
+pub const FADES: u8 = 12;
+/// Radius of the ground over that of the motion, and share of it from which the ground fades.
+const REACH: f64 = 3.2;
+const FADE_START: f64 = 0.35;
 
 /// Horizontal over vertical component of the light direction. The light is 65° above the horizon.
 const LEAN: f64 = 0.466;
@@ -22,9 +29,9 @@ pub struct Light {
 }
 
 impl Light {
-    /// Light relative to the camera. Shadows fall to the left and backwards.
+    /// Light relative to the camera. Shadows fall to the right and backwards.
     pub fn for_azimuth(degrees: f64) -> Self {
-        let angle = (degrees - 125.0).to_radians();
+        let angle = (degrees + 116.0).to_radians();
         Self { away: Vector2::new(angle.cos(), angle.sin()) }
     }
 
@@ -42,118 +49,79 @@ impl Light {
     }
 }
 
-/// Extent of an endless floor over the distance of the visible motion.
-const FARTHEST: f64 = 4.0;
-
-/// Maximum number of grid lines of an endless floor.
+/// Maximum number of grid lines across the ground.
 const MOST_LINES: f64 = 400.0;
 
-/// Rectangle of ground with a grid.
+/// Ground with a grid that fades to the background around the motion.
 pub struct Floor {
-    low: Vector2<f64>,
-    high: Vector2<f64>,
+    middle: Vector2<f64>,
+    /// Radius at which the ground has faded (m).
+    radius: f64,
     /// Spacing of the grid (m): 1, 2 or 5 times a power of ten.
     spacing: f64,
     light: Light,
-    /// Visible range along the view direction (m), if the floor is endless.
-    farthest: Option<f64>,
 }
 
 impl Floor {
-    /// Floor under `points`, including their shadows.
+    /// Floor under `points`.
     pub fn under(points: &[Vector3<f64>], light: Light) -> Self {
-        let mut low = Vector2::repeat(f64::INFINITY);
-        let mut high = -low;
+        let (mut low, mut high) =
+            (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         for point in points {
-            let shadows = (0..SHADOW_STEPS).map(|part| light.cast(point, part));
-            for place in shadows.chain([*point]) {
-                low = low.inf(&place.xy());
-                high = high.sup(&place.xy());
-            }
+            (low, high) = (low.inf(&point.xy()), high.sup(&point.xy()));
         }
-        let spacing = round_length((high - low).max() / LINES);
-        let margin = Vector2::repeat(0.4 * spacing);
-        let low = ((low - margin) / spacing).map(f64::floor) * spacing;
-        let high = ((high + margin) / spacing).map(f64::ceil) * spacing;
-        Self { low, high, spacing, light, farthest: None }
+        let radius = (REACH * 0.5 * (high - low).norm()).max(1e-9);
+        let spacing = round_length((high - low).max().max(1e-9) / LINES);
+        Self { middle: 0.5 * (low + high), radius, spacing, light }
     }
 
-    /// Endless floor. Its grid suits a picture that shows `width` (m) at `distance` (m).
-    pub fn endless(self, width: f64, distance: f64) -> Self {
-        let spacing = round_length(width / LINES);
-        Self { spacing, farthest: Some(FARTHEST * distance), ..self }
+    /// Floor with a grid that suits a picture that shows `width` (m).
+    pub fn with_grid_for(self, width: f64) -> Self {
+        let least = 2.0 * self.radius / MOST_LINES;
+        Self { spacing: round_length((width / LINES).max(least)), ..self }
     }
 
-    /// Corners of the rectangle.
-    pub fn corners(&self) -> [Vector3<f64>; 4] {
-        let (a, b) = (self.low, self.high);
-        [(a.x, a.y), (b.x, a.y), (b.x, b.y), (a.x, b.y)].map(|(x, y)| Vector3::new(x, y, 0.0))
+    /// Shadow of `point` and its rim.
+    pub fn shadows(&self, point: &Vector3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+        let (light, point) = (self.light, *point);
+        (0..SHADOW_STEPS).map(move |part| light.cast(&point, part))
     }
 
     /// Paints ground and grid.
-    pub fn paint(&self, canvas: &mut Canvas, camera: &Camera) {
-        if let Some(farthest) = self.farthest {
-            return self.paint_endless(canvas, camera, farthest);
-        }
-        let outline = self.corners().map(|corner| camera.project(&corner));
-        canvas.fill(&outline, GROUND, 1.0);
-        let width = canvas.size() / 800.0;
-        let lines = ((self.high - self.low) / self.spacing).map(f64::round);
-        for axis in 0..2 {
-            for k in 1..lines[axis] as u32 {
-                let mut from = self.low;
-                from[axis] += f64::from(k) * self.spacing;
-                let mut to = from;
-                to[1 - axis] = self.high[1 - axis];
-                let ends = [from, to].map(|end| camera.project(&Vector3::new(end.x, end.y, 0.0)));
-                canvas.line(&ends, false, width, LINE);
+    pub fn paint(&self, canvas: &mut Canvas, camera: &Camera, theme: &Theme) {
+        let (eye, unit) = (camera.eye(), f64::from(canvas.size()) / 800.0);
+        canvas.paint_all(|x, y| {
+            let ray = camera.ray(x, y);
+            let far = -eye.z / ray.z;
+            if far.is_nan() || far <= 0.0 {
+                return None;
             }
-        }
-        canvas.line(&outline, true, 1.6 * width, LINE);
+            let place = (eye + ray * far).xy();
+            let fade = self.fade(&place);
+            // Change of the place from pixel to pixel, in cells of the grid.
+            let next = [camera.ray(x + 1.0, y), camera.ray(x, y + 1.0)]
+                .map(|ray| ((eye - ray * (eye.z / ray.z)).xy() - place) / self.spacing);
+            let mut line: f64 = 0.0;
+            for axis in 0..2 {
+                let pixel = (next[0][axis].abs() + next[1][axis].abs()).max(1e-9);
+                let cell = place[axis] / self.spacing;
+                let off = (cell - cell.round()).abs() / pixel;
+                let near = (0.5 + 0.6 * unit - off).clamp(0.0, 1.0);
+                // Lines closer than a few pixels merge into the ground.
+                line = line.max(near * (1.4 - 6.0 * pixel).clamp(0.0, 1.0));
+            }
+            let paint = mix(theme.ground, theme.grid, line as f32);
+            Some(mix(theme.sky, paint, fade))
+        });
     }
 
-    /// Paints the visible part of an endless floor.
-    ///
-    /// A ray from the eye e through the picture point (x, y) has direction r, linear in x and y. It
-    /// meets the ground at −e_z/r_z. This is nearer than `farthest` if −r_z is at least
-    /// e_z/`farthest`.
-    fn paint_endless(&self, canvas: &mut Canvas, camera: &Camera, farthest: f64) {
-        let (size, eye) = (f64::from(canvas.size()), camera.eye());
-        let below =
-            |[x, y]: [f64; 2]| -eye.z.signum() * camera.ray(x, y).z - eye.z.abs() / farthest;
-        let square = [[0.0, 0.0], [size, 0.0], [size, size], [0.0, size]];
-        let mut seen: Vec<[f64; 2]> = Vec::new();
-        for (k, &from) in square.iter().enumerate() {
-            let to = square[(k + 1) % 4];
-            let (a, b) = (below(from), below(to));
-            if a >= 0.0 {
-                seen.push(from);
-            }
-            if (a < 0.0) != (b < 0.0) {
-                seen.push([0, 1].map(|k| from[k] + a / (a - b) * (to[k] - from[k])));
-            }
-        }
-        let outline: Vec<_> = seen.iter().map(|place| place.map(|x| x as f32)).collect();
-        canvas.fill(&outline, GROUND, 1.0);
-        let on_ground = |[x, y]: &[f64; 2]| {
-            let ray = camera.ray(*x, *y);
-            (eye - ray * (eye.z / ray.z)).xy()
-        };
-        let ground: Vec<_> = seen.iter().map(on_ground).collect();
-        for axis in 0..2 {
-            let ends = ground.iter().map(|place| place[axis]);
-            let low = ends.clone().fold(f64::INFINITY, f64::min);
-            let high = ends.fold(f64::NEG_INFINITY, f64::max);
-            // Coarser lines for views along the ground.
-            let crowd = ((high - low) / (self.spacing * MOST_LINES)).max(1.0);
-            let spacing = self.spacing * 10f64.powf(crowd.log10().ceil());
-            let (first, last) = ((low / spacing).ceil() as i64, (high / spacing).floor() as i64);
-            for k in first..=last {
-                let ends = chord(&ground, axis, k as f64 * spacing);
-                let ends = ends.map(|end| camera.project(&Vector3::new(end.x, end.y, 0.0)));
-                canvas.line(&ends.collect::<Vec<_>>(), false, canvas.size() / 800.0, LINE);
-            }
-        }
+    /// Share of the ground's colour at a place, from 1 near the motion to 0 far from it, in
+    /// [`FADES`] steps.
+    fn fade(&self, place: &Vector2<f64>) -> f32 {
+        let far = (place - self.middle).norm() / self.radius;
+        let share = ((far - FADE_START) / (1.0 - FADE_START)).clamp(0.0, 1.0);
+        let smooth = 1.0 - share * share * (3.0 - 2.0 * share);
+        ((smooth * f64::from(FADES)).round() / f64::from(FADES)) as f32
     }
 
     /// Paints the shadows of convex pieces, each given by points that span it. Each part of the
@@ -163,9 +131,10 @@ impl Floor {
         canvas: &mut Canvas,
         camera: &Camera,
         pieces: &[Vec<Vector3<f64>>],
+        theme: &Theme,
     ) {
-        // Opacity of one layer, such that all layers together have SHADOW_DEPTH.
-        let cover = 1.0 - (1.0 - SHADOW_DEPTH).powf(1.0 / f32::from(SHADOW_STEPS));
+        // Opacity of one layer, such that all layers together have the depth of the theme.
+        let cover = 1.0 - (1.0 - theme.shadow_depth).powf(1.0 / f32::from(SHADOW_STEPS));
         for part in 0..SHADOW_STEPS {
             let cast = |points: &Vec<Vector3<f64>>| {
                 let spots = points.iter().map(|point| camera.spot(&self.light.cast(point, part)));
@@ -174,22 +143,9 @@ impl Floor {
                     .map(|s| [s[0] as f32, s[1] as f32])
                     .collect()
             };
-            canvas.fill_union(&pieces.iter().map(cast).collect::<Vec<_>>(), SHADOW, cover);
+            canvas.fill_union(&pieces.iter().map(cast).collect::<Vec<_>>(), theme.shadow, cover);
         }
     }
-}
-
-/// End points of the chord of a convex polygon at coordinate `axis` = `at`.
-fn chord(
-    polygon: &[Vector2<f64>],
-    axis: usize,
-    at: f64,
-) -> impl Iterator<Item = Vector2<f64>> + '_ {
-    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    edges.filter_map(move |(from, to)| {
-        let (a, b) = (from[axis] - at, to[axis] - at);
-        ((a < 0.0) != (b < 0.0)).then(|| from + (to - from) * (a / (a - b)))
-    })
 }
 
 /// The smallest of 1, 2, 5 times a power of ten that is at least `length`.
@@ -211,13 +167,16 @@ mod tests {
     }
 
     #[test]
-    fn points_and_shadows_are_on_the_floor() {
+    fn the_ground_fades_from_the_motion_outward() {
         let light = Light::for_azimuth(10.0);
         let points = [Vector3::new(1.0, 2.0, 3.0), Vector3::new(-4.0, 2.5, 0.0)];
         let floor = Floor::under(&points, light);
-        let cast = light.cast(&points[0], 3);
-        for place in [points[0], points[1], cast] {
-            assert!(floor.low < place.xy() && place.xy() < floor.high, "{place}");
-        }
+        assert!(points.iter().all(|point| floor.fade(&point.xy()) == 1.0));
+        let far = |share: f64| floor.middle + Vector2::x() * (share * floor.radius);
+        let fades = [0.3, 0.5, 0.7, 0.9, 1.0].map(|share| floor.fade(&far(share)));
+        assert!(fades.is_sorted_by(|a, b| a > b), "{fades:?}");
+        assert_eq!((fades[0], fades[4]), (1.0, 0.0));
+        let shadow = floor.shadows(&points[0]).next().unwrap();
+        assert!(shadow.z == 0.0 && (shadow.xy() - points[0].xy()).norm() > 1.0);
     }
 }

@@ -8,8 +8,8 @@
 //! - Arrows show the mean force of the steps since the previous frame, on a compressed scale
 //!   (`forces::Scale`). A contact between two bodies has an arrow for each of them. Arrows are
 //!   hidden behind the bodies that hide their contacts.
-//! - Pieces are drawn with their exact shape. Great circles on balls and capsules show their
-//!   rotation.
+//! - Pieces are drawn with their exact shape. Polyhedra with many faces are shaded as round shapes.
+//!   Great circles on balls show their rotation.
 //! - A body without pieces is drawn from its contact points: as a box if they are its eight
 //!   corners, x fastest, or else as points with their convex outline.
 //! - Joints are drawn on top as rings at their anchors, with their axes.
@@ -38,14 +38,14 @@ pub use camera::View;
 pub use settings::{AnimationError, AnimationSettings};
 pub use timing::frame_count;
 
-use crate::film::{Film, FilmBody, FilmPartner};
+use crate::film::{Film, FilmBody, FilmFrame, FilmPartner};
 use crate::forces::Scale;
 use arrows::Arrow;
 use encoder::Encoder;
 use nalgebra::{Isometry3, Point3, Vector3};
 use pins::DrawnJoint;
 use settings::FARTHEST;
-use stage::{Backdrop, Moment};
+use stage::{Backdrop, Moment, SKETCHES};
 use std::ops::ControlFlow;
 
 /// Half length of a drawn joint axis over the size of its body.
@@ -63,7 +63,7 @@ pub fn animate(
 ) -> Result<Vec<u8>, AnimationError> {
     let moments = moments(film, settings)?;
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, film, settings.size)?;
+    let mut encoder = Encoder::new(&mut bytes, film, settings)?;
     let mut stage = Backdrop::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
     let mut canvas = stage.empty().clone();
     for (k, moment) in moments.iter().enumerate() {
@@ -100,56 +100,89 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
     canvas.png()
 }
 
+/// View of `film` that is used unless another is requested.
+pub(crate) fn usual_view(film: &Film) -> View {
+    let stride = film.frames.len().div_ceil(SKETCHES);
+    let mut frames: Vec<_> = film.frames.iter().step_by(stride).cloned().collect();
+    frames.iter_mut().for_each(|frame| frame.contacts.clear());
+    let film = Film {
+        title: String::new(),
+        facts: Vec::new(),
+        fixed: film.fixed.clone(),
+        bodies: film.bodies.clone(),
+        joints: Vec::new(),
+        frames,
+        ..*film
+    };
+    let (scale, to_ground) = (Scale::of(&film), film.to_ground());
+    let moments: Result<Vec<_>, _> =
+        film.frames.iter().map(|frame| moment(&film, frame, &[], &scale, &to_ground)).collect();
+    let found = moments
+        .ok()
+        .and_then(|moments| stage::open_view(&film, &AnimationSettings::default(), &moments));
+    found.unwrap_or_default()
+}
+
 /// Content of the frames.
 fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<Moment>, AnimationError> {
     let duration = (film.frames.len() - 1) as f64 * film.frame_time();
     let scale = Scale::of(film);
     let to_ground = film.to_ground();
-    let is_near = |place: &Vector3<f64>, room: f64| {
-        // The comparison also rejects NaN.
-        place.iter().all(|coordinate| coordinate.abs() + room <= FARTHEST)
-    };
     let mut before = 0;
     let mut moments = Vec::new();
     for frame in 0..frame_count(duration, settings.speed)? {
         let now = timing::shown(film, frame, settings.speed);
-        let shown = &film.frames[now];
-        let mut poses = Vec::with_capacity(film.bodies.len());
-        for (body, pose) in film.bodies.iter().zip(&shown.poses) {
-            let pose = to_ground * Isometry3::from_parts(pose.position.into(), pose.attitude);
-            if !is_near(&pose.translation.vector, body.reach()) {
-                return Err(AnimationError::TooFar);
-            }
-            poses.push(pose);
-        }
         let steps = &film.frames[before.min(now.saturating_sub(1))..now];
-        let mut arrows = Vec::new();
-        for mean in scale.means(film, steps) {
-            let from = (to_ground * Point3::from(mean.point(film, shown))).coords;
-            let way = to_ground.rotation * scale.arrow(&mean.force);
-            if !is_near(&from, way.norm()) {
-                return Err(AnimationError::TooFar);
-            }
-            let mut add = |body: usize, way: Vector3<f64>| {
-                let reach = film.bodies.get(body).map_or(0.0, FilmBody::reach);
-                arrows.push(Arrow { from, to: from + way, reach });
-            };
-            add(mean.site.body, way);
-            if let FilmPartner::Body(other) = mean.site.partner {
-                add(other, -way);
-            }
-        }
-        let pins = film.joints.iter().filter_map(|joint| Some((joint, poses.get(joint.body)?)));
-        let pins = pins.map(|(joint, pose)| {
-            let reach = film.bodies.get(joint.body).map_or(0.0, FilmBody::reach);
-            DrawnJoint {
-                at: (pose * Point3::from(joint.anchor)).coords,
-                axis: joint.axis.map(|axis| pose.rotation * axis * (AXIS * reach)),
-            }
-        });
-        let pins = pins.collect();
-        moments.push(Moment { time: shown.time, poses, arrows, pins });
+        moments.push(moment(film, &film.frames[now], steps, &scale, &to_ground)?);
         before = now;
     }
     Ok(moments)
+}
+
+/// Content of a frame: bodies as in `shown`, and the mean forces of `steps`.
+fn moment(
+    film: &Film,
+    shown: &FilmFrame,
+    steps: &[FilmFrame],
+    scale: &Scale,
+    to_ground: &Isometry3<f64>,
+) -> Result<Moment, AnimationError> {
+    let is_near = |place: &Vector3<f64>, room: f64| {
+        // The comparison also rejects NaN.
+        place.iter().all(|coordinate| coordinate.abs() + room <= FARTHEST)
+    };
+    let mut poses = Vec::with_capacity(film.bodies.len());
+    for (body, pose) in film.bodies.iter().zip(&shown.poses) {
+        let pose = to_ground * Isometry3::from_parts(pose.position.into(), pose.attitude);
+        if !is_near(&pose.translation.vector, body.reach()) {
+            return Err(AnimationError::TooFar);
+        }
+        poses.push(pose);
+    }
+    let mut arrows = Vec::new();
+    for mean in scale.means(film, steps) {
+        let from = (to_ground * Point3::from(mean.point(film, shown))).coords;
+        let way = to_ground.rotation * scale.arrow(&mean.force);
+        if !is_near(&from, way.norm()) {
+            return Err(AnimationError::TooFar);
+        }
+        let mut add = |body: usize, way: Vector3<f64>| {
+            let reach = film.bodies.get(body).map_or(0.0, FilmBody::reach);
+            arrows.push(Arrow { from, to: from + way, reach });
+        };
+        add(mean.site.body, way);
+        if let FilmPartner::Body(other) = mean.site.partner {
+            add(other, -way);
+        }
+    }
+    let pins = film.joints.iter().filter_map(|joint| Some((joint, poses.get(joint.body)?)));
+    let pins = pins.map(|(joint, pose)| {
+        let reach = film.bodies.get(joint.body).map_or(0.0, FilmBody::reach);
+        DrawnJoint {
+            at: (pose * Point3::from(joint.anchor)).coords,
+            axis: joint.axis.map(|axis| pose.rotation * axis * (AXIS * reach)),
+        }
+    });
+    let pins = pins.collect();
+    Ok(Moment { time: shown.time, poses, arrows, pins })
 }

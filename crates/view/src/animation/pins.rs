@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::canvas::{Canvas, Pixel};
-use super::palette::{INK, SEAM};
+use crate::palette::Theme;
 use nalgebra::Vector3;
 
 /// A joint in the ground's frame.
@@ -16,15 +16,15 @@ pub struct DrawnJoint {
 const CORNERS: u8 = 16;
 
 /// Paints joints on top of the picture.
-pub fn paint(canvas: &mut Canvas, camera: &Camera, pins: &[DrawnJoint]) {
+pub fn paint(canvas: &mut Canvas, camera: &Camera, pins: &[DrawnJoint], theme: &Theme) {
     let unit = canvas.size() / 800.0;
     for pin in pins {
         if let Some(axis) = pin.axis {
             let ends = [pin.at - axis, pin.at + axis].map(|end| camera.project(&end));
-            canvas.line(&ends, false, 2.6 * unit, INK);
+            canvas.line(&ends, false, 2.2 * unit, theme.joint);
         }
         let at = camera.project(&pin.at);
-        for (radius, colour) in [(6.0, INK), (3.4, SEAM)] {
+        for (radius, colour) in [(5.0, theme.joint), (2.9, theme.seam)] {
             canvas.fill(&disc(at, radius * unit), colour, 1.0);
         }
     }

@@ -5,7 +5,8 @@
 
 use super::camera::{Camera, Spot};
 use super::canvas::Canvas;
-use super::palette::PaintColour;
+use super::palette::Hue;
+use crate::palette::Rgb;
 use nalgebra::Vector3;
 
 /// Samples per side of a pixel.
@@ -16,7 +17,7 @@ pub struct Raster {
     /// Number of samples per side of the picture.
     side: usize,
     depths: Vec<f64>,
-    colours: Vec<PaintColour>,
+    colours: Vec<Rgb>,
     /// Ranges of painted pixel rows and columns, end exclusive.
     rows: (usize, usize),
     columns: (usize, usize),
@@ -46,7 +47,7 @@ impl Raster {
         &mut self,
         [low, high]: [Pixel64; 2],
         span: impl Fn(f64) -> (f64, f64),
-        mut sample: impl FnMut(f64, f64) -> Option<(PaintColour, f64)>,
+        mut sample: impl FnMut(f64, f64) -> Option<(Rgb, f64)>,
     ) {
         let side = self.side;
         let cut = |x: f64| ((x * SAMPLES as f64).max(0.0) as usize).min(side);
@@ -73,14 +74,16 @@ impl Raster {
         }
     }
 
-    /// Paints a planar convex polygon.
-    pub fn polygon(&mut self, corners: &[Spot], colour: PaintColour) {
+    /// Paints a planar convex polygon. `lights` is the reflected light at its corners.
+    pub fn polygon(&mut self, corners: &[Spot], hue: &Hue, lights: &[f32]) {
         for k in 2..corners.len() {
-            self.triangle([corners[0], corners[k - 1], corners[k]], colour);
+            let [i, j] = [k - 1, k];
+            let lights = [lights[0], lights[i], lights[j]];
+            self.triangle([corners[0], corners[i], corners[j]], hue, lights);
         }
     }
 
-    fn triangle(&mut self, [a, b, c]: [Spot; 3], colour: PaintColour) {
+    fn triangle(&mut self, [a, b, c]: [Spot; 3], hue: &Hue, lights: [f32; 3]) {
         let area = across(a, b, c);
         if area == 0.0 || !area.is_finite() {
             return;
@@ -94,12 +97,13 @@ impl Raster {
             let shares = [across(b, c, p), across(c, a, p), across(a, b, p)].map(|s| s / area);
             let inside = shares.iter().all(|share| *share >= 0.0);
             let w = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
-            inside.then_some((colour, w))
+            let parts = shares.iter().zip(lights).map(|(share, light)| *share as f32 * light);
+            inside.then(|| (hue.lit(parts.sum()), w))
         });
     }
 
     /// Paints a line with round ends, `width` pixels wide.
-    pub fn line(&mut self, a: Spot, b: Spot, width: f64, colour: PaintColour) {
+    pub fn line(&mut self, a: Spot, b: Spot, width: f64, colour: Rgb) {
         let reach = (width / 2.0).powi(2);
         let place = nearest(a, b);
         self.paint(bounds(&[a, b], width / 2.0), about([a, b], width / 2.0), |x, y| {
@@ -115,7 +119,7 @@ impl Raster {
         camera: &Camera,
         [a, b]: [Spot; 2],
         margin: f64,
-        mut hit: impl FnMut(&Vector3<f64>) -> Option<(f64, PaintColour)>,
+        mut hit: impl FnMut(&Vector3<f64>) -> Option<(f64, Rgb)>,
     ) {
         let share = nearest(a, b);
         self.paint(bounds(&[a, b], margin), about([a, b], margin), |x, y| {
@@ -233,12 +237,16 @@ mod tests {
             [[2.0, 2.0, left], [18.0, 2.0, right], [18.0, 18.0, right], [2.0, 18.0, left]]
         };
         let (red, blue) = ([255, 0, 0], [0, 0, 255]);
-        raster.polygon(&face(1.0, 2.0), red);
-        raster.polygon(&face(2.0, 1.0), blue);
+        raster.polygon(&face(1.0, 2.0), &Hue::of(red), &[1.0; 4]);
+        raster.polygon(&face(2.0, 1.0), &Hue::of(blue), &[1.0; 4]);
         let mut canvas = Canvas::new(20, [255; 3]).unwrap();
         raster.compose(&mut canvas);
         let pixels: Vec<_> = canvas.colours().collect();
-        assert_eq!([pixels[10 * 20 + 4], pixels[10 * 20 + 16]], [blue, red]);
+        // The shade nearest to a light of 1 is almost the colour itself.
+        for (place, colour) in [(4, blue), (16, red)] {
+            let pixel: Rgb = pixels[10 * 20 + place];
+            assert!((0..3).all(|k| pixel[k].abs_diff(colour[k]) < 4), "{pixel:?}");
+        }
         assert_eq!(pixels[0], [255; 3]);
         assert!(raster.hides([4.0, 10.0, 1.0], 0.1) && !raster.hides([4.0, 10.0, 1.0], 0.6));
         assert!(!raster.hides([2.0, 10.0, 0.5], 0.1), "at the outline");

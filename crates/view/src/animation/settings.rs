@@ -1,6 +1,7 @@
 //! Settings and errors of animations.
 
 use super::camera::View;
+use crate::palette::{DARK, LIGHT, Theme};
 
 /// Settings of an animation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,11 +13,20 @@ pub struct AnimationSettings {
     /// View direction. `None` selects [`View::default`], or a higher elevation if fixed objects
     /// would hide moving bodies.
     pub view: Option<View>,
+    /// True for a dark background.
+    pub dark: bool,
 }
 
 impl Default for AnimationSettings {
     fn default() -> Self {
-        Self { speed: 1.0, size: 800, view: None }
+        Self { speed: 1.0, size: 800, view: None, dark: false }
+    }
+}
+
+impl AnimationSettings {
+    /// Colours of the pictures.
+    pub(crate) fn theme(&self) -> &'static Theme {
+        if self.dark { &DARK } else { &LIGHT }
     }
 }
 

@@ -1,20 +1,44 @@
-//! Drawing of pieces: polyhedra and meshes with their edges, balls, capsules.
+//! Drawing of pieces: polyhedra and meshes with smooth shading, balls, capsules.
 
 use super::camera::Camera;
 use super::camera::Spot;
 use super::floor::Light;
 use super::outline::hull;
-use super::palette::{self, EDGE, Hue};
+use super::palette::Hue;
 use super::raster::Raster;
-use crate::shape::{FilmHull, FilmMesh, FilmPiece, Outline};
+use crate::shape::{FilmHull, FilmMesh, FilmPiece, Outline, Surface};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Offset of edges towards the camera, over the size of the body. It keeps faces from covering
 /// them.
 const LIFT: f64 = 0.02;
 
-/// Half width of the great circles on balls and capsules, over the radius.
-const SEAM: f64 = 0.05;
+/// Half width of the great circles on balls, over the radius, and their light over the surface's.
+const SEAM: f64 = 0.035;
+const SEAM_SHADE: f32 = 0.75;
+/// Light of edges over that of the darker face.
+const EDGE_SHADE: f32 = 0.6;
+
+/// Outline with what is constant over all frames.
+pub struct Look {
+    pub outline: Outline,
+    surface: Surface,
+    /// Colour that differs from that of the body.
+    hue: Option<Hue>,
+}
+
+impl Look {
+    pub fn of(outline: Outline) -> Self {
+        let (surface, colour) = match &outline {
+            Outline::Solid(FilmPiece::Mesh(mesh)) => {
+                (FilmPiece::surface(&FilmPiece::Mesh(mesh.clone())), mesh.colour)
+            }
+            Outline::Solid(piece) => (piece.surface(), None),
+            Outline::Points(_) => (Surface::default(), None),
+        };
+        Self { outline, surface, hue: colour.map(Hue::of) }
+    }
+}
 
 /// Context for painting one body.
 pub struct Easel<'a> {
@@ -23,84 +47,93 @@ pub struct Easel<'a> {
     pub light: Light,
     /// Scale of the picture relative to 800 pixels.
     pub unit: f64,
-    pub hue: Hue,
+    pub hue: &'a Hue,
     /// Size of the body (m).
     pub reach: f64,
 }
 
-impl Easel<'_> {
+impl<'a> Easel<'a> {
     /// Paints an outline at `pose` in the ground's frame.
-    pub fn look(&mut self, look: &Outline, pose: &Isometry3<f64>) {
-        match look {
+    pub fn look(&mut self, look: &'a Look, pose: &Isometry3<f64>) {
+        let usual = self.hue;
+        self.hue = look.hue.as_ref().unwrap_or(usual);
+        match &look.outline {
             Outline::Points(points) => self.points(points, pose),
-            Outline::Solid(FilmPiece::Hull(hull)) => self.hull(hull, pose),
-            Outline::Solid(FilmPiece::Mesh(mesh)) => self.mesh(mesh, pose),
+            Outline::Solid(FilmPiece::Hull(hull)) => self.hull(hull, &look.surface, pose),
+            Outline::Solid(FilmPiece::Mesh(mesh)) => self.mesh(mesh, &look.surface, pose),
             Outline::Solid(FilmPiece::Sphere { centre, radius }) => {
                 self.round([*centre; 2], *radius, pose, true);
             }
             Outline::Solid(FilmPiece::Capsule { ends, radius }) => {
-                self.round(*ends, *radius, pose, true)
+                self.round(*ends, *radius, pose, false);
             }
         }
+        self.hue = usual;
     }
 
-    fn hull(&mut self, solid: &FilmHull, pose: &Isometry3<f64>) {
+    fn hull(&mut self, solid: &FilmHull, surface: &Surface, pose: &Isometry3<f64>) {
         let eye = self.camera.eye();
-        let places: Vec<_> =
-            solid.vertices.iter().map(|v| (pose * Point3::from(*v)).coords).collect();
-        let mut edges = Vec::new();
-        for (face, normal) in solid.sides() {
-            let normal = pose.rotation * normal;
+        let places = placed(&solid.vertices, pose);
+        let mut lights = vec![None; surface.faces.len()];
+        for (face, seen) in surface.faces.iter().zip(&mut lights) {
+            let normal = pose.rotation * face.normal;
             let out = normal * solid.radius;
-            for k in 0..face.len() {
-                edges.push([face[k], face[(k + 1) % face.len()]]);
-            }
-            if normal.dot(&(eye - places[face[0]] - out)) <= 0.0 {
-                if solid.radius == 0.0 {
-                    edges.truncate(edges.len() - face.len());
-                }
+            if normal.dot(&(eye - places[face.corners[0]] - out)) <= 0.0 {
                 continue;
             }
-            let corners: Vec<_> =
-                face.iter().map(|&i| self.camera.spot(&(places[i] + out))).collect();
-            let colour = palette::body(self.hue, self.lit(&normal));
-            self.raster.polygon(&corners, colour);
+            let spots: Vec<_> =
+                face.corners.iter().map(|&i| self.camera.spot(&(places[i] + out))).collect();
+            // The faces of a rounded hull are flat between their round edges.
+            let normals = face
+                .normals
+                .iter()
+                .map(|smooth| if solid.radius > 0.0 { normal } else { pose.rotation * smooth });
+            let shades: Vec<_> = normals.map(|normal| self.lit(&normal)).collect();
+            self.raster.polygon(&spots, self.hue, &shades);
+            *seen = Some(self.lit(&normal));
         }
-        for edge in &mut edges {
-            edge.sort_unstable();
-        }
-        edges.sort_unstable();
-        edges.dedup();
-        for [a, b] in edges {
-            if solid.radius > 0.0 {
-                let ends = [solid.vertices[a], solid.vertices[b]];
-                self.round(ends, solid.radius, pose, false);
-            } else {
-                let ends = [self.lifted(&places[a]), self.lifted(&places[b])];
-                self.raster.line(ends[0], ends[1], 2.2 * self.unit, EDGE);
+        if solid.radius > 0.0 {
+            for face in &surface.faces {
+                for k in 0..face.corners.len() {
+                    let [a, b] = [k, (k + 1) % face.corners.len()].map(|k| face.corners[k]);
+                    let ends = [solid.vertices[a], solid.vertices[b]];
+                    if a < b {
+                        self.round(ends, solid.radius, pose, false);
+                    }
+                }
             }
+            return;
+        }
+        for ([a, b], faces) in &surface.creases {
+            let seen = faces.iter().filter_map(|face| lights[*face]);
+            let Some(light) = seen.reduce(f32::min) else { continue };
+            let ends = [self.lifted(&places[*a]), self.lifted(&places[*b])];
+            self.raster.line(ends[0], ends[1], 1.3 * self.unit, self.hue.lit(EDGE_SHADE * light));
         }
     }
 
     /// Paints triangles from both sides. The depth buffer resolves visibility.
-    fn mesh(&mut self, mesh: &FilmMesh, pose: &Isometry3<f64>) {
+    fn mesh(&mut self, mesh: &FilmMesh, surface: &Surface, pose: &Isometry3<f64>) {
         let eye = self.camera.eye();
-        let places: Vec<_> =
-            mesh.vertices.iter().map(|v| (pose * Point3::from(*v)).coords).collect();
-        for (triangle, normal) in mesh.sides() {
-            let normal = pose.rotation * normal;
-            let faces_away = normal.dot(&(eye - places[triangle[0]])) < 0.0;
-            let normal = if faces_away { -normal } else { normal };
-            let corners: Vec<_> = triangle.iter().map(|&i| self.camera.spot(&places[i])).collect();
-            self.raster.polygon(&corners, palette::body(self.hue, self.lit(&normal)));
-        }
-        for [a, b] in mesh.creases() {
-            let ends = [self.lifted(&places[a]), self.lifted(&places[b])];
-            self.raster.line(ends[0], ends[1], self.unit, EDGE);
+        let places = placed(&mesh.vertices, pose);
+        let spots: Vec<_> = places.iter().map(|place| self.camera.spot(place)).collect();
+        for face in &surface.faces {
+            let away = (pose.rotation * face.normal).dot(&(eye - places[face.corners[0]])) < 0.0;
+            let side = if away { -1.0 } else { 1.0 };
+            let shade = |normal: &Vector3<f64>| self.lit(&(pose.rotation * normal * side));
+            let lights: Vec<_> = face.normals.iter().map(shade).collect();
+            let corners: Vec<_> = face.corners.iter().map(|&i| spots[i]).collect();
+            self.raster.polygon(&corners, self.hue, &lights);
         }
     }
 
-    /// Paints a capsule with its outline. Great circles show its rotation if `is_marked`.
+    /// Paints a line on a body, in its frame.
+    pub fn rod(&mut self, ends: [Vector3<f64>; 2], pose: &Isometry3<f64>, colour: [u8; 3]) {
+        let [a, b] = ends.map(|end| self.camera.spot(&(pose * Point3::from(end)).coords));
+        self.raster.line(a, b, 4.0 * self.unit, colour);
+    }
+
+    /// Paints a capsule. Great circles show the rotation of a ball if `is_marked`.
     fn round(
         &mut self,
         ends: [Vector3<f64>; 2],
@@ -117,46 +150,34 @@ impl Easel<'_> {
         let spots = [a, b].map(|end| camera.spot(&end));
         // The outline of a near ball is wider than the projected radius at its centre.
         let margin = spots.map(|spot| camera.pixels(radius, spot) * 1.1 + 2.0);
-        let wide = spots.map(|spot| camera.pixels(radius, spot)).into_iter().fold(1.0, f64::max);
-        let rim = (2.0 * (2.2 * self.unit / wide).min(0.2)).sqrt();
         let middle = (a + b) / 2.0;
-        let axis = (b - a).try_normalize(0.0).unwrap_or_default();
         let forward = camera.forward();
         self.raster.trace(camera, spots, margin[0].max(margin[1]), |ray| {
             let (distance, core) = capsule_hit(&eye, ray, &a, &b, radius)?;
             let point = eye + ray * distance;
             let normal = (point - core) / radius;
-            // On the cylinder, the cosine between normal and viewer is at most the sine of the
-            // angle between ray and axis.
-            let most = if core == a || core == b { ray.norm() } else { ray.cross(&axis).norm() };
-            let facing = -normal.dot(ray) / most;
             let own = pose.inverse_transform_vector(&(point - middle)) / radius;
             let is_seam = is_marked && (own.x.abs() < SEAM || own.z.abs() < SEAM);
-            let colour = if facing < rim {
-                EDGE
-            } else if is_seam {
-                palette::body(hue, 0.12)
-            } else {
-                palette::body(hue, lit(&normal, light))
-            };
-            Some((distance * ray.dot(&forward), colour))
+            let shade = if is_seam { SEAM_SHADE } else { 1.0 };
+            Some((distance * ray.dot(&forward), hue.lit(shade * lit(&normal, light))))
         });
     }
 
     fn points(&mut self, points: &[Vector3<f64>], pose: &Isometry3<f64>) {
-        let places: Vec<_> = points.iter().map(|p| (pose * Point3::from(*p)).coords).collect();
-        let spots: Vec<_> = places.iter().map(|place| self.camera.spot(place)).collect();
+        let spots: Vec<_> =
+            placed(points, pose).iter().map(|place| self.camera.spot(place)).collect();
         let outline = hull(&spots);
-        self.raster.polygon(&outline, palette::body(self.hue, 0.75));
+        self.raster.polygon(&outline, self.hue, &vec![1.0; outline.len()]);
         let lift = |spot: Spot| [spot[0], spot[1], self.raised(spot[2])];
         let outline: Vec<_> = outline.into_iter().map(lift).collect();
         let dots: Vec<_> = spots.iter().copied().map(lift).collect();
+        let edge = self.hue.lit(0.3);
         for k in 0..outline.len() {
             let next = outline[(k + 1) % outline.len()];
-            self.raster.line(outline[k], next, 2.2 * self.unit, EDGE);
+            self.raster.line(outline[k], next, 2.2 * self.unit, edge);
         }
         for dot in dots {
-            self.raster.line(dot, dot, 8.0 * self.unit, EDGE);
+            self.raster.line(dot, dot, 8.0 * self.unit, edge);
         }
     }
 
@@ -175,11 +196,16 @@ impl Easel<'_> {
     }
 }
 
-/// Brightness of a surface from 0 to 1, from a lamp and ambient light.
+fn placed(points: &[Vector3<f64>], pose: &Isometry3<f64>) -> Vec<Vector3<f64>> {
+    points.iter().map(|point| (pose * Point3::from(*point)).coords).collect()
+}
+
+/// Light reflected by a white surface, from a lamp and from the sky. The ground reflects half of
+/// the light. The numbers are those of the page (`light.js`) over π.
 fn lit(normal: &Vector3<f64>, light: Light) -> f32 {
     let lamp = normal.dot(&light.direction()).max(0.0);
     let sky = 0.5 + 0.5 * normal.z;
-    (0.30 + 0.22 * sky + 0.46 * lamp) as f32
+    (0.68 * lamp + 0.65 * (0.45 + 0.55 * sky)) as f32
 }
 
 /// First point of the ray eye + t · way, t > 0, on the capsule of `radius` about the segment from a

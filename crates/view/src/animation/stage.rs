@@ -5,15 +5,17 @@ use super::camera::{Camera, View};
 use super::canvas::Canvas;
 use super::floor::{Floor, Light};
 use super::framing::{ViewExtent, Window, smooth, windows};
-use super::lettering;
-use super::palette::{self, BACKGROUND, Hue};
+use super::lettering::{self, Lettering};
+use super::palette::Hue;
 use super::pins::{self, DrawnJoint};
 use super::raster::Raster;
 use super::settings::AnimationSettings;
-use super::solids::Easel;
+use super::solids::{Easel, Look};
 use crate::film::Film;
 use crate::font::Font;
+use crate::palette::{self, Rgb, Theme};
 use crate::shape::Outline;
+use crate::skeleton::{self, Bone};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Depth tolerance of hiding, over the size of a body.
@@ -25,13 +27,20 @@ const LABEL: f32 = 13.0;
 /// Largest displacement of a body that counts as fixed, over its size.
 const UNMOVED: f64 = 0.1;
 
+/// Azimuth for scenes that are longer along x than along y by the given factor (degrees).
+const AZIMUTH_ALONG_X: f64 = -62.0;
+const LONGER: f64 = 1.5;
+
+/// Height over width of a scene below which the lowest elevation, or the lowest two, are skipped.
+const FLAT: [f64; 2] = [0.3, 0.12];
+
 /// Candidate elevations of the camera (degrees), used without a requested view.
 const HEIGHTS: [f64; 4] = [20.0, 35.0, 50.0, 65.0];
 
 /// Acceptable hidden fraction of the moving bodies, number of test frames, and size of the test
 /// pictures (pixels).
 const HIDDEN: f64 = 0.05;
-const SKETCHES: usize = 12;
+pub const SKETCHES: usize = 12;
 const SKETCH: u16 = 120;
 
 /// Content of a frame, in the ground's frame.
@@ -46,10 +55,12 @@ pub struct Moment {
 
 /// Drawing of a body.
 struct Actor {
-    looks: Vec<Outline>,
+    looks: Vec<Look>,
     /// Points that span each outline.
     spans: Vec<Vec<Vector3<f64>>>,
     hue: Hue,
+    /// Lines from its shape to joints.
+    bones: Vec<Bone>,
     reach: f64,
     label: String,
 }
@@ -65,6 +76,7 @@ pub struct Backdrop {
     /// Transform of fixed objects from the world to the ground's frame.
     to_ground: Isometry3<f64>,
     speed: f64,
+    theme: &'static Theme,
     /// Window of each frame. The last one also applies to later frames.
     windows: Vec<Window>,
     /// Floor and grid in the current window.
@@ -99,16 +111,19 @@ impl Backdrop {
         }
         let mut floor = film.ground.map(|_| Floor::under(&points, light));
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
-        points.extend(tips.chain(floor.iter().flat_map(Floor::corners)));
+        let shadows = floor.iter().flat_map(|floor| points.iter().flat_map(|p| floor.shadows(p)));
+        let more: Vec<_> = tips.chain(shadows).collect();
+        points.extend(more);
         let turn = to_ground.rotation.to_rotation_matrix();
         let mut camera = Camera::fit(view, &turn, settings.size, &points);
         let (windows, distance) = framed(&camera, &actors, moments, floor.is_some());
         camera.window = windows[0];
         if camera.window.half < Window::WHOLE.half {
             let width = 2.0 * camera.window.half * distance;
-            floor = floor.map(|floor| floor.endless(width, distance));
+            floor = floor.map(|floor| floor.with_grid_for(width));
         }
-        let empty = Canvas::new(settings.size, BACKGROUND)?;
+        let theme = settings.theme();
+        let empty = Canvas::new(settings.size, theme.sky)?;
         let raster = Raster::new(usize::from(settings.size));
         let speed = settings.speed;
         let mut stage = Self {
@@ -118,6 +133,7 @@ impl Backdrop {
             actors,
             to_ground,
             speed,
+            theme,
             windows,
             empty,
             raster,
@@ -145,9 +161,9 @@ impl Backdrop {
     }
 
     fn paint_floor(&mut self) {
-        self.empty.clear(BACKGROUND);
+        self.empty.clear(self.theme.sky);
         if let Some(floor) = &self.floor {
-            floor.paint(&mut self.empty, &self.camera);
+            floor.paint(&mut self.empty, &self.camera, self.theme);
         }
     }
 
@@ -168,7 +184,7 @@ impl Backdrop {
                 };
                 actor.spans.iter().map(places).collect::<Vec<_>>()
             });
-            floor.paint_shadows(canvas, &self.camera, &spans.collect::<Vec<_>>());
+            floor.paint_shadows(canvas, &self.camera, &spans.collect::<Vec<_>>(), self.theme);
         }
         self.raster.clear();
         for (place, pose) in poses().copied().enumerate().collect::<Vec<_>>() {
@@ -178,10 +194,10 @@ impl Backdrop {
         let (hidden, seen): (Vec<_>, Vec<_>) = moment.arrows.iter().partition(|arrow| {
             self.raster.hides(self.camera.spot(&arrow.from), BEHIND * arrow.reach)
         });
-        arrows::paint(canvas, &self.camera, &hidden);
+        arrows::paint(canvas, &self.camera, &hidden, self.theme);
         self.raster.compose(canvas);
-        pins::paint(canvas, &self.camera, &moment.pins);
-        arrows::paint(canvas, &self.camera, &seen);
+        pins::paint(canvas, &self.camera, &moment.pins, self.theme);
+        arrows::paint(canvas, &self.camera, &seen, self.theme);
         if let Some(font) = &self.font {
             self.paint_labels(canvas, font, moment);
             self.paint_clock(canvas, font, moment.time);
@@ -190,10 +206,13 @@ impl Backdrop {
 
     fn paint_actor(&mut self, place: usize, pose: &Isometry3<f64>, unit: f64) {
         let (camera, raster, actor) = (&self.camera, &mut self.raster, &self.actors[place]);
-        let Actor { hue, reach, .. } = *actor;
+        let (hue, reach) = (&actor.hue, actor.reach);
         let mut easel = Easel { raster, camera, light: self.light, unit, hue, reach };
         for look in &actor.looks {
             easel.look(look, pose);
+        }
+        for bone in &actor.bones {
+            easel.rod([bone.from, bone.to], pose, self.theme.trail);
         }
     }
 
@@ -220,25 +239,29 @@ impl Backdrop {
     /// Paints the labels above their bodies.
     fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &Moment) {
         let height = LABEL * canvas.size() / 800.0;
-        for (actor, pose) in self.actors.iter().zip(&moment.poses) {
-            if actor.label.is_empty() {
-                continue;
-            }
+        let labelled = self.actors.iter().zip(&moment.poses);
+        let labelled = labelled.filter(|(actor, _)| !actor.label.is_empty());
+        let words = labelled.map(|(actor, pose)| {
             let [x, _] = self.camera.project(&pose.translation.vector);
             let heights = actor.places(pose).map(|place| self.camera.project(&place)[1]);
             let top = heights.fold(f32::INFINITY, f32::min);
-            lettering::label(canvas, font, &actor.label, [x, top - height / 2.0], height);
-        }
+            Lettering { text: &actor.label, at: [x, top - height / 2.0], height }
+        });
+        lettering::labels(canvas, font, &words.collect::<Vec<_>>(), self.theme);
     }
 
     fn paint_clock(&self, canvas: &mut Canvas, font: &Font, time: f64) {
         let unit = canvas.size() / 800.0;
         let decimals = if self.speed < 0.5 { 3 } else { 2 };
         let text = format!("t = {time:.decimals$} s");
-        lettering::write(canvas, font, &text, [32.0 * unit, 54.0 * unit], 24.0 * unit);
+        let mut write = |text: &str, below: f32, height: f32| {
+            let words = Lettering { text, at: [32.0 * unit, below * unit], height: height * unit };
+            lettering::write(canvas, font, &words, self.theme);
+        };
+        write(&text, 50.0, 20.0);
         if self.speed != 1.0 {
             let text = format!("{} ×", self.speed);
-            lettering::write(canvas, font, &text, [32.0 * unit, 85.0 * unit], 15.0 * unit);
+            write(&text, 78.0, 14.0);
         }
     }
 }
@@ -251,9 +274,16 @@ impl Actor {
 }
 
 /// View with the lowest elevation from which moving bodies are visible, or else the elevation with
-/// the smallest hidden fraction. `None` if there is no picture.
-fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
-    let views = HEIGHTS.map(|elevation| View { elevation, ..View::default() });
+/// the smallest hidden fraction. Flat scenes are seen from higher up, and scenes that are longer
+/// along x from the side. `None` if there is no picture.
+pub fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
+    let extent = extent(film, moments);
+    let azimuth =
+        if extent.x > LONGER * extent.y { AZIMUTH_ALONG_X } else { View::default().azimuth };
+    let flatness = extent.z / extent.x.max(extent.y);
+    let lowest = FLAT.iter().filter(|limit| flatness < **limit).count();
+    let views = HEIGHTS[lowest..].iter().map(|elevation| View { azimuth, elevation: *elevation });
+    let views: Vec<_> = views.collect();
     if film.fixed.is_empty() {
         return Some(views[0]);
     }
@@ -269,6 +299,20 @@ fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> O
         }
     }
     Some(best)
+}
+
+/// Size along x, y and z of everything that is drawn, in the ground's frame.
+fn extent(film: &Film, moments: &[Moment]) -> Vector3<f64> {
+    let (actors, to_ground) = (actors(film), film.to_ground());
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    for moment in moments {
+        for (actor, pose) in actors.iter().zip(moment.poses.iter().chain([&to_ground])) {
+            for place in actor.places(pose) {
+                (low, high) = (low.inf(&place), high.sup(&place));
+            }
+        }
+    }
+    high - low
 }
 
 /// Indices of the moving bodies, or of all if none moves.
@@ -324,17 +368,14 @@ fn framed(
 
 /// Bodies, then all fixed objects as one.
 fn actors(film: &Film) -> Vec<Actor> {
-    let actor = |looks: Vec<Outline>, hue, reach, label: &str| {
+    let actor = |looks: Vec<Outline>, colour: Rgb, reach, label: &str| {
         let spans = looks.iter().map(Outline::span).collect();
-        Actor { looks, spans, hue, reach, label: label.to_owned() }
+        let looks = looks.into_iter().map(Look::of).collect();
+        let (hue, label) = (Hue::of(colour), label.to_owned());
+        Actor { looks, spans, hue, bones: Vec::new(), reach, label }
     };
-    let bodies = film.bodies.iter().enumerate().map(|(b, body)| {
-        actor(
-            Outline::of(&body.pieces, &body.points),
-            palette::hue_of(body, b),
-            body.reach(),
-            &body.label,
-        )
+    let bodies = film.bodies.iter().zip(palette::of_bodies(film)).map(|(body, colour)| {
+        actor(Outline::of(&body.pieces, &body.points), colour, body.reach(), &body.label)
     });
     let still: Vec<Outline> =
         film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Outline::Solid).collect();
@@ -343,5 +384,9 @@ fn actors(film: &Film) -> Vec<Actor> {
     let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
     // The edge offset scales with the size. That of a body suits pieces of its size.
     let reach = film.bodies.iter().map(crate::film::FilmBody::reach).fold(reach, f64::min);
-    bodies.chain([actor(still, palette::STILL, reach, "")]).collect()
+    let mut all: Vec<_> = bodies.chain([actor(still, palette::STILL, reach, "")]).collect();
+    for bone in skeleton::bones(film) {
+        all[bone.body].bones.push(bone);
+    }
+    all
 }

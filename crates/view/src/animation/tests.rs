@@ -2,21 +2,23 @@
 
 use super::arrows::Arrow;
 use super::framing::Window;
-use super::palette::{BACKGROUND, FORCE, GROUND, INK, LINE, PaintColour};
 use super::stage::Backdrop;
 use super::{AnimationError, AnimationSettings, View, animate, moments};
 use crate::film::{Film, FilmFixed};
+use crate::palette::{LIGHT, Rgb, Theme};
 use crate::samples::{falling_cube, floating_cube};
 use crate::shape::FilmPiece;
 use nalgebra::{Isometry3, Vector3};
 use std::ops::ControlFlow;
+
+const THEME: Theme = LIGHT;
 
 fn bytes(film: &Film, settings: &AnimationSettings) -> Vec<u8> {
     animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
 /// Decoded frames, with colours row by row.
-fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<PaintColour>> {
+fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<Rgb>> {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
     let mut decoder = options.read_info(bytes).unwrap();
@@ -35,11 +37,11 @@ fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<PaintColour>> {
     pictures
 }
 
-fn near(a: PaintColour, b: PaintColour) -> bool {
+fn near(a: Rgb, b: Rgb) -> bool {
     a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 4)
 }
 
-fn has(picture: &[PaintColour], colour: PaintColour) -> bool {
+fn has(picture: &[Rgb], colour: Rgb) -> bool {
     picture.iter().any(|&pixel| near(pixel, colour))
 }
 
@@ -56,10 +58,10 @@ fn the_body_is_where_the_trajectory_has_it() {
             let middle = moment.poses[0].translation.vector;
             let [x, y] = stage.camera.project(&middle).map(|x| x as usize);
             let pixel = picture[y * 300 + x];
-            for other in [BACKGROUND, GROUND, LINE, empty[y * 300 + x]] {
+            for other in [THEME.sky, THEME.ground, THEME.grid, empty[y * 300 + x]] {
                 assert!(!near(pixel, other), "{pixel:?} at {x}, {y}");
             }
-            assert!(has(picture, INK));
+            assert!(has(picture, THEME.ink));
             // The rim of the picture equals that of the empty scene, so nothing is cut off.
             for i in 0..300 {
                 for place in [i, 299 * 300 + i, 300 * i, 300 * i + 299] {
@@ -68,12 +70,12 @@ fn the_body_is_where_the_trajectory_has_it() {
             }
         }
         // The drop has arrows once the cube has landed.
-        assert_eq!(has(&pictures[pictures.len() - 1], FORCE), !floating);
-        assert!(!has(&pictures[0], FORCE));
+        assert_eq!(has(&pictures[pictures.len() - 1], THEME.force), !floating);
+        assert!(!has(&pictures[0], THEME.force));
         // Without ground only the body is drawn.
-        assert_eq!(empty.iter().all(|&pixel| pixel == BACKGROUND), floating);
+        assert_eq!(empty.iter().all(|&pixel| pixel == THEME.sky), floating);
         // More ground pixels than blends of grid lines could produce.
-        let ground = pictures[0].iter().filter(|&&pixel| near(pixel, GROUND)).count();
+        let ground = pictures[0].iter().filter(|&&pixel| near(pixel, THEME.ground)).count();
         assert_eq!(ground > 9000, !floating, "{ground}");
     }
 }
@@ -99,11 +101,11 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
         canvas.colours().collect::<Vec<_>>()
     };
     let bare = paint(Vec::new());
-    let is_body = |pixel: &PaintColour| pixel[2].saturating_sub(pixel[0]) > 60;
+    let is_body = |pixel: &Rgb| pixel[2].saturating_sub(pixel[0]) > 60;
     let covered: Vec<_> = (0..8)
         .map(|i| {
             let picture = paint(vec![up(i)]);
-            assert!(has(&picture, FORCE), "the tip of arrow {i} stands out");
+            assert!(has(&picture, THEME.force), "the tip of arrow {i} stands out");
             let pairs = bare.iter().zip(&picture).filter(|(before, _)| is_body(before));
             pairs.filter(|(before, now)| before != now).count() == 0
         })
@@ -129,7 +131,7 @@ fn other_views_and_other_bodies_are_drawn_too() {
     let views = [(200.0, 0.0), (0.0, 90.0), (-720.0, 45.0)];
     for (azimuth, elevation) in views {
         let view = Some(View { azimuth, elevation });
-        let bytes = bytes(&film, &AnimationSettings { size: 120, view, speed: 10.0 });
+        let bytes = bytes(&film, &AnimationSettings { size: 120, view, speed: 10.0, dark: false });
         assert_eq!(pictures(&bytes, 120).len(), 3);
     }
     film.bodies[0].points = [Vector3::x(), Vector3::y(), Vector3::z()].into();
@@ -137,7 +139,8 @@ fn other_views_and_other_bodies_are_drawn_too() {
         &bytes(&film, &AnimationSettings { size: 400, ..AnimationSettings::default() }),
         400,
     );
-    assert!(has(&pictures[0], super::palette::EDGE));
+    let dot = super::palette::Hue::of(crate::palette::BODIES[0]).lit(0.3);
+    assert!(has(&pictures[0], dot));
 }
 
 #[test]
@@ -254,12 +257,12 @@ fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
     );
     for picture in pictures {
         // Lines thinner than a pixel appear as blends.
-        let is_line = |pixel: &&PaintColour| {
-            let between = |k: usize| (LINE[k]..GROUND[k] - 4).contains(&pixel[k]);
+        let is_line = |pixel: &&Rgb| {
+            let between = |k: usize| (THEME.grid[k]..THEME.ground[k] - 4).contains(&pixel[k]);
             (0..3).all(between)
         };
         let lines = picture.iter().filter(is_line).count();
-        let ground = picture.iter().filter(|&&pixel| near(pixel, GROUND)).count();
+        let ground = picture.iter().filter(|&&pixel| near(pixel, THEME.ground)).count();
         assert!(lines > 200 && ground > 20_000, "{lines} {ground}");
     }
 }
@@ -268,8 +271,8 @@ fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
 fn a_body_has_its_own_colour_and_its_label_above_it() {
     let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     let mut film = falling_cube(0);
-    let red = |picture: &[PaintColour]| {
-        let is_red = |pixel: &&PaintColour| pixel[0] > 90 && pixel[0] / 2 > pixel[2];
+    let red = |picture: &[Rgb]| {
+        let is_red = |pixel: &&Rgb| pixel[0] > 90 && pixel[0] / 2 > pixel[2];
         picture.iter().filter(is_red).count()
     };
     let plain = pictures(&bytes(&film, &settings), 300).remove(0);
@@ -278,8 +281,7 @@ fn a_body_has_its_own_colour_and_its_label_above_it() {
     assert!(red(&plain) == 0 && red(&own) > 1000, "{} {}", red(&plain), red(&own));
     film.bodies[0].label = "Würfel 1".to_owned();
     let labelled = pictures(&bytes(&film, &settings), 300).remove(0);
-    let first =
-        |other: &[PaintColour]| (0..90_000).find(|&i| labelled[i] != other[i]).map(|i| i / 300);
+    let first = |other: &[Rgb]| (0..90_000).find(|&i| labelled[i] != other[i]).map(|i| i / 300);
     let top =
         (0..90_000).filter(|&i| own[i][0] > own[i][2].saturating_add(60)).min().unwrap() / 300;
     let written = first(&own).unwrap();

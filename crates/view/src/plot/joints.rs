@@ -1,9 +1,10 @@
 //! Panels of the motion sheet for films with joints: those of one body and of its joints.
 
 use super::motion::PANELS_OF_SEVERAL;
-use super::panel::{AxisTitle, Panel, PanelMaker, PlotSeries};
+use super::panel::{AxisTitle, NEGLIGIBLE, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
-use crate::film::{Film, FilmFrame, FilmJoint, FilmTie};
+use crate::film::{Film, FilmBody, FilmFrame, FilmJoint, FilmTie};
+use crate::forces::Scale;
 
 /// Panels from top to bottom.
 pub const PANELS: [PanelMaker; 10] = {
@@ -15,14 +16,17 @@ fn angles(film: &Film, body: usize) -> Panel {
     let said = (("θ", ""), "rad", "angle of the hinges of the body");
     let nothing = "no hinge on this body, or none that turns";
     let of = |joint: &FilmJoint| joint.turns;
-    panel(film, body, of, |tie| tie.angle, &film.frames, named("angle", nothing, said))
+    let named = Panel { least_range: NEGLIGIBLE, ..named("angle", nothing, said) };
+    panel(film, body, of, |tie| tie.angle, &film.frames, named)
 }
 
 fn places(film: &Film, body: usize) -> Panel {
     let said = (("l", ""), "m", "position along the slides of the body");
     let nothing = "no slide on this body, or none that moves";
     let of = |joint: &FilmJoint| joint.slides;
-    panel(film, body, of, |tie| tie.place, &film.frames, named("slide", nothing, said))
+    let least_range = NEGLIGIBLE * largest_reach(film);
+    let named = Panel { least_range, ..named("slide", nothing, said) };
+    panel(film, body, of, |tie| tie.place, &film.frames, named)
 }
 
 fn torques(film: &Film, body: usize) -> Panel {
@@ -33,14 +37,22 @@ fn torques(film: &Film, body: usize) -> Panel {
     );
     let nothing = "no hinge on this body, or nothing that drives one";
     let of = |joint: &FilmJoint| joint.turns;
-    panel(film, body, of, |tie| tie.torque, film.steps(), named("torque", nothing, said))
+    let least_range = NEGLIGIBLE * Scale::of(film).weight * largest_reach(film);
+    let named = Panel { least_range, ..named("torque", nothing, said) };
+    panel(film, body, of, |tie| tie.torque, film.steps(), named)
 }
 
 fn forces(film: &Film, body: usize) -> Panel {
     let said = (("|F|", "joint"), "N", "force of the joints of the body");
     let nothing = "no joint on this body, or none that carries a load";
     let force = |tie: &FilmTie| tie.force;
-    panel(film, body, |_| true, force, film.steps(), named("reaction", nothing, said))
+    let least_range = NEGLIGIBLE * Scale::of(film).weight;
+    let named = Panel { least_range, ..named("reaction", nothing, said) };
+    panel(film, body, |_| true, force, film.steps(), named)
+}
+
+fn largest_reach(film: &Film) -> f64 {
+    film.bodies.iter().map(FilmBody::reach).fold(0.0, f64::max)
 }
 
 /// Panel with a curve of a quantity for each joint of a body that satisfies `takes`.

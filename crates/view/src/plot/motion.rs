@@ -133,6 +133,8 @@ mod tests {
             partner,
             place: FilmPlace::At { point: Vector3::zeros(), key },
             force: Vector3::z() * size,
+            normal: Vector3::z(),
+            friction: 0.5,
             carries_force: true,
             slacks: [0.0; 2],
             multiplier: 0.0,

@@ -15,6 +15,8 @@ pub struct Panel {
     /// Description of the quantity.
     pub words: &'static str,
     pub kind: ScaleKind,
+    /// Smallest range of a linear axis, in its unit. Rounding errors then look like zero.
+    pub least_range: f64,
     /// Height of the axes, in units of the picture.
     pub height: f64,
     pub series: Vec<PlotSeries>,
@@ -51,6 +53,10 @@ pub type PanelMaker = fn(&Film, usize) -> Panel;
 /// Colours that are distinct for colour-blind readers (after Okabe and Ito).
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#7f5539", "#3d3d3d"];
+
+/// Smallest range of an axis over the scale of its quantity: the weight of a body, its size, or a
+/// radian.
+pub const NEGLIGIBLE: f64 = 1e-6;
 
 /// Largest magnitude in a picture.
 pub const LARGEST: f64 = 1e150;

@@ -73,6 +73,26 @@ impl PlotAxis {
         }
     }
 
+    /// Axis for `values` whose linear range is at least `least`, so that rounding errors look like
+    /// zero.
+    pub fn with_least_range(
+        kind: ScaleKind,
+        values: impl Iterator<Item = f64> + Clone,
+        least: f64,
+        ticks: usize,
+    ) -> Self {
+        let numbers = values.clone().filter(|value| !value.is_nan());
+        let (low, high) = numbers
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        if kind == ScaleKind::Log || low > high || high - low >= least {
+            return Self::new(kind, values, ticks);
+        }
+        let middle = 0.5 * (low + high);
+        // Values that are almost 0 have 0 in the middle.
+        let middle = if middle.abs() < 0.5 * least { 0.0 } else { middle };
+        Self::linear(middle - 0.5 * least, middle + 0.5 * least, MARGIN, ticks)
+    }
+
     /// Linear axis from `low` to `high`, extended on both sides by `margin` times the range.
     pub fn linear(low: f64, high: f64, margin: f64, ticks: usize) -> Self {
         let size = high.abs().max(low.abs());
@@ -220,6 +240,21 @@ mod tests {
         let constant = PlotAxis::new(ScaleKind::Linear, [25.0, 25.0].into_iter(), 4);
         assert!((constant.fraction(25.0) - 0.5).abs() < 1e-12);
         assert!(constant.ticks.len() >= 2);
+    }
+
+    #[test]
+    fn rounding_errors_look_like_zero() {
+        let noise = [1e-13, -3e-13, 2e-13];
+        let axis = PlotAxis::with_least_range(ScaleKind::Linear, noise.into_iter(), 1e-4, 5);
+        assert!(noise.iter().all(|value| (axis.fraction(*value) - 0.5).abs() < 1e-6));
+        let far = noise.map(|value| 25.0 + value);
+        let axis = PlotAxis::with_least_range(ScaleKind::Linear, far.into_iter(), 1e-4, 5);
+        assert!((axis.fraction(25.0) - 0.5).abs() < 1e-6 && axis.ends()[0] > 24.9);
+        // A larger range is the same with and without it.
+        let values = [0.0, 2.0];
+        let wide = PlotAxis::with_least_range(ScaleKind::Linear, values.into_iter(), 1e-4, 5);
+        let plain = PlotAxis::new(ScaleKind::Linear, values.into_iter(), 5);
+        assert_eq!(wide.ends(), plain.ends());
     }
 
     #[test]

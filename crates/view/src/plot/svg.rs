@@ -116,7 +116,12 @@ impl SvgSheet<'_> {
         let height = if blank.is_some() { BLANK } else { panel.height };
         let top = self.y + HEADING;
         let (left, right, bottom) = (LEFT, WIDTH - RIGHT, top + height);
-        let y = PlotAxis::new(panel.kind, panel.values(), (height / ROOM_OF_TICK).ceil() as usize);
+        let y = PlotAxis::with_least_range(
+            panel.kind,
+            panel.values(),
+            panel.least_range,
+            (height / ROOM_OF_TICK).ceil() as usize,
+        );
         let axes = PlotAxes { x: self.time.clone(), y, left, right, top, bottom };
 
         let _ = writeln!(self.body, "<g class=\"panel\" id=\"{}\">", panel.id);

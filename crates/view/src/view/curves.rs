@@ -85,7 +85,8 @@ pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
     let first = &panels[0];
     let blank = panels.iter().all(|panel| panel.blank().is_some());
     let nothing = if has_steps { first.nothing } else { Some("no step in this run") };
-    let axis = PlotAxis::new(first.kind, panels.iter().flat_map(Panel::values), TICKS);
+    let values = panels.iter().flat_map(Panel::values);
+    let axis = PlotAxis::with_least_range(first.kind, values, first.least_range, TICKS);
     let series = panels.iter().enumerate().flat_map(|(run, panel)| {
         panel.series.iter().map(move |series| {
             let (rows, values) = thinned(&series.values, columns);

@@ -1,12 +1,16 @@
 //! Data of the page, serialised as JSON.
 
 use super::curves::{Plot, plots};
+use super::encode::{PackedNumbers, packed, packed_rows};
 use super::facts;
 use super::poses::{EncodedPoses, digit};
+use crate::animation;
 use crate::film::{Fact, Film, FilmFixed, FilmJoint, Status};
 use crate::forces::Scale;
+use crate::palette::{self, css};
 use crate::plot::PlotSheet;
-use crate::shape::{FilmPiece, Outline, is_box};
+use crate::shape::{FilmMesh, FilmPiece, Outline, is_box};
+use crate::skeleton::{self, Bone};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -31,8 +35,10 @@ struct RunData {
     bodies: Vec<PageBody>,
     fixed: Vec<PageBody>,
     joints: Vec<JointData>,
+    bones: Vec<BoneData>,
     arrows: Arrows,
     ground: Option<PageGround>,
+    view: PageView,
     frames: EncodedPoses,
 }
 
@@ -54,20 +60,33 @@ struct PageBody {
     points: Vec<[f64; 3]>,
     /// Drawn pieces; empty for a body of points.
     pieces: Vec<PieceData>,
-    /// CSS colour, if the body has its own.
-    colour: Option<String>,
+    /// CSS colour; empty for fixed objects.
+    colour: String,
+    /// True if the body has a label, which is shown at it.
+    is_labelled: bool,
     /// Parent in the tree of joints.
     above: Option<usize>,
 }
 
-/// All points within `radius` of a polyhedron. Without faces the core is a segment or a point. A
-/// mesh has triangles as faces.
+/// All points within `radius` of a polyhedron. Without faces the core is a segment or a point.
 #[derive(Serialize)]
 struct PieceData {
     vertices: Vec<[f64; 3]>,
     faces: Vec<FaceData>,
     radius: f64,
-    is_mesh: bool,
+    /// Mesh instead of vertices and faces.
+    mesh: Option<MeshData>,
+    /// CSS colour of the piece, if it differs from that of its body.
+    colour: Option<String>,
+}
+
+/// Triangles for drawing only.
+#[derive(Serialize)]
+struct MeshData {
+    /// Coordinates to five digits of the largest: x of all vertices, then y and z.
+    vertices: PackedNumbers,
+    /// Vertex indices, three per triangle, counter-clockwise seen from outside.
+    triangles: PackedNumbers,
 }
 
 #[derive(Serialize)]
@@ -86,6 +105,14 @@ struct JointData {
     axis: Option<[f64; 3]>,
 }
 
+/// Line on a body (m), in its frame.
+#[derive(Serialize)]
+struct BoneData {
+    body: usize,
+    from: [f64; 3],
+    to: [f64; 3],
+}
+
 /// Lengths of force arrows, see [`Scale`].
 #[derive(Serialize)]
 struct Arrows {
@@ -98,6 +125,13 @@ struct Arrows {
 struct PageGround {
     normal: [f64; 3],
     offset: f64,
+}
+
+/// Initial view direction (degrees), that of the animation.
+#[derive(Serialize)]
+struct PageView {
+    azimuth: f64,
+    elevation: f64,
 }
 
 #[derive(Serialize)]
@@ -159,7 +193,8 @@ impl PageBody {
             is_box: is_box(points),
             points: points.iter().map(|&point| point.into()).collect(),
             pieces: solids.collect(),
-            colour: None,
+            colour: String::new(),
+            is_labelled: false,
             above: None,
         }
     }
@@ -171,45 +206,35 @@ impl PieceData {
             vertices: face.to_vec(),
             normal: normal.into(),
         };
-        let is_mesh = matches!(piece, FilmPiece::Mesh(_));
-        let mut made = Self {
-            vertices: piece.core().iter().map(|&vertex| vertex.into()).collect(),
+        let (mesh, colour) = match piece {
+            FilmPiece::Mesh(mesh) => (Some(MeshData::of(mesh)), mesh.colour.map(css)),
+            _ => (None, None),
+        };
+        let core = if mesh.is_some() { &[] } else { piece.core() };
+        Self {
+            vertices: core.iter().map(|&vertex| vertex.into()).collect(),
             faces: match piece {
                 FilmPiece::Hull(hull) => hull.sides().map(face).collect(),
-                FilmPiece::Mesh(mesh) => mesh.sides().map(face).collect(),
-                FilmPiece::Sphere { .. } | FilmPiece::Capsule { .. } => Vec::new(),
+                _ => Vec::new(),
             },
             radius: piece.radius(),
-            is_mesh,
-        };
-        if is_mesh {
-            made.shorten();
+            mesh,
+            colour,
         }
-        made
-    }
-
-    /// Reduces the precision of drawn geometry: positions to five digits of the largest, normals to
-    /// 1e-3.
-    fn shorten(&mut self) {
-        let round = |x: &mut f64, per: f64| *x = (*x * per).round() / per;
-        let largest = self.vertices.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let per = (1.0 / digit(largest, 5)).round().max(1.0);
-        self.vertices.iter_mut().flatten().for_each(|x| round(x, per));
-        self.faces.iter_mut().flat_map(|face| &mut face.normal).for_each(|x| round(x, 1e3));
     }
 }
 
-/// Parent of each body: the first body that a joint ties it to without closing a loop.
-fn tree(film: &Film) -> Vec<Option<usize>> {
-    let mut above = vec![None; film.bodies.len()];
-    for FilmJoint { body, other, .. } in &film.joints {
-        let (Some(other), None) = (*other, above[*body]) else { continue };
-        let mut ways = std::iter::successors(Some(other), |place| above[*place]);
-        if ways.all(|place| place != *body) {
-            above[*body] = Some(other);
+impl MeshData {
+    fn of(mesh: &FilmMesh) -> Self {
+        let largest = mesh.vertices.iter().map(|vertex| vertex.amax()).fold(0.0, f64::max);
+        let along = (0..3).flat_map(|axis| mesh.vertices.iter().map(move |vertex| vertex[axis]));
+        // Triangles of zero area have no normal.
+        let triangles = mesh.sides().flat_map(|(triangle, _)| triangle.to_vec());
+        Self {
+            vertices: packed(along, digit(largest, 5)),
+            triangles: packed_rows(triangles.collect::<Vec<_>>().into_iter()),
         }
     }
-    above
 }
 
 impl RunData {
@@ -217,15 +242,14 @@ impl RunData {
         let counts = Status::ALL[1..].iter().map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.status == *status).count())
         });
-        let above = tree(film);
+        let (above, colours) = (skeleton::parents(film), palette::of_bodies(film));
         let body = |b: usize| {
             let body = &film.bodies[b];
             let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
-            let css = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
-            let colour = body.colour.map(css);
             let looks = Outline::of(&body.pieces, &body.points);
             PageBody {
-                colour,
+                colour: css(colours[b]),
+                is_labelled: !body.label.is_empty(),
                 above: above[b],
                 ..PageBody::of(film.name(b), facts, &body.points, &looks)
             }
@@ -240,7 +264,10 @@ impl RunData {
             anchor: joint.anchor.into(),
             axis: joint.axis.map(Into::into),
         };
+        let bone =
+            |Bone { body, from, to }: Bone| BoneData { body, from: from.into(), to: to.into() };
         let scale = Scale::of(film);
+        let view = animation::usual_view(film);
         let ground = film
             .ground
             .map(|plane| PageGround { normal: plane.normal.into(), offset: plane.offset });
@@ -254,8 +281,10 @@ impl RunData {
             bodies: (0..film.bodies.len()).map(body).collect(),
             fixed: film.fixed.iter().map(fixed).collect(),
             joints: film.joints.iter().map(joint).collect(),
+            bones: skeleton::bones(film).into_iter().map(bone).collect(),
             arrows: Arrows { weight: scale.weight, longest: scale.longest },
             ground,
+            view: PageView { azimuth: view.azimuth, elevation: view.elevation },
             frames: EncodedPoses::of(film, &scale),
         }
     }
@@ -272,44 +301,26 @@ fn worst(film: &Film) -> Option<Worst> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::floating_cube;
-    use crate::shape::FilmMesh;
-
-    #[test]
-    fn joints_are_a_tree_whatever_rings_they_close() {
-        let mut film = floating_cube(1);
-        film.bodies = vec![film.bodies[0].clone(); 4];
-        let joint = |body: usize, other: Option<usize>| FilmJoint {
-            name: String::new(),
-            body,
-            other,
-            anchor: Vector3::zeros(),
-            axis: None,
-            turns: false,
-            slides: false,
-        };
-        film.joints = vec![
-            joint(3, None),
-            joint(1, Some(0)),
-            joint(2, Some(1)),
-            joint(2, Some(0)),
-            joint(0, Some(2)),
-            joint(3, Some(3)),
-        ];
-        assert_eq!(tree(&film), [None, Some(0), Some(1), None]);
-    }
 
     #[test]
     fn meshes_are_rounded_and_nothing_else_is() {
         let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) / 3.0;
         let vertices = vec![corner(1.0, 0.0, 0.0), corner(0.0, 2.0, 0.0), corner(0.0, 0.0, 1.0)];
         let triangles = vec![[0, 1, 2]];
-        let mesh =
-            PieceData::of(&FilmPiece::Mesh(FilmMesh { vertices: vertices.clone(), triangles }));
-        assert!(mesh.is_mesh && mesh.faces.len() == 1);
-        assert_eq!(mesh.vertices, [[0.33333, 0.0, 0.0], [0.0, 0.66667, 0.0], [0.0, 0.0, 0.33333]]);
-        assert_eq!(mesh.faces[0].normal, [0.667, 0.333, 0.667]);
+        let mesh = PieceData::of(&FilmPiece::Mesh(FilmMesh {
+            vertices: vertices.clone(),
+            triangles,
+            colour: Some([1, 2, 255]),
+        }));
+        assert_eq!(mesh.colour.as_deref(), Some("#0102ff"));
+        assert!(mesh.vertices.is_empty() && mesh.faces.is_empty());
+        let packed = mesh.mesh.unwrap();
+        let steps: Vec<_> = packed.vertices.unpacked().into_iter().flatten().collect();
+        // Thirds in units of 1e-5.
+        assert_eq!(steps, [33333, 0, 0, 0, 66667, 0, 0, 0, 33333]);
+        let corners: Vec<_> = packed.triangles.unpacked().into_iter().flatten().collect();
+        assert_eq!(corners, [0, 1, 2]);
         let ball = PieceData::of(&FilmPiece::Sphere { centre: vertices[0], radius: 0.1 });
-        assert!(!ball.is_mesh && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
+        assert!(ball.mesh.is_none() && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
     }
 }

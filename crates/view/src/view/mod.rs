@@ -13,6 +13,7 @@ mod poses;
 
 use crate::film::Film;
 use crate::markup::escape;
+use crate::palette;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write as _;
@@ -24,7 +25,7 @@ const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 const DRAWER_LICENCE: &str = include_str!("vendor/LICENSE-three");
 const DRAWER: &str = include_str!("vendor/three.iife.min.js");
 /// Scripts in order of their dependencies.
-const SCRIPTS: [&str; 19] = [
+const SCRIPTS: [&str; 26] = [
     include_str!("page/vectors.js"),
     include_str!("page/numbers.js"),
     include_str!("page/runs.js"),
@@ -33,14 +34,21 @@ const SCRIPTS: [&str; 19] = [
     include_str!("page/ground.js"),
     include_str!("page/trails.js"),
     include_str!("page/shapes.js"),
-    include_str!("page/solids.js"),
     include_str!("page/overlays.js"),
+    include_str!("page/ambience.js"),
+    include_str!("page/outline.js"),
+    include_str!("page/solids.js"),
     include_str!("page/occlusion.js"),
     include_str!("page/pace.js"),
-    include_str!("page/stage.js"),
+    include_str!("page/light.js"),
+    include_str!("page/floor.js"),
+    include_str!("page/labels.js"),
+    include_str!("page/forces.js"),
     include_str!("page/scenery.js"),
+    include_str!("page/stage.js"),
     include_str!("page/plots.js"),
     include_str!("page/sidebar.js"),
+    include_str!("page/strip.js"),
     include_str!("page/sharing.js"),
     include_str!("page/keys.js"),
     include_str!("page/main.js"),
@@ -65,7 +73,11 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
         page.push_str(before);
         match name {
             "title" => page.push_str(&escape(&title(films))),
-            "style" => page.extend(STYLES),
+            "heading" => page.push_str(&escape(&heading(films))),
+            "style" => {
+                page.push_str(&palette::style());
+                page.extend(STYLES);
+            }
             "plotter-licence" => page.push_str(PLOTTER_LICENCE),
             "plotter" => page.push_str(PLOTTER),
             "drawer-licence" => page.push_str(DRAWER_LICENCE),
@@ -92,11 +104,20 @@ fn still(run: usize, film: &Film) -> String {
     )
 }
 
+/// Title of the document.
 fn title(films: &[&Film]) -> String {
     match films {
-        [a, b] => format!("tumble: A {}, B {}", known(a), known(b)),
-        [film] if !film.title.is_empty() => format!("tumble: {}", film.title),
-        _ => "tumble".to_owned(),
+        [film] if film.title.is_empty() => "tumble".to_owned(),
+        _ => format!("tumble: {}", heading(films)),
+    }
+}
+
+/// Heading of the page.
+fn heading(films: &[&Film]) -> String {
+    match films {
+        [a, b] => format!("A {}, B {}", known(a), known(b)),
+        [film] => known(film).to_owned(),
+        _ => String::new(),
     }
 }
 

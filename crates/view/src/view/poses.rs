@@ -15,6 +15,8 @@ const FEWEST_FRAMES: usize = 500;
 const MOST_POSES: usize = 520_000;
 /// Resolution of quaternion components. It moves the ends of a body by less than 1e-4 of its size.
 const ATTITUDE_STEP: f64 = 1.0 / 16384.0;
+/// Resolution of the components of normals.
+const NORMAL_STEP: f64 = 1e-3;
 /// Resolution of forces over [`Scale::weight`], a hundredth of the longest arrow.
 const FORCE_STEP: f64 = 1e-4;
 
@@ -41,12 +43,16 @@ pub struct EncodedPoses {
     /// Contact sites as body, partner, corner and number of frames with force. Partner −1 is the
     /// ground, −2 and below are fixed objects. Corner −1 is a contact at no corner.
     sites: Vec<[i64; 4]>,
+    /// Friction coefficient of each site.
+    frictions: Vec<f64>,
     /// Frames with force: for each site.
     force_frames: PackedNumbers,
     /// Forces on the first body (N): for each site f_x of its frames, then f_y and f_z.
     forces: PackedNumbers,
     /// Positions relative to `origin` (m) of contacts at no corner: for each site x, then y and z.
     force_points: PackedNumbers,
+    /// Unit normals away from the partner, except for the ground: for each site n_x, then n_y, n_z.
+    normals: PackedNumbers,
 }
 
 /// Force in a frame, and its position if it is not at a corner.
@@ -54,6 +60,9 @@ struct DrawnForce {
     frame: usize,
     force: Vector3<f64>,
     point: Option<Vector3<f64>>,
+    /// Unit normal away from the partner. `None` for the ground.
+    normal: Option<Vector3<f64>>,
+    friction: f64,
 }
 
 impl EncodedPoses {
@@ -87,6 +96,7 @@ impl EncodedPoses {
         };
         let forces = of_pushes(&|push, k| Some(push.force[k]));
         let points = of_pushes(&|push, k| Some(push.point?[k] - origin[k]));
+        let normals = of_pushes(&|push, k| Some(push.normal?[k]));
         Self {
             every,
             count: spans.len(),
@@ -104,9 +114,11 @@ impl EncodedPoses {
                 .iter()
                 .filter_map(|span| span.iter().map(|frame| frame.status as u8).max())),
             sites: pushes.iter().map(|(site, all)| described(site, all.len())).collect(),
+            frictions: pushes.values().map(|all| all[0].friction).collect(),
             force_frames: packed_rows(pushes.values().flatten().map(|push| push.frame)),
             forces: packed(forces.into_iter(), FORCE_STEP * scale.weight),
             force_points: packed(points.into_iter(), length_step),
+            normals: packed(normals.into_iter(), NORMAL_STEP),
         }
     }
 }
@@ -162,6 +174,8 @@ fn pushes(
                 frame,
                 force: mean.force,
                 point,
+                normal: (mean.site.partner != FilmPartner::Ground).then_some(mean.normal),
+                friction: mean.friction,
             });
         }
     }

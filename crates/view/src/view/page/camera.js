@@ -4,14 +4,6 @@
 const HALF_VIEW = 0.249;
 // Usable fraction of the half picture.
 const FILL = 0.93;
-// Azimuth of the initial view (degrees). Motion along y, as in the drop scene, goes to the right.
-// The second azimuth is for scenes that are longer along x by the given factor.
-const AZIMUTH = -32;
-const AZIMUTH_ALONG_X = -62;
-const LONGER = 1.5;
-// Elevation (degrees), and larger elevation for scenes with fixed objects such as a bowl.
-const ELEVATION = 20;
-const ELEVATION_INTO = 34;
 // Near plane over the distance of the target.
 const NEAR = 0.02;
 
@@ -28,22 +20,14 @@ function axesOf({ azimuth, elevation }) {
   ];
 }
 
-function isAlongX() {
-  const [x, y] = [0, 1].map((axis) => {
-    const [low, high] = extremes(places.map((point) => point[axis]));
-    return high - low;
-  });
-  return x > LONGER * y;
-}
-
 class Camera {
   constructor() {
     this.reset();
   }
 
   reset() {
-    this.azimuth = isAlongX() ? AZIMUTH_ALONG_X : AZIMUTH;
-    this.elevation = runs.some((run) => run.data.fixed.length > 0) ? ELEVATION_INTO : ELEVATION;
+    // The direction of the animation.
+    Object.assign(this, runs[0].data.view);
     Object.assign(this, { target: [0, 0, 0], distance: 10 });
     // True to show everything, and key of the view that is fitted.
     Object.assign(this, { isFitted: true, fittedTo: null });

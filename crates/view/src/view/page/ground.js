@@ -1,15 +1,21 @@
 // Ground, and extent of the motion.
 
-const UP = [0, 0, 1];
-// Direction of the light. It comes from the left of the initial view, so that shadows are visible
-// beside the bodies that touch the ground.
-const LIGHT = unit([-0.05, -0.5, 1]);
+// Direction of the light, as in the animation: horizontal over vertical component, and angle between
+// the shadows and the initial view (degrees). Shadows fall to the right and backwards.
+const LEAN = 0.466;
+const SHADOW_TURN = 116;
+const LIGHT = (() => {
+  const angle = ((runs[0].data.view.azimuth + SHADOW_TURN) * Math.PI) / 180;
+  return unit([-LEAN * Math.cos(angle), -LEAN * Math.sin(angle), 1]);
+})();
 // Number of points sampled to find the size of the scene, and minimum number of frames.
 const SAMPLES = 2000;
 const FEWEST_FRAMES = 12;
-// Approximate number of grid lines along the longer side.
-const LINES = 14;
+// Approximate number of grid lines along the longer side of the motion, and maximum in all.
+const LINES = 10;
 const MOST_LINES = 400;
+// Radius of the ground over that of the motion.
+const GROUND_REACH = 3.2;
 
 // Positions of the bodies in sampled frames, and fixed objects.
 function visited(run) {
@@ -79,30 +85,18 @@ function groundOf(run) {
           [0, 0, 1],
         ];
   const all = places.length ? places : [[0, 0, 0]];
-  // Includes the shadows, unless the light is nearly parallel to the plane.
-  const fall = dot(normal, LIGHT) > 0.5 ? LIGHT : normal;
-  const shadow = (point) => subtract(point, times(fall, height(point) / dot(normal, fall)));
-  const below = all.map(drop).concat(all.map(shadow));
+  const below = all.map(drop);
   append(feet, below);
   const ends = axes.map((axis) => extremes(below.map((foot) => dot(axis, foot))));
-  const size = Math.max(1e-9, largest(ends.map(([low, high]) => high - low)));
+  const [wide, high] = ends.map(([low, top]) => top - low);
+  const radius = Math.max(1e-9, GROUND_REACH * 0.5 * Math.hypot(wide, high));
+  const size = Math.max(1e-9, wide, high);
   // If the camera follows, cells have the size of the group, within the limit of lines.
   const cell = followedReach > 0 ? Math.min(size / LINES, followedReach) : size / LINES;
-  const spacing = roundLength(Math.max(cell, size / MOST_LINES));
-  const [[x0, x1], [y0, y1]] = ends.map(([low, high]) => [
-    Math.floor(low / spacing - 0.4) * spacing,
-    Math.ceil(high / spacing + 0.4) * spacing,
-  ]);
-  const at = (x, y) => add(times(normal, offset), add(times(axes[0], x), times(axes[1], y)));
-  const grid = [];
-  for (let k = 1; k < Math.round((x1 - x0) / spacing); k += 1) {
-    grid.push([at(x0 + k * spacing, y0), at(x0 + k * spacing, y1)]);
-  }
-  for (let k = 1; k < Math.round((y1 - y0) / spacing); k += 1) {
-    grid.push([at(x0, y0 + k * spacing), at(x1, y0 + k * spacing)]);
-  }
-  const outline = [at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)];
-  return { normal, height, grid, outline };
+  const spacing = roundLength(Math.max(cell, (2 * radius) / MOST_LINES));
+  const [x, y] = ends.map(([low, top]) => 0.5 * (low + top));
+  const middle = add(times(normal, offset), add(times(axes[0], x), times(axes[1], y)));
+  return { normal, height, axes, middle, radius, spacing };
 }
 
 const grounds = runs.map(groundOf);

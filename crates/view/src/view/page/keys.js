@@ -28,6 +28,7 @@ const KEYS = [
   { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
   { keys: ["b"], name: "b", words: "frames of the bodies", act: () => toggle("frames") },
   { keys: ["m"], name: "m", words: "places of the contacts", act: () => toggle("contacts") },
+  { keys: ["k"], name: "k", words: "friction cones", act: () => toggle("cones") },
   ...(hasJoints
     ? [{ keys: ["j"], name: "j", words: "anchors and axes of joints", act: () => toggle("joints") }]
     : []),
@@ -42,9 +43,16 @@ const KEYS = [
   { keys: ["z"], act: () => camera.zoom(1 / 1.2), name: "z x", words: "zoom" },
   { keys: ["x"], act: () => camera.zoom(1.2) },
   { keys: ["i"], name: "i", words: "save as PNG", act: () => hasGraphics && savePicture() },
-  { keys: ["Escape"], act: () => ($("more").open = false) },
+  { keys: ["v"], name: "v", words: "only the view, as on a slide", act: widen },
+  { keys: ["Escape"], name: "esc", words: "end the selection", act: leave },
   { keys: ["?"], name: "?", words: "this help", act: () => $("help").showModal() },
 ];
+
+// Closes the menu, or else ends the selection.
+function leave() {
+  if ($("more").open) $("more").open = false;
+  else if (show.chosen.length > 0) select([]);
+}
 
 function onKey(event) {
   if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;

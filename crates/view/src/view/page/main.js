@@ -24,6 +24,7 @@ const show = {
   names: false,
   frames: false,
   contacts: false,
+  cones: false,
   joints: true,
   anchor: [0, 0, 0],
   // Smallest force shown, relative to the weight, and true to show only those of chosen bodies.
@@ -31,14 +32,18 @@ const show = {
   only: false,
   // Display state of fixed objects by name: shown, faded or hidden.
   fixed: new Map(),
-  // Bodies whose trails and plots are shown. The state panel shows the last one.
-  chosen: [0],
+  // Chosen bodies: outlined, with trail and plots. The state panel shows the last one.
+  chosen: [],
   // True if a selection extends the list.
   several: false,
 };
 const camera = new Camera();
-const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "contacts", "joints", "only", "several"];
-const lastChosen = () => show.chosen.at(-1);
+const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "contacts", "cones", "joints", "only", "several"];
+// Body whose plots and state are shown: without a choice, the first.
+const lastChosen = () => show.chosen.at(-1) ?? 0;
+// Bodies with plots, and those with trails. A single body needs no choice.
+const plotted = () => (show.chosen.length > 0 ? show.chosen : [0]);
+const tracked = () => (isCrowd ? show.chosen : [0]);
 
 const LABEL = hasGraphics
   ? "Motion; drag to orbit, wheel or pinch to zoom, keys w a s d and z x do the same"
@@ -156,12 +161,17 @@ function restyle() {
 }
 
 // Selects a body for plots, state and trail. If `adds`, the body is added to the selection, or
-// removed if it is already selected.
+// removed if it is already selected. A place without a body ends the selection.
 function choose(body, adds = show.several) {
-  if (body < 0 || body >= bodyCount) return;
+  if (body >= bodyCount || (body < 0 && (adds || show.chosen.length === 0))) return;
+  if (body < 0) return select([]);
   const others = adds ? show.chosen.filter((other) => other !== body) : [];
   const isTaken = adds && others.length < show.chosen.length && others.length > 0;
-  show.chosen = isTaken ? others : [...others, body];
+  select(isTaken ? others : [...others, body]);
+}
+
+function select(bodies) {
+  show.chosen = bodies;
   showBody(lastChosen());
   for (const { sheet, card } of sheets) if (sheet.of_body) fillSheet(sheet, card);
   restyle();
@@ -176,14 +186,21 @@ function fillSheet(sheet, card) {
     plots.splice(plots.indexOf(plot), 1);
   }
   before.forEach((box) => box.remove());
-  const data = sheet.of_body ? joined(sheet, show.chosen) : sheet.plots;
+  const data = sheet.of_body ? joined(sheet, plotted()) : sheet.plots;
   // Open plots come first. The order is kept otherwise.
   const ordered = [...data].sort((a, b) => Number(b.open) - Number(a.open));
   const made = ordered.map((one) => new Plot(one, setTime));
   card.append(...made.map((plot) => plot.box));
   for (const { box } of made) if (wasOpen.has(box.id)) box.open = wasOpen.get(box.id);
-  const names = show.chosen.map((body) => runs[0].bodies[body].name).join(", ");
+  const names = plotted().map((body) => runs[0].bodies[body].name).join(", ");
   card.querySelector("h2").textContent = sheet.of_body ? `${sheet.name}: ${names}` : sheet.name;
+}
+
+// Hides everything but title, view and playback, or shows it again.
+function widen() {
+  const isWide = document.body.classList.toggle("wide");
+  $("wide").setAttribute("aria-pressed", String(isWide));
+  redraw();
 }
 
 function resetView() {
@@ -198,30 +215,8 @@ function arrange() {
   repaint();
 }
 
-// Draws the marked steps under the slider.
-function paintTicks() {
-  const canvas = $("ticks");
-  const width = canvas.clientWidth * devicePixelRatio;
-  [canvas.width, canvas.height] = [width, 5 * devicePixelRatio];
-  const context = canvas.getContext("2d");
-  // The slider's knob keeps a margin at both ends.
-  const knob = 8 * devicePixelRatio;
-  for (const mark of marks) {
-    context.fillStyle = colours[mark.status];
-    for (const row of mark.rows) {
-      const share = duration > 0 ? (row * runs[mark.run].step) / duration : 0;
-      context.fillRect(
-        knob + share * (width - 2 * knob) - devicePixelRatio,
-        0,
-        2 * devicePixelRatio,
-        canvas.height,
-      );
-    }
-  }
-}
-
 function redraw() {
-  paintTicks();
+  strip.paint();
   for (const plot of plots) plot.draw();
   repaint();
 }
@@ -232,6 +227,7 @@ fillFacts((wanted) => {
   setTime(wanted);
 });
 const state = fillState();
+const strip = new Strip();
 $("stages").append(...stages.map((stage) => stage.figure));
 for (const stage of stages.filter(() => hasGraphics)) {
   const pick = (place, adds) => isCrowd && choose(stage.bodyAt(place), adds || show.several);
@@ -284,6 +280,7 @@ if (!hasGraphics) {
   }
 }
 $("reset").addEventListener("click", resetView);
+$("wide").addEventListener("click", widen);
 $("next").addEventListener("click", () => jumpToMark(1));
 $("previous").addEventListener("click", () => jumpToMark(-1));
 $("help-open").addEventListener("click", () => $("help").showModal());

@@ -11,7 +11,7 @@ class Occluders {
 
   add(pieces, { place, attitude }) {
     // The test requires convex pieces.
-    for (const piece of pieces.filter((one) => !one.is_mesh)) {
+    for (const piece of pieces.filter((one) => !one.mesh)) {
       piece.ball ??= ballAround(piece);
       const centre = add(place, rotate(attitude, piece.ball.centre));
       this.pieces.push({ piece, place, back: conjugate(attitude), centre });

@@ -112,16 +112,17 @@ class Lines extends Overlay {
   }
 }
 
-// Arrows along `way`. `seam` is the width of the outline on each side.
+// Arrows along `way`, with opacity `look.x`. They fade towards their start. `seam` is the width of
+// the outline on each side.
 class Arrows extends Overlay {
   constructor() {
     // Vertices: position along the arrow (0 start, 1 neck, 2 tip), position across, 1 for the head.
     super(
       [0, -1, 0, 1, -1, 0, 1, 1, 0, 0, 1, 0, 1, -1, 1, 2, 0, 1, 1, 1, 1],
       [0, 1, 2, 0, 2, 3, 4, 5, 6],
-      ["from", "way"],
+      ["from", "way", "look"],
       { seam: 0 },
-      `uniform float width; uniform float seam;
+      `uniform float width; uniform float seam; varying float strength;
       void main() {
         vec4 here = viewMatrix * vec4(from, 1.0);
         vec4 there = viewMatrix * vec4(from + way, 1.0);
@@ -132,15 +133,17 @@ class Arrows extends Overlay {
         float size = length(span);
         if (size < 2.0) return;
         vec2 along = span / size;
-        float head = min(4.3 * width, 0.6 * size);
+        float head = min(4.6 * width, 0.6 * size);
         bool isHead = position.z > 0.5;
-        float wide = isHead ? 0.45 * head + 1.6 * seam : 0.5 * width + seam;
+        float wide = isHead ? 0.42 * head + 1.6 * seam : 0.5 * width + seam;
         float neck = size - head - (isHead ? seam : 0.0);
         float at = position.x < 0.5 ? -seam : position.x < 1.5 ? neck : size + 2.2 * seam;
         vec2 spot = start + at * along + wide * position.y * vec2(-along.y, along.x);
+        strength = look.x * (position.x < 0.5 ? 0.25 : 1.0);
         gl_Position = vec4(spot / halfSize, 0.0, 1.0);
       }`,
-      `void main() { ${COLOUR_OUT} }`,
+      `varying float strength;
+      void main() { gl_FragColor = vec4(colour, alpha * strength); \n#include <colorspace_fragment>\n }`,
     );
     this.through();
   }

@@ -252,10 +252,10 @@ class Plot {
     );
     this.cursor = element("div", { class: "cursor" });
     this.chart.over.append(this.cursor);
-    // Measured later, after layout.
+    // Measured in the next frame, after layout.
     this.overWidth = 0;
     this.link(this.chart.over);
-    this.move(this.time ?? 0);
+    repaint();
   }
 
   // Draws a mark at each step of a status.

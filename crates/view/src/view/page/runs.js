@@ -56,7 +56,26 @@ function floats(packed) {
   return new Float32Array(bits.buffer);
 }
 
+// Decodes the vertices and faces of a mesh.
+function unpackMesh(piece) {
+  const [numbers, corners] = [measures(piece.mesh.vertices), rowsOf(piece.mesh.triangles)];
+  const count = numbers.length / 3;
+  for (let i = 0; i < count; i += 1) {
+    piece.vertices.push([numbers[i], numbers[count + i], numbers[2 * count + i]]);
+  }
+  for (let i = 0; i < corners.length; i += 3) {
+    const vertices = Array.from(corners.subarray(i, i + 3));
+    const [a, b, c] = vertices.map((vertex) => piece.vertices[vertex]);
+    const across = cross(subtract(b, a), subtract(c, a));
+    // Rounding may flatten a small triangle.
+    if (length(across) > 0) piece.faces.push({ vertices, normal: unit(across) });
+  }
+}
+
 const NAMES = ["A", "B"];
+const UP = [0, 0, 1];
+// Partner of a contact with the ground.
+const GROUND = -1;
 
 // Directions of the 98 grid points on the surface of a cube of 4 × 4 × 4 cells.
 const ALONG = [-2, -1, 0, 1, 2];
@@ -116,6 +135,8 @@ class Run {
     this.statuses = bytes(frames.statuses);
     this.readForces(frames);
     this.bodies = data.bodies;
+    const pieces = this.bodies.concat(data.fixed).flatMap((body) => body.pieces);
+    for (const piece of pieces) if (piece.mesh) unpackMesh(piece);
     for (const body of this.bodies.concat(data.fixed)) body.span = spanOf(body);
     const reach = ({ points, pieces }) => {
       const ends = pieces.flatMap(({ vertices, radius }) => vertices.map((v) => length(v) + radius));
@@ -187,6 +208,8 @@ class Run {
     this.sites = frames.sites;
     const inFrames = rowsOf(frames.force_frames);
     const [values, points] = [measures(frames.forces), measures(frames.force_points)];
+    const normals = measures(frames.normals);
+    this.frictions = frames.frictions;
     this.forceStarts = new Uint32Array(this.count + 1);
     for (const frame of inFrames) this.forceStarts[frame + 1] += 1;
     for (let frame = 0; frame < this.count; frame += 1) {
@@ -195,9 +218,11 @@ class Run {
     this.forceSites = new Uint32Array(inFrames.length);
     this.forceValues = new Float32Array(values.length);
     this.forcePoints = new Float32Array(values.length);
+    this.forceNormals = new Float32Array(values.length);
     const ends = this.forceStarts.slice();
-    let [first, firstPoint] = [0, 0];
-    this.sites.forEach(([, , corner, number], site) => {
+    let [first, firstPoint, firstNormal] = [0, 0, 0];
+    const ground = this.data.ground?.normal ?? UP;
+    this.sites.forEach(([, partner, corner, number], site) => {
       for (let i = 0; i < number; i += 1) {
         const place = ends[inFrames[first + i]]++;
         this.forceSites[place] = site;
@@ -205,14 +230,18 @@ class Run {
           const at = axis * number + i;
           this.forceValues[3 * place + axis] = values[3 * first + at];
           if (corner < 0) this.forcePoints[3 * place + axis] = points[firstPoint + at];
+          const normal = partner === GROUND ? ground[axis] : normals[firstNormal + at];
+          this.forceNormals[3 * place + axis] = normal;
         }
       }
       first += number;
       if (corner < 0) firstPoint += 3 * number;
+      if (partner !== GROUND) firstNormal += 3 * number;
     });
   }
 
-  // Mean forces of the frames after `before` up to `frame`, with body, partner and position.
+  // Mean forces of the frames after `before` up to `frame`, with site, bodies, position, normal and
+  // friction.
   forces(frame, before) {
     const sums = new Map();
     for (let i = this.forceStarts[before + 1]; i < this.forceStarts[frame + 1]; i += 1) {
@@ -226,7 +255,9 @@ class Run {
         corner < 0
           ? add(this.origin, this.forcePoints.subarray(3 * i, 3 * i + 3))
           : this.placed(frame, body, [this.bodies[body].points[corner]])[0];
-      return { body, partner, point, force: times(sum, 1 / (frame - before)) };
+      const normal = Array.from(this.forceNormals.subarray(3 * i, 3 * i + 3));
+      const [friction, force] = [this.frictions[site], times(sum, 1 / (frame - before))];
+      return { site, body, partner, point, normal, friction, force };
     });
   }
 

@@ -1,18 +1,20 @@
 // Surfaces of pieces: triangles with normals and, at each vertex, the distance to the drawn lines.
-// Lines are edges, or two great circles of round shapes.
+// Lines are sharp edges, or two faint great circles of a ball. Meshes and capsules have none.
 
 // Number of segments of a rounded edge, and of a quarter of a ball.
-const ARCS = 6;
-// Cosine of the smallest angle between faces with a visible edge.
-const FLAT = Math.cos((1 * Math.PI) / 180);
-// The same for meshes, which may approximate round shapes.
+const ARCS = 8;
+// Cosine of the smallest angle between faces with a visible edge. Faces with smaller angles
+// approximate a round shape.
 const CREASE = Math.cos((30 * Math.PI) / 180);
 // Distance that stands for no line, larger than any surface.
 const NO_LINE = 1e3;
+// Strength of the great circles of a ball.
+const BALL_LINES = 0.45;
+const NO_LINES = [NO_LINE, NO_LINE];
 
 class Surface {
   constructor() {
-    Object.assign(this, { places: [], normals: [], lines: [] });
+    Object.assign(this, { places: [], normals: [], lines: [], strength: 1 });
   }
 
   // Adds a triangle, oriented to match its normals.
@@ -33,6 +35,7 @@ class Surface {
     made.setAttribute("position", attribute(this.places, 3));
     made.setAttribute("normal", attribute(this.normals, 3));
     made.setAttribute("line", attribute(this.lines.map((x) => x / size), 2));
+    made.setAttribute("strength", attribute(new Array(this.places.length / 3).fill(this.strength), 1));
     return made;
   }
 }
@@ -46,7 +49,7 @@ function arc(from, to, pieces) {
 
 // Surface of a mesh, or of all points within `radius` of a polyhedron. The latter has shifted
 // faces, cylinder segments along edges, and ball segments at corners.
-function hullSurface({ vertices, faces, radius, is_mesh: isMesh }) {
+function hullSurface({ vertices, faces, radius, mesh }) {
   const surface = new Surface();
   const edges = new Map();
   for (const { vertices: face, normal } of faces) {
@@ -59,9 +62,16 @@ function hullSurface({ vertices, faces, radius, is_mesh: isMesh }) {
   }
   const isSharp = (a, b) => {
     const { normals } = edges.get(a < b ? `${a} ${b}` : `${b} ${a}`);
-    return normals.length < 2 || dot(normals[0], normals[1]) < (isMesh ? CREASE : FLAT);
+    return normals.length < 2 || dot(normals[0], normals[1]) < CREASE;
   };
+  const normalAt = smoothNormals(vertices, faces);
   for (const { vertices: face, normal } of faces) {
+    const normals = face.map((vertex) => (radius > 0 ? normal : normalAt(vertex, normal)));
+    if (mesh) {
+      surface.triangle(face.map((vertex) => vertices[vertex]), normals, [NO_LINES, NO_LINES, NO_LINES]);
+      continue;
+    }
+    const centre = unit(normals.reduce(add));
     const corners = face.map((i) => add(vertices[i], times(normal, radius)));
     const middle = times(corners.reduce(add), 1 / corners.length);
     corners.forEach((a, i) => {
@@ -74,21 +84,41 @@ function hullSurface({ vertices, faces, radius, is_mesh: isMesh }) {
         [line, line],
         [line, line],
       ];
-      surface.triangle([middle, a, b], [normal, normal, normal], lines);
+      surface.triangle([middle, a, b], [centre, normals[i], normals[k]], lines);
     });
   }
   if (radius > 0) roundEdges(surface, vertices, [...edges.values()], radius);
   return surface;
 }
 
+// Normals at the vertices of faces: the mean over the faces that are not beyond a crease, weighted
+// by their angles there.
+function smoothNormals(vertices, faces) {
+  const around = vertices.map(() => []);
+  for (const { vertices: face, normal } of faces) {
+    face.forEach((vertex, i) => {
+      const [before, after] = [face.at(i - 1), face[(i + 1) % face.length]].map((other) =>
+        subtract(vertices[other], vertices[vertex]),
+      );
+      const angle = Math.atan2(length(cross(before, after)), dot(before, after));
+      around[vertex].push({ normal, weighted: times(normal, angle) });
+    });
+  }
+  return (vertex, normal) => {
+    const near = around[vertex].filter((other) => dot(other.normal, normal) > CREASE);
+    const sum = near.reduce((all, { weighted }) => add(all, weighted), [0, 0, 0]);
+    const size = length(sum);
+    return size > 1e-12 ? times(sum, 1 / size) : normal;
+  };
+}
+
 function roundEdges(surface, vertices, edges, radius) {
-  const nothing = [NO_LINE, NO_LINE];
   const at = (vertex, normal) => add(vertices[vertex], times(normal, radius));
   const add3 = (spots) =>
     surface.triangle(
       spots.map(([vertex, normal]) => at(vertex, normal)),
       spots.map(([, normal]) => normal),
-      [nothing, nothing, nothing],
+      [NO_LINES, NO_LINES, NO_LINES],
     );
   // Mean normal at each vertex.
   const middles = vertices.map(() => [0, 0, 0]);
@@ -114,11 +144,12 @@ function roundEdges(surface, vertices, edges, radius) {
 }
 
 // Surface of a ball or capsule. Great circles of a ball are normal to the first and third axis of
-// the body. Those of a capsule run along it.
+// the body and show how it rolls.
 function roundSurface({ vertices, radius }) {
   const surface = new Surface();
   const [a, b] = [vertices[0], vertices.at(-1)];
   const isBall = length(subtract(b, a)) === 0;
+  surface.strength = BALL_LINES;
   const axis = isBall ? [0, 1, 0] : unit(subtract(b, a));
   const least = axis.map(Math.abs).indexOf(smallest(axis.map(Math.abs)));
   const u = isBall ? [0, 0, 1] : unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
@@ -135,7 +166,8 @@ function roundSurface({ vertices, radius }) {
     const turn = (2 * Math.PI * k) / around;
     const [x, y] = [Math.cos(angle) * Math.cos(turn), Math.cos(angle) * Math.sin(turn)];
     const normal = add(add(times(u, x), times(v, y)), times(axis, Math.sin(angle)));
-    return [add(centre, times(normal, radius)), normal, [radius * Math.abs(x), radius * Math.abs(y)]];
+    const lines = isBall ? [radius * Math.abs(x), radius * Math.abs(y)] : NO_LINES;
+    return [add(centre, times(normal, radius)), normal, lines];
   };
   const put = (spots) => surface.triangle(...[0, 1, 2].map((part) => spots.map((one) => one[part])));
   for (let level = 0; level + 1 < levels.length; level += 1) {
@@ -149,7 +181,7 @@ function roundSurface({ vertices, radius }) {
 }
 
 // Unit ball and box, 2 m across, which are scaled to all others.
-const UNIT_BALL = { vertices: [[0, 0, 0]], faces: [], radius: 1, is_mesh: false };
+const UNIT_BALL = { vertices: [[0, 0, 0]], faces: [], radius: 1 };
 const UNIT_BOX = {
   vertices: [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [1, 2, 4].map((bit) => (i & bit ? 1 : -1))),
   faces: [
@@ -161,7 +193,6 @@ const UNIT_BOX = {
     { vertices: [0, 2, 3, 1], normal: [0, 0, -1] },
   ],
   radius: 0,
-  is_mesh: false,
 };
 // Tolerance for the corners of a scaled box.
 const SAME_CORNER = 1e-6;
@@ -169,9 +200,9 @@ const SAME_CORNER = 1e-6;
 // A piece as a `shape` that is scaled along each axis and moved to `middle`. Balls and axis-aligned
 // boxes use the unit shapes. Other pieces are unscaled.
 function stretched(piece) {
-  const { vertices, faces, radius, is_mesh: isMesh } = piece;
+  const { vertices, faces, radius, mesh } = piece;
   const asItIs = { shape: piece, middle: [0, 0, 0], stretch: [1, 1, 1] };
-  if (isMesh) return asItIs;
+  if (mesh) return asItIs;
   if (vertices.length === 1 && faces.length === 0) {
     return { shape: UNIT_BALL, middle: vertices[0], stretch: [radius, radius, radius] };
   }

@@ -1,65 +1,68 @@
 // Bodies and fixed objects in three.js. Each distinct shape is one instanced mesh. All boxes share
 // one shape, and all balls another.
 
-// Line width on surfaces (pixels), for normal and for chosen bodies.
-const LINE_WIDTHS = [1.1, 2.4];
+// Line width on surfaces (pixels), and brightness of lines over that of the surface.
+const LINE_WIDTH = 1.1;
+const LINE_SHADE = 0.62;
+const ROUGHNESS = 0.58;
 
-// Material of lit surfaces with lines.
-function surfaceMaterial(alpha) {
-  const material = new THREE.MeshLambertMaterial({ transparent: alpha < 1, opacity: alpha });
-  material.userData = {
-    edge: { value: new THREE.Color() },
-    chosenEdge: { value: new THREE.Color() },
-    ratio: { value: 1 },
-  };
+// Physically based material with lines.
+function surfaceMaterial(alpha, ambience) {
+  const material = new THREE.MeshStandardMaterial({
+    transparent: alpha < 1,
+    opacity: alpha,
+    roughness: ROUGHNESS,
+    metalness: 0,
+    // Visual meshes may be open.
+    side: THREE.DoubleSide,
+    shadowSide: THREE.DoubleSide,
+  });
+  material.userData = { ratio: { value: 1 }, ...ambience.uniforms };
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, material.userData);
     shader.vertexShader = `
       attribute vec2 line;
-      attribute float chosen;
+      attribute float strength;
       varying vec2 vLine;
-      varying float vChosen;
-      ${shader.vertexShader}`.replace(
-      "#include <begin_vertex>",
-      "#include <begin_vertex>\n vLine = line; vChosen = chosen;",
-    );
+      varying float vStrength;
+      ${shader.vertexShader}`.replace("#include <begin_vertex>", "#include <begin_vertex>\n vLine = line; vStrength = strength;");
     shader.fragmentShader = `
-      uniform vec3 edge;
-      uniform vec3 chosenEdge;
       uniform float ratio;
       varying vec2 vLine;
-      varying float vChosen;
-      ${shader.fragmentShader}`.replace(
-      "#include <opaque_fragment>",
-      `#include <opaque_fragment>
-      vec2 pixel = max(fwidth(vLine), vec2(1e-9));
-      // Of what is a few pixels large, lines would leave nothing.
-      vec2 most = mix(0.06, 0.15, vChosen) / pixel;
-      vec2 wide = min(vec2(ratio * mix(${LINE_WIDTHS[0]}, ${LINE_WIDTHS[1]}, vChosen)), most);
-      vec2 off = vLine / pixel - wide;
-      vec2 share = clamp(0.5 - off, 0.0, 1.0) * min(vec2(1.0), wide);
-      // Of a chosen body that is round the outline is a line too.
-      float grazing = 1.0 - abs(dot(normal, normalize(vViewPosition)));
-      float rim = vChosen * smoothstep(0.55, 0.8, grazing);
-      float lined = max(rim, max(share.x, share.y));
-      gl_FragColor.rgb = mix(gl_FragColor.rgb, mix(edge, chosenEdge, vChosen), lined);`,
-    );
+      varying float vStrength;
+      ${AMBIENCE}
+      ${shader.fragmentShader}`
+      .replace(
+        "#include <aomap_fragment>",
+        `float share = ambientShare();
+        reflectedLight.indirectDiffuse *= share;
+        reflectedLight.directDiffuse *= mix(1.0, share, 0.4);`,
+      )
+      .replace(
+        "#include <opaque_fragment>",
+        `#include <opaque_fragment>
+        vec2 pixel = max(fwidth(vLine), vec2(1e-9));
+        // Lines do not cover small bodies.
+        vec2 wide = min(vec2(ratio * ${LINE_WIDTH}), 0.06 / pixel);
+        vec2 lined = clamp(0.5 - vLine / pixel + wide, 0.0, 1.0) * min(vec2(1.0), wide);
+        gl_FragColor.rgb *= mix(1.0, ${LINE_SHADE * LINE_SHADE}, vStrength * max(lined.x, lined.y));`,
+      );
   };
   return material;
 }
 
 // Pieces of many `things`.
 class Solids {
-  constructor(things, alpha) {
-    this.material = surfaceMaterial(alpha);
+  constructor(things, alpha, ambience) {
+    this.material = surfaceMaterial(alpha, ambience);
     const shapes = new Map();
     things.forEach(({ pieces }, thing) => {
       for (const piece of pieces) {
         const { shape, middle, stretch } = stretched(piece);
-        const name = JSON.stringify(shape);
+        const name = JSON.stringify(shape.mesh ?? shape);
         if (!shapes.has(name)) shapes.set(name, { shape, owners: [], forms: [] });
         shapes.get(name).owners.push(thing);
-        shapes.get(name).forms.push({ middle, stretch });
+        shapes.get(name).forms.push({ middle, stretch, colour: piece.colour });
       }
     });
     this.meshes = [...shapes.values()].map(({ shape, owners, forms }) => {
@@ -73,19 +76,18 @@ class Solids {
     });
   }
 
-  // Sets colours and the selection.
+  // Sets colours and the selection. Pieces may have colours of their own.
   paint(hue, isChosen) {
     const colour = new THREE.Color();
     for (const mesh of this.meshes) {
-      mesh.userData.owners.forEach((thing, i) => {
-        mesh.setColorAt(i, colour.set(hue(thing)));
-        mesh.userData.chosen.setX(i, Number(isChosen(thing)));
+      const { owners, forms, chosen } = mesh.userData;
+      owners.forEach((thing, i) => {
+        mesh.setColorAt(i, colour.set(forms[i].colour ?? hue(thing)));
+        chosen.setX(i, Number(isChosen(thing)));
       });
       mesh.instanceColor.needsUpdate = true;
-      mesh.userData.chosen.needsUpdate = true;
+      chosen.needsUpdate = true;
     }
-    this.material.userData.edge.value.set(colours.edge);
-    this.material.userData.chosenEdge.value.set(colours.chosen);
   }
 
   // Sets the poses: place and attitude (q_w, q_x, q_y, q_z), or null for hidden things.

@@ -1,17 +1,14 @@
 // View of one or two runs in three.js: ground, shadows, bodies, forces and trails.
 
-const SHADOW_PIXELS = 2048;
 // Maximum device pixel ratio. Higher ratios cost time without visible benefit.
 const MOST_PIXELS = 2;
 // Depth offset of dots on surfaces, over the size of the smallest body.
 const LIFT = 0.08;
-const FRAME_COLOURS = ["#e0433a", "#2f9e44", "#2f6fe0"];
+const FRAME_COLOURS = ["#d9534f", "#3f9e5b", "#4a7fd0"];
 // Length of the axes of a body's frame, over its size.
 const ARM = 1.15;
 // Half length of a joint axis, over the size of its body.
-const JOINT_ARM = 0.3;
-// Maximum number of names shown.
-const MOST_NAMES = 150;
+const JOINT_ARM = 0.22;
 
 // Origin of all coordinates, since the graphics card has single precision.
 const BASE = runs[0].origin;
@@ -26,14 +23,16 @@ class Stage {
     this.members = members;
     this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": label });
     this.caption = element("figcaption");
-    this.names = element("div", { class: "names", "aria-hidden": "true" });
+    this.labels = new Labels();
     this.compass = new Compass();
     this.figure = element("figure", { class: "stage" });
-    if (hasGraphics) this.figure.append(this.canvas, this.names, this.compass.picture, this.caption);
+    if (hasGraphics) this.figure.append(this.canvas, this.labels.place, this.compass.picture, this.caption);
     else {
       this.figure.append(...members.map(stillOf), this.caption);
       this.figure.classList.add("plain");
     }
+    this.time = element("span", { class: "time" });
+    this.caption.append(this.time);
     if (isPair) {
       for (const run of members) {
         const key = element("span", { class: "key" }, run.name);
@@ -79,33 +78,47 @@ class Stage {
     this.scene = new THREE.Scene();
     this.eye = new THREE.PerspectiveCamera();
     this.eye.up.set(...UP);
-    this.sun = new THREE.DirectionalLight("#ffffff", 2.0);
-    this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
-    this.sun.shadow.radius = 2.5;
-    this.sky = new THREE.HemisphereLight("#ffffff", "#a9b2be", 1.9);
-    this.sky.position.set(...UP);
-    this.scene.add(this.sun, this.sun.target, this.sky);
-    this.floor = grounds[this.members[0].index] && new Floor(grounds[this.members[0].index]);
-    if (this.floor) this.scene.add(...this.floor.parts);
+    this.light = new Light(this.scene);
+    const reaches = this.members.flatMap((run) => run.reaches).sort((a, b) => a - b);
+    this.ambience = new Ambience(reaches[reaches.length >> 1]);
+    this.outline = new Outline();
+    const ground = grounds[this.members[0].index];
+    this.floor = ground && new Floor(ground, this.ambience);
+    if (this.floor) {
+      this.scene.add(this.floor.plane);
+      this.ambience.add(this.floor.plane);
+    }
+    this.prepareActors();
+    this.prepareOverlays();
+  }
+
+  // Bodies, fixed objects and trails of each run.
+  prepareActors() {
     const alpha = this.members.length > 1 ? 0.6 : 1;
     this.actors = this.members.map((run) => {
       const { fixed } = run.data;
       const actor = {
         run,
-        bodies: new Solids(run.bodies, alpha),
-        fixed: new Solids(fixed, 1),
-        faded: new Solids(fixed, 0.22),
+        bodies: new Solids(run.bodies, alpha, this.ambience),
+        fixed: new Solids(fixed, 1, this.ambience),
+        faded: new Solids(fixed, 0.22, this.ambience),
+        bones: run.bodies.map((_, body) => run.data.bones.filter((bone) => bone.body === body)),
+        joints: run.bodies.map((_, body) => run.data.joints.filter((joint) => joint.body === body)),
         behind: new Lines(),
         ahead: new Lines(),
+        rods: new Lines(),
       };
       actor.faded.material.depthWrite = false;
       for (const mesh of actor.faded.meshes) mesh.castShadow = false;
+      for (const mesh of [...actor.bodies.meshes, ...actor.fixed.meshes]) this.ambience.add(mesh);
+      for (const mesh of actor.bodies.meshes) this.outline.add(mesh);
       const solids = [actor.bodies, actor.fixed, actor.faded].flatMap(({ meshes }) => meshes);
-      for (const mesh of solids) this.scene.add(mesh);
-      this.scene.add(actor.behind, actor.ahead);
+      this.scene.add(...solids, actor.behind, actor.ahead, actor.rods);
       return actor;
     });
+  }
+
+  prepareOverlays() {
     const clouds = this.members.some((run) => run.bodies.some(({ pieces }) => pieces.length === 0));
     this.points = clouds ? new Dots() : null;
     this.arms = clouds ? new Lines() : null;
@@ -113,6 +126,8 @@ class Stage {
     // Hidden overlays are faint.
     this.arrows = { hidden: [new Arrows()], seen: [new Arrows(), new Arrows()] };
     this.contacts = { hidden: new Dots().through(), seen: new Dots().through() };
+    this.cones = new Cones();
+    this.fading = this.members.map(() => new FadingForces());
     this.frames = FRAME_COLOURS.map(() => new Lines().through());
     this.joints = { axes: new Lines().through(), anchors: new Dots().through() };
     const { arrows, contacts, frames } = this;
@@ -122,31 +137,37 @@ class Stage {
       overlay.renderOrder = 10 + i;
       this.scene.add(overlay);
     });
+    this.scene.add(this.cones.group);
   }
 
   // Sets the colours of the page and of the bodies.
   recolour(show) {
-    const chosen = new Set(isCrowd ? show.chosen : []);
-    this.renderer.setClearColor(colours.sky);
+    const chosen = new Set(show.chosen);
     this.floor?.recolour();
-    for (const { run, bodies, fixed, faded, behind, ahead } of this.actors) {
+    this.outline.recolour();
+    this.cones.recolour();
+    for (const { run, bodies, fixed, faded, behind, ahead, rods } of this.actors) {
       bodies.paint((body) => hueOf(run, body), (body) => chosen.has(body));
-      for (const part of [fixed, faded]) part.paint(() => HUES[STILL_HUE], () => false);
+      for (const part of [fixed, faded]) part.paint(() => colours.still, () => false);
       const colour = isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail;
       behind.look({ colour, width: 1.8 });
       ahead.look({ colour, width: 1.3, alpha: 0.6 });
+      rods.look({ colour: colours.faint, width: 3 });
     }
-    this.points?.look({ colour: colours.edge, rim: colours.edge, width: 7 });
+    this.points?.look({ colour: colours.joint, rim: colours.joint, width: 7 });
     this.arms?.look({ colour: colours.faint, width: 2 });
     const [seam, seen] = this.arrows.seen;
-    this.arrows.hidden[0].look({ colour: colours.force, width: 2.8, alpha: 0.5 });
-    seam.look({ colour: colours.seam, width: 2.8, seam: 1.1 });
-    seen.look({ colour: colours.force, width: 2.8 });
-    const ring = { colour: colours.sky, rim: colours.force, width: 8 };
+    // Arrows of many bodies are thinner.
+    const count = this.members.reduce((sum, run) => sum + run.bodies.length, 0);
+    const width = 2.6 - 0.17 * Math.log2(count);
+    this.arrows.hidden[0].look({ colour: colours.force, width, alpha: 0.25 });
+    seam.look({ colour: colours.seam, width, seam: 1, alpha: 0.75 });
+    seen.look({ colour: colours.force, width });
+    const ring = { colour: colours.seam, rim: colours.force, width: 8 };
     this.contacts.hidden.look({ ...ring, alpha: 0.3 });
     this.contacts.seen.look(ring);
-    this.joints.axes.look({ colour: colours.edge, width: 2.4 });
-    this.joints.anchors.look({ colour: colours.sky, rim: colours.edge, width: 9 });
+    this.joints.axes.look({ colour: colours.joint, width: 2 });
+    this.joints.anchors.look({ colour: colours.seam, rim: colours.joint, width: 7 });
     this.frames.forEach((lines, axis) => lines.look({ colour: FRAME_COLOURS[axis], width: 2.2 }));
     this.isStale = false;
   }
@@ -155,16 +176,36 @@ class Stage {
   // step visible in any frame. `detail` is one of DETAILS.
   paint(camera, time, before, show, detail) {
     put(this.remark, this.remarks(time, show));
+    put(this.time, `t = ${clock(time)} s`);
     const [width, height] = this.size;
     if (!hasGraphics || width === 0 || height === 0) return;
     if (!this.renderer) this.prepare();
     if (this.isStale) this.recolour(show);
     this.resize(width, height, detail);
     this.aim(camera, time, show, width, height);
-    const forces = { hidden: [], seen: [] };
-    const touched = { hidden: [], seen: [] };
     const occluders = new Occluders();
-    const eye = this.eye.position.toArray();
+    const drawn = this.paintBodies(time, show, occluders);
+    this.paintForces(time, before, show, occluders);
+    this.light.castShadows(drawn, this.floor);
+    const isAbove = this.floor?.look(this.eye.position.toArray()) ?? true;
+    this.light.sun.castShadow = isAbove && detail.shadows;
+    this.render(show, isAbove && detail.ambience);
+    this.compass.turn(camera);
+    this.write(time, show);
+  }
+
+  render(show, hasAmbience) {
+    const { renderer, eye } = this;
+    const { width, height } = this.canvas;
+    if (hasAmbience) this.ambience.render(renderer, eye, width, height);
+    else this.ambience.skip();
+    renderer.setClearColor(colours.sky, 1);
+    renderer.render(this.scene, eye);
+    if (show.chosen.length > 0) this.outline.render(renderer, eye, width, height, this.ratio);
+  }
+
+  // Places bodies, fixed objects, trails and joints. Returns what casts shadows.
+  paintBodies(time, show, occluders) {
     const framed = FRAME_COLOURS.map(() => []);
     const drawn = [];
     const cloud = { dots: [], arms: [] };
@@ -172,6 +213,7 @@ class Stage {
     for (const actor of this.actors) {
       const { run } = actor;
       const frame = run.frame(time);
+      const rods = [];
       const poses = run.bodies.map((_, body) => {
         const place = local(run.position(frame, body));
         const attitude = run.attitude(frame, body);
@@ -184,54 +226,63 @@ class Stage {
         occluders.add(run.bodies[body].pieces, pose);
         if (run.bodies[body].pieces.length === 0) addCloud(cloud, run.bodies[body].points, pose);
         if (show.frames) addFrame(framed, pose, ARM * run.reaches[body]);
-        const joints = show.joints ? run.data.joints.filter((joint) => joint.body === body) : [];
-        addJoints(tied, joints, pose, JOINT_ARM * run.reaches[body]);
+        addBones(rods, actor.bones[body], pose);
+        if (show.joints) addJoints(tied, actor.joints[body], pose, JOINT_ARM * run.reaches[body]);
       });
+      actor.rods.set(rods);
       this.placeFixed(actor, show, occluders);
       const [behind, ahead] = [[], []];
-      if (show.trail) {
-        for (const body of show.chosen) {
-          const here = local(run.position(frame, body));
-          splitTrail(trailOf(run, body, BASE), frame, here, behind, ahead);
-        }
+      for (const body of show.trail ? tracked() : []) {
+        const here = local(run.position(frame, body));
+        splitTrail(trailOf(run, body, BASE), frame, here, behind, ahead);
       }
       actor.behind.set(behind);
       actor.ahead.set(ahead);
     }
-    if (show.forces || show.contacts) {
-      for (const { run } of this.actors) {
-        const frame = run.frame(time);
-        const since = Math.min(run.frame(before), frame - 1);
-        for (const one of shownForces(run, frame, since, show)) {
-          const at = local(one.point);
-          const isHidden = occluders.hides(eye, at, run.reaches[one.body]);
-          const among = isHidden ? "hidden" : "seen";
-          touched[among].push(...at);
-          if (show.forces) addArrows(run, one, at, forces[among]);
-        }
-      }
-    }
     this.points?.set(cloud.dots);
     this.arms?.set(cloud.arms);
+    this.frames.forEach((lines, axis) => lines.set(framed[axis]));
+    this.joints.anchors.set(tied.anchors);
+    this.joints.axes.set(tied.axes);
+    return drawn;
+  }
+
+  // Sets arrows, contact points and friction cones.
+  paintForces(time, before, show, occluders) {
+    const forces = { hidden: [], seen: [] };
+    const touched = { hidden: [], seen: [] };
+    const cones = [];
+    const eye = this.eye.position.toArray();
+    const isWanted = show.forces || show.contacts || show.cones;
+    this.actors.forEach(({ run }, i) => {
+      if (!isWanted) return;
+      const frame = run.frame(time);
+      const since = Math.min(run.frame(before), frame - 1);
+      const found = shownForces(run, frame, since, show);
+      if (!isPlaying) this.fading[i].clear();
+      const fading = this.fading[i].update(found, performance.now() / 1000);
+      for (const one of isPlaying ? fading : found) {
+        const at = local(one.point);
+        const isHidden = occluders.hides(eye, at, run.reaches[one.body]);
+        const among = isHidden ? "hidden" : "seen";
+        if (show.forces) addArrows(run, one, at, one.share ?? 1, forces[among]);
+        if ((one.share ?? 1) < 1) continue;
+        touched[among].push(...at);
+        if (show.cones) cones.push(coneOf(run, one, at));
+      }
+    });
     for (const among of ["hidden", "seen"]) {
       for (const overlay of this.arrows[among]) overlay.set(forces[among]);
       this.contacts[among].set(show.contacts ? touched[among] : []);
     }
-    this.frames.forEach((lines, axis) => lines.set(framed[axis]));
-    this.joints.anchors.set(tied.anchors);
-    this.joints.axes.set(tied.axes);
-    this.castShadows(drawn);
-    const isAbove = this.floor?.look(eye) ?? true;
-    this.sun.castShadow = isAbove && detail.shadows;
-    this.renderer.render(this.scene, this.eye);
-    this.compass.turn(camera);
-    this.write(time, show);
+    this.cones.set(cones);
   }
 
   resize(width, height, { share }) {
     const ratio = share * Math.min(MOST_PIXELS, window.devicePixelRatio || 1);
     if (this.drawnSize === `${width} ${height} ${ratio}`) return;
     this.drawnSize = `${width} ${height} ${ratio}`;
+    this.ratio = ratio;
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
     for (const { bodies, fixed, faded } of this.actors) {
@@ -281,54 +332,26 @@ class Stage {
     faded.place(poses("faded"));
   }
 
-  // Fits the shadow map to a ball around all bodies. Its position and size change in steps, which
-  // prevents flicker.
-  castShadows(drawn) {
-    if (drawn.length === 0) return;
-    const middle = times(drawn.map(({ place }) => place).reduce(add), 1 / drawn.length);
-    const reach = largest(drawn.map(({ place, reach }) => length(subtract(place, middle)) + reach));
-    const size = 1.2 ** Math.ceil(Math.log(Math.max(reach, 1e-9)) / Math.log(1.2));
-    const texel = (2 * size) / SHADOW_PIXELS;
-    const across = unit(cross(LIGHT, [0, 1, 0]));
-    const axes = [across, cross(LIGHT, across), LIGHT];
-    const snapped = axes.map((axis, k) =>
-      times(axis, k < 2 ? Math.round(dot(axis, middle) / texel) * texel : dot(axis, middle)),
-    );
-    const target = snapped.reduce(add);
-    const height = this.floor ? Math.abs(this.floor.ground.height(add(target, BASE))) : 0;
-    this.sun.target.position.set(...target);
-    this.sun.position.set(...add(target, times(LIGHT, 2 * size)));
-    const { shadow } = this.sun;
-    Object.assign(shadow.camera, { left: -size, right: size, bottom: -size, top: size });
-    Object.assign(shadow.camera, { near: 0.5 * size, far: 4 * size + 3 * height });
-    shadow.camera.updateProjectionMatrix();
-    shadow.normalBias = 1.5 * texel;
-    shadow.bias = -(2 * texel) / shadow.camera.far;
-  }
-
-  // Writes names at the chosen bodies, or at all.
+  // Writes names at the chosen bodies and at those with labels, or at all.
   write(time, show) {
     const [run] = this.members;
-    const shown = !isCrowd
-      ? []
-      : show.names
-        ? run.bodies.map((_, body) => body).slice(0, MOST_NAMES)
-        : show.chosen;
-    while (this.names.children.length < shown.length) this.names.append(element("span"));
-    while (this.names.children.length > shown.length) this.names.lastChild.remove();
+    const frame = run.frame(time);
+    const isNamed = (body) =>
+      (isCrowd && (show.names || show.chosen.includes(body))) || run.bodies[body].is_labelled;
     const [width, height] = this.size;
-    shown.forEach((body, i) => {
-      const label = this.names.children[i];
-      const place = local(run.position(run.frame(time), body));
+    const named = run.bodies.map((_, body) => body).filter(isNamed).slice(0, MOST_NAMES);
+    const names = named.map((body) => {
+      const place = local(run.position(frame, body));
       const spot = new THREE.Vector3(...place).project(this.eye);
-      label.hidden = !isFinitePoint(place) || Math.abs(spot.z) > 1;
-      put(label, run.bodies[body].name);
-      label.classList.toggle("chosen", show.chosen.includes(body));
       // Above the body in the picture.
-      const top = new THREE.Vector3(...add(place, times(this.upward, run.reaches[body]))).project(this.eye);
+      const above = add(place, times(this.upward, run.reaches[body]));
+      const top = new THREE.Vector3(...above).project(this.eye);
       const [x, y] = [0.5 * (1 + spot.x) * width, 0.5 * (1 - top.y) * height];
-      label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -100%)`;
+      const isChosen = show.chosen.includes(body);
+      return { body, text: run.bodies[body].name, isChosen, x, y, distance: spot.z };
     });
+    const isSeen = ({ x, y, distance }) => isFinitePoint([x, y, distance]) && Math.abs(distance) <= 1;
+    this.labels.show(names.filter(isSeen), [width, height]);
   }
 
   // Index of the body at a picture position; −1 if there is none.
@@ -346,16 +369,20 @@ class Stage {
   }
 }
 
-// Centre of the chosen bodies of some runs.
+// Centre of the chosen bodies of some runs, or of all bodies if none is chosen.
 function middleOf(members, time, chosen) {
-  const all = members.flatMap((run) =>
-    chosen.map((body) => run.position(run.frame(time), body)).filter(isFinitePoint),
-  );
+  const all = members.flatMap((run) => {
+    const bodies = chosen.length > 0 ? chosen : run.bodies.map((_, body) => body);
+    return bodies.map((body) => run.position(run.frame(time), body)).filter(isFinitePoint);
+  });
   return times(all.reduce(add, [0, 0, 0]), 1 / all.length);
 }
 
 // Largest distance of the scene from a point.
-const inScene = [BASE].concat(places, feet);
+const rims = grounds.filter(Boolean).flatMap(({ axes, middle, radius }) =>
+  [-radius, radius].flatMap((x) => [-radius, radius].map((y) => add(middle, add(times(axes[0], x), times(axes[1], y))))),
+);
+const inScene = [BASE].concat(places, rims);
 const bounds = [0, 1, 2].map((axis) => extremes(inScene.map((point) => point[axis])));
 const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => bounds.map((ends, axis) => ends[(i >> axis) & 1]));
 const farthest = (from) => largest(corners.map((corner) => length(subtract(corner, from))));
