@@ -78,7 +78,7 @@ pub mod rollout;
 
 #[cfg(feature = "ipopt")]
 pub mod ipopt;
-#[cfg(feature = "ipopt")]
+#[cfg(feature = "program")]
 pub mod solver;
 #[cfg(feature = "program")]
 pub mod sparsity;

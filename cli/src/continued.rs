@@ -104,7 +104,7 @@ impl<'a> Continued<'a> {
                 &format!("it is at k = {k}, before the start of its run at k = {start}"),
             )
         })?;
-        if let Some(rows) = args.steps {
+        if let Some(rows) = args.setup.scene.steps {
             // Every whole step has one row, also with substeps.
             scene.rows = (rows - 1).saturating_mul(run.substeps).saturating_add(1);
         }
@@ -120,7 +120,7 @@ impl<'a> Continued<'a> {
         if run.outcome != UNFINISHED {
             check_rows(&RunWriter::first_file(&scene, &kept, directory), run, &saved)?;
         }
-        Ok((on_threads(args, scene)?, Self { directory, file, saved, notes, kept }))
+        Ok((on_threads(&args.setup, scene)?, Self { directory, file, saved, notes, kept }))
     }
 
     /// Restores the end of the run in the simulation of `scene`.

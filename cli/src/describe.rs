@@ -2,6 +2,7 @@
 
 use super::run::{RunOutcome, RunResults};
 use super::scene::Scene;
+use anstyle::{AnsiColor, Style};
 use std::fmt::Write as _;
 use tumble_core::contact::Partner;
 use tumble_core::simulation::Squeeze;
@@ -102,7 +103,11 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
             let _ = write!(text, ", {status} {count}");
         }
     }
-    let _ = writeln!(text, "\n  failed       {}", summary.failed);
+    let style = match summary.failed {
+        0 => Style::new(),
+        _ => AnsiColor::Red.on_default().bold(),
+    };
+    let _ = writeln!(text, "\n  failed       {style}{}{style:#}", summary.failed);
     if summary.substepped > 0 {
         text += "    substepped steps were solved in 2 to 64 shorter steps each\n";
     }
@@ -132,7 +137,7 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 /// Joints that are too stiff for the time step, with a sufficient step.
-fn too_stiff(scene: &Scene, run: &RunResults) -> String {
+pub fn too_stiff(scene: &Scene, run: &RunResults) -> String {
     /// Number of joints listed by name; more are only counted.
     const MOST_NAMED: usize = 4;
     /// Largest value of the flag, and shortest time step of a world, s.
@@ -203,7 +208,7 @@ fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
 }
 
 /// Largest and median residual, and the requested one.
-fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
+pub fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
     let Some((index, residual, part)) = &summary.worst else {
         return String::new();
     };

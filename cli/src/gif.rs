@@ -1,6 +1,6 @@
 //! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
 
-use super::args::{AnimationArgs, GifArgs, SimulateArgs};
+use super::args::{AnimationArgs, GifArgs, PictureArgs};
 use super::directory::OutputDirectory;
 use super::file_names::ANIMATION;
 use super::film::film;
@@ -60,7 +60,7 @@ fn target(args: &GifArgs) -> Result<(&Path, &str), Failure> {
 }
 
 /// Refuses options and sizes before a simulation of `rows` rows, instead of after it.
-pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
+pub fn check(args: &PictureArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     let animation = &args.animation;
     if !args.gif {
         let flags = [

@@ -3,6 +3,8 @@
 use super::directory::OutputDirectory;
 use super::file_names::{RANDOM, TEMPORARY};
 use super::outcome::{Failure, Outcome};
+use anstream::AutoStream;
+use anstyle::AnsiColor;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -104,12 +106,13 @@ fn cannot_write(path: &Path, error: &io::Error) -> Failure {
 /// Reports a failure on standard error when the command continues.
 pub fn complain(failure: &Failure) {
     // Standard error may be closed.
-    let _ = writeln!(io::stderr(), "tumble: {failure}");
+    let style = AnsiColor::Red.on_default().bold();
+    let _ = writeln!(AutoStream::auto(io::stderr()), "{style}error{style:#}: {failure}");
 }
 
-/// Prints `text` to standard output.
+/// Prints `text` to standard output, with its colours if that is a terminal that shows them.
 pub fn say(text: &str) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
+    let mut stdout = AutoStream::auto(io::stdout().lock());
     stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())

@@ -14,23 +14,23 @@ use std::sync::atomic::AtomicBool;
 /// Refuses options and sizes before a simulation of `rows` rows, instead of after it.
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     for (flag, asked, picture, most) in [
-        ("--gif", args.gif, "an animation", gif::MOST_ROWS),
-        ("--plot", args.plot, "a plot", plot::MOST_ROWS),
-        ("--html", args.html, "a page", view::MOST_ROWS),
+        ("--gif", args.pictures.gif, "an animation", gif::MOST_ROWS),
+        ("--plot", args.pictures.plot, "a plot", plot::MOST_ROWS),
+        ("--html", args.pictures.html, "a page", view::MOST_ROWS),
     ] {
         if asked && rows > most as u64 {
             let why = format!("{flag}: {picture} can have at most {most} rows");
             return Err(Failure::Input(why));
         }
     }
-    gif::check(args, rows, time_step)
+    gif::check(&args.pictures, rows, time_step)
 }
 
 /// Names of the pictures of a simulation.
 pub fn names(args: &SimulateArgs) -> impl Iterator<Item = String> {
-    let plots = PLOTS.into_iter().filter(|_| args.plot);
-    let page = args.html.then_some(VIEW);
-    plots.chain(page).chain(args.gif.then_some(ANIMATION)).map(str::to_owned)
+    let plots = PLOTS.into_iter().filter(|_| args.pictures.plot);
+    let page = args.pictures.html.then_some(VIEW);
+    plots.chain(page).chain(args.pictures.gif.then_some(ANIMATION)).map(str::to_owned)
 }
 
 /// Pictures of a run that are still to be drawn.
@@ -43,8 +43,8 @@ impl Pictures {
     /// Opens the files, so that obstacles are found before the work.
     pub fn create(args: &SimulateArgs, out: &OutputDirectory) -> Result<Self, Failure> {
         Ok(Self {
-            plots: args.plot.then(|| PendingPlots::create(out)).transpose()?,
-            page: args.html.then(|| view::pending(out)).transpose()?,
+            plots: args.pictures.plot.then(|| PendingPlots::create(out)).transpose()?,
+            page: args.pictures.html.then(|| view::pending(out)).transpose()?,
         })
     }
 
@@ -72,7 +72,8 @@ impl Pictures {
             voice.say(&written);
         }
         if let Some((args, out)) = animated {
-            let made = gif::write(&film, out, ANIMATION, &args.animation, voice, interrupt)?;
+            let made =
+                gif::write(&film, out, ANIMATION, &args.pictures.animation, voice, interrupt)?;
             return Ok(!matches!(made, Outcome::Interrupted));
         }
         Ok(true)

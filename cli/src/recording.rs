@@ -9,7 +9,7 @@ use super::scene::of_physics;
 use super::table_file::TableSource;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
-use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
+use tumble::solver::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL};
 use tumble::step_nlp::StepNlp;
 use tumble_core::contact::Detection;
 use tumble_core::joint::Knots;
@@ -261,7 +261,7 @@ impl<'a> Recording<'a> {
     /// is the largest limit of all solvers.
     pub fn accepted(&self) -> Result<f64, Failure> {
         let Some(run) = &self.run else {
-            return Ok(ipopt::ACCEPTED_RESIDUAL * self.world.speed_scale());
+            return Ok(ACCEPTED_RESIDUAL * self.world.speed_scale());
         };
         promised(&run.solver, &self.world).map_err(|why| {
             let run_path = self.path.with_file_name("run.json");
@@ -438,7 +438,7 @@ fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
         "native" => native::ACCEPTED_RESIDUAL,
         "rk4" => 0.0,
         "ipopt" if ladder() || StepNlp::unsuitable(world).is_some() => LADDER_RESIDUAL,
-        "ipopt" => ipopt::ACCEPTED_RESIDUAL,
+        "ipopt" => ACCEPTED_RESIDUAL,
         other => {
             return Err(format!(
                 "solver.name: {} is not a solver of tumble; for it, solver.accepted_residual_m_s \

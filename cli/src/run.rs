@@ -16,6 +16,7 @@ use tumble_core::error::Error;
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::{StepSolution, StepStatus};
+use tumble_core::world::World;
 use tumble_scene::choices::OnFailure;
 use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::run_file::RunEnd;
@@ -66,6 +67,22 @@ impl RunResults {
         let taut = Taut::default();
         let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
         Self { end: RunOutcome::Complete, summary, elapsed, overlap: None, joints, taut }
+    }
+
+    /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
+    pub fn add(&mut self, scene: &Scene, world: &mut World, record: &StepRecord) {
+        self.summary.add(record);
+        if self.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
+            self.overlap = Some((record.index, record.overlap));
+        }
+        if let Some(joints) = &mut self.joints {
+            world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
+            joints.add_errors(world, &record.solution.states);
+            joints.add_residual(record.certificate.joint, record.certificate.joint_law);
+            joints.add_stiffness(record.stiffness);
+            let StepSolution { joints, gears, .. } = &record.solution;
+            self.taut.add(world, &record.states, joints, gears, record.stiffness);
+        }
     }
 
     /// Results for run.json.
@@ -122,20 +139,9 @@ pub fn run(
             }
             run.elapsed += clock.elapsed();
             for record in page.filled() {
-                run.summary.add(record);
-                if run.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
-                    run.overlap = Some((record.index, record.overlap));
-                }
+                run.add(scene, &mut world, record);
                 if let Some(exported) = &mut exported {
                     exported.write(&scene.world, record)?;
-                }
-                if let Some(joints) = &mut run.joints {
-                    world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
-                    joints.add_errors(&world, &record.solution.states);
-                    joints.add_residual(record.certificate.joint, record.certificate.joint_law);
-                    joints.add_stiffness(record.stiffness);
-                    let StepSolution { joints, gears, .. } = &record.solution;
-                    run.taut.add(&world, &record.states, joints, gears, record.stiffness);
                 }
             }
             bar.inc(page.count as u64);
@@ -159,7 +165,7 @@ pub fn run(
 }
 
 /// Takes one step, unless the run ends before it.
-fn advance(
+pub fn advance(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
     interrupt: &AtomicBool,

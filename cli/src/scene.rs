@@ -1,36 +1,36 @@
 //! Scene from the arguments of a simulation.
 
-use super::args::{PhysicsArgs, SimulateArgs};
+use super::args::{PhysicsArgs, SetupArgs};
 use super::outcome::{Failure, refuse_flags};
 use super::{input, scenario};
 use tumble_model::names::FileKind;
-use tumble_scene::choices::{BodyShape, SceneName, SolverName};
+use tumble_scene::choices::{BodyShape, SceneName};
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, polyline};
-use tumble_scene::solver_choice::SolverChoice;
+use tumble_scene::solver_choice::{SolverChoice, TUTORIAL_SOLVER};
 
 /// Number of contact points above which Ipopt needs more than 10 ms per iteration
 /// (docs/ipopt-path.md).
 const MANY_POINTS: usize = 100;
 
 /// Creates and checks the scene.
-pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
+pub fn of_args(args: &SetupArgs) -> Result<Scene, Failure> {
     let flags = of_flags(args)?;
-    let scene = match &args.scenario {
+    let scene = match args.scene.path() {
         None => {
-            let name = args.scene.unwrap_or(SceneName::Drop);
-            Scene::of_tutorial(name, flags, SolverName::Ipopt)?
+            let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
+            Scene::of_tutorial(name, flags, TUTORIAL_SOLVER)?
         }
         Some(path) => {
-            let (text, usual) = (scenario::read_text(path)?, SolverName::Ipopt);
+            let (text, usual) = (scenario::read_text(path)?, TUTORIAL_SOLVER);
             let scene = Scene::told(&text, path, flags, &args.given(), usual, &input::bytes)?;
             let large = run_file::refuse_large(&scene.model);
             large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
             scene
         }
     };
-    let scene = match args.substeps {
+    let scene = match args.solver.substeps {
         Some(substeps) => scene.in_substeps(substeps)?,
         None => scene,
     };
@@ -38,8 +38,8 @@ pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
 }
 
 /// Sets the number of threads from the arguments.
-pub fn on_threads(args: &SimulateArgs, mut scene: Scene) -> Result<Scene, Failure> {
-    if let Some(threads) = args.threads {
+pub fn on_threads(args: &SetupArgs, mut scene: Scene) -> Result<Scene, Failure> {
+    if let Some(threads) = args.solver.threads {
         let place = "one body, whose steps are one problem each";
         refuse_flags(place, &[("--threads", scene.bodies.len() == 1)])?;
         if let Some(contact) = &mut scene.contact {
@@ -62,25 +62,25 @@ pub fn note(scene: &Scene) -> Option<String> {
 }
 
 /// Settings from the flags of a simulation.
-fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
+fn of_flags(args: &SetupArgs) -> Result<Settings, Failure> {
     Ok(Settings {
-        steps: args.steps,
-        start_index: args.start_index,
-        seed: args.seed,
-        position: args.position,
-        height: args.height,
-        attitude: args.attitude.clone(),
-        velocity: args.velocity,
-        spin: args.spin,
-        frame: args.frame,
-        solver: args.solver,
-        preset: args.preset,
-        formulation: args.formulation,
-        detection: args.detection,
-        tol: args.tol,
-        max_iter: args.max_iter,
-        residual: args.residual,
-        on_failure: args.on_failure,
+        steps: args.scene.steps,
+        start_index: args.scene.start_index,
+        seed: args.scene.seed,
+        position: args.start.position,
+        height: args.start.height,
+        attitude: args.start.attitude.clone(),
+        velocity: args.start.velocity,
+        spin: args.start.spin,
+        frame: args.start.frame,
+        solver: args.solver.solver,
+        preset: args.solver.preset,
+        formulation: args.solver.formulation,
+        detection: args.solver.detection,
+        tol: args.solver.tol,
+        max_iter: args.solver.max_iter,
+        residual: args.solver.residual,
+        on_failure: args.solver.on_failure,
         robot: args.robot.settings(),
         ..of_physics(&args.physics)?
     })

@@ -33,14 +33,17 @@ use tumble_scene::run_file::RunFile;
 /// 4. The files are completed and renamed. Pictures are drawn from them.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let (scene, before) = match &args.continued {
-        None => (scene::of_args(args)?, None),
+        None => (scene::of_args(&args.setup)?, None),
         Some(directory) => {
             let (scene, before) = Continued::read(args, directory)?;
             (scene, Some(before))
         }
     };
-    let exported =
-        args.export_problems.as_deref().map(|path| Exported::check(path, &scene, args.out()));
+    let exported = args
+        .output
+        .export_problems
+        .as_deref()
+        .map(|path| Exported::check(path, &scene, args.out()));
     let exported = exported.transpose()?;
     let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
     check_kept(args, &scene, &kept)?;
@@ -59,11 +62,11 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let claims = Claims {
         files: files.clone(),
         alike: file_names::of_rows().collect(),
-        overwrite: args.overwrite,
+        overwrite: args.output.overwrite,
         continues: args.continued.as_deref() == Some(args.out()),
     };
     let out = OutputDirectory::for_run(args.out(), claims)?;
-    let mut voice = Voice::new(args.quiet);
+    let mut voice = Voice::new(args.output.quiet);
     if let Some(note) = scene::note(&scene) {
         voice.say(&note);
     }
@@ -71,7 +74,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         voice.say(&format!("{}\n", shown::line(&note)));
     }
     let from = before.as_ref().map_or(0, |_| simulation.index());
-    let exported = exported.map(|wanted| Exported::begin(wanted, from, args.overwrite));
+    let exported = exported.map(|wanted| Exported::begin(wanted, from, args.output.overwrite));
     let mut exported = exported.transpose()?;
     let mut writer =
         RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
@@ -93,7 +96,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         exported: exported.as_mut(),
         checkpoints: checkpoints.as_ref(),
     };
-    let run = match run::run(&scene, &mut simulation, run, &interrupt, outputs, args.quiet) {
+    let run = match run::run(&scene, &mut simulation, run, &interrupt, outputs, args.output.quiet) {
         Ok(run) => run,
         Err(failure) => return Err(left_to_continue(failure, writer, args.out())),
     };
@@ -119,7 +122,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     voice.say(&text);
     // An interrupt of the run does not affect its pictures, but a later one does.
     interrupt.store(false, Ordering::Relaxed);
-    let animated = args.gif && run.end != RunOutcome::Interrupted;
+    let animated = args.pictures.gif && run.end != RunOutcome::Interrupted;
     let animated = animated.then_some((args, &out));
     let open = || Recording::of_run(&written[0], run_file);
     let drawn = pictures.draw(open, animated, &mut voice, &interrupt)?;
@@ -149,9 +152,9 @@ fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure 
 fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Result<(), Failure> {
     if scene.trajectory {
         let place = "a scene of one body, whose rows are one table";
-        refuse_flags(place, &[("--tables", args.tables.is_some())])?;
+        refuse_flags(place, &[("--tables", args.output.tables.is_some())])?;
     }
-    let asks_for_ends = args.tables.iter().flatten().any(|table| *table == Table::Ends);
+    let asks_for_ends = args.output.tables.iter().flatten().any(|table| *table == Table::Ends);
     if asks_for_ends && kept.every <= 1 {
         let why = "the table ends needs a run that omits rows; add --every or --substeps";
         return Err(Failure::setting("tables", why));

@@ -1,84 +1,92 @@
 //! Arguments of the commands that read a file.
 
 use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
+use super::simulate::SetupArgs;
 use crate::values;
 use clap::Args;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct GifArgs {
-    /// Trajectory or table of a run with several bodies. Its parameters are read from run.json in
-    /// the same directory; flags override them.
+    /// Trajectory or table of a run with several bodies.
+    ///
+    /// Its parameters are read from run.json in the same directory; flags override them.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Directory for animation.gif, created if missing, or a file name that ends in .gif [default:
     /// directory of FILE.csv].
-    #[arg(long, value_name = "DIR|FILE")]
+    #[arg(short, long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub animation: AnimationArgs,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
     pub physics: PhysicsArgs,
     /// Print no progress bar and no summary.
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// Trajectory or table of a run with several bodies. Its parameters are read from run.json in
-    /// the same directory; flags override them. The defaults below apply only without a run.json.
+    /// Trajectory or table of a run with several bodies.
+    ///
+    /// Its parameters are read from run.json in the same directory; flags override them. The
+    /// defaults below apply only without a run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Directory for the pictures; created if missing [default: directory of FILE.csv].
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Body to plot: a name or a number from 0 [default: 0].
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub body: Option<String>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
     pub physics: PhysicsArgs,
 }
 
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// Trajectory or table of a run with several bodies; two files are compared. The parameters of
-    /// each are read from run.json in the same directory; flags override them. The defaults below
-    /// apply only without a run.json.
+    /// Trajectory or table of a run with several bodies; two files are compared.
+    ///
+    /// The parameters of each are read from run.json in the same directory; flags override them.
+    /// The defaults below apply only without a run.json.
     #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
     pub files: Vec<PathBuf>,
     /// Directory for view.html; created if missing [default: directory of the first file].
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
     pub physics: PhysicsArgs,
     /// Print no summary.
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Trajectory or table of a run with several bodies. Its parameters are read from run.json in
-    /// the same directory; flags override them. The defaults below apply only without a run.json.
+    /// Trajectory or table of a run with several bodies.
+    ///
+    /// Its parameters are read from run.json in the same directory; flags override them. The
+    /// defaults below apply only without a run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
-    #[command(flatten)]
-    pub physics: PhysicsArgs,
     /// Number of steps to print, the worst first.
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "5", allow_hyphen_values = true)]
     pub worst: usize,
+    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
+    pub physics: PhysicsArgs,
 }
 
 #[derive(Debug, Args)]
 pub struct InspectArgs {
-    /// JSON file; `-` reads standard input. For one body: state (13), alpha (8), x (61),
-    /// obj_factor, multipliers (62), and optionally dt, mu, mass, inertia (3×3), gravity, epsilon.
-    /// For several bodies: bodies, contacts, x and multipliers (13 n + 6 K), obj_factor, and
-    /// optionally dt, gravity, epsilon, share, stiffness. Each body has mass, inertia, state, and
-    /// optionally wrench (6). Each contact has a, b or null, point, frame (3×3, t₁, t₂, n as
-    /// columns), offset, friction, and optionally radius, anchor (3). See docs/formulation.md,
-    /// section 12.
+    /// JSON file; `-` reads standard input.
+    ///
+    /// For one body: state (13), alpha (8), x (61), obj_factor, multipliers (62), and optionally
+    /// dt, mu, mass, inertia (3×3), gravity, epsilon. For several bodies: bodies, contacts, x and
+    /// multipliers (13 n + 6 K), obj_factor, and optionally dt, gravity, epsilon, share, stiffness.
+    /// Each body has mass, inertia, state, and optionally wrench (6). Each contact has a, b or
+    /// null, point, frame (3×3, t₁, t₂, n as columns), offset, friction, and optionally radius,
+    /// anchor (3). See docs/formulation.md, section 12.
     #[arg(value_name = "POINT.json")]
     pub file: PathBuf,
 }
@@ -94,6 +102,29 @@ pub struct ConvertArgs {
     #[command(flatten)]
     pub robot: RobotArgs,
     /// Print no summary.
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// Name of the scene: NAME.toml is written, which must not exist.
+    #[arg(value_name = "NAME")]
+    pub name: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Exit codes: 0 the scene is valid; 2 it is not; 1 any other error.")]
+pub struct CheckArgs {
+    #[command(flatten)]
+    pub setup: SetupArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example for bash: tumble completions bash > \
+                        ~/.local/share/bash-completion/completions/tumble")]
+pub struct CompletionsArgs {
+    /// Shell of the script.
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
 }

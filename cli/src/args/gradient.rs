@@ -16,9 +16,11 @@ pub struct GradientArgs {
     /// Quantity to differentiate, of one body at the end of the run.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     pub of: GradientQuantity,
-    /// Arguments to differentiate by, separated by commas. Initial state of the body: position,
-    /// turn, velocity, spin. Constant load on it: force, torque. Constants of the world: friction,
-    /// restitution, mass, inertia, size, radius, gravity, ground, time_step.
+    /// Arguments to differentiate by, separated by commas.
+    ///
+    /// Initial state of the body: position, turn, velocity, spin. Constant load on it: force,
+    /// torque. Constants of the world: friction, restitution, mass, inertia, size, radius, gravity,
+    /// ground, time_step.
     #[arg(
         long,
         value_delimiter = ',',
@@ -30,7 +32,7 @@ pub struct GradientArgs {
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub body: Option<String>,
     /// Number of steps [default: steps of the file].
-    #[arg(long, value_parser = values::rows, allow_hyphen_values = true)]
+    #[arg(short, long, value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
     /// Seed of the random values in the file [default: seed of the file].
     #[arg(long, value_parser = values::seed, allow_hyphen_values = true)]
@@ -39,13 +41,16 @@ pub struct GradientArgs {
     /// costs two more runs per derivative.
     #[arg(long, value_name = "SIZE", value_parser = values::number, allow_hyphen_values = true)]
     pub differences: Option<f64>,
-    /// Compliance of contacts for smoothed derivatives, 1e-9 to 1. Each step starts from the state
-    /// of the exact run. A search direction where the exact derivatives are zero.
+    /// Compliance of contacts for smoothed derivatives, 1e-9 to 1.
+    ///
+    /// Each step starts from the state of the exact run. A search direction where the exact
+    /// derivatives are zero.
     #[arg(long, value_name = "COMPLIANCE", value_parser = values::number, allow_hyphen_values = true)]
     pub compliance: Option<f64>,
-    /// Speed for smoothed derivatives on the central path of an interior point, 1e-6 to 10 m/s. Its
-    /// square is the product of force and gap of each contact. Without kinks and plateaus; contacts
-    /// with a gap also act. Each step starts from the state of the exact run.
+    /// Speed for smoothed derivatives on the central path of an interior point, 1e-6 to 10 m/s.
+    ///
+    /// Its square is the product of force and gap of each contact. Without kinks and plateaus;
+    /// contacts with a gap also act. Each step starts from the state of the exact run.
     #[arg(
         long,
         value_name = "SPEED",
@@ -55,10 +60,10 @@ pub struct GradientArgs {
     )]
     pub central_path: Option<f64>,
     /// Directory for gradient.csv and gradient.json; created if missing.
-    #[arg(long, value_name = "DIR", default_value = "out")]
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Print no table.
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
 }
 

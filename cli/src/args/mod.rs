@@ -8,36 +8,36 @@ mod simulate;
 mod solve;
 mod validate;
 
-pub use files::{ConvertArgs, GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
+pub use files::{
+    CheckArgs, CompletionsArgs, ConvertArgs, GifArgs, InspectArgs, NewArgs, PlotArgs, VerifyArgs,
+    ViewArgs,
+};
 pub use gradient::{GradientArgs, GradientQuantity};
 pub use plan::PlanArgs;
 pub use shared::{AnimationArgs, PhysicsArgs};
-pub use simulate::SimulateArgs;
+pub use simulate::{PictureArgs, SetupArgs, SimulateArgs};
 pub use solve::{Rule, SolveArgs};
 pub use validate::{Solvers, ValidateArgs};
 
 use clap::{Parser, Subcommand};
 use std::sync::LazyLock;
-use tumble::ipopt::VERSION as IPOPT_VERSION;
+use tumble_scene::solver_choice::IPOPT_VERSION;
 
 /// Versions of tumble and of the linked Ipopt.
 fn version() -> &'static str {
-    static VERSION: LazyLock<String> =
-        LazyLock::new(|| format!("{} (Ipopt {IPOPT_VERSION})", env!("CARGO_PKG_VERSION")));
+    static VERSION: LazyLock<String> = LazyLock::new(|| match IPOPT_VERSION {
+        "" => format!("{} (without Ipopt)", env!("CARGO_PKG_VERSION")),
+        _ => format!("{} (Ipopt {IPOPT_VERSION})", env!("CARGO_PKG_VERSION")),
+    });
     &VERSION
 }
 
-/// Simulate rigid bodies in hard frictional contact. Every time step is one optimisation problem,
-/// solved and certified.
-///
-/// Without a command, tumble simulates a scene. It writes OUT/trajectory.csv, OUT/run.json, and
-/// OUT/state.bin for --continue.
+/// Simulate rigid bodies in hard frictional contact. Every step is solved and certified.
 #[derive(Debug, Parser)]
 #[command(name = "tumble", version = version(), args_conflicts_with_subcommands = true)]
-#[command(
-    after_help = "Exit codes: 0 done; 2 bad input; 3 finished, but a step did not converge; 130 \
-                  interrupted; 1 any other error."
-)]
+#[command(override_usage = "tumble <COMMAND> [OPTIONS]\n       tumble <SCENE.toml> [OPTIONS]")]
+#[command(mut_args = |argument| argument.hide(true))]
+#[command(after_help = EXAMPLES)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -45,32 +45,56 @@ pub struct Cli {
     pub simulate: SimulateArgs,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  tumble new tower                write tower.toml, a commented scene
+  tumble run tower.toml --html    simulate it, write tables and a page to out/
+  tumble verify out/states.csv    recompute every residual from the tables
+  tumble --steps 1000 --seed 42   the tutorial's cube with Ipopt; options as for run
+
+Exit codes: 0 done; 2 bad input; 3 a step did not converge; 130 interrupted; 1 any other error.";
+
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Verify every step of a trajectory: recompute its residual from the file alone.
+    /// Simulate a scenario file, a robot or the tutorial's cube.
+    ///
+    /// Writes tables, OUT/run.json, and OUT/state.bin for --continue.
+    Run(Box<SimulateArgs>),
+    /// Write a commented scenario file that runs.
+    New(NewArgs),
+    /// Check a scene without writing: bodies, joints, overlaps, time step.
+    Check(CheckArgs),
+    /// Recompute the residual of every step from the tables of a run.
     Verify(VerifyArgs),
+    /// Write a page that plays one or two runs in a browser.
+    View(ViewArgs),
+    /// Plot a run over time, as PNG and SVG.
+    Plot(PlotArgs),
+    /// Draw a run as an animated GIF.
+    Gif(GifArgs),
     /// Convert a robot, URDF or MJCF, to a scenario file.
     Convert(ConvertArgs),
-    /// Draw a trajectory as an animated GIF.
-    Gif(GifArgs),
-    /// Plot a trajectory over time: plot and plot-energy, each as .png and .svg.
-    Plot(PlotArgs),
-    /// Write view.html, a page that plays one or two trajectories in a browser.
-    View(ViewArgs),
-    /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
-    Inspect(InspectArgs),
-    /// Differentiate a quantity at the end of a run by initial state, loads and constants. Writes
-    /// OUT/gradient.csv and OUT/gradient.json.
+    /// Differentiate a quantity at the end of a run.
+    ///
+    /// Arguments are initial state, loads and constants. Writes OUT/gradient.csv and
+    /// OUT/gradient.json.
     Gradient(GradientArgs),
-    /// Find controls that bring a scene to its targets. Writes OUT/controls.csv, OUT/plan.json and
-    /// the simulated run.
+    /// Find controls that bring a scene to its targets.
+    ///
+    /// Writes OUT/controls.csv, OUT/plan.json and the simulated run.
     Plan(PlanArgs),
-    /// Compare simulations with closed-form solutions of textbook problems. Prints a table and
-    /// writes OUT/validation.html.
+    /// Compare simulations with closed-form solutions of textbook problems.
+    ///
+    /// Prints a table and writes OUT/validation.html.
     Validate(ValidateArgs),
-    /// Solve contact problems from files in Siconos' text format. Prints a table and writes the
-    /// solutions as CSV.
+    /// Solve contact problems from files in Siconos' text format.
+    ///
+    /// Prints a table and writes the solutions as CSV.
     Solve(SolveArgs),
+    /// Evaluate the step's nonlinear program at a point: values and derivatives.
+    Inspect(InspectArgs),
+    /// Print a completion script for a shell.
+    Completions(CompletionsArgs),
 }
 
 #[cfg(test)]

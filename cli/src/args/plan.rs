@@ -28,12 +28,12 @@ pub struct PlanArgs {
     #[arg(long, value_name = "N", value_parser = values::threads, allow_hyphen_values = true)]
     pub threads: Option<NonZeroUsize>,
     /// Directory for controls.csv, plan.json, plan.html and the files of the run; created if missing.
-    #[arg(long, value_name = "DIR", default_value = "out")]
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Replace files in that directory that no earlier run wrote.
     #[arg(long)]
     pub overwrite: bool,
     /// Print no progress and no summary.
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
 }

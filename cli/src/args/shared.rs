@@ -36,7 +36,9 @@ pub struct RobotArgs {
     #[arg(long, value_name = "DIR")]
     packages: Option<PathBuf>,
     /// Part of a robot file to ignore: `tag` or `name` of elements, `tag:name` of one element, or
-    /// `@attribute` of all. Can be repeated.
+    /// `@attribute` of all.
+    ///
+    /// Can be repeated.
     #[arg(long, value_name = "WHAT")]
     leave_out: Vec<String>,
     /// Treat contacts of an MJCF file with torsional and rolling friction (condim 4 and 6) as
@@ -79,9 +81,10 @@ pub struct PhysicsArgs {
     #[arg(long, value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
     pub mass: Option<f64>,
     /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal), nine (the
-    /// matrix by rows), or `solid` for a box of uniform density. A principal moment is 1e-6 to 1e6
-    /// times mass × length², where length is the largest distance of a corner from its axis
-    /// [default: 0.01].
+    /// matrix by rows), or `solid` for a box of uniform density.
+    ///
+    /// A principal moment is 1e-6 to 1e6 times mass × length², where length is the largest distance
+    /// of a corner from its axis [default: 0.01].
     #[arg(long, value_name = "I", value_parser = values::inertia, allow_hyphen_values = true)]
     pub inertia: Option<Inertia>,
     /// Sides of the box, m, 2e-6 to 2e4: one number (a cube) or three, along the body's axes
@@ -92,8 +95,10 @@ pub struct PhysicsArgs {
     /// distance from the origin along it, m [default: 0].
     #[arg(long, value_name = "DEGREES|NX,NY,NZ[,D]", value_parser = values::plane, allow_hyphen_values = true)]
     pub plane: Option<Plane>,
-    /// External force, N, −1e9 to 1e9, world. Constant, or repeated as T:X,Y,Z for each knot and
-    /// linear between the times T in s [default: none].
+    /// External force, N, −1e9 to 1e9, world.
+    ///
+    /// Constant, or repeated as T:X,Y,Z for each knot and linear between the times T in s [default:
+    /// none].
     #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
     pub force: Vec<LoadKnot>,
     /// External torque, N m, −1e9 to 1e9, body frame; same form as --force [default: none].
@@ -105,7 +110,7 @@ pub struct PhysicsArgs {
     pub force_at: Option<Vector3<f64>>,
     /// Gravity, m/s², −1000 to 1000: one number (downwards) or the vector X,Y,Z [default: drop
     /// 9.81, floating 0].
-    #[arg(long, value_name = "G", value_parser = values::gravity, allow_hyphen_values = true)]
+    #[arg(long, value_name = "G|X,Y,Z", value_parser = values::gravity, allow_hyphen_values = true)]
     pub gravity: Option<Vector3<f64>>,
 }
 

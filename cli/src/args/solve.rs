@@ -22,12 +22,13 @@ pub struct SolveArgs {
     #[arg(long, value_enum, default_value = "any")]
     pub rule: Rule,
     /// Directory for the solutions, created if missing: NAME.solution.csv per problem and
-    /// problems.csv for all. For one problem, also a file name that ends in .csv [default: no
-    /// files].
-    #[arg(long, value_name = "DIR|FILE.csv", visible_alias = "output")]
+    /// problems.csv for all.
+    ///
+    /// For one problem, also a file name that ends in .csv [default: no files].
+    #[arg(short, long, value_name = "DIR|FILE.csv", visible_alias = "output")]
     pub out: Option<PathBuf>,
     /// Print no table.
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
 }
 

@@ -12,13 +12,16 @@ pub struct ValidateArgs {
     /// Names of the problems (see --list) [default: all].
     #[arg(value_name = "PROBLEM")]
     pub problems: Vec<String>,
-    /// Solver of the contact steps. Ipopt solves up to ten bodies; larger problems, and a few
-    /// others, are left out and listed with the reason.
+    /// Solver of the contact steps.
+    ///
+    /// Ipopt solves up to ten bodies; larger problems, and a few others, are left out and listed
+    /// with the reason.
     #[arg(long, value_enum, default_value = "both")]
     pub solver: Solvers,
-    /// Time step, s, 4e-6 to 0.1. Every problem also runs with half of it, and with the native
-    /// solver with a quarter [default: the problem's own (see --list); with Ipopt five times that,
-    /// some minutes for all].
+    /// Time step, s, 4e-6 to 0.1.
+    ///
+    /// Every problem also runs with half of it, and with the native solver with a quarter [default:
+    /// the problem's own (see --list); with Ipopt five times that, some minutes for all].
     #[arg(long, value_name = "S", value_parser = values::halved_step, allow_hyphen_values = true)]
     pub dt: Option<f64>,
     /// Mass, kg.
@@ -36,8 +39,9 @@ pub struct ValidateArgs {
     /// Slope of the ground, degrees.
     #[arg(long, value_name = "DEGREES", value_parser = values::number, allow_hyphen_values = true)]
     pub slope: Option<f64>,
-    /// Initial speed, in the problem's unit. This flag and the five above apply to the problems
-    /// that depend on them.
+    /// Initial speed, in the problem's unit.
+    ///
+    /// This flag and the five above apply to the problems that depend on them.
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub speed: Option<f64>,
     /// List the problems with their inputs and defaults, and run none.
@@ -45,10 +49,10 @@ pub struct ValidateArgs {
         "slope", "speed", "out", "quiet"])]
     pub list: bool,
     /// Directory for validation.html; created if missing.
-    #[arg(long, value_name = "DIR", default_value = "out")]
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Print no progress bar and no tables.
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
 }
 

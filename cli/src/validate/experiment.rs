@@ -4,15 +4,14 @@ use crate::args::{Solvers, ValidateArgs};
 use crate::outcome::{Failure, refuse_flags};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble::solver::ipopt::{
-    Formulation, IpoptSolver, MOST_BODIES, MOST_ITERATIONS, TOLERANCE, ladder_for,
-};
+use tumble::solver::MOST_BODIES;
 use tumble::step_nlp::SMOOTHING;
 use tumble_core::error::Error;
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::StepSolver;
 use tumble_core::world::World;
 use tumble_model::shown;
+use tumble_scene::solver_choice::{IPOPT_VERSION, ipopt_ladder};
 use tumble_validation::{
     ErrorSeries, Input, PROBLEMS, Refusal, ReportedSolver, Runner, TestInputs, TestProblem, Trial,
     find,
@@ -102,9 +101,11 @@ pub fn given(args: &ValidateArgs) -> Vec<(Input, f64)> {
     Input::ALL.iter().filter_map(|&input| Some((input, value(input)?))).collect()
 }
 
-/// Solvers selected by `solvers`, in the order of their runs.
+/// Solvers selected by `solvers`, in the order of their runs. In a build without Ipopt, both are the
+/// native solver.
 pub fn each(solvers: Solvers) -> &'static [ReportedSolver] {
     match solvers {
+        Solvers::Both if IPOPT_VERSION.is_empty() => &[ReportedSolver::Native],
         Solvers::Native => &[ReportedSolver::Native],
         Solvers::Ipopt => &[ReportedSolver::Ipopt],
         Solvers::Both => &[ReportedSolver::Native, ReportedSolver::Ipopt],
@@ -231,9 +232,6 @@ fn make_solver(
     }
     Ok(match solver {
         ReportedSolver::Native => Box::new(NativeSolver::new(world)),
-        ReportedSolver::Ipopt => {
-            let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
-            ladder_for(world, Formulation::default(), options)?
-        }
+        ReportedSolver::Ipopt => ipopt_ladder(world)?,
     })
 }

@@ -12,6 +12,7 @@ use experiment::{ExperimentPlan, ExperimentStop};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_model::shown;
+use tumble_scene::solver_choice::IPOPT_VERSION;
 use tumble_validation::{Experiment, ReportedSolver, ValidationReport, page};
 
 /// Runs `tumble validate`.
@@ -68,10 +69,16 @@ fn examine(
             Experiment { problem: *problem, inputs, series }
         });
     Ok(ValidationReport {
-        program: format!("tumble {}, Ipopt {}", env!("CARGO_PKG_VERSION"), tumble::ipopt::VERSION),
+        program: program(),
         given: experiment::flags(&experiment::given(args), args.dt),
         experiments: experiments.collect(),
     })
+}
+
+/// Versions of tumble and Ipopt.
+fn program() -> String {
+    let ipopt = if IPOPT_VERSION.is_empty() { "not in this build" } else { IPOPT_VERSION };
+    format!("tumble {}, Ipopt {ipopt}", env!("CARGO_PKG_VERSION"))
 }
 
 fn outcome(report: &ValidationReport) -> Outcome {

@@ -41,9 +41,10 @@ impl VerifyFindings {
     }
 
     fn keep(&mut self, step: Verified, most: usize) {
-        // NaN counts as largest.
+        // NaN of either sign counts as largest.
+        let size = |of: &Verified| if of.residual.is_nan() { f64::INFINITY } else { of.residual };
         let rank = |a: &Verified, b: &Verified| {
-            let worst = b.residual.total_cmp(&a.residual);
+            let worst = size(b).total_cmp(&size(a));
             b.differs.is_some().cmp(&a.differs.is_some()).then(worst)
         };
         let place = self.worst.partition_point(|kept| rank(kept, &step).is_le());
@@ -208,4 +209,30 @@ fn report(
     } else {
         Outcome::Done
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tumble_core::step::StepStatus;
+
+    #[test]
+    fn a_residual_that_is_not_a_number_is_the_worst_whatever_its_sign() {
+        let mut findings = VerifyFindings::default();
+        for (index, residual) in [1.0, -f64::NAN, 2.0, f64::NAN].into_iter().enumerate() {
+            let step = Verified {
+                index: index as u64,
+                status: StepStatus::Converged,
+                residual,
+                part: "cone",
+                column: residual,
+                differs: None,
+                inexact: false,
+                overlap: 0.0,
+            };
+            findings.keep(step, 3);
+        }
+        let kept: Vec<_> = findings.worst.iter().map(|step| step.index).collect();
+        assert_eq!(kept, [1, 3, 2]);
+    }
 }

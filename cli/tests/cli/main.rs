@@ -3,6 +3,7 @@
 mod balance;
 mod changed_files;
 mod checkpoints;
+mod commands;
 #[path = "../../../tests/common/mod.rs"]
 mod common;
 mod continued;

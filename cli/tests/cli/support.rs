@@ -43,7 +43,7 @@ impl End {
     pub fn assert_refused(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, Some(code), "{self:?}");
         assert_eq!(self.stdout, "", "{self:?}");
-        let line = self.stderr.strip_prefix("tumble: ").expect("the program's name comes first");
+        let line = self.stderr.strip_prefix("error: ").expect("an error is named as one");
         assert_eq!(line.matches('\n').count(), 1, "{self:?}");
         assert!(line.ends_with('\n') && line.len() > 2, "{self:?}");
         for word in words {

@@ -29,7 +29,7 @@ fn refused(args: &[&str], directory: &Path, word: &str) {
     assert_eq!(output.status.code(), Some(2), "{args:?}: {sentence}");
     assert!(output.stdout.is_empty());
     assert_eq!(sentence.matches('\n').count(), 1, "{sentence}");
-    assert!(sentence.starts_with("tumble: ") && sentence.contains(word), "{sentence}");
+    assert!(sentence.starts_with("error: ") && sentence.contains(word), "{sentence}");
 }
 
 /// Decoded file.

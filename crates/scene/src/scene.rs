@@ -3,6 +3,7 @@
 //! A scene holds the same content twice: as [`Model`], the data written to run.json, and as
 //! [`World`], initial states and loads, the form of the core. The latter are made from the model.
 
+use super::file::LARGEST_START;
 use super::solver_choice::SolverChoice;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -158,7 +159,6 @@ impl Scene {
     /// A time step out of range; more than ten million rows.
     pub fn in_substeps(mut self, substeps: u64) -> Result<Self, Failure> {
         const MOST_ROWS: u64 = 10_000_000;
-        const LARGEST_INDEX: u64 = (1 << 53) - MOST_ROWS;
         if substeps <= 1 {
             return Ok(self);
         }
@@ -177,8 +177,11 @@ impl Scene {
         self.world = self.world.with_parameters(parameters).map_err(of_substeps)?;
         (self.rows, self.substeps) = (rows, self.substeps.saturating_mul(substeps));
         self.start_index = self.start_index.saturating_mul(substeps);
-        if self.start_index > LARGEST_INDEX {
-            let why = format!("the start index becomes {}; allowed: below 2^53", self.start_index);
+        if self.start_index > LARGEST_START {
+            let why = format!(
+                "the start index becomes {}; allowed: 0 to {LARGEST_START}",
+                self.start_index
+            );
             return Err(Failure::setting("substeps", why));
         }
         self.changed.push("substeps".to_owned());

@@ -6,18 +6,13 @@ use super::posed::PosedProgram;
 use super::posing::{posed_in, solve_posed};
 use super::program::{Attempted, Hold, IpoptEffort, StartMultipliers};
 use super::start::ProgramStart;
-use super::{IpoptSolver, Rung, missed_depth};
+use super::{IpoptSolver, LADDER_RESIDUAL, Rung, missed_depth};
 use tumble_core::contact::certificate::{Certifier, Claim};
 use tumble_core::contact::{Candidates, Contact, Partner, rounding};
 use tumble_core::error::Error;
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::World;
-
-/// Largest residual of a solved step, m/s, whatever status Ipopt reports. It is 100 times the usual
-/// residual. The number holds for the tutorial's cube and is scaled with the world's
-/// [speed](World::speed_scale).
-pub const LADDER_RESIDUAL: f64 = 1e-3;
 
 /// Iteration limit of a step over all rungs, unless the limit of one solve is larger. After it, the
 /// native solution is used. From good start points Ipopt needs a tenth.
@@ -26,6 +21,38 @@ const STEP_BUDGET: u32 = 300;
 /// Number of candidates above which the iteration limit shrinks in proportion: iterations are then
 /// slow (10 ms with 100 candidates, 110 ms with 961).
 const MANY_CANDIDATES: usize = 64;
+
+impl Rung {
+    /// Iteration limit. A good warm start needs few iterations. After 30 iterations from the
+    /// previous solution the native start mostly needs fewer than five. After 60 from the native
+    /// start another start is cheaper (docs/ipopt-path.md).
+    fn patience(self) -> u32 {
+        match self {
+            Self::Warm => 25,
+            Self::Previous => 30,
+            Self::NativeStart => 60,
+            Self::FreeFlight | Self::SharedWeight | Self::Native => u32::MAX,
+        }
+    }
+
+    /// True if the forces of the start have settled, so that Ipopt should stay near them.
+    fn has_settled(self) -> bool {
+        matches!(self, Self::Warm | Self::NativeStart)
+    }
+
+    /// Status of a step solved by this rung.
+    fn status(self) -> StepStatus {
+        match self {
+            Self::Warm | Self::Previous => StepStatus::Converged,
+            Self::NativeStart | Self::FreeFlight | Self::SharedWeight => StepStatus::Retried,
+            Self::Native => StepStatus::Fallback,
+        }
+    }
+
+    fn asks_native(self) -> bool {
+        matches!(self, Self::NativeStart | Self::Native)
+    }
+}
 
 /// Iteration limit of a step with `candidates`, where one solve may use `max_iterations`.
 fn budget(max_iterations: u32, candidates: usize) -> u32 {

@@ -11,12 +11,11 @@ mod memory;
 mod posed;
 mod posing;
 mod program;
-mod rung;
 mod start;
 pub(crate) mod units;
 
-pub use ladder::{LADDER_RESIDUAL, Ladder};
-pub use rung::Rung;
+pub use super::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL, MOST_BODIES, Rung};
+pub use ladder::Ladder;
 
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
 use crate::step_nlp::several::SeveralNlp;
@@ -39,9 +38,6 @@ use units::ProgramUnits;
 pub const TOLERANCE: f64 = 1e-6;
 /// Iteration limit in the tutorial.
 pub const MOST_ITERATIONS: u32 = 300;
-
-/// Largest number of bodies: see [`IpoptSolver::new`].
-pub const MOST_BODIES: usize = 10;
 
 /// Index of the body in the tutorial's program.
 const BODY: usize = 0;
@@ -87,11 +83,6 @@ pub struct IpoptSolver {
 /// Factor of the objective: 10⁷/(m g ℓ)² in the [scene's units](units). It is in the middle of the
 /// range 10⁶ to 10⁸ in which iterations and residuals hardly change.
 const OBJECTIVE_SCALE: f64 = 1e7 / (98.1 * 98.1);
-
-/// Residual above which a step of Ipopt alone counts as failed, m/s. Ipopt's tolerance can be met
-/// by points that grossly violate the contact law. The number holds for the tutorial's cube and is
-/// scaled with the world's [speed](World::speed_scale).
-pub const ACCEPTED_RESIDUAL: f64 = 0.1;
 
 /// Converts a refusal of Ipopt's wrapper.
 impl From<IpoptError> for Error {

@@ -20,7 +20,7 @@ mod rows;
 use crate::outcome::Failure;
 use crate::recording::{RecordedStep, Recording};
 use nalgebra::Vector3;
-use tumble::solver::ipopt::Rung;
+use tumble::solver::Rung;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble_core::contact::{Candidates, Certificate, Contact, Detection, rounding};
 use tumble_core::joint::{Joint, JointForce, JointResidual, Knots};

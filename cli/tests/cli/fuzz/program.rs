@@ -49,7 +49,7 @@ pub fn end_of<S: AsRef<OsStr>>(directory: &Path, args: &[S]) -> (End, Duration) 
 
 /// Asserts one error line with a final newline and without control characters.
 pub fn assert_one_line(end: &End) {
-    let line = end.stderr.strip_prefix("tumble: ").unwrap_or_else(|| panic!("{end:?}"));
+    let line = end.stderr.strip_prefix("error: ").unwrap_or_else(|| panic!("{end:?}"));
     let line = line.strip_suffix('\n').unwrap_or_else(|| panic!("{end:?}"));
     assert!(!line.is_empty() && !line.chars().any(char::is_control), "{end:?}");
     assert!(!line.contains("panicked"), "{end:?}");

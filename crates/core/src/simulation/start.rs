@@ -59,14 +59,14 @@ fn check_joints(
             continue;
         }
         let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
-        // A NaN is an error too.
-        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        // A NaN is an error too. `f64::max` would drop it.
+        let fits = place <= JOINT_AT_THE_START && turn <= JOINT_AT_THE_START;
         if !fits {
             return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
         }
         let (place, turn) =
             of.beyond_limits(states, &angles[joint]).unwrap_or((f64::NAN, f64::NAN));
-        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        let fits = place <= JOINT_AT_THE_START && turn <= JOINT_AT_THE_START;
         if !fits {
             return Err(Error::JointBeyond { joint, place, turn, allowed: JOINT_AT_THE_START });
         }

@@ -144,12 +144,14 @@ impl EnergyJudge {
         accepted: f64,
     ) -> bool {
         let h = world.time_step();
-        if claim.next.iter().any(|next| h * next.spin.norm() > LARGEST_TURN) {
+        // Both comparisons are false for NaN, which is unphysical too.
+        if !claim.next.iter().all(|next| h * next.spin.norm() <= LARGEST_TURN) {
             return true;
         }
         self.count(world, claim, seen, forces, accepted);
-        let makes_energy = |of: &Budget| of.touches && of.gained > LARGEST_GAIN * of.size + of.rest;
-        self.budgets.iter().any(makes_energy)
+        let keeps_energy =
+            |of: &Budget| !of.touches || of.gained <= LARGEST_GAIN * of.size + of.rest;
+        !self.budgets.iter().all(keeps_energy)
     }
 
     /// Computes the budgets of all islands.

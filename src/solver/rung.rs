@@ -1,7 +1,5 @@
 //! Rungs of the ladder, each with its reason.
 
-use tumble_core::step::StepStatus;
-
 /// Start point of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Rung {
@@ -19,7 +17,7 @@ pub enum Rung {
     /// Ipopt from free flight with the body's weight shared by its contacts. Avoids the apex of the
     /// friction cone, where the derivatives change most.
     SharedWeight,
-    /// The native solver's own solution, marked [`StepStatus::Fallback`].
+    /// The native solver's own solution, marked [`StepStatus::Fallback`](crate::StepStatus::Fallback).
     Native,
 }
 
@@ -45,35 +43,5 @@ impl Rung {
             Self::SharedWeight => "shared_weight",
             Self::Native => "native",
         }
-    }
-
-    /// Iteration limit. A good warm start needs few iterations. After 30 iterations from the
-    /// previous solution the native start mostly needs fewer than five. After 60 from the native
-    /// start another start is cheaper (docs/ipopt-path.md).
-    pub(super) fn patience(self) -> u32 {
-        match self {
-            Self::Warm => 25,
-            Self::Previous => 30,
-            Self::NativeStart => 60,
-            Self::FreeFlight | Self::SharedWeight | Self::Native => u32::MAX,
-        }
-    }
-
-    /// True if the forces of the start have settled, so that Ipopt should stay near them.
-    pub(super) fn has_settled(self) -> bool {
-        matches!(self, Self::Warm | Self::NativeStart)
-    }
-
-    /// Status of a step solved by this rung.
-    pub(super) fn status(self) -> StepStatus {
-        match self {
-            Self::Warm | Self::Previous => StepStatus::Converged,
-            Self::NativeStart | Self::FreeFlight | Self::SharedWeight => StepStatus::Retried,
-            Self::Native => StepStatus::Fallback,
-        }
-    }
-
-    pub(super) fn asks_native(self) -> bool {
-        matches!(self, Self::NativeStart | Self::Native)
     }
 }

@@ -1,0 +1,186 @@
+//! Parsing of the command line. Usage errors become one sentence.
+
+use super::args::Cli;
+use super::outcome::Failure;
+use super::output;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, FromArgMatches};
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+
+/// Smallest similarity of a suggested command, by Jaro and Winkler.
+const SIMILAR: f64 = 0.7;
+
+/// Arguments of the command line. `None` if help or version was printed instead.
+pub fn parse() -> Result<Option<Cli>, Failure> {
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let mut command = Cli::command();
+    if arguments.len() <= 1 {
+        output::say(&command.render_help().ansi().to_string())?;
+        return Ok(None);
+    }
+    if let Some(sentence) = unknown_command(&command, &arguments[1]) {
+        return Err(Failure::Input(sentence));
+    }
+    let parsed = command.try_get_matches_from_mut(&arguments);
+    match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(cli) => Ok(Some(cli)),
+        Err(error) if is_help(&error) => {
+            output::say(&error.render().ansi().to_string())?;
+            Ok(None)
+        }
+        Err(error) => Err(Failure::Input(sentence(&error, &command, &arguments[1..]))),
+    }
+}
+
+fn is_help(error: &clap::Error) -> bool {
+    matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion)
+}
+
+/// Sentence about a first argument that is neither a command nor a scene.
+///
+/// A scene is a path: it has a dot or a slash, or exists.
+fn unknown_command(command: &clap::Command, first: &OsStr) -> Option<String> {
+    let word = first.to_str()?;
+    let is_path = word.contains(['.', '/', '\\']) || Path::new(word).exists();
+    if word.starts_with('-') || is_path || command.find_subcommand(word).is_some() || word == "help"
+    {
+        return None;
+    }
+    let mut names: Vec<_> = command
+        .get_subcommands()
+        .map(|known| (strsim::jaro_winkler(word, known.get_name()), known.get_name()))
+        .collect();
+    names.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let hint = match names.first() {
+        Some((similarity, name)) if *similarity >= SIMILAR => format!("; did you mean `{name}`?"),
+        _ => String::new(),
+    };
+    Some(format!("{word:?} is neither a command nor a file{hint} (see tumble --help)"))
+}
+
+/// One sentence for a usage error: fault, remedy and the help that lists what is allowed.
+fn sentence(error: &clap::Error, command: &clap::Command, arguments: &[OsString]) -> String {
+    let subcommand = arguments.first().and_then(|first| command.find_subcommand(first));
+    let help = subcommand.map_or_else(
+        || "tumble run --help".to_owned(),
+        |subcommand| format!("tumble {} --help", subcommand.get_name()),
+    );
+    let flags = subcommand.unwrap_or(command);
+    let found = flag_without_value(flags, arguments)
+        .or_else(|| separate_numbers(flags, arguments))
+        .or_else(|| late_command(command, arguments));
+    if let Some(sentence) = found {
+        return format!("{sentence} (see {help})");
+    }
+    let text = error.render().to_string();
+    let first = text.split("\n\n").next().unwrap_or_default();
+    let line = first.split_whitespace().collect::<Vec<_>>().join(" ");
+    let line = line.strip_prefix("error: ").unwrap_or(&line);
+    format!("{line}{} (see {help})", suggestion(error))
+}
+
+/// Clap's suggestion for a misspelt name or value, as the end of a sentence.
+fn suggestion(error: &clap::Error) -> String {
+    let kinds =
+        [ContextKind::SuggestedSubcommand, ContextKind::SuggestedArg, ContextKind::SuggestedValue];
+    let name = kinds.into_iter().find_map(|kind| match error.get(kind)? {
+        ContextValue::String(name) => Some(name),
+        ContextValue::Strings(names) => names.first(),
+        _ => None,
+    });
+    name.map_or_else(String::new, |name| format!("; did you mean `{name}`?"))
+}
+
+/// Argument of `command` that `text` sets, with or without a value after `=`.
+fn flag<'a>(command: &'a clap::Command, text: &OsStr) -> Option<&'a clap::Arg> {
+    let name = text.to_str()?.strip_prefix("--")?.split('=').next()?;
+    command.get_arguments().find(|argument| argument.get_long() == Some(name))
+}
+
+/// Finds a flag without its value. Values may begin with a minus, so such a flag takes the next
+/// flag as its value, and the later error would be misleading.
+fn flag_without_value(command: &clap::Command, arguments: &[OsString]) -> Option<String> {
+    arguments.windows(2).find_map(|pair| {
+        let [first, next] = pair else { return None };
+        // `--name=value` has its value.
+        let is_assigned = first.to_string_lossy().contains('=');
+        let lacks = flag(command, first)?.get_action().takes_values() && !is_assigned;
+        let [shown, follows] = [first, next].map(|text| text.to_string_lossy());
+        (lacks && flag(command, next).is_some())
+            .then(|| format!("{shown} needs a value, and {follows} follows"))
+    })
+}
+
+/// Finds a command after options, such as `--quiet verify states.csv`.
+fn late_command(command: &clap::Command, arguments: &[OsString]) -> Option<String> {
+    let late = arguments.iter().skip(1).find(|word| command.find_subcommand(word).is_some())?;
+    let [first, late] = [arguments.first()?, late].map(|word| word.to_string_lossy());
+    first.starts_with('-').then(|| {
+        format!("{first} stands before the command {late}; write tumble {late}, then its options")
+    })
+}
+
+/// Finds a vector written with spaces, such as `--position 0 0 1`.
+fn separate_numbers(command: &clap::Command, arguments: &[OsString]) -> Option<String> {
+    let is_number =
+        |text: &&OsString| text.to_str().is_some_and(|text| text.parse::<f64>().is_ok());
+    arguments.iter().enumerate().find_map(|(index, name)| {
+        let argument = flag(command, name)?;
+        let takes_vector = argument.get_value_names()?.iter().any(|name| name.contains(','));
+        let numbers: Vec<_> = arguments[index + 1..]
+            .iter()
+            .take_while(is_number)
+            .map(|n| n.to_string_lossy())
+            .collect();
+        let shown = name.to_string_lossy();
+        (takes_vector && numbers.len() > 1).then(|| {
+            format!(
+                "{shown} {}: numbers are joined by commas; write {shown} {}",
+                numbers.join(" "),
+                numbers.join(",")
+            )
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str) -> Vec<OsString> {
+        text.split(' ').map(OsString::from).collect()
+    }
+
+    #[test]
+    fn a_vector_with_spaces_is_shown_with_commas() {
+        let run = Cli::command();
+        let found = separate_numbers(&run, &words("--position 0 0 -1.5 --gif")).unwrap();
+        assert!(found.ends_with("write --position 0,0,-1.5"), "{found}");
+        assert_eq!(separate_numbers(&run, &words("--position 0,0,1 --steps 3")), None);
+        assert_eq!(separate_numbers(&run, &words("--steps 3 4")), None);
+    }
+
+    #[test]
+    fn a_misspelt_command_is_suggested_and_a_path_is_not_a_command() {
+        let program = Cli::command();
+        let found = |word: &str| unknown_command(&program, OsStr::new(word));
+        assert!(found("verfy").unwrap().contains("did you mean `verify`?"));
+        assert!(!found("xyzzy").unwrap().contains("did you mean"));
+        for allowed in ["stack.toml", "a/b", "--steps", "run", "help"] {
+            assert_eq!(found(allowed), None, "{allowed}");
+        }
+    }
+
+    #[test]
+    fn the_command_of_a_failure_is_in_its_remedy() {
+        let mut program = Cli::command();
+        let arguments = words("verify states.csv --worts 3");
+        let all: Vec<_> =
+            std::iter::once(OsString::from("tumble")).chain(arguments.clone()).collect();
+        let error = program.try_get_matches_from_mut(all).unwrap_err();
+        let found = sentence(&error, &program, &arguments);
+        assert!(found.contains("did you mean `--worst`?"), "{found}");
+        assert!(found.ends_with("(see tumble verify --help)"), "{found}");
+    }
+}

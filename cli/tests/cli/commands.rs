@@ -1,0 +1,117 @@
+//! The commands `run`, `new`, `check` and `completions`, short flags and suggestions.
+
+use super::support::{End, everything_in, run, tumble};
+use std::fs;
+use std::path::Path;
+
+fn run_in(directory: &Path, args: &[&str]) -> End {
+    tumble().args(args).current_dir(directory).output().unwrap().into()
+}
+
+#[test]
+fn a_new_scene_is_valid_and_runs_without_a_failed_step() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let made = run_in(here, &["new", "tower"]);
+    assert_eq!((made.code, made.stderr.as_str()), (Some(0), ""));
+    assert!(made.stdout.contains("tumble run tower.toml"), "{}", made.stdout);
+    let checked = run_in(here, &["check", "tower.toml"]);
+    assert_eq!((checked.code, checked.stderr.as_str()), (Some(0), ""));
+    for line in ["tower is valid", "bodies       6, 7", "overlaps     none", "no objection"] {
+        assert!(checked.stdout.contains(line), "{line}: {}", checked.stdout);
+    }
+    assert_eq!(everything_in(here).len(), 1, "check writes nothing");
+    let ran = run_in(here, &["run", "tower.toml", "-s", "300", "-o", "far"]);
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+    assert!(ran.stdout.contains("failed       0"), "{}", ran.stdout);
+    let quiet = run_in(here, &["tower.toml", "-q", "-s", "300", "-o", "near"]);
+    assert_eq!((quiet.code, quiet.stdout.as_str()), (Some(0), ""));
+    let [far, near] =
+        ["far", "near"].map(|out| fs::read(here.join(out).join("states.csv")).unwrap());
+    assert!(far == near, "the verb may be left out");
+}
+
+#[test]
+fn a_new_scene_replaces_no_file_and_needs_a_name() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    fs::write(here.join("mine.toml"), "# mine").unwrap();
+    run_in(here, &["new", "mine"]).assert_refused(2, &["mine.toml", "exists", "another name"]);
+    assert_eq!(fs::read_to_string(here.join("mine.toml")).unwrap(), "# mine");
+    run_in(here, &["new", "robot.urdf"]).assert_refused(2, &["robot.urdf", ".toml"]);
+    run_in(here, &["new", "no/such/place"]).assert_refused(1, &["no/such/place.toml"]);
+    assert_eq!(everything_in(here).len(), 1);
+}
+
+#[test]
+fn a_check_reports_overlaps_redundant_joints_and_a_long_time_step() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let scene = |name: &str, text: &str| fs::write(here.join(name), text).unwrap();
+    let boxes = "[ground]\nfriction = 0.5\n[[bodies]]\nname = \"low\"\nbox = 0.2\nmass = 1.0\n\
+                 position = [0.0, 0.0, 0.1]\n[[bodies]]\nname = \"high\"\nbox = 0.2\nmass = 2.0\n";
+    scene("touching.toml", &format!("{boxes}position = [0.0, 0.0, 0.2999]\n"));
+    let end = run_in(here, &["check", "touching.toml"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(end.stdout.contains("deepest 1.0e-4 m between low and high"), "{}", end.stdout);
+    scene("deep.toml", &format!("{boxes}position = [0.0, 0.0, 0.25]\n"));
+    run_in(here, &["check", "deep.toml"]).assert_refused(2, &["overlap", "low", "high"]);
+    scene(
+        "spinning.toml",
+        &format!("{boxes}position = [0.0, 0.0, 3.0]\nspin = [100.0, 0.0, 0.0]\n"),
+    );
+    let end = run_in(here, &["check", "spinning.toml"]);
+    // 100 rad/s × 2 ms = 0.2 rad; a tenth of a radian takes 1 ms.
+    assert!(end.stdout.contains("turns by 0.20 rad in a step; use at most 1.0e-3 s"), "{end:?}");
+    let end = run_in(here, &["check", "spinning.toml", "--dt", "5e-4"]);
+    assert!(end.stdout.contains("no objection"), "{end:?}");
+    // Two hinges with one axis hold five directions twice.
+    let hinge = |z: f64| {
+        format!(
+            "[[joints]]\ntype = \"revolute\"\nbodies = [\"low\"]\naxis = [0, 0, 1]\nanchor = \
+             [0.0, 0.0, {z}]\n"
+        )
+    };
+    scene("door.toml", &format!("{boxes}position = [0.0, 0.0, 3.0]\n{}{}", hinge(0.1), hinge(0.2)));
+    let end = run_in(here, &["check", "door.toml"]);
+    assert!(end.stdout.contains("more than once"), "{end:?}");
+}
+
+#[test]
+fn misspelt_words_are_answered_with_the_nearest_one() {
+    for (args, hint) in [
+        (&["verfy", "out/states.csv"][..], "`verify`"),
+        (&["vew"], "`view`"),
+        (&["run", "--stps", "5"], "`--steps`"),
+        (&["--solvr", "native"], "`--solver`"),
+        (&["run", "--solver", "nativ"], "`native`"),
+        (&["verify", "a.csv", "--wrst", "3"], "`--worst`"),
+    ] {
+        run(args).assert_refused(2, &["did you mean", hint]);
+    }
+    run(&["xyzzy"]).assert_refused(2, &["xyzzy", "neither a command nor a file"]);
+    run(&["run", "--position", "0", "0", "1"]).assert_refused(2, &["write --position 0,0,1"]);
+    run(&["--gravity", "0", "0", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);
+}
+
+#[test]
+fn the_bare_program_prints_its_help() {
+    let directory = tempfile::tempdir().unwrap();
+    let end = run_in(directory.path(), &[]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
+    assert!(end.stdout.contains("Usage:") && end.stdout.contains("Examples:"), "{}", end.stdout);
+    assert!(everything_in(directory.path()).is_empty());
+    assert!(!end.stdout.contains('\u{1b}'), "colours are for terminals");
+}
+
+#[test]
+fn completion_scripts_name_every_command() {
+    for shell in ["bash", "zsh", "fish"] {
+        let end = run(&["completions", shell]);
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{shell}");
+        for word in ["run", "verify", "completions", "overwrite"] {
+            assert!(end.stdout.contains(word), "{shell}: {word}");
+        }
+    }
+    run(&["completions", "cmd"]).assert_refused(2, &["cmd", "bash"]);
+}
