@@ -3,7 +3,8 @@
 //!
 //! - A `toml` block that begins with `# NAME.toml` is written to that file. References also have
 //!   parts of a scene, without a name.
-//! - In a `sh` block every line that begins with `tumble` runs. The other lines install something.
+//! - In a `sh` block every line that begins with `tumble` or `mkdir` runs. The other lines install
+//!   something.
 //! - In a `console` block the lines after `$` run. Every line of output that is shown must be printed,
 //!   except the line of the time.
 
@@ -51,15 +52,17 @@ fn blocks(page: &str) -> Vec<Block<'_>> {
 /// Commands of a `sh` block. A backslash continues a line.
 fn commands(text: &str) -> Vec<String> {
     let text = text.replace("\\\n", " ");
-    text.lines().filter(|line| line.starts_with("tumble ")).map(str::to_owned).collect()
+    let runs = |line: &&str| line.starts_with("tumble ") || line.starts_with("mkdir ");
+    text.lines().filter(runs).map(str::to_owned).collect()
 }
 
-/// Runs a command line by the shell in `folder`. Returns its output.
+/// Runs a command line by the shell in `folder`, which is also the home directory. Returns its output.
 fn run(command: &str, folder: &Path, page: &Path) -> String {
     let program = Path::new(PROGRAM).parent().unwrap();
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
     let mut shell = Command::new("sh");
-    let end = shell.args(["-c", command]).env("PATH", path).current_dir(folder).output().unwrap();
+    shell.args(["-c", command]).env("PATH", path).env("HOME", folder).current_dir(folder);
+    let end = shell.output().unwrap();
     let error = String::from_utf8_lossy(&end.stderr);
     assert!(end.status.success(), "{}: {command}: {error}", page.display());
     String::from_utf8(end.stdout).unwrap()
