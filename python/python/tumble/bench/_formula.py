@@ -23,6 +23,7 @@ _FUNCTIONS: Dict[str, Callable[..., Any]] = {
     "atan": math.atan,
     "ceil": math.ceil,
     "cos": math.cos,
+    "exp": math.exp,
     "max": max,
     "min": min,
     "sin": math.sin,
