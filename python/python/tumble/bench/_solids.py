@@ -72,6 +72,8 @@ def _prism(polygon: Floats, width: float, mass: float) -> Solid:
     area = 0.5 * cross.sum()
     if not abs(area) > 0.0:
         raise TumbleError("a prism has the area 0; its corners must not be on a line")
+    if area < 0.0:
+        return _prism(polygon[::-1], width, mass)
     centre = np.array([((x + x_next) * cross).sum(), ((z + z_next) * cross).sum()]) / (6.0 * area)
     x, z, x_next, z_next = x - centre[0], z - centre[1], x_next - centre[0], z_next - centre[1]
     cross = x * z_next - x_next * z
@@ -91,6 +93,18 @@ def _prism(polygon: Floats, width: float, mass: float) -> Solid:
         raise TumbleError("the principal axes of a prism were not found; give it another polygon")
     whole = np.array([centre[0], 0.0, centre[1]])
     return Solid("hull", (), corners @ back.T, whole, axes, np.diag(principal).copy())
+
+
+def prism_triangles(count: int) -> npt.NDArray[np.int32]:
+    """Triangles of a prism's ``count`` points, counter-clockwise from outside."""
+    last = count // 2
+    triangles = []
+    for i in range(last):
+        j = (i + 1) % last
+        triangles += [[2 * i, 2 * j + 1, 2 * j], [2 * i, 2 * i + 1, 2 * j + 1]]
+        if 0 < i < last - 1:
+            triangles += [[0, 2 * i, 2 * j], [1, 2 * j + 1, 2 * i + 1]]
+    return np.array(triangles, np.int32)
 
 
 def quaternion_of(value: Floats) -> Floats:
