@@ -13,7 +13,7 @@ from ._base import Engine, Motion, no_restitution
 
 MODEL = """
 <mujoco>
-  <option timestep="{step}" gravity="{gravity}" integrator="implicitfast" cone="elliptic" impratio="10" {option}/>
+  <option timestep="{step}" gravity="{gravity}" {option}/>
   <default><geom {contact}/></default>
   <asset>{meshes}</asset>
   <worldbody>{bodies}</worldbody>
@@ -56,6 +56,17 @@ class Mujoco(Engine):
 def model_and_data(scene: Scene, option: str) -> Any:
     """Model and data at the start of a scene."""
     no_restitution(scene, elastic=True)
+    model = model_of(scene, f'integrator="implicitfast" cone="elliptic" impratio="10" {option}')
+    data = mujoco.MjData(model)
+    states = scene.states
+    # Both have position, attitude, velocity and the spin in the body's frame.
+    data.qpos[:] = states[:, :7].ravel()
+    data.qvel[:] = states[:, 7:].ravel()
+    return model, data
+
+
+def model_of(scene: Scene, option: str) -> Any:
+    """Model of a scene with further attributes of the element option."""
     hulls = [body for body in scene.bodies if body.kind == "hull"]
     bodies = GROUND if scene.ground else ""
     for body in scene.bodies:
@@ -77,13 +88,7 @@ def model_and_data(scene: Scene, option: str) -> Any:
         meshes="".join(f'<mesh name="{body.name}" vertex="{numbers(body.points.ravel())}"/>' for body in hulls),
         bodies=bodies,
     )
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    states = scene.states
-    # Both have position, attitude, velocity and the spin in the body's frame.
-    data.qpos[:] = states[:, :7].ravel()
-    data.qvel[:] = states[:, 7:].ravel()
-    return model, data
+    return mujoco.MjModel.from_xml_string(text)
 
 
 def read_states(qpos: Any, qvel: Any) -> Any:
