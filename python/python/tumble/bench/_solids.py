@@ -42,7 +42,8 @@ def solid(shape: str, dimensions: Any, mass: float) -> Solid:
         _positive(shape, min(length, radius))
         ends = np.array([[0.0, 0.0, -0.5 * length], [0.0, 0.0, 0.5 * length]])
         return Solid("capsule", (radius, 0.5 * length), ends, here, upright, _capsule(mass, length, radius))
-    return _prism(*dimensions, mass)
+    polygon, width = dimensions
+    return _prism(polygon, width, mass)
 
 
 def _positive(shape: str, size: float) -> None:
@@ -112,7 +113,8 @@ def quaternion_of(value: Floats) -> Floats:
     length = float(np.linalg.norm(value))
     if not 1e-6 < length < 1e6:
         raise TumbleError(f"a quaternion has the length {length:g}; 1e-6 to 1e6 is needed")
-    return value / length
+    unit: Floats = value / length
+    return unit
 
 
 def conjugated(q: Floats) -> Floats:
