@@ -40,6 +40,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
         &[
             ("Recorded tosses", "docs/reality.md"),
             ("Other engines", "docs/comparison.md"),
+            ("Contact benchmark", "docs/benchmark.md"),
             ("Long runs", "docs/soak.md"),
             ("Pictures and their cost", "docs/pictures/README.md"),
             ("Reference data", "data/README.md"),

@@ -119,13 +119,15 @@ def quaternion_of(value: Floats) -> Floats:
 
 def conjugated(q: Floats) -> Floats:
     """Inverse of a unit quaternion."""
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    inverse: Floats = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return inverse
 
 
 def product(a: Floats, b: Floats) -> Floats:
     """Product of quaternions: the rotation ``b``, then ``a``."""
     vector = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
-    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], vector])
+    whole: Floats = np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], vector])
+    return whole
 
 
 def matrix_of(q: Floats) -> Floats:

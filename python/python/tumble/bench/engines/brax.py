@@ -39,14 +39,14 @@ class Brax(Engine):
             raise Unsupported("no forces on free bodies")
         system, q, qd = _start(scene)
 
-        @jax.jit
-        def motion(q: Any, qd: Any) -> Any:
+        def trajectory(q: Any, qd: Any) -> Any:
             def step(state: Any, _: Any) -> Any:
                 after = pipeline.step(system, state, jnp.zeros(0))
                 return after, (after.x.pos, after.x.rot, after.xd.vel, after.xd.ang)
 
             return jax.lax.scan(step, pipeline.init(system, q, qd), None, scene.steps)[1]
 
+        motion = jax.jit(trajectory)
         # The first call compiles.
         jax.block_until_ready(motion(q, qd))
         begin = time.perf_counter()
