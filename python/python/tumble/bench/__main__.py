@@ -82,8 +82,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--folder", type=Path, metavar="DIR", help="folder with more case files")
     add("--list", action="store_true", help="print engines and cases, and run nothing")
     add("--out", type=Path, metavar="DIR", help="write bench.md, bench.json and bench.html to this folder")
-    add("--limit", type=float, default=120.0, metavar="S", help="time limit of a process, s (default: 120)")
-    add("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="processes at a time (default: all cores)")
+    add("--limit", type=float, default=120.0, metavar="S", help="time limit of a case, s (default: 120)")
+    add("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="engines at a time (default: all cores)")
     add(
         "--python",
         action="append",

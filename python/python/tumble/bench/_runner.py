@@ -1,4 +1,4 @@
-"""Processes of the benchmark: one for each engine and case, with a time limit."""
+"""Processes of the benchmark: a worker for each engine, which forks one for each case."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Sequence
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Sequence, Tuple
 
 from ._case import Case
 from ._verdict import Outcome, judged
@@ -41,54 +41,51 @@ def run(
     """Runs every engine on every case.
 
     :param pythons: interpreter of an engine, by default this one.
-    :param limit: time limit of a process, s.
-    :param jobs: number of processes at a time.
+    :param limit: time limit of a case, s.
+    :param jobs: number of engines at a time.
     """
-    about: Dict[str, Dict[str, str]] = {}
     outcomes: Dict[str, Dict[str, Outcome]] = {name: {} for name in engines}
+    about: Dict[str, Dict[str, str]] = {name: {} for name in engines}
 
-    def one(name: str, case: Case) -> Outcome:
-        result = _result(name, case, pythons.get(name, sys.executable), limit)
-        if "version" in result:
-            about[name] = {"version": result["version"], "settings": result["settings"]}
-        outcome = judged(name, case, result)
-        outcomes[name][case.name] = outcome
-        progress(outcome)
-        return outcome
+    def one(name: str) -> None:
+        for case, result in _results(name, cases, pythons.get(name, sys.executable), limit):
+            if "version" in result:
+                about[name] = {"version": result["version"], "settings": result["settings"]}
+            elif result["status"] == "not installed":
+                about[name] = {"missing": result["reason"]}
+            outcomes[name][case.name] = judged(name, case, result)
+            progress(outcomes[name][case.name])
 
-    # The first case tells whether the engine is installed.
     with ThreadPoolExecutor(jobs) as pool:
-        first = dict(zip(engines, pool.map(lambda name: one(name, cases[0]), engines)))
-    missing = [name for name, outcome in first.items() if outcome.verdict == "not installed"]
-    for name in missing:
-        about[name] = {"missing": first[name].reason}
-        for case in cases[1:]:
-            outcomes[name][case.name] = Outcome(name, case.name, "not installed", first[name].reason)
-    tasks = [(name, case) for case in cases[1:] for name in engines if name not in missing]
-    with ThreadPoolExecutor(jobs) as pool:
-        list(pool.map(lambda task: one(*task), tasks))
-    ordered = {name: {case.name: outcomes[name][case.name] for case in cases} for name in engines}
-    return Report({name: about.get(name, {}) for name in engines}, list(cases), ordered)
+        list(pool.map(one, engines))
+    return Report(about, list(cases), outcomes)
 
 
-def _result(name: str, case: Case, python: str, limit: float) -> Dict[str, Any]:
-    """Result of a worker, or the way its process ended."""
+def _results(name: str, cases: Sequence[Case], python: str, limit: float) -> Iterator[Tuple[Case, Dict[str, Any]]]:
+    """Results of the cases of an engine, each as soon as it is there."""
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "result.json"
-        command = [python, "-m", f"{__package__}._worker", name, case.path, str(out)]
+        command = [python, "-m", f"{__package__}._worker", name, folder, str(limit), *(case.path for case in cases)]
         # One thread a process: the order of additions, and with it the last digits, stay the same.
         environment = {**os.environ, **{variable: "1" for variable in ONE_THREAD}}
-        try:
-            done = subprocess.run(
-                command, env=environment, capture_output=True, text=True, timeout=limit, check=False, cwd=folder
-            )
-        except subprocess.TimeoutExpired:
-            return {"status": "time limit", "reason": f"stopped after {limit:g} s"}
-        except OSError as error:
-            return {"status": "not installed", "reason": f"{python} does not start: {error.strerror}"}
-        if out.is_file():
-            result: Dict[str, Any] = json.loads(out.read_text())
-            return result
-        said = done.stderr.strip().splitlines()
-        reason = f"exit code {done.returncode}" + (f": {said[-1][:200]}" if said else "")
-        return {"status": "crash", "reason": reason}
+        waiting = {case.name: case for case in cases}
+        reason = ""
+        with open(Path(folder) / "errors.txt", "w+", encoding="utf-8", errors="replace") as errors:
+            try:
+                worker = subprocess.Popen(
+                    command, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder
+                )
+            except OSError as error:
+                for case in cases:
+                    yield case, {"status": "not installed", "reason": f"{python} does not start: {error.strerror}"}
+                return
+            with worker:
+                for line in worker.stdout or ():
+                    # Engines print too.
+                    case_done = waiting.pop(line.strip(), None)
+                    if case_done is not None:
+                        yield case_done, json.loads((Path(folder) / f"{case_done.name}.json").read_text())
+            errors.seek(0)
+            said = errors.read().strip().splitlines()
+            reason = f"exit code {worker.returncode}" + (f": {said[-1][:200]}" if said else "")
+        for case in waiting.values():
+            yield case, {"status": "crash", "reason": reason}

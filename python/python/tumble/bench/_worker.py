@@ -1,15 +1,17 @@
-"""One engine on one case, in a process of its own: ``python -m tumble.bench._worker ENGINE CASE OUT``.
+"""One engine on several cases: ``python -m tumble.bench._worker ENGINE FOLDER LIMIT CASE...``.
 
-The result is JSON in the file OUT. A process without a result has crashed.
+The engine is imported once. Each case then has a process of its own, forked from this one, with a time limit. Its result
+is a JSON file in FOLDER, named by the case; the name is printed when it is there.
 """
 
 from __future__ import annotations
 
 import json
+import multiprocessing
 import sys
 import time
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Sequence
 
 import numpy as np
 
@@ -18,15 +20,44 @@ from ._differences import derivative
 from .engines import Engine, Motion, Unsupported, engine
 
 
-def result(name: str, path: Path) -> Dict[str, Any]:
+def work(name: str, folder: Path, limit: float, cases: Sequence[Path]) -> None:
+    """Runs an engine on cases."""
+    try:
+        engine(name)
+    except (ImportError, StopIteration) as error:
+        reason = _line(error) if isinstance(error, ImportError) else "this build of the package does not have it"
+        for path in cases:
+            _leave(folder, path, {"status": "not installed", "reason": reason})
+        return
+    fork = "fork" in multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("fork" if fork else "spawn")
+    for path in cases:
+        child = context.Process(target=_child, args=(name, folder, path))
+        child.start()
+        child.join(limit)
+        if child.is_alive():
+            child.kill()
+            child.join()
+            _leave(folder, path, {"status": "time limit", "reason": f"stopped after {limit:g} s"})
+        elif child.exitcode != 0:
+            _leave(folder, path, {"status": "crash", "reason": f"exit code {child.exitcode}"})
+        else:
+            print(path.stem, flush=True)
+
+
+def _child(name: str, folder: Path, path: Path) -> None:
+    _leave(folder, path, result(engine(name), path), announce=False)
+
+
+def _leave(folder: Path, path: Path, found: Dict[str, Any], announce: bool = True) -> None:
+    (folder / f"{path.stem}.json").write_text(json.dumps(found))
+    if announce:
+        print(path.stem, flush=True)
+
+
+def result(found: Engine, path: Path) -> Dict[str, Any]:
     """Measured values, or the reason why there are none."""
     begin = time.perf_counter()
-    try:
-        found = engine(name)
-    except ImportError as error:
-        return {"status": "not installed", "reason": _line(error)}
-    except StopIteration:
-        return {"status": "not installed", "reason": "this build of the package does not have it"}
     case = load_case(path)
     facts = {"version": found.version(), "settings": found.settings, "compliant": found.compliant}
     try:
@@ -68,5 +99,4 @@ def _line(error: BaseException) -> str:
 
 
 if __name__ == "__main__":
-    _, name, path, out = sys.argv
-    Path(out).write_text(json.dumps(result(name, Path(path))))
+    work(sys.argv[1], Path(sys.argv[2]), float(sys.argv[3]), [Path(path) for path in sys.argv[4:]])
