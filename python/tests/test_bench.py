@@ -12,6 +12,7 @@ import pytest
 import tumble
 import tumble.bench
 from tumble.bench import all_cases, load_case
+from tumble.bench.__main__ import main
 from tumble.bench._differences import derivative
 from tumble.bench._formula import evaluate
 from tumble.bench._measures import Measures
@@ -95,14 +96,14 @@ def test_every_adapter_is_listed():
 
 def test_cases_say_where_their_answers_come_from():
     for case in CASES.values():
-        for quantity in [*case.answers, *case.gradients]:
+        for quantity in case.quantities:
             assert len(quantity.source) > 5 and len(quantity.reason) > 5, case.name
 
 
 def test_a_validation_problem_that_is_cited_exists(root):
     text = (root / "docs" / "validation.md").read_text()
     for case in CASES.values():
-        for quantity in [*case.answers, *case.gradients]:
+        for quantity in case.quantities:
             if "validation problem " in quantity.source:
                 cited = quantity.source.partition("validation problem ")[2].split()[0].strip(",;")
                 assert cited in text, (case.name, cited)
@@ -250,6 +251,13 @@ def test_a_missing_engine_and_a_time_limit_are_lines(tmp_path):
         (["--folder", "/nowhere"], "/nowhere is not a folder"),
     ],
 )
-def test_errors_of_the_command_line(arguments, said):
-    done = bench(*arguments)
-    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+def test_errors_of_the_command_line(arguments, said, capsys):
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("tumble.bench: ") and said in error
+
+
+def test_lists(capsys):
+    assert main(["--list", "--cases", "grad-*"]) == 0
+    printed = capsys.readouterr().out
+    assert "grad-swap" in printed and "mujoco" in printed and "incline-holds" not in printed

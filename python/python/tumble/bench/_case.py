@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -70,6 +70,11 @@ class Case:
     table: Mapping[str, Any]
     answers: List[Answer]
     gradients: List[Gradient]
+
+    @property
+    def quantities(self) -> List[Union[Answer, Gradient]]:
+        """Answers, then gradients."""
+        return [*self.answers, *self.gradients]
 
     def scene(self, **changed: float) -> Scene:
         """Scene with the parameters of the case, some of them changed."""

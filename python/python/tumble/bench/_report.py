@@ -13,6 +13,7 @@ from typing import Any, Dict, List, Optional, Sequence
 
 from .._files import written
 from .._tumble import __version__
+from ._case import Answer
 from ._page import page
 from ._runner import Report
 from ._verdict import RIGHT, VERDICTS, WRONG, YIELDS, Outcome, counted
@@ -85,8 +86,8 @@ def finding_rows(report: Report, allowed: bool = False) -> Rows:
     names = installed(report)
     rows = [["case", "answer", "unit", "expected", "tolerance", "allowance", *names]]
     for case in report.cases:
-        for place, quantity in enumerate([*case.answers, *case.gradients]):
-            allowance = getattr(quantity, "compliant", None)
+        for place, quantity in enumerate(case.quantities):
+            allowance = quantity.compliant if isinstance(quantity, Answer) else None
             if allowed and allowance is None:
                 continue
             values = []
@@ -177,7 +178,7 @@ def data(report: Report, about: Dict[str, str]) -> Dict[str, Any]:
         case.name: {
             "description": case.description,
             "group": case.group,
-            "sources": sorted({quantity.source for quantity in [*case.answers, *case.gradients]}),
+            "sources": sorted({quantity.source for quantity in case.quantities}),
         }
         for case in report.cases
     }

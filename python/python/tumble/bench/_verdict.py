@@ -64,11 +64,10 @@ def judged(engine: str, case: Case, result: Mapping[str, Any]) -> Outcome:
     """Outcome of a worker's result."""
     if result["status"] != "measured":
         return Outcome(engine, case.name, result["status"], result["reason"])
-    quantities: List[Union[Answer, Gradient]] = [*case.answers, *case.gradients]
     methods = ["run"] * len(case.answers) + list(result["methods"])
     findings = [
         _finding(quantity, value, method, result["compliant"])
-        for quantity, value, method in zip(quantities, result["values"], methods)
+        for quantity, value, method in zip(case.quantities, result["values"], methods)
     ]
     verdicts = {finding.verdict for finding in findings}
     verdict = next(one for one in (WRONG, YIELDS, RIGHT) if one in verdicts)

@@ -30,9 +30,9 @@ def work(name: str, folder: Path, limit: float, cases: Sequence[Path]) -> None:
             _leave(folder, path, {"status": "not installed", "reason": reason})
         return
     fork = "fork" in multiprocessing.get_all_start_methods()
-    context = multiprocessing.get_context("fork" if fork else "spawn")
+    multiprocessing.set_start_method("fork" if fork else "spawn")
     for path in cases:
-        child = context.Process(target=_child, args=(name, folder, path))
+        child = multiprocessing.Process(target=_child, args=(name, folder, path))
         child.start()
         child.join(limit)
         if child.is_alive():
