@@ -86,6 +86,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
         &[
             ("Problems with closed-form solutions", "docs/validation.md"),
             ("Other engines", "docs/comparison.md"),
+            ("Contact benchmark", "docs/benchmark.md"),
             ("Recorded tosses", "docs/reality.md"),
             ("Long runs", "docs/soak.md"),
             ("Pictures and their cost", "docs/pictures/README.md"),

@@ -1,0 +1,59 @@
+"""Derivatives by parameters of a case: an engine's own ones, or central differences of its runs."""
+
+from __future__ import annotations
+
+from typing import Optional, Tuple
+
+import numpy as np
+
+from ._case import COMPONENTS, Case, Gradient
+from .engines import Engine, Sensitivities
+
+_STATE = {name: place if place < 3 else place + 4 for place, name in enumerate(COMPONENTS)}
+"""Place of a component in a state of 13 numbers."""
+
+
+def derivative(engine: Engine, case: Case, gradient: Gradient) -> Tuple[float, str]:
+    """Derivative and the method: ``own`` or ``differences``."""
+    component = _STATE[gradient.component]
+    found = engine.sensitivities(case.scene(), gradient.body, component)
+    own = None if found is None else _chained(case, gradient, found)
+    if own is not None:
+        return own, "own"
+    at = case.parameters[gradient.by]
+    ends = []
+    for sign in (1.0, -1.0):
+        motion = engine.run(case.scene(**{gradient.by: at + sign * gradient.step}))
+        ends.append(float(motion.states[-1, gradient.body, component]))
+    return (ends[0] - ends[1]) / (2.0 * gradient.step), "differences"
+
+
+def _chained(case: Case, gradient: Gradient, found: Sensitivities) -> Optional[float]:
+    """Sum of the derivatives by all inputs that depend on the parameter; None if one of them is unknown.
+
+    Inputs are at most linear in a parameter of a gradient, so their central differences are exact.
+    """
+    at = case.parameters[gradient.by]
+    above, below = (case.scene(**{gradient.by: at + sign * gradient.step}) for sign in (1.0, -1.0))
+    middle = case.scene()
+    states = middle.states
+
+    def forces(step: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        return (above.wrenches(step, states) - below.wrenches(step, states))[:, :3]
+
+    inputs = [
+        (found.position, above.states[:, :3] - below.states[:, :3]),
+        (found.velocity, above.states[:, 7:10] - below.states[:, 7:10]),
+        (found.friction, np.array(above.friction - below.friction)),
+        (found.gravity, above.gravity - below.gravity),
+        (found.mass, np.array([a.mass - b.mass for a, b in zip(above.free, below.free)])),
+        (found.force, np.array([forces(step) for step in range(middle.steps)])),
+    ]
+    total = 0.0
+    for sensitivity, change in inputs:
+        if not np.any(change):
+            continue
+        if sensitivity is None:
+            return None
+        total += float(np.sum(np.asarray(sensitivity) * change)) / (2.0 * gradient.step)
+    return total

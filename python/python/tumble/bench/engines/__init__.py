@@ -1,0 +1,41 @@
+"""Adapters of engines, one file each.
+
+A file has a list ``ENGINES``. An adapter may import its package at the top: a package that is missing makes a line of
+the table.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Dict
+
+from ._base import Engine, Motion, Sensitivities, Unsupported
+
+__all__ = ["MODULES", "Engine", "Motion", "Sensitivities", "Unsupported", "engine"]
+
+MODULES: Dict[str, str] = {
+    "tumble": "native",
+    "tumble-ipopt": "native",
+    "mujoco": "mujoco_c",
+    "mujoco-noslip": "mujoco_c",
+    "mujoco-warp": "mujoco_warp",
+    "drake-sap": "drake",
+    "drake-cenic": "drake",
+    "newton-kamino": "newton",
+    "newton-xpbd": "newton",
+    "pybullet": "pybullet",
+    "rapier": "rapier",
+    "brax": "brax",
+    "nimble": "nimble",
+}
+"""File of each engine, by the name of the engine."""
+
+
+def engine(name: str) -> Engine:
+    """Engine of a name.
+
+    :raises ImportError: if its package is not installed, or does not load.
+    """
+    module = import_module(f".{MODULES[name]}", __package__)
+    found: Engine = next(one for one in module.ENGINES if one.name == name)
+    return found

@@ -1,0 +1,113 @@
+"""MuJoCo: compliant contacts, one convex problem a step."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Iterable, List
+
+import mujoco
+import numpy as np
+
+from .._scene import Body, Scene
+from ._base import Engine, Motion, no_restitution
+
+MODEL = """
+<mujoco>
+  <option timestep="{step}" gravity="{gravity}" {option}/>
+  <default><geom {contact}/></default>
+  <asset>{meshes}</asset>
+  <worldbody>{bodies}</worldbody>
+</mujoco>
+"""
+ELASTIC = ' solref="-10000 0"'
+"""Stiffness without damping: an impact takes 0.03 s and returns the energy to 0.5 %."""
+GROUND = '<geom type="plane" size="50 50 1"/>'
+FREE = """<body name="{name}" pos="{pos}" quat="{quat}"><freejoint/>
+  <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia}"/>{geom}</body>"""
+
+
+class Mujoco(Engine):
+    """MuJoCo with the settings that its documentation recommends for grasping."""
+
+    compliant = True
+
+    def __init__(self, name: str, option: str, settings: str) -> None:
+        self.name, self.option, self.settings = name, option, settings
+
+    def version(self) -> str:
+        return str(mujoco.__version__)
+
+    def run(self, scene: Scene) -> Motion:
+        model, data = model_and_data(scene, self.option)
+        states = np.empty((scene.steps + 1, len(scene.free), 13))
+        states[0] = scene.states
+        seconds = 0.0
+        for step in range(scene.steps):
+            # Fixed bodies are geoms of the world, which is body 0.
+            data.xfrc_applied[1:] = scene.wrenches(step, states[step])
+            begin = time.perf_counter()
+            mujoco.mj_step(model, data)
+            seconds += time.perf_counter() - begin
+            states[step + 1] = read_states(data.qpos, data.qvel)
+        warned = sum(int(warning.number) for warning in data.warning)
+        return Motion(states, seconds, f"{warned} warnings" if warned else "")
+
+
+def model_and_data(scene: Scene, option: str) -> Any:
+    """Model and data at the start of a scene."""
+    no_restitution(scene, elastic=True)
+    model = model_of(scene, f'integrator="implicitfast" cone="elliptic" impratio="10" {option}')
+    data = mujoco.MjData(model)
+    states = scene.states
+    # Both have position, attitude, velocity and the spin in the body's frame.
+    data.qpos[:] = states[:, :7].ravel()
+    data.qvel[:] = states[:, 7:].ravel()
+    return model, data
+
+
+def model_of(scene: Scene, option: str) -> Any:
+    """Model of a scene with further attributes of the element option."""
+    hulls = [body for body in scene.bodies if body.kind == "hull"]
+    bodies = GROUND if scene.ground else ""
+    for body in scene.bodies:
+        place = {"pos": numbers(body.position), "quat": numbers(body.attitude)}
+        if body.fixed:
+            bodies += _geom(body, f'pos="{place["pos"]}" quat="{place["quat"]}"')
+            continue
+        inertia = numbers(body.inertia)
+        bodies += FREE.format(name=body.name, mass=body.mass, inertia=inertia, geom=_geom(body, ""), **place)
+    # MuJoCo takes friction from 1e-5 upwards; condim 1 is without friction.
+    contact = f'condim="3" friction="{scene.friction!r} 0 0"' if scene.friction > 0.0 else 'condim="1"'
+    if scene.restitution == 1.0:
+        contact += ELASTIC
+    text = MODEL.format(
+        step=scene.time_step,
+        gravity=numbers(scene.gravity),
+        option=option,
+        contact=contact,
+        meshes="".join(f'<mesh name="{body.name}" vertex="{numbers(body.points.ravel())}"/>' for body in hulls),
+        bodies=bodies,
+    )
+    return mujoco.MjModel.from_xml_string(text)
+
+
+def read_states(qpos: Any, qvel: Any) -> Any:
+    """States (N, 13) of free bodies."""
+    return np.concatenate([np.asarray(qpos).reshape(-1, 7), np.asarray(qvel).reshape(-1, 6)], axis=1)
+
+
+def _geom(body: Body, place: str) -> str:
+    if body.kind == "hull":
+        return f'<geom type="mesh" mesh="{body.name}" {place}/>'
+    return f'<geom type="{body.kind}" size="{numbers(body.size)}" {place}/>'
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Numbers as text with all digits."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+ENGINES: List[Engine] = [
+    Mujoco("mujoco", "", "elliptic cone, Newton, implicitfast, impratio 10; for restitution 1 solref -10000 0"),
+    Mujoco("mujoco-noslip", 'noslip_iterations="10"', "as mujoco, with noslip_iterations 10"),
+]

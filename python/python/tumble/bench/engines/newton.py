@@ -1,0 +1,117 @@
+"""Newton on the processor with two of its solvers, in single precision."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, List
+
+import newton
+import numpy as np
+import warp
+
+from .._scene import Body, Scene
+from .._solids import prism_triangles
+from ._base import Engine, Motion, rows, world_spin
+
+ITERATIONS = 50
+"""Iterations of XPBD, whose default is 2."""
+
+
+class Newton(Engine):
+    """Newton with one of its solvers for rigid bodies."""
+
+    def __init__(self, name: str, compliant: bool, settings: str) -> None:
+        self.name, self.compliant, self.settings = name, compliant, settings
+
+    def version(self) -> str:
+        return str(newton.__version__)
+
+    def run(self, scene: Scene) -> Motion:
+        warp.config.quiet = True
+        with warp.ScopedDevice("cpu"):
+            return self._run(scene)
+
+    def _run(self, scene: Scene) -> Motion:
+        model = _model(scene)
+        solver = self._solver(model, scene)
+        now, then = model.state(), model.state()
+        _start(now, scene)
+        pipeline = newton.CollisionPipeline(model, deterministic=True)
+        contacts, control = pipeline.contacts(), model.control()
+        count = len(scene.free)
+        states = np.empty((scene.steps + 1, count, 13))
+        states[0] = scene.states
+        seconds = 0.0
+        for step in range(scene.steps + 1):
+            now.clear_forces()
+            if scene.forces and step > 0:
+                now.body_f.assign(scene.wrenches(step - 1, states[step - 1]).astype(np.float32))
+            begin = time.perf_counter()
+            pipeline.collide(now, contacts)
+            solver.step(now, then, control, contacts, scene.time_step)
+            taken = time.perf_counter() - begin
+            if step == 0:
+                # The first step compiles kernels; the motion starts again.
+                solver = self._solver(model, scene)
+                _start(now, scene)
+                continue
+            seconds += taken
+            places, speeds = then.body_q.numpy().astype(float), then.body_qd.numpy().astype(float)
+            attitudes = places[:, [6, 3, 4, 5]]
+            states[step] = rows(places[:, :3], attitudes, speeds[:, :3], speeds[:, 3:])[:count]
+            now, then = then, now
+        return Motion(states, seconds)
+
+    def _solver(self, model: Any, scene: Scene) -> Any:
+        if self.name == "newton-kamino":
+            return newton.solvers.SolverKamino(model)
+        return newton.solvers.SolverXPBD(
+            model, iterations=ITERATIONS, enable_restitution=scene.restitution > 0.0
+        )
+
+
+def _model(scene: Scene) -> Any:
+    builder = newton.ModelBuilder()
+    newton.solvers.SolverKamino.register_custom_attributes(builder)
+    material = newton.ModelBuilder.ShapeConfig(
+        density=0.0, mu=scene.friction, restitution=scene.restitution, mu_torsional=0.0, mu_rolling=0.0
+    )
+    for body in scene.bodies:
+        place = warp.transform(body.position.tolist(), warp.quat(*np.roll(body.attitude, -1).tolist()))
+        if body.fixed:
+            _shape(builder, -1, body, place, material)
+            continue
+        inertia = warp.mat33(*np.diag(body.inertia).ravel().tolist())
+        made = builder.add_body(xform=place, mass=body.mass, inertia=inertia, lock_inertia=True, label=body.name)
+        _shape(builder, made, body, warp.transform_identity(), material)
+    if scene.ground:
+        builder.add_ground_plane(cfg=material)
+    model = builder.finalize()
+    model.set_gravity(scene.gravity.tolist())
+    return model
+
+
+def _shape(builder: Any, made: int, body: Body, place: Any, material: Any) -> None:
+    given = {"body": made, "xform": place, "cfg": material}
+    if body.kind == "box":
+        builder.add_shape_box(hx=body.size[0], hy=body.size[1], hz=body.size[2], **given)
+    elif body.kind == "sphere":
+        builder.add_shape_sphere(radius=body.size[0], **given)
+    elif body.kind == "capsule":
+        builder.add_shape_capsule(radius=body.size[0], half_height=body.size[1], **given)
+    else:
+        mesh = newton.Mesh(body.points.astype(np.float32), prism_triangles(len(body.points)).ravel())
+        builder.add_shape_convex_hull(mesh=mesh, **given)
+
+
+def _start(state: Any, scene: Scene) -> None:
+    """Sets the initial states: poses with quaternions x, y, z, w, velocities and world spins."""
+    starts = scene.states
+    state.body_q.assign(np.concatenate([starts[:, :3], starts[:, [4, 5, 6, 3]]], axis=1).astype(np.float32))
+    state.body_qd.assign(np.concatenate([starts[:, 7:10], world_spin(starts)], axis=1).astype(np.float32))
+
+
+ENGINES: List[Engine] = [
+    Newton("newton-kamino", False, "Kamino, defaults (PADMM), single precision, on the processor"),
+    Newton("newton-xpbd", True, f"XPBD, {ITERATIONS} iterations, single precision, on the processor"),
+]
