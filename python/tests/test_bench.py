@@ -210,19 +210,19 @@ def test_case_files_that_are_refused(tmp_path, old, new, said):
     assert str(path) in str(error.value)
 
 
-def bench(*arguments):
+def bench(*arguments, cwd=None):
     command = [sys.executable, "-m", "tumble.bench", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd)
 
 
 def test_the_command_line(tmp_path):
     folder = tmp_path / "cases"
     folder.mkdir()
     (folder / "my-cube.toml").write_text(GOOD)
-    command = ["--engines", "tumble", "--cases", "my-cube,incline-holds", "--folder", folder, "--quiet"]
-    done = bench(*command, "--out", tmp_path / "one", "--strict")
+    command = ["--engines", "tumble", "--cases", "my-cube,incline-holds", "--folder", "cases", "--quiet"]
+    done = bench(*command, "--out", "one", "--strict", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    again = bench(*command, "--out", tmp_path / "two")
+    again = bench(*command, "--out", "two", cwd=tmp_path)
     one, two = (json.loads((tmp_path / name / "bench.json").read_text()) for name in ("one", "two"))
     assert again.returncode == 0 and one["accuracy"] == two["accuracy"]
     assert one["accuracy"]["tumble"]["my-cube"]["verdict"] == RIGHT

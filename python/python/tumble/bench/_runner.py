@@ -72,7 +72,7 @@ def _results(name: str, cases: Sequence[Case], python: str, limit: float) -> Ite
         with open(Path(folder) / "errors.txt", "w+", encoding="utf-8", errors="replace") as errors:
             try:
                 worker = subprocess.Popen(
-                    command, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder
+                    command, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True
                 )
             except OSError as error:
                 for case in cases:
