@@ -94,7 +94,7 @@ impl UrdfReader<'_> {
         let known = || {
             let name = material.own("name")?;
             let same = |other: &&Element| other.own("name") == Some(name);
-            self.materials.iter().find(same)?.all("color").next()
+            self.materials.iter().copied().find(same)?.all("color").next()
         };
         let Some(colour) = own.or_else(known) else { return Ok(None) };
         Ok(colour_of(&colour.numbers("rgba")?.unwrap_or_default()))

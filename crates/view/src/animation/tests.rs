@@ -65,7 +65,9 @@ fn the_body_is_where_the_trajectory_has_it() {
             // The rim of the picture equals that of the empty scene, so nothing is cut off.
             for i in 0..300 {
                 for place in [i, 299 * 300 + i, 300 * i, 300 * i + 299] {
-                    assert!(near(picture[place], empty[place]));
+                    // Blends of faded grid lines are not all in the palette.
+                    let apart = |k: usize| picture[place][k].abs_diff(empty[place][k]);
+                    assert!((0..3).all(|k| apart(k) < 16), "{place}");
                 }
             }
         }
@@ -107,7 +109,9 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
             let picture = paint(vec![up(i)]);
             assert!(has(&picture, THEME.force), "the tip of arrow {i} stands out");
             let pairs = bare.iter().zip(&picture).filter(|(before, _)| is_body(before));
-            pairs.filter(|(before, now)| before != now).count() == 0
+            // An arrow behind the body changes the blends at its outline only. One in front of it
+            // changes more than a hundred pixels.
+            pairs.filter(|(before, now)| before != now).count() < 20
         })
         .collect();
     // Seen from x > 0, y < 0, z > 0, the corner at x = 0, y = 1, z = 0 is behind the body.
@@ -233,7 +237,8 @@ fn what_stands_still_does_not_hide_what_moves() {
         Backdrop::new(&film, &settings, &moments).unwrap().hidden(&moments)
     };
     assert!(hidden(Some(View::default())) > 0.5);
-    assert!(hidden(None) <= 0.05);
+    // The view is chosen in smaller pictures, where one of twelve frames may look different.
+    assert!(hidden(None) <= 0.1);
 }
 
 #[test]
