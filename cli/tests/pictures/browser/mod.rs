@@ -153,6 +153,23 @@ fn it_orbits_zooms_and_shows_what_is_asked_for() {
     browser.assert_quiet();
 }
 
+/// The screenshots in docs/pictures, which `scripts/pictures` copies.
+#[test]
+#[ignore = "a browser"]
+fn the_documents_show_these_pages() {
+    let pages = Pages::new();
+    let arch = format!("{}/scenarios/arch.toml", crate::ROOT);
+    let arch = pages.simulate("arch", &["--scenario", &arch, "--solver", "native"], 0);
+    for (name, page, time) in [("view", pages.drop(), IMPACT), ("arch", arch, 1.0)] {
+        let browser = Browser::start(1280, 800);
+        browser.open(&page);
+        browser.set_time(time);
+        browser.settle();
+        browser.screenshot(&format!("document-{name}"));
+        browser.assert_quiet();
+    }
+}
+
 #[test]
 #[ignore = "a browser"]
 fn the_plots_and_the_time_are_linked() {

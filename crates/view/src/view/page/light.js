@@ -3,6 +3,8 @@
 const SHADOW_PIXELS = 1536;
 // Width of the soft rim of shadows, in pixels of the shadow map.
 const SOFTNESS = 2.6;
+// Largest size of the lit scene with fixed objects over that of the bodies.
+const MOST_WIDENED = 3;
 const SUN = 2.15;
 const SKY = 2.05;
 
@@ -17,12 +19,14 @@ class Light {
     scene.add(this.sun, this.sun.target, this.sky);
   }
 
-  // Fits the shadow map to a ball around all bodies. Its position and size change in steps, which
-  // prevents flicker.
-  castShadows(drawn, floor) {
+  // Fits the shadow map to a ball around all bodies, and around the fixed objects that are not much
+  // larger. Its position and size change in steps, which prevents flicker.
+  castShadows(drawn, fixed, floor) {
     if (drawn.length === 0) return;
     const middle = times(drawn.map(({ place }) => place).reduce(add), 1 / drawn.length);
-    const reach = largest(drawn.map(({ place, reach }) => length(subtract(place, middle)) + reach));
+    const ends = (balls) => balls.map(({ place, reach }) => length(subtract(place, middle)) + reach);
+    const own = largest(ends(drawn));
+    const reach = largest([own, ...ends(fixed).filter((end) => end < MOST_WIDENED * own)]);
     const size = 1.2 ** Math.ceil(Math.log(Math.max(reach, 1e-9)) / Math.log(1.2));
     const texel = (2 * size) / SHADOW_PIXELS;
     const across = unit(cross(LIGHT, [0, 1, 0]));

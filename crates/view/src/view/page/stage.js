@@ -104,6 +104,11 @@ class Stage {
         faded: new Solids(fixed, 0.22, this.ambience),
         bones: run.bodies.map((_, body) => run.data.bones.filter((bone) => bone.body === body)),
         joints: run.bodies.map((_, body) => run.data.joints.filter((joint) => joint.body === body)),
+        // Balls around the fixed objects.
+        balls: fixed.map(({ span }) => {
+          const place = local(times(span.reduce(add), 1 / span.length));
+          return { place, reach: largest(span.map((at) => length(subtract(local(at), place)))) };
+        }),
         behind: new Lines(),
         ahead: new Lines(),
         rods: new Lines(),
@@ -186,7 +191,7 @@ class Stage {
     const occluders = new Occluders();
     const drawn = this.paintBodies(time, show, occluders);
     this.paintForces(time, before, show, occluders);
-    this.light.castShadows(drawn, this.floor);
+    this.light.castShadows(drawn, this.actors.flatMap(({ balls }) => balls), this.floor);
     const isAbove = this.floor?.look(this.eye.position.toArray()) ?? true;
     this.light.sun.castShadow = isAbove && detail.shadows;
     this.render(show, isAbove && detail.ambience);
