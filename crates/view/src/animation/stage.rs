@@ -41,7 +41,7 @@ const HEIGHTS: [f64; 4] = [20.0, 35.0, 50.0, 65.0];
 /// pictures (pixels).
 const HIDDEN: f64 = 0.05;
 pub const SKETCHES: usize = 12;
-const SKETCH: u16 = 120;
+const SKETCH: u16 = 200;
 
 /// Content of a frame, in the ground's frame.
 pub struct Moment {
