@@ -17,9 +17,8 @@ use tumble_model::shown;
 /// that start slightly apart touch after a few.
 const TRIED: u64 = 10;
 
-/// Turn of a body in a step (rad) above which the motion is inaccurate. An error of the order of its
-/// square is 1 %.
-const LARGEST_TURN: f64 = 0.1;
+/// Turn of a body in a step (rad) above which the motion is inaccurate (docs/concepts/time-step.md).
+const LARGEST_TURN: f64 = 0.3;
 
 /// Depth of an overlap that is not worth a line, as a fraction of the world's reach.
 const NEGLIGIBLE: f64 = 1e-9;
@@ -137,8 +136,10 @@ fn time_step(scene: &Scene, results: &RunResults) -> String {
         );
     }
     text += &describe::too_stiff(scene, results);
-    match text.is_empty() {
-        true => "  time step    no objection\n".to_owned(),
-        false => format!("  time step    too long\n{text}"),
+    if !text.is_empty() {
+        return format!("  time step    too long\n{text}");
     }
+    let touched =
+        if results.summary.contact_steps() > 0 { "" } else { ", but nothing touches yet" };
+    format!("  time step    no objection{touched}\n")
 }

@@ -20,8 +20,10 @@ pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     write(&path, &TEMPLATE.replace("NAME", &name))
         .map_err(|error| Failure::Other(format!("{shown} cannot be written: {error}")))?;
+    // A name with blanks is quoted, so that the commands can be copied.
+    let word = if shown.contains(' ') { format!("'{shown}'") } else { shown.clone() };
     output::say(&format!(
-        "wrote {shown}\n  tumble check {shown}        checks it\n  tumble run {shown} --html   \
+        "wrote {shown}\n  tumble check {word}        checks it\n  tumble run {word} --html   \
          simulates it and writes out/view.html\n"
     ))?;
     Ok(Outcome::Done)

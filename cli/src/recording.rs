@@ -108,6 +108,7 @@ impl<'a> Recording<'a> {
     /// Only a trajectory can lack run.json. It then has the drop scene's parameters, changed by
     /// `flags`.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
+        refuse_directory(path)?;
         let run_path = path.with_file_name("run.json");
         let run = RunFile::read(input::text(&run_path, run_file::LARGEST_FILE), &run_path, || {
             refuse_lonely_table(path, &run_path)
@@ -385,6 +386,20 @@ fn table(beside: &Path, table: Table, form: TableForm) -> Result<TableSource, Fa
     let path = beside.with_file_name(file_of(table.name(), form));
     TableSource::open(&path)
         .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
+}
+
+/// Refuses a directory, and names the table of the run in it.
+fn refuse_directory(path: &Path) -> Result<(), Failure> {
+    if !path.is_dir() {
+        return Ok(());
+    }
+    let names = ["states.csv", "trajectory.csv", "states.csv.zst", "trajectory.csv.zst"];
+    let table = names.into_iter().map(|name| path.join(name)).find(|table| table.is_file());
+    let remedy = table.map_or_else(
+        || "give a table of a run".to_owned(),
+        |table| format!("give {}", shown::path(&table)),
+    );
+    Err(Failure::Input(format!("{} is a directory, not a file; {remedy}", shown::path(path))))
 }
 
 /// Refuses a table of several bodies without run.json, which has the model.

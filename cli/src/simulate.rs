@@ -119,6 +119,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     if !removed.is_empty() {
         let _ = writeln!(text, "removed {} from an earlier run", removed.join(", "));
     }
+    if run.end == RunOutcome::Interrupted {
+        let _ = writeln!(text, "continue with tumble run --continue {}", shown::path(args.out()));
+    }
     voice.say(&text);
     // An interrupt of the run does not affect its pictures, but a later one does.
     interrupt.store(false, Ordering::Relaxed);

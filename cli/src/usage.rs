@@ -123,16 +123,15 @@ fn late_command(command: &clap::Command, arguments: &[OsString]) -> Option<Strin
 
 /// Finds a vector written with spaces, such as `--position 0 0 1`.
 fn separate_numbers(command: &clap::Command, arguments: &[OsString]) -> Option<String> {
-    let is_number =
-        |text: &&OsString| text.to_str().is_some_and(|text| text.parse::<f64>().is_ok());
+    // A number, or several joined by commas, without a comma at the end.
+    let numbers = |text: &OsString| {
+        let text = text.to_str()?.trim_end_matches(',').to_owned();
+        text.split(',').all(|part| part.parse::<f64>().is_ok()).then_some(text)
+    };
     arguments.iter().enumerate().find_map(|(index, name)| {
         let argument = flag(command, name)?;
         let takes_vector = argument.get_value_names()?.iter().any(|name| name.contains(','));
-        let numbers: Vec<_> = arguments[index + 1..]
-            .iter()
-            .take_while(is_number)
-            .map(|n| n.to_string_lossy())
-            .collect();
+        let numbers: Vec<_> = arguments[index + 1..].iter().map_while(numbers).collect();
         let shown = name.to_string_lossy();
         (takes_vector && numbers.len() > 1).then(|| {
             format!(

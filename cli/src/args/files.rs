@@ -10,7 +10,8 @@ use std::path::PathBuf;
 pub struct GifArgs {
     /// Trajectory or table of a run with several bodies.
     ///
-    /// Its parameters are read from run.json in the same directory; flags override them.
+    /// Its parameters are read from run.json in the same directory. The flags for constants are for a
+    /// table without run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Directory for animation.gif, created if missing, or a file name that ends in .gif [default:
@@ -19,7 +20,7 @@ pub struct GifArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub animation: AnimationArgs,
-    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
+    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
     pub physics: PhysicsArgs,
     /// Print no progress bar and no summary.
     #[arg(short, long)]
@@ -30,8 +31,8 @@ pub struct GifArgs {
 pub struct PlotArgs {
     /// Trajectory or table of a run with several bodies.
     ///
-    /// Its parameters are read from run.json in the same directory; flags override them. The
-    /// defaults below apply only without a run.json.
+    /// Its parameters are read from run.json in the same directory. The flags for constants, and their
+    /// defaults, are for a table without run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Directory for the pictures; created if missing [default: directory of FILE.csv].
@@ -40,7 +41,7 @@ pub struct PlotArgs {
     /// Body to plot: a name or a number from 0 [default: 0].
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub body: Option<String>,
-    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
+    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
     pub physics: PhysicsArgs,
 }
 
@@ -48,14 +49,14 @@ pub struct PlotArgs {
 pub struct ViewArgs {
     /// Trajectory or table of a run with several bodies; two files are compared.
     ///
-    /// The parameters of each are read from run.json in the same directory; flags override them.
-    /// The defaults below apply only without a run.json.
+    /// The parameters of each are read from run.json in the same directory. The flags for constants,
+    /// and their defaults, are for a table without run.json.
     #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
     pub files: Vec<PathBuf>,
     /// Directory for view.html; created if missing [default: directory of the first file].
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
+    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
     pub physics: PhysicsArgs,
     /// Print no summary.
     #[arg(short, long)]
@@ -63,17 +64,20 @@ pub struct ViewArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes: 0 every row holds; 1 a row does not, or any other error; 2 bad input."
+)]
 pub struct VerifyArgs {
     /// Trajectory or table of a run with several bodies.
     ///
-    /// Its parameters are read from run.json in the same directory; flags override them. The
-    /// defaults below apply only without a run.json.
+    /// Its parameters are read from run.json in the same directory. The flags for constants, and their
+    /// defaults, are for a table without run.json.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Number of steps to print, the worst first.
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "5", allow_hyphen_values = true)]
     pub worst: usize,
-    #[command(flatten, next_help_heading = "Constants, instead of those in run.json")]
+    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
     pub physics: PhysicsArgs,
 }
 

@@ -58,11 +58,11 @@ fn a_check_reports_overlaps_redundant_joints_and_a_long_time_step() {
     run_in(here, &["check", "deep.toml"]).assert_refused(2, &["overlap", "low", "high"]);
     scene(
         "spinning.toml",
-        &format!("{boxes}position = [0.0, 0.0, 3.0]\nspin = [100.0, 0.0, 0.0]\n"),
+        &format!("{boxes}position = [0.0, 0.0, 3.0]\nspin = [200.0, 0.0, 0.0]\n"),
     );
     let end = run_in(here, &["check", "spinning.toml"]);
-    // 100 rad/s × 2 ms = 0.2 rad; a tenth of a radian takes 1 ms.
-    assert!(end.stdout.contains("turns by 0.20 rad in a step; use at most 1.0e-3 s"), "{end:?}");
+    // 200 rad/s × 2 ms = 0.4 rad; 0.3 rad take 1.5 ms.
+    assert!(end.stdout.contains("turns by 0.40 rad in a step; use at most 1.5e-3 s"), "{end:?}");
     let end = run_in(here, &["check", "spinning.toml", "--dt", "5e-4"]);
     assert!(end.stdout.contains("no objection"), "{end:?}");
     // Two hinges with one axis hold five directions twice.
@@ -92,6 +92,7 @@ fn misspelt_words_are_answered_with_the_nearest_one() {
     run(&["xyzzy"]).assert_refused(2, &["xyzzy", "neither a command nor a file"]);
     run(&["run", "--position", "0", "0", "1"]).assert_refused(2, &["write --position 0,0,1"]);
     run(&["--gravity", "0", "0", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);
+    run(&["--gravity", "0,", "0,", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);
 }
 
 #[test]
@@ -114,4 +115,19 @@ fn completion_scripts_name_every_command() {
         }
     }
     run(&["completions", "cmd"]).assert_refused(2, &["cmd", "bash"]);
+}
+
+#[test]
+fn gravity_that_lifts_and_a_directory_instead_of_a_table_are_said() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let end = run_in(here, &["--solver", "native", "-s", "5", "--gravity=-9.81", "-o", "up"]);
+    assert!(end.stdout.contains("gravity points away from the ground"), "{end:?}");
+    let end = run_in(here, &["--solver", "native", "-s", "5", "-o", "down"]);
+    assert!(!end.stdout.contains("gravity points"), "{end:?}");
+    for command in ["verify", "view", "plot", "gif"] {
+        let words = ["is a directory", "give down/trajectory.csv"];
+        run_in(here, &[command, "down"]).assert_refused(2, &words);
+    }
+    run_in(here, &["verify", "."]).assert_refused(2, &["is a directory", "table of a run"]);
 }

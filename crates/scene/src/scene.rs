@@ -62,13 +62,20 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Warnings, one sentence each: ignored parts of robot files, and axes locked by several
-    /// joints.
+    /// Warnings, one sentence each: ignored parts of robot files, axes locked by several joints, and
+    /// gravity that points away from the ground.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let joints = self.notes_on_joints();
         let of_robots = self.robots.iter().flat_map(|robot| robot.robot().notes.clone());
-        of_robots.chain(joints).collect()
+        of_robots.chain(joints).chain(self.note_on_gravity()).collect()
+    }
+
+    fn note_on_gravity(&self) -> Option<String> {
+        let rises = self.world.ground()?.normal().dot(self.world.gravity()) > 0.0;
+        rises.then(|| {
+            "gravity points away from the ground; a positive number points down".to_owned()
+        })
     }
 
     /// World at step `index`, with the frames of prescribed motions at their places.
