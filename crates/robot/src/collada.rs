@@ -29,7 +29,7 @@ pub fn triangles(text: &str) -> Result<Vec<Painted>, String> {
     if groups.is_empty() { Err("it shows no triangles".to_owned()) } else { Ok(groups) }
 }
 
-/// What the scene of a file shows.
+/// Content of the scene of a file.
 struct ColladaScene {
     points: Vec<Vector3<f64>>,
     groups: Vec<Painted>,
