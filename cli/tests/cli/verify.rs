@@ -111,7 +111,8 @@ fn files_that_are_no_trajectories_are_refused() {
     }
     let directory = tempfile::tempdir().unwrap();
     verify(directory.path(), &[]).assert_refused(2, &["trajectory.csv"]);
-    run(&["verify", directory.path().to_str().unwrap()]).assert_refused(2, &["cannot be read"]);
+    run(&["verify", directory.path().to_str().unwrap()])
+        .assert_refused(2, &["is a directory", "give a table of a run"]);
 }
 
 /// Invalid content of run.json is refused.
