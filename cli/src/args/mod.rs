@@ -63,7 +63,7 @@ pub enum Command {
     /// Write a commented scenario file that runs.
     New(NewArgs),
     /// Check a scene without writing: bodies, joints, overlaps, time step.
-    Check(CheckArgs),
+    Check(Box<CheckArgs>),
     /// Recompute the residual of every step from the tables of a run.
     Verify(VerifyArgs),
     /// Write a page that plays one or two runs in a browser.
