@@ -48,8 +48,8 @@ impl Hue {
     /// Shade for the reflected `light` of a white surface.
     pub fn lit(&self, light: f32) -> Rgb {
         let share = (light - DARKEST) / (BRIGHTEST - DARKEST);
-        // The conversion saturates.
-        self.shades[((share * (LEVELS - 1) as f32).round() as usize).min(LEVELS - 1)]
+        // The conversion truncates and saturates.
+        self.shades[((share * (LEVELS - 1) as f32 + 0.5) as usize).min(LEVELS - 1)]
     }
 }
 

@@ -88,6 +88,8 @@ impl Raster {
         if area == 0.0 || !area.is_finite() {
             return;
         }
+        // Flat triangles are the most common, and fast.
+        let flat = (lights[0] == lights[1] && lights[1] == lights[2]).then(|| hue.lit(lights[0]));
         let across_row = |y: f64| {
             let edges = [[a, b], [b, c], [c, a]].map(|edge| within(edge, y, y));
             edges.into_iter().fold(NOWHERE, |all, one| (all.0.min(one.0), all.1.max(one.1)))
@@ -97,8 +99,11 @@ impl Raster {
             let shares = [across(b, c, p), across(c, a, p), across(a, b, p)].map(|s| s / area);
             let inside = shares.iter().all(|share| *share >= 0.0);
             let w = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
-            let parts = shares.iter().zip(lights).map(|(share, light)| *share as f32 * light);
-            inside.then(|| (hue.lit(parts.sum()), w))
+            let light = || {
+                let parts = shares.iter().zip(lights);
+                parts.map(|(share, light)| *share as f32 * light).sum()
+            };
+            inside.then(|| (flat.unwrap_or_else(|| hue.lit(light())), w))
         });
     }
 

@@ -2,7 +2,7 @@
 
 // Width in pixels.
 const OUTLINE = 2.2;
-const OUTLINE_TAPS = 16;
+const OUTLINE_TAPS = 10;
 
 const CHOSEN_VERTEX = `
   attribute float chosen;
@@ -19,7 +19,7 @@ const RIM_FRAGMENT = `
     for (int i = 0; i < ${OUTLINE_TAPS}; i += 1) {
       float angle = 6.2831853 * float(i) / ${OUTLINE_TAPS}.0;
       vec2 off = wide * vec2(cos(angle), sin(angle)) / pixels;
-      most = max(most, max(texture2D(mask, place + off).r, texture2D(mask, place + 0.5 * off).r));
+      most = max(most, texture2D(mask, place + off).r);
     }
     gl_FragColor = vec4(colour, most * (1.0 - texture2D(mask, place).r));
     #include <colorspace_fragment>
@@ -34,7 +34,7 @@ class Outline {
       fragmentShader: "void main() { gl_FragColor = vec4(1.0); }",
       side: THREE.DoubleSide,
     });
-    this.mask = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false, samples: 4 });
+    this.mask = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false });
     this.rim = new ScreenPass(["mask", "pixels", "wide", "colour"], RIM_FRAGMENT, { transparent: true });
     this.rim.set({ colour: new THREE.Color() });
   }
