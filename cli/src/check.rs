@@ -36,7 +36,8 @@ pub fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "  note         {}", shown::line(&note));
     }
     output::say(&text)?;
-    Ok(Outcome::Done)
+    let is_solved = results.end == RunOutcome::Complete && results.summary.failed == 0;
+    Ok(if is_solved { Outcome::Done } else { Outcome::Unconverged })
 }
 
 /// Results of the first steps.
@@ -59,7 +60,8 @@ fn first_steps(scene: &Scene) -> Result<RunResults, Failure> {
 fn content(scene: &Scene) -> String {
     let bodies = scene.world.bodies();
     let mass: f64 = bodies.iter().map(tumble_core::mechanics::RigidBody::mass).sum();
-    let mass = shown::number((mass * 1e3).round() / 1e3);
+    // Four digits of any size.
+    let mass = format!("{mass:.3e}").parse().map_or(String::new(), shown::number);
     let mut text = format!("  bodies       {}, {mass} kg in all\n", bodies.len());
     for (kind, count) in [
         ("fixed pieces", scene.fixed.len()),

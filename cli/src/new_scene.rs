@@ -47,14 +47,7 @@ fn file_of(name: &Path) -> Result<PathBuf, Failure> {
 
 /// Writes the whole file under a temporary name and renames it, unless `path` has appeared.
 fn write(path: &Path, text: &str) -> std::io::Result<()> {
-    let mut file = tempfile::Builder::new()
-        .prefix(".tumble-new-")
-        .tempfile_in(output::directory_of(None, path))?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
-    }
+    let mut file = output::temporary().tempfile_in(output::directory_of(None, path))?;
     file.write_all(text.as_bytes())?;
     file.as_file().sync_all()?;
     file.persist_noclobber(path).map(drop).map_err(|error| error.error)

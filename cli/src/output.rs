@@ -29,16 +29,8 @@ impl PendingFile {
                 shown::path(&path)
             )));
         }
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1).rand_bytes(RANDOM);
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // Permissions follow the umask, as for other files.
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
         let temporary =
-            builder.tempfile_in(directory).map_err(|error| cannot_write(&path, &error))?;
+            temporary().tempfile_in(directory).map_err(|error| cannot_write(&path, &error))?;
         Ok(Self { path, temporary })
     }
 
@@ -90,6 +82,18 @@ impl PendingFile {
             Err(error) => Err(cannot_write(&self.path, &error.error)),
         }
     }
+}
+
+/// Builder of a temporary file. Permissions follow the umask, as for other files.
+pub fn temporary() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1).rand_bytes(RANDOM);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder
 }
 
 /// Directory for pictures of the trajectory `file`: `out`, or the file's own directory.

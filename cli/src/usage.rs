@@ -69,7 +69,7 @@ fn sentence(error: &clap::Error, command: &clap::Command, arguments: &[OsString]
     let flags = subcommand.unwrap_or(command);
     let found = flag_without_value(flags, arguments)
         .or_else(|| separate_numbers(flags, arguments))
-        .or_else(|| late_command(command, arguments));
+        .or_else(|| late_command(error, command, arguments));
     if let Some(sentence) = found {
         return format!("{sentence} (see {help})");
     }
@@ -112,9 +112,23 @@ fn flag_without_value(command: &clap::Command, arguments: &[OsString]) -> Option
     })
 }
 
-/// Finds a command after options, such as `--quiet verify states.csv`.
-fn late_command(command: &clap::Command, arguments: &[OsString]) -> Option<String> {
-    let late = arguments.iter().skip(1).find(|word| command.find_subcommand(word).is_some())?;
+/// Finds a command after options, such as `--quiet verify states.csv`. A word after an option with a
+/// value is that value.
+fn late_command(
+    error: &clap::Error,
+    command: &clap::Command,
+    arguments: &[OsString],
+) -> Option<String> {
+    if error.kind() != ErrorKind::ArgumentConflict {
+        return None;
+    }
+    let takes_next = |word: &OsString| {
+        let is_assigned = word.to_string_lossy().contains('=');
+        !is_assigned && flag(command, word).is_some_and(|flag| flag.get_action().takes_values())
+    };
+    let is_late =
+        |pair: &&[OsString]| command.find_subcommand(&pair[1]).is_some() && !takes_next(&pair[0]);
+    let late = &arguments.windows(2).find(is_late)?[1];
     let [first, late] = [arguments.first()?, late].map(|word| word.to_string_lossy());
     first.starts_with('-').then(|| {
         format!("{first} stands before the command {late}; write tumble {late}, then its options")

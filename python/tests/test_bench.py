@@ -154,6 +154,7 @@ def test_measures():
         ("(1).real", "is not allowed"),
         ("1 +", "has no value"),
         ("1/0", "has no value"),
+        ("9**9**9**9", "has no value"),
         (None, "is not a formula"),
     ],
 )

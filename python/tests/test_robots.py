@@ -238,6 +238,24 @@ def test_several_and_copies():
     np.testing.assert_array_equal(simulation.states, third.states)
 
 
+@pytest.mark.parametrize(
+    "gains, said",
+    [
+        ({"stiffness": -80.0}, "stiffness is -80.0; a number above 0"),
+        ({"stiffness": "a"}, "stiffness is 'a'; a number is needed"),
+        ({"stiffness": 80.0, "damping": -3.0}, "damping is -3.0; a number from 0"),
+        ({"stiffness": 80.0, "most": -3.0}, "most is -3.0; a number from 0"),
+        ({"stiffness": float("nan")}, "stiffness is nan"),
+    ],
+)
+def test_gains_that_are_refused_change_nothing(gains, said):
+    robot = standing().simulate().robot
+    robot.set_gains(stiffness=50.0, damping=1.0, most=20.0)
+    with pytest.raises(tumble.TumbleError, match=said):
+        robot.set_gains(**gains)
+    assert {(joint.stiffness, joint.damping, joint.most) for joint in robot.slides_and_hinges} == {(50.0, 1.0, 20.0)}
+
+
 def test_sensors_at_rest():
     """A resting robot measures its weight: upwards in the accelerometer and in its feet."""
     simulation = standing().simulate()

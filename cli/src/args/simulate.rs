@@ -46,7 +46,7 @@ pub struct SetupArgs {
     pub robot: RobotArgs,
 }
 
-/// What is simulated, and how long.
+/// Scene, seed and number of steps.
 #[derive(Debug, Args)]
 pub struct SceneArgs {
     /// Scene to simulate: a scenario file (TOML, see scenarios/README.md) or a robot (URDF, MJCF).

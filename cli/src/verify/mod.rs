@@ -167,7 +167,7 @@ fn report(
         let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
     }
     if !recording.world.joints().is_empty() {
-        let _ = writeln!(text, "  joints: {}", counts.joints());
+        let _ = writeln!(text, "  joints, as recorded: {}", counts.joints());
     }
     if !differences.is_empty() {
         let _ = writeln!(text, "  run.json differs from the rows:");

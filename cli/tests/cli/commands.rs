@@ -131,3 +131,66 @@ fn gravity_that_lifts_and_a_directory_instead_of_a_table_are_said() {
     }
     run_in(here, &["verify", "."]).assert_refused(2, &["is a directory", "table of a run"]);
 }
+
+#[test]
+fn a_check_ends_with_3_if_a_first_step_does_not_converge() {
+    // A cube that lands with one iteration of Ipopt, whose failure is only recorded.
+    let ipopt = ["--solver", "ipopt", "--max-iter", "1", "--on-failure", "record"];
+    let start = ["--height", "1.0", "--attitude", "1,0,0,0"];
+    let end = run(&[&["check"][..], &ipopt, &start].concat());
+    assert_eq!(end.code, Some(3), "{end:?}");
+    assert!(end.stdout.contains("10 not converged"), "{end:?}");
+    let end = run(&[&["check", "--solver", "native"][..], &start].concat());
+    assert_eq!(end.code, Some(0), "{end:?}");
+}
+
+#[test]
+fn a_check_shows_masses_of_any_size() {
+    let directory = tempfile::tempdir().unwrap();
+    let text = "[ground]\nfriction = 0.5\n[[bodies]]\nsphere = 1e-4\nmass = 1e-7\nposition = [0, 0, 1e-4]\n";
+    fs::write(directory.path().join("grain.toml"), text).unwrap();
+    let end = run_in(directory.path(), &["check", "grain.toml"]);
+    assert!(end.stdout.contains("bodies       1, 1e-7 kg in all"), "{end:?}");
+}
+
+#[test]
+fn only_a_command_is_said_to_stand_too_late() {
+    let late = ["stands before the command verify", "tumble verify"];
+    run(&["--quiet", "verify", "states.csv"]).assert_refused(2, &late);
+    // Here the words are values.
+    for args in [
+        &["--out", "plan", "--scene", "drop", "x.toml"][..],
+        &["--out", "run", "--solvr", "native"],
+    ] {
+        let end = run(args);
+        end.assert_refused(2, &["--s"]);
+        assert!(!end.stderr.contains("stands before"), "{end:?}");
+    }
+}
+
+#[test]
+fn an_inline_table_written_as_a_list_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let scene = |field: &str| {
+        let shape = if field.starts_with("capsule") { "" } else { "box = 0.2\n" };
+        format!(
+            "[ground]\nfriction = 0.5\n[[bodies]]\n{shape}mass = 1.0\nposition = [0, 0, 1]\n{field}\n"
+        )
+    };
+    for field in [
+        "capsule = [0.05, 0.3]",
+        "copies = [[2, 1, 1], [0.5, 0, 0]]",
+        "ring = [3, 30]",
+        "load = [[0, 0, 3]]",
+    ] {
+        fs::write(directory.path().join("list.toml"), scene(field)).unwrap();
+        let name = field.split(' ').next().unwrap();
+        run_in(directory.path(), &["check", "list.toml"]).assert_refused(2, &[name, "table"]);
+    }
+    fs::write(
+        directory.path().join("table.toml"),
+        scene("capsule = { length = 0.3, radius = 0.05 }"),
+    )
+    .unwrap();
+    assert_eq!(run_in(directory.path(), &["check", "table.toml"]).code, Some(0));
+}

@@ -106,7 +106,7 @@ fn verify_changed(name: &str, change: impl FnOnce(&mut Table)) -> End {
 fn tables_of_joints_verify() {
     let end = verify_changed("joints.csv", |_| ());
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
-    assert!(end.stdout.contains("joints: off by at most"), "{end:?}");
+    assert!(end.stdout.contains("joints, as recorded: off by at most"), "{end:?}");
 }
 
 /// The rows contain positions, speeds and loads of the joints from the start to the end.

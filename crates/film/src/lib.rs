@@ -1,4 +1,4 @@
-//! Runs as films: what the library calls things, in the words of `tumble-view`.
+//! Runs as films: conversion of the library's types to those of `tumble-view`.
 
 #![deny(unsafe_code)]
 
@@ -24,31 +24,31 @@ use tumble_view::{
     FilmPose, FilmTie, Status,
 };
 
-/// What the bodies, the fixed pieces and the pushes of a world are called and are.
+/// A world with the names and looks of its parts.
 #[derive(Debug, Clone, Copy)]
 pub struct Cast<'a> {
     /// The world.
     pub world: &'a World,
-    /// What its bodies are called and look like.
+    /// Names and colours of its bodies.
     pub bodies: &'a [Role<'a>],
-    /// The names of its fixed pieces.
+    /// Names of its fixed pieces.
     pub fixed: &'a [&'a str],
-    /// The names of its joints.
+    /// Names of its joints.
     pub joints: &'a [&'a str],
-    /// What pushes each body.
+    /// External load of each body.
     pub loads: &'a [Load],
-    /// Whether nothing can touch, whatever ground the world has.
+    /// True if nothing can touch, even if the world has a ground.
     pub floating: bool,
 }
 
-/// What a body is in a picture.
+/// Appearance of a body in a picture.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Role<'a> {
-    /// What it is called.
+    /// Name.
     pub name: &'a str,
-    /// What is written at it; may be empty.
+    /// Text beside the body; may be empty.
     pub label: &'a str,
-    /// Red, green and blue; `None` for one of a few in turn.
+    /// Red, green and blue; `None` for the colour of the palette.
     pub colour: Option<[u8; 3]>,
 }
 
@@ -59,7 +59,7 @@ impl<'a> From<&'a BodyModel> for Role<'a> {
     }
 }
 
-/// The film of `frames`, without title and facts.
+/// Film of `frames`, without title and facts.
 #[must_use]
 pub fn film(cast: Cast<'_>, frames: Vec<FilmFrame>) -> Film {
     let Cast { world, .. } = cast;
@@ -102,7 +102,7 @@ fn bodies(cast: Cast<'_>) -> Vec<FilmBody> {
             name: role.name.to_owned(),
             mass: body.mass(),
             inertia: *body.inertia(),
-            // Of a body of pieces these are the corners of its pieces.
+            // The contact points of a body with pieces are their corners.
             points: if pieces.is_empty() { points.collect() } else { Vec::new() },
             pieces,
             load: load(all),
@@ -113,9 +113,9 @@ fn bodies(cast: Cast<'_>) -> Vec<FilmBody> {
     cast.world.bodies().iter().zip(cast.bodies).zip(cast.loads).map(of).collect()
 }
 
-/// A joint, and what it is called.
+/// A joint with its name.
 fn joint(joint: &Joint, name: &str) -> pictures::FilmJoint {
-    // Whether of three axes the last alone is free.
+    // True if only the last of three axes is free.
     let is_last = |axes: &[Axis; 3]| {
         axes[..2].iter().all(|axis| *axis == Axis::Locked) && axes[2] != Axis::Locked
     };
@@ -133,7 +133,7 @@ fn joint(joint: &Joint, name: &str) -> pictures::FilmJoint {
     }
 }
 
-/// What a joint is and carries in a step.
+/// Coordinates and loads of a joint in a step.
 fn tie(row: &JointRow) -> FilmTie {
     FilmTie {
         place: row.place[2],
@@ -159,7 +159,7 @@ pub(crate) fn piece(piece: &geometry::Piece) -> FilmPiece {
     }
 }
 
-/// The keys of contacts as numbers, in the order in which they appear.
+/// Numbers of contact keys, in the order of their first appearance.
 pub type Keys = BTreeMap<(usize, Option<PairFeatures>), u64>;
 
 /// A step of any number of bodies of `world` as a frame.
@@ -177,7 +177,7 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
             normal: row.normal,
             friction: world.friction_between(row.body, row.partner),
             carries_force: true,
-            // Of the tutorial's program, which has one body.
+            // Only the tutorial's program has these.
             slacks: [0.0; 2],
             multiplier: 0.0,
         }
@@ -192,7 +192,7 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
     }
 }
 
-/// A row of the tutorial's table, which has numbers of every point of the one body, as a frame.
+/// A row of the tutorial's table as a frame. It has numbers for every point of its body.
 #[must_use]
 pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> FilmFrame {
     let count = row.carrying.len();
@@ -215,7 +215,7 @@ pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> FilmFrame {
     }
 }
 
-/// Whether a row says of a point that it touches: it may carry a force, or has a number.
+/// True if a point touches: it may carry a force, or has a number.
 fn says_something(contact: &FilmContact) -> bool {
     let FilmContact { force, slacks: [s1, s2], multiplier, .. } = contact;
     contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
@@ -249,7 +249,7 @@ fn partner(partner: Partner) -> pictures::FilmPartner {
     }
 }
 
-/// What pushes a body.
+/// External load of a body.
 fn load(load: &Load) -> pictures::FilmLoad {
     pictures::FilmLoad {
         force: load.force.knots().to_vec(),
@@ -258,19 +258,19 @@ fn load(load: &Load) -> pictures::FilmLoad {
     }
 }
 
-/// Where a body is and how it moves.
+/// Pose and velocity of a body.
 fn pose(state: &State) -> FilmPose {
     let [w, x, y, z] = state.attitude.into();
     FilmPose {
         position: state.position,
-        // The file's own digits: of a trajectory they are of length 1.
+        // The digits of the file are kept. They have length 1.
         attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
         velocity: state.velocity,
         spin: state.spin,
     }
 }
 
-/// How a step ended.
+/// Status of a step.
 fn status(status: StepStatus) -> Status {
     match status {
         StepStatus::Free => Status::Free,
@@ -284,8 +284,8 @@ fn status(status: StepStatus) -> Status {
     }
 }
 
-/// Whether the motion comes as near to the ground as it is large: a ground that is farther away is
-/// as good as none, and a picture with it would show nothing else.
+/// True if the distance of the motion to the ground is at most its size. A picture with a farther
+/// ground would show nothing else.
 fn is_in_reach(ground: &FilmGround, film: &Film, world: &World) -> bool {
     let reach: Vec<f64> = world.bodies().iter().map(|body| body.reach()).collect();
     let still = film.fixed.iter().flat_map(|fixed| &fixed.pieces).flat_map(|piece| match piece {

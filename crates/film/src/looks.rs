@@ -1,4 +1,4 @@
-//! What bodies look like that do not look like their shapes.
+//! Looks of bodies that differ from their shapes.
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::error::Error;
@@ -7,10 +7,10 @@ use tumble_model::failure::Failure;
 use tumble_model::shape::{ModelForm, PlacedForm};
 use tumble_view::{Film, FilmMesh, FilmPiece};
 
-/// Gives those bodies of a film of the scene `model` their looks.
+/// Replaces the pieces of bodies that have a look in `model`.
 ///
 /// # Errors
-/// A look that is not there, and what the library refuses of a shape.
+/// A missing look; a shape that the library refuses.
 pub fn dress(model: &Model, film: &mut Film) -> Result<(), Failure> {
     for (index, (body, seen)) in model.bodies.iter().zip(&mut film.bodies).enumerate() {
         let Some(look) = body.look else { continue };
@@ -25,7 +25,7 @@ pub fn dress(model: &Model, film: &mut Film) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A part of a look as a picture has it, from the centre of mass.
+/// Part of a look, relative to the centre of mass.
 fn piece_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<FilmPiece, Error> {
     let ModelForm::Mesh { vertices, triangles, colour, .. } = &part.form else {
         return Ok(crate::piece(&part.piece()?.moved_by(&Matrix3::identity(), &-centre)?));

@@ -139,8 +139,8 @@ fn properties(theme: &Theme) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{FilmBody, FilmJoint};
-    use crate::samples::floating_cube;
+    use crate::film::FilmBody;
+    use crate::samples::{floating_cube, joint};
     use nalgebra::{Matrix3, Vector3};
 
     /// Simulation of dichromatic vision in linear RGB (Machado, Oliveira and Fernandes 2009,
@@ -208,16 +208,6 @@ mod tests {
     fn robots_are_grey_with_an_accent_and_others_have_colours_in_turn() {
         let mut film = floating_cube(1);
         film.bodies = vec![FilmBody { colour: None, ..film.bodies[0].clone() }; 7];
-        let joint = |body, other| FilmJoint {
-            name: String::new(),
-            body,
-            other,
-            anchor: Vector3::zeros(),
-            other_anchor: Vector3::zeros(),
-            axis: None,
-            turns: true,
-            slides: false,
-        };
         // Bodies 1 to 4 are a robot with base 1. Bodies 0, 5 and 6 are not.
         film.joints =
             vec![joint(2, Some(1)), joint(3, Some(2)), joint(4, Some(1)), joint(6, Some(5))];

@@ -1,8 +1,8 @@
 //! Films for tests, computed from closed-form motions.
 
 use crate::film::{
-    Film, FilmBody, FilmContact, FilmFrame, FilmGround, FilmLoad, FilmPartner, FilmPlace, FilmPose,
-    Status,
+    Film, FilmBody, FilmContact, FilmFrame, FilmGround, FilmJoint, FilmLoad, FilmPartner,
+    FilmPlace, FilmPose, Status,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -13,6 +13,20 @@ const HALF_SIDE: f64 = 1.0;
 const MASS: f64 = 10.0;
 /// Initial height (m).
 const HEIGHT: f64 = 2.5;
+
+/// Joint between two bodies, or a body and the world, at their centres.
+pub fn joint(body: usize, other: Option<usize>) -> FilmJoint {
+    FilmJoint {
+        name: String::new(),
+        body,
+        other,
+        anchor: Vector3::zeros(),
+        other_anchor: Vector3::zeros(),
+        axis: None,
+        turns: true,
+        slides: false,
+    }
+}
 
 /// Cube that falls to the ground and then slides while it turns about the vertical. The film has
 /// `steps` steps. The cube lands at 0.553 s.

@@ -110,20 +110,7 @@ fn nearest(piece: &FilmPiece, place: &Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::floating_cube;
-
-    fn joint(body: usize, other: Option<usize>) -> FilmJoint {
-        FilmJoint {
-            name: String::new(),
-            body,
-            other,
-            anchor: Vector3::zeros(),
-            other_anchor: Vector3::zeros(),
-            axis: None,
-            turns: false,
-            slides: false,
-        }
-    }
+    use crate::samples::{floating_cube, joint};
 
     #[test]
     fn joints_are_a_tree_whatever_rings_they_close() {

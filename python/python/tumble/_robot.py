@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from ._arrays import numbers
-from ._checks import whole
+from ._checks import real, whole
 from ._tumble import CoreRobot, TumbleError
 
 if TYPE_CHECKING:
@@ -211,7 +212,15 @@ class Robot(CoreRobot):
         """Sets stiffness, damping and force limit of all slides and hinges.
 
         The gains apply from the next targets on. ``most`` None keeps the force limits.
+
+        :raises TumbleError: if the stiffness is not positive, or another value is negative.
         """
+        stiffness, damping = real("stiffness", stiffness), real("damping", damping)
+        if not 0.0 < stiffness < inf:
+            raise TumbleError(f"stiffness is {stiffness}; a number above 0 is needed")
+        for name, value in (("damping", damping), ("most", 0.0 if most is None else real("most", most))):
+            if not 0.0 <= value < inf:
+                raise TumbleError(f"{name} is {value}; a number from 0 is needed")
         for joint in self.slides_and_hinges:
             joint.stiffness, joint.damping = stiffness, damping
             joint.most = joint.most if most is None else most

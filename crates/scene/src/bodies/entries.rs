@@ -8,25 +8,26 @@ use std::path::Path;
 use tumble_core::geometry::mesh::{parse_obj, parse_stl};
 use tumble_core::mechanics::quaternion::unit;
 use tumble_model::colour::{BodyLabel, Colour};
-use tumble_model::fields::{Exactly, Numbers};
+use tumble_model::fields::{Exactly, Numbers, table_if_any};
 use tumble_model::shape::{ModelForm, ModelPlace};
 use tumble_model::shown;
 
 /// Defines a table that has the fields of a convex form and others.
 macro_rules! with_form {
-    ($name:ident, $expected:literal { $($field:ident: $type:ty,)* }) => {
+    ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
             #[serde(rename = "box")]
             sides: Option<Sides>,
             sphere: Option<f64>,
+            #[serde(default, deserialize_with = "table_if_any")]
             capsule: Option<CapsuleTable>,
             hull: Option<Vec<Numbers<3>>>,
             mesh: Option<String>,
             scale: Option<f64>,
             radius: Option<f64>,
-            $(pub $field: $type,)*
+            $($(#[$meta])* pub $field: $type,)*
         }
 
         impl $name {
@@ -64,8 +65,11 @@ with_form!(BodyEntry, "a table [[bodies]]" {
     spin: Option<Numbers<3>>,
     frame: Option<StartFrame>,
     jitter: Option<Jitter>,
+    #[serde(default, deserialize_with = "table_if_any")]
     copies: Option<CopiesTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
     ring: Option<RingTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
     load: Option<LoadTable>,
     colour: Option<Colour>,
     label: Option<BodyLabel>,
@@ -79,7 +83,9 @@ with_form!(FixedEntry, "a table [[fixed]]" {
     position: Option<Numbers<3>>,
     attitude: Option<AttitudeEntry>,
     frame: Option<StartFrame>,
+    #[serde(default, deserialize_with = "table_if_any")]
     copies: Option<CopiesTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
     ring: Option<RingTable>,
 });
 
@@ -89,6 +95,7 @@ with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }" 
 });
 
 with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }" {
+    #[serde(default, deserialize_with = "table_if_any")]
     surface: Option<SurfaceTable>,
     position: Option<Numbers<3>>,
     attitude: Option<AttitudeEntry>,
