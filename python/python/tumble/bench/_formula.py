@@ -55,9 +55,11 @@ def evaluate(formula: Any, names: Mapping[str, Any]) -> Any:
 
 
 def _value(node: ast.expr, names: Mapping[str, Any]) -> Any:
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float, str):
-        # Floats: a power of whole numbers could fill the memory.
-        return node.value if isinstance(node.value, str) else float(node.value)
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return node.value
+    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
+        # A float: a power of whole numbers could fill the memory.
+        return float(node.value)
     if isinstance(node, ast.Name):
         known = {**_CONSTANTS, **names}
         if node.id not in known:
