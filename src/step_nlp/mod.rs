@@ -166,7 +166,7 @@ impl StepNlp {
             Some(NO_GROUND)
         } else if !world.fixed().is_empty() {
             Some("it does not support fixed pieces; remove them")
-        } else if body.contact_points().iter().any(|point| point.radius > 0.0) {
+        } else if body.contact_points().iter().any(|point| point.size() > 0.0) {
             Some("it does not support rounded points; remove the radius")
         } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
             Some("it supports only the world's coefficient of friction; remove the body's own")

@@ -16,6 +16,7 @@ mod pairs;
 mod restitution;
 mod rounded_points;
 mod smooth_balls;
+mod smooth_shapes;
 #[path = "../common/toss.rs"]
 mod toss;
 mod whose_plane;

@@ -60,6 +60,31 @@ pub enum ModelForm {
         /// Radius (m).
         radius: f64,
     },
+    /// Cylinder along z, centred at the origin.
+    Cylinder {
+        /// Length (m).
+        length: f64,
+        /// Radius (m).
+        radius: f64,
+        /// Number of sides of the prism that other pieces touch.
+        sides: usize,
+    },
+    /// Cone along z. The origin is halfway between its base and its apex, which is above.
+    Cone {
+        /// Height (m).
+        height: f64,
+        /// Radius of the base (m).
+        radius: f64,
+        /// Number of sides of the pyramid that other pieces touch.
+        sides: usize,
+    },
+    /// Ellipsoid centred at the origin.
+    Ellipsoid {
+        /// Half axes along x, y and z (m).
+        half_axes: [f64; 3],
+        /// Twice the number of meridians of the rounded hull that other pieces touch.
+        sides: usize,
+    },
     /// Rounded convex hull of points.
     Hull {
         /// Points (m).
@@ -106,6 +131,17 @@ impl ModelForm {
                 in_range("length of the capsule (m)", *length, 2e-6, 2e4, "2e-6 to 2e4")?;
                 Piece::capsule(0.5 * length, *radius)
             }
+            Self::Cylinder { length, radius, sides } => {
+                in_range("length of the cylinder (m)", *length, 2e-6, 2e4, "2e-6 to 2e4")?;
+                Piece::cylinder(0.5 * length, *radius, *sides)
+            }
+            Self::Cone { height, radius, sides } => {
+                in_range("height of the cone (m)", *height, 2e-6, 2e4, "2e-6 to 2e4")?;
+                Piece::cone(0.5 * height, *radius, *sides)
+            }
+            Self::Ellipsoid { half_axes, sides } => {
+                Piece::ellipsoid(Vector3::from(*half_axes), *sides)
+            }
             Self::Hull { points, radius } => {
                 let points: Vec<_> = points.iter().copied().map(Vector3::from).collect();
                 Piece::hull(&points, *radius)
@@ -123,6 +159,9 @@ impl ModelForm {
             Self::Box { .. } => "box",
             Self::Sphere { .. } => "sphere",
             Self::Capsule { .. } => "capsule",
+            Self::Cylinder { .. } => "cylinder",
+            Self::Cone { .. } => "cone",
+            Self::Ellipsoid { .. } => "ellipsoid",
             Self::Hull { .. } => "hull",
             Self::Mesh { .. } => "mesh",
         }
@@ -221,8 +260,11 @@ impl ModelShape {
                     specific_inertia = solid_box_inertia(1.0, &(0.5 * Vector3::from(*sides)));
                     centre = Vector3::zeros();
                 }
-                ModelForm::Sphere { .. } | ModelForm::Capsule { .. } => centre = Vector3::zeros(),
-                ModelForm::Hull { .. } | ModelForm::Mesh { .. } => {}
+                ModelForm::Sphere { .. }
+                | ModelForm::Capsule { .. }
+                | ModelForm::Cylinder { .. }
+                | ModelForm::Ellipsoid { .. } => centre = Vector3::zeros(),
+                ModelForm::Cone { .. } | ModelForm::Hull { .. } | ModelForm::Mesh { .. } => {}
             }
         }
         Ok(Some(SolidModel { volume, centre, specific_inertia }))

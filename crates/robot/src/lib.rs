@@ -36,7 +36,7 @@ mod starts;
 mod urdf;
 mod xml;
 
-pub use assembly::{Assembled, Placing, USUAL_SIDES};
+pub use assembly::{Assembled, Placing};
 pub use frame::LinkFrame;
 pub use starts::settled;
 pub use xml::LARGEST_FILE;

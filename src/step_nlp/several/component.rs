@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use tumble_core::mechanics::State;
+use tumble_core::mechanics::quaternion::rotated_point_forms;
 
 /// Forms Q_x, Q_y, Q_z of a vector (eq. 3).
 pub(crate) type Forms = [Matrix4<f64>; 3];
@@ -73,4 +74,64 @@ pub(crate) fn weighted(forms: &Forms, weights: &Vector3<f64>) -> Matrix4<f64> {
 pub(crate) fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
     let [x, y, z] = [0, 1, 2].map(|k| (forms[k] * q).transpose());
     Matrix3x4::from_rows(&[x, y, z])
+}
+
+/// A vector of a body with its forms (eq. 3).
+#[derive(Debug, Clone)]
+pub(super) struct TurnedPoint {
+    pub(super) vector: Vector3<f64>,
+    pub(super) forms: Forms,
+}
+
+impl TurnedPoint {
+    pub(super) fn new(vector: Vector3<f64>) -> Self {
+        Self { vector, forms: rotated_point_forms(&vector) }
+    }
+}
+
+/// A point of A (m, frame of A) and a point of B (m, frame of B).
+#[derive(Debug, Clone)]
+pub(crate) struct PointPair {
+    point: TurnedPoint,
+    foot: TurnedPoint,
+}
+
+impl PointPair {
+    pub(super) fn new(point: Vector3<f64>, foot: Vector3<f64>) -> Self {
+        Self { point: TurnedPoint::new(point), foot: TurnedPoint::new(foot) }
+    }
+
+    /// Component e·(p_A − p_B) along a world direction e:
+    ///
+    /// ```text
+    /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D12)
+    /// ```
+    pub(crate) fn along(&self, e: &Vector3<f64>, at: PosePair) -> MotionComponent {
+        let PosePair { a, b } = at;
+        let turned_a = rows(&self.point.forms, &a.attitude);
+        let mut apart = a.position + 0.5 * turned_a * a.attitude;
+        let mut turned_b = Matrix3x4::zeros();
+        apart -= match b {
+            Some(b) => {
+                turned_b = rows(&self.foot.forms, &b.attitude);
+                b.position + 0.5 * turned_b * b.attitude
+            }
+            None => self.foot.vector,
+        };
+        MotionComponent {
+            value: e.dot(&apart),
+            by_position: *e,
+            by_a: turned_a.tr_mul(e),
+            by_b: -turned_b.tr_mul(e),
+        }
+    }
+
+    /// Second derivatives of [`Self::along`]: Σ e_k Q_k(a) for q_A, −Σ e_k Q_k(b) for q_B.
+    pub(crate) fn along_curvature(&self, e: &Vector3<f64>) -> Curvature {
+        Curvature {
+            aa: weighted(&self.point.forms, e),
+            bb: -weighted(&self.foot.forms, e),
+            ..Curvature::default()
+        }
+    }
 }

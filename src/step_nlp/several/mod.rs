@@ -21,6 +21,7 @@
 //! are not supported. Its matrices are implemented as sequences of entries, like the tutorial's.
 
 pub(crate) mod component;
+mod ellipsoid;
 mod hessian;
 mod jacobian;
 mod layout;

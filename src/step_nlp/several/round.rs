@@ -10,24 +10,14 @@
 //! s and t depend on the poses. They are optimal, so they do not contribute to the first
 //! derivatives. They do contribute to the second derivatives.
 
-use super::component::{Curvature, Forms, MotionComponent, PosePair, ProgramPose, rows, weighted};
-use nalgebra::{Matrix3x4, SMatrix, SVector, Vector3};
-use tumble_core::contact::Contact;
+use super::component::{
+    Curvature, Forms, MotionComponent, PointPair, PosePair, ProgramPose, TurnedPoint, rows,
+    weighted,
+};
+use nalgebra::{SMatrix, SVector, Vector3};
+use tumble_core::contact::CorePair;
 use tumble_core::contact::curved::{Core, Reach, shortest_way};
 use tumble_core::mechanics::quaternion::rotated_point_forms;
-
-/// A point of a core or its direction, with its forms (eq. 3).
-#[derive(Debug, Clone)]
-struct TurnedPoint {
-    vector: Vector3<f64>,
-    forms: Forms,
-}
-
-impl TurnedPoint {
-    fn new(vector: Vector3<f64>) -> Self {
-        Self { vector, forms: rotated_point_forms(&vector) }
-    }
-}
 
 /// Two round features in contact.
 #[derive(Debug, Clone)]
@@ -35,8 +25,7 @@ pub(crate) struct RoundFeatures {
     of_a: Core,
     of_b: Core,
     /// Nearest points of both cores at step k, which define the slip.
-    point: TurnedPoint,
-    foot: TurnedPoint,
+    pub(crate) points: PointPair,
     /// Core directions u and v.
     along_a: TurnedPoint,
     along_b: TurnedPoint,
@@ -62,54 +51,18 @@ struct Met {
 }
 
 impl RoundFeatures {
-    /// Creates the features of a contact if both are round.
-    pub(crate) fn new(contact: &Contact) -> Option<Self> {
-        let curved = contact.features.curved.as_ref()?;
+    /// Creates the features of a contact with the `normal` at step k (world).
+    pub(crate) fn new(curved: &CorePair, normal: Vector3<f64>) -> Self {
         let farthest = [curved.of_a.from, curved.of_a.at(1.0)];
         let reach = farthest[0].abs() + farthest[1].abs();
-        Some(Self {
+        Self {
             of_a: curved.of_a,
             of_b: curved.of_b,
-            point: TurnedPoint::new(curved.point()),
-            foot: TurnedPoint::new(curved.foot()),
+            points: PointPair::new(curved.point(), curved.foot()),
             along_a: TurnedPoint::new(curved.of_a.along),
             along_b: TurnedPoint::new(curved.of_b.along),
-            normal: contact.normal(),
+            normal,
             widest: rotated_point_forms(&reach),
-        })
-    }
-
-    /// Component e·(p_A − p_B) of the nearest points at step k along a world direction e:
-    ///
-    /// ```text
-    /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D12)
-    /// ```
-    pub(crate) fn along(&self, e: &Vector3<f64>, at: PosePair) -> MotionComponent {
-        let PosePair { a, b } = at;
-        let turned_a = rows(&self.point.forms, &a.attitude);
-        let mut apart = a.position + 0.5 * turned_a * a.attitude;
-        let mut turned_b = Matrix3x4::zeros();
-        apart -= match b {
-            Some(b) => {
-                turned_b = rows(&self.foot.forms, &b.attitude);
-                b.position + 0.5 * turned_b * b.attitude
-            }
-            None => self.foot.vector,
-        };
-        MotionComponent {
-            value: e.dot(&apart),
-            by_position: *e,
-            by_a: turned_a.tr_mul(e),
-            by_b: -turned_b.tr_mul(e),
-        }
-    }
-
-    /// Second derivatives of [`Self::along`]: Σ e_k Q_k(a) for q_A, −Σ e_k Q_k(b) for q_B.
-    pub(crate) fn along_curvature(&self, e: &Vector3<f64>) -> Curvature {
-        Curvature {
-            aa: weighted(&self.point.forms, e),
-            bb: -weighted(&self.foot.forms, e),
-            ..Curvature::default()
         }
     }
 

@@ -4,10 +4,13 @@
 //! The components are the coordinates of A's point relative to B, along the tangents t₁, t₂ and the
 //! normal n. They depend on the poses at k+1. Forces are in the contact's frame F = (t₁, t₂, n).
 
-use super::component::{Curvature, Forms, MotionComponent, PosePair, ProgramPose, rows, weighted};
+use super::component::{
+    Curvature, Forms, MotionComponent, PointPair, PosePair, ProgramPose, rows, weighted,
+};
+use super::ellipsoid::EllipsoidFeatures;
 use super::round::RoundFeatures;
 use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
-use tumble_core::contact::{Contact, torque_map_of};
+use tumble_core::contact::{Contact, Curved, torque_map_of};
 use tumble_core::mechanics::quaternion::{rotated_point_forms, rotation};
 use tumble_core::mechanics::{RigidBody, State};
 
@@ -38,19 +41,75 @@ pub(crate) struct ProgramContact {
     /// Body B. `None` if B is fixed.
     pub(crate) b: Option<ProgramSide>,
     pub(crate) friction: f64,
-    /// Normal component at which the gap is zero (m): d + ρ, or ρ_A + ρ_B for round features.
+    /// Normal component at which the gap is zero (m): d + ρ, or ρ_A + ρ_B for two round features.
     offset: f64,
     /// Tangential components at step k (m).
     old: Vector2<f64>,
-    /// Point a of A, and the directions t₁, t₂, n in the frame of B. Round features use the
-    /// directions in the world frame.
+    /// Point a of A, and the directions t₁, t₂, n in the frame of B. Features with a gap of their
+    /// own use the directions in the world frame.
     sight: Sight,
-    /// Round features, if both are round.
-    round: Option<RoundFeatures>,
+    /// Features with a gap of their own.
+    curved: Option<CurvedFeatures>,
     /// Normal n at step k (unit, world).
     pub(crate) normal: Vector3<f64>,
     /// e c_n⁻: least separation speed (m/s, eq. 29). 0 if the contact does not bounce.
     pub(crate) rebound: f64,
+}
+
+/// Features with a gap of their own.
+#[derive(Debug, Clone)]
+enum CurvedFeatures {
+    /// Two round features.
+    Cores(RoundFeatures),
+    /// An ellipsoid against a plane.
+    Ellipsoid(EllipsoidFeatures),
+}
+
+impl CurvedFeatures {
+    fn new(contact: &Contact, a: ContactBody<'_>, b: Option<ContactBody<'_>>) -> Option<Self> {
+        Some(match contact.features.curved.as_ref()? {
+            Curved::Cores(pair) => Self::Cores(RoundFeatures::new(pair, contact.normal())),
+            Curved::Ellipsoid(one) => {
+                let touched = a.state.position + contact.arm;
+                let foot = b.map_or(touched, |b| {
+                    rotation(&b.state.attitude).tr_mul(&(touched - b.state.position))
+                });
+                let centre = rotation(&a.state.attitude) * one.centre;
+                Self::Ellipsoid(EllipsoidFeatures::new(contact, one, foot, &centre))
+            }
+        })
+    }
+
+    /// The two points whose relative motion is the slip without rotation.
+    fn points(&self) -> &PointPair {
+        match self {
+            Self::Cores(round) => &round.points,
+            Self::Ellipsoid(one) => &one.points,
+        }
+    }
+
+    fn widest(&self) -> &Forms {
+        match self {
+            Self::Cores(round) => &round.widest,
+            Self::Ellipsoid(one) => &one.widest,
+        }
+    }
+
+    fn component(&self, axis: usize, direction: &Vector3<f64>, at: PosePair) -> MotionComponent {
+        match self {
+            Self::Cores(round) if axis == 2 => round.distance(at),
+            Self::Ellipsoid(one) if axis == 2 => one.distance(at),
+            _ => self.points().along(direction, at),
+        }
+    }
+
+    fn curvature(&self, axis: usize, direction: &Vector3<f64>, at: PosePair) -> Curvature {
+        match self {
+            Self::Cores(round) if axis == 2 => round.distance_curvature(at),
+            Self::Ellipsoid(one) if axis == 2 => one.distance_curvature(at),
+            _ => self.points().along_curvature(direction),
+        }
+    }
 }
 
 /// A body of a contact and its state.
@@ -72,12 +131,18 @@ impl ProgramContact {
         b: Option<ContactBody<'_>>,
         time_step: f64,
     ) -> Self {
-        let round = RoundFeatures::new(contact);
-        // Round features use the tangents of the world.
-        let frame = if round.is_some() { contact.frame } else { contact.features.frame };
+        let curved = CurvedFeatures::new(contact, a, b);
+        // Features with a gap of their own use the tangents of the world.
+        let frame = if curved.is_some() { contact.frame } else { contact.features.frame };
+        // Rows y × t_j, with y = factor · n for rounded points.
         let rolling = |state: &State, factor: f64| {
             let normal = contact.normal();
-            let rate = |axis: usize| normal.cross(&contact.frame.column(axis)) * factor;
+            let rate = |axis: usize| match &curved {
+                Some(CurvedFeatures::Ellipsoid(one)) => {
+                    one.beyond.cross(&contact.frame.column(axis))
+                }
+                _ => normal.cross(&contact.frame.column(axis)) * factor,
+            };
             let turn = rotation(&state.attitude);
             Matrix2x3::from_rows(&[0, 1].map(|axis| turn.tr_mul(&rate(axis)).transpose()))
         };
@@ -87,24 +152,26 @@ impl ProgramContact {
             let torques: Matrix3<f64> = torque_map * contact.frame;
             // Signs of (10a) and (10b): the spin of B subtracts from A's if B has the plane, and
             // adds if both features are round.
-            let radius = match (sign > 0.0, &contact.features.curved) {
-                (true, _) => -contact.features.radius,
-                (false, None) => contact.features.radius,
-                (false, Some(curved)) => -curved.radius,
+            let is_ellipsoid = matches!(contact.features.curved, Some(Curved::Ellipsoid(_)));
+            let (rolls, radius) = match (sign > 0.0, &contact.features.curved) {
+                (true, _) => (is_ellipsoid, -contact.features.radius),
+                (false, None) => (false, contact.features.radius),
+                (false, Some(Curved::Cores(pair))) => (false, -pair.radius),
+                (false, Some(Curved::Ellipsoid(_))) => (false, 0.0),
             };
             ProgramSide {
                 body: place,
                 velocity_per_force: contact.frame * (factor / body.mass()),
                 spin_per_force: factor * body.inertia_inverse() * torques,
-                rolling: (radius != 0.0).then(|| rolling(state, radius)),
+                rolling: (rolls || radius != 0.0).then(|| rolling(state, radius)),
                 lever: torque_map * contact.normal() * sign,
                 sign,
             }
         };
         let sight = Sight::new(&contact.features.point, &frame);
         let base = match &contact.features.curved {
-            Some(curved) => curved.radius,
-            None => contact.features.offset,
+            Some(Curved::Cores(pair)) => pair.radius,
+            _ => contact.features.offset,
         };
         let mut touch = Self {
             a: side(a, 1.0, contact.torque_map),
@@ -115,7 +182,7 @@ impl ProgramContact {
             rebound: contact.rebound,
             old: Vector2::zeros(),
             sight,
-            round,
+            curved,
         };
         let before =
             PosePair { a: ProgramPose::of(a.state), b: b.map(|b| ProgramPose::of(b.state)) };
@@ -128,18 +195,16 @@ impl ProgramContact {
     /// It is the coordinate of the point a along this direction (m). For round features it is their
     /// relative position along t₁ or t₂, or their distance.
     pub(crate) fn component(&self, axis: usize, at: PosePair) -> MotionComponent {
-        match &self.round {
-            Some(round) if axis == 2 => round.distance(at),
-            Some(round) => round.along(&self.sight.directions[axis], at),
+        match &self.curved {
+            Some(curved) => curved.component(axis, &self.sight.directions[axis], at),
             None => self.sight.component(axis, at),
         }
     }
 
     /// Second derivatives of [`Self::component`].
     pub(crate) fn curvature(&self, axis: usize, at: PosePair) -> Curvature {
-        match &self.round {
-            Some(round) if axis == 2 => round.distance_curvature(at),
-            Some(round) => round.along_curvature(&self.sight.directions[axis]),
+        match &self.curved {
+            Some(curved) => curved.curvature(axis, &self.sight.directions[axis], at),
             None => self.sight.curvature(axis, at),
         }
     }
@@ -164,9 +229,9 @@ impl ProgramContact {
         std::iter::once(&self.a).chain(&self.b)
     }
 
-    /// True if both features are round, so that the gap is quadratic in positions.
+    /// True for features with a gap of their own, which may be quadratic in positions.
     pub(crate) fn is_round(&self) -> bool {
-        self.round.is_some()
+        self.curved.is_some()
     }
 
     /// True if entry `k` of ∂g/∂r_A can be non-zero, for the component g of `axis`.
@@ -178,7 +243,8 @@ impl ProgramContact {
     /// a point at the centre of mass.
     pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         if self.b.is_some() || self.is_round() {
-            let forms = self.round.as_ref().map_or(&self.sight.point_forms, |round| &round.widest);
+            let curved = self.curved.as_ref();
+            let forms = curved.map_or(&self.sight.point_forms, CurvedFeatures::widest);
             return forms.iter().any(|form| form.row(k).amax() > 0.0);
         }
         self.sight.turns(axis, k)

@@ -5,7 +5,7 @@
 //! contact owns the point, and its partner B owns the plane.
 
 use super::collider::{Collider, PieceOwner, placed};
-use super::curved::{Core, Curved};
+use super::curved::{Core, CorePair, Curved};
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
 use crate::geometry::{CorePart, Feature, ManifoldPoint, Piece, PieceSide};
 use crate::mechanics::{Pose, RigidBody};
@@ -157,9 +157,9 @@ pub fn round(pieces: [&Piece; 2], parts: [CorePart; 2], normal: &Vector3<f64>) -
         return None;
     }
     let (of_a, of_b) = (core(pieces[0], parts[0])?, core(pieces[1], parts[1])?);
-    let curved = Curved { of_a, of_b, radius: pieces[1].radius(), shares: (0.0, 0.0) };
+    let pair = CorePair { of_a, of_b, radius: pieces[1].radius(), shares: (0.0, 0.0) };
     let plane = Features::of_plane(of_a.from, pieces[0].radius(), frame_along(normal), 0.0);
-    Some(Features { curved: Some(curved), ..plane })
+    Some(Features { curved: Some(Curved::Cores(pair)), ..plane })
 }
 
 /// Vertex or edge of a piece's core (m, body frame).

@@ -1,6 +1,17 @@
-//! Gap between two rounded features, each a vertex or an edge.
+//! Gaps that have a closed form beyond the tangent plane at k.
 //!
-//! A feature is a [`Core`] (a point or a segment) with a radius. Let D be the shortest vector from
+//! An [`Ellipsoid`] c + S y, |y| ≤ 1, against a plane n·x = d has the gap
+//!
+//! ```text
+//! φ = n·c − d − ρ − |Sᵀ n|                                                 (eq. 4c)
+//! ```
+//!
+//! in the frame of the ellipsoid. Its derivative with respect to the bodies' motion is that of the
+//! nearest point c − S Sᵀ n/|Sᵀ n|, because this point is optimal. The slip combines the motion of
+//! the centre with the rotation of the vector from the centre to the point that is nearest at k, so
+//! that rolling has no slip.
+//!
+//! Two rounded features are a vertex or an edge each. A feature is a [`Core`] (a point or a segment) with a radius. Let D be the shortest vector from
 //! the core of B to the core of A. The gap has a closed form at every pose:
 //!
 //! ```text
@@ -18,7 +29,7 @@
 //!
 //! This is the distance from the cone behind the other core.
 
-use crate::geometry::nearest_shares;
+use crate::geometry::{Ellipsoid, nearest_shares};
 use nalgebra::{Matrix3, Vector3};
 
 /// c of eq. 4b: cosine of the largest angle by which D may turn in a step.
@@ -59,10 +70,40 @@ impl Core {
     }
 }
 
-/// Data of a contact of two rounded features beyond its tangent plane at k.
+/// Data of a contact beyond its tangent plane at k.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub struct Curved {
+pub enum Curved {
+    /// Two rounded features.
+    Cores(CorePair),
+    /// An ellipsoid of A (m, frame of A) against the plane of the contact.
+    Ellipsoid(Ellipsoid),
+}
+
+impl Curved {
+    /// Returns these features with all lengths multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            Self::Cores(pair) => Self::Cores(pair.scaled(factor)),
+            Self::Ellipsoid(one) => Self::Ellipsoid(one.scaled(factor)),
+        }
+    }
+
+    /// The two rounded features, if it has them.
+    #[must_use]
+    pub fn cores(&self) -> Option<&CorePair> {
+        match self {
+            Self::Cores(pair) => Some(pair),
+            Self::Ellipsoid(_) => None,
+        }
+    }
+}
+
+/// Two rounded features.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct CorePair {
     /// Core of A (m, frame of A).
     pub of_a: Core,
     /// Core of B (m, frame of B, or world for a fixed piece).
@@ -73,7 +114,7 @@ pub struct Curved {
     pub shares: (f64, f64),
 }
 
-impl Curved {
+impl CorePair {
     /// Closest point on A's core at k (m, frame of A).
     #[must_use]
     pub fn point(&self) -> Vector3<f64> {

@@ -4,8 +4,10 @@
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
 use super::{Contact, ContactKey, Features, KeyIndex, Partner, Plane};
+use crate::mechanics::body::ContactPoint;
 use crate::mechanics::{Pose, State};
 use crate::world::World;
+use nalgebra::Vector3;
 
 /// Height at step k up to which a point is a candidate, as a fraction of the body's reach: 5 mm for
 /// the tutorial's cube, the value of the tutorial.
@@ -45,7 +47,7 @@ impl Detection {
             let heights = world.heights(index, &pose).zip(world.heights(index, &free));
             for (point, (now, then)) in heights.enumerate() {
                 let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
-                if candidate {
+                if candidate && !is_flat(&body.contact_points()[point], ground, &pose) {
                     contacts.push(ground_contact(world, ground, index, point, &pose));
                 }
                 needs_contact |= candidate || then < 0.0;
@@ -97,14 +99,30 @@ pub fn admit_missed(
     index.reserve(contacts.capacity());
     let of_bodies = states.iter().zip(next).take(world.bodies().len());
     for (body, (state, next)) in of_bodies.enumerate() {
-        for (point, height) in world.heights(body, &next.pose()).enumerate() {
+        let end = next.pose();
+        for (point, height) in world.heights(body, &end).enumerate() {
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
             if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {
-                contacts.push(ground_contact(world, ground, body, point, &state.pose()));
+                let (pose, found) = (state.pose(), &world.bodies()[body].contact_points()[point]);
+                // A disc that lies flat and tips turns about the point that comes lowest. One that
+                // ends flat is supported by corners.
+                let lowest = match is_flat(found, ground, &pose) {
+                    true if is_flat(found, ground, &end) => continue,
+                    true => found.smooth().map(|one| one.lowest(ground.normal(), &end.rotation)),
+                    false => None,
+                };
+                contacts.push(ground_contact_at(world, ground, (body, point), &pose, lowest));
             }
         }
     }
     contacts.len() > before
+}
+
+/// True for a disc parallel to the ground at `pose`. Corners support it, and none of its own points
+/// is nearest.
+#[inline]
+fn is_flat(point: &ContactPoint, ground: &Plane, pose: &Pose) -> bool {
+    point.smooth().is_some_and(|one| one.is_across(&pose.rotation.tr_mul(ground.normal())))
 }
 
 /// Contact of a body's point with the ground of the world.
@@ -115,10 +133,22 @@ fn ground_contact(
     point: usize,
     pose: &Pose,
 ) -> Contact {
+    ground_contact_at(world, ground, (body, point), pose, None)
+}
+
+/// Contact of a body's point, given by both indices, with the ground of the world. A disc that is
+/// parallel to the ground touches at `place` (m, body frame).
+fn ground_contact_at(
+    world: &World,
+    ground: &Plane,
+    (body, point): (usize, usize),
+    pose: &Pose,
+    place: Option<Vector3<f64>>,
+) -> Contact {
     let a = &world.bodies()[body];
-    let found = &a.contact_points()[point];
-    let features =
-        Features::of_plane(found.position, found.radius, *ground.frame(), ground.offset());
+    let mut features =
+        Features::of_point(&a.contact_points()[point], *ground.frame(), ground.offset());
+    features.point = place.unwrap_or(features.point);
     let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
     let law = world.law_between(body, Partner::Ground);
     Contact::new(key, features, law, (a, pose), None)

@@ -29,7 +29,8 @@
 //! | [`ContactForce`](crate::step::ContactForce) | force of a contact in the solution |
 //!
 //! If both features are round (a vertex or an edge against another), the plane is the tangent plane
-//! at k. The gap at k+1 is then the gap of the [features themselves](curved). Equation numbers
+//! at k. The gap at k+1 is then the gap of the [features themselves](curved). A plane also touches
+//! the ellipsoids and discs of smooth shapes, at the point that is nearest. Equation numbers
 //! refer to `docs/formulation.md`.
 
 mod between;
@@ -52,14 +53,15 @@ pub use crate::world::{ContactLaw, Partner, Plane};
 pub use between::round;
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
-pub use curved::Curved;
+pub use curved::{CorePair, Curved};
 pub use detection::Detection;
 pub use key_index::KeyIndex;
 pub use law::Response;
 pub(crate) use memory::Memory;
 pub use neighbours::Overlap;
 
-use crate::geometry::Feature;
+use crate::geometry::{Ellipsoid, Feature};
+use crate::mechanics::body::ContactPoint;
 use crate::mechanics::quaternion::{rotation, turning_rate};
 use crate::mechanics::state::Pose;
 use crate::mechanics::{RigidBody, State};
@@ -139,8 +141,9 @@ pub struct Features {
     pub frame: Matrix3<f64>,
     /// d: offset of the plane n·x = d (m, frame of B).
     pub offset: f64,
-    /// Round features, if both are round. Point, frame and offset are then recomputed from the
-    /// closest points at k, and the given ones are ignored.
+    /// Features with a gap of their own. For two round features, point, frame and offset are
+    /// recomputed from the closest points at k, and the given ones are ignored. The point of an
+    /// ellipsoid is its nearest one at k. It is the given point if all are equally near.
     pub curved: Option<Curved>,
 }
 
@@ -149,6 +152,14 @@ impl Features {
     #[must_use]
     pub fn of_plane(point: Vector3<f64>, radius: f64, frame: Matrix3<f64>, offset: f64) -> Self {
         Self { point, radius, frame, offset, curved: None }
+    }
+
+    /// Features of a contact point of a body against a plane.
+    #[must_use]
+    #[inline]
+    pub fn of_point(point: &ContactPoint, frame: Matrix3<f64>, offset: f64) -> Self {
+        let curved = point.smooth().map(Curved::Ellipsoid);
+        Self { curved, ..Self::of_plane(point.position, point.radius, frame, offset) }
     }
 }
 
@@ -205,7 +216,7 @@ impl Contact {
     ) -> Self {
         match features.curved {
             None => Self::of_plane((key, features, law), a, b),
-            Some(_) => Self::of_round((key, features, law), a, b),
+            Some(_) => Self::of_curved((key, features, law), a, b),
         }
     }
 
@@ -231,9 +242,9 @@ impl Contact {
         Self::assemble((key, features, law), a, b, radius, gap)
     }
 
-    /// Contact of two round features.
+    /// Contact of features with a gap of their own.
     #[inline(never)]
-    fn of_round(
+    fn of_curved(
         (key, features, law): PairDetection,
         a: PlacedBody<'_>,
         b: Option<PlacedBody<'_>>,
@@ -298,20 +309,20 @@ impl Contact {
         self.frame.column(2).into_owned()
     }
 
-    /// True if a touching feature is rounded, so that the features can roll.
+    /// True if a touching feature is curved, so that the features can roll.
     #[must_use]
     pub fn is_rounded(&self) -> bool {
         self.features.radius > 0.0 || self.features.curved.is_some()
     }
 
     /// Vector from the centre of B's feature to the centre of A's feature at the start of the step
-    /// (m, world). It is along the normal, with the length of the gap plus both radii. Zero for a
-    /// point against a plane.
+    /// (m, world). It is along the normal, with the length of the gap plus both radii. Zero unless
+    /// both features are round.
     #[must_use]
     pub fn way(&self) -> Vector3<f64> {
-        let radii = |curved: &Curved| self.features.radius + curved.radius;
-        let curved = self.features.curved.as_ref();
-        curved.map_or(Vector3::zeros(), |curved| self.normal() * (self.gap + radii(curved)))
+        let radii = |pair: &CorePair| self.features.radius + pair.radius;
+        let pair = self.features.curved.as_ref().and_then(Curved::cores);
+        pair.map_or(Vector3::zeros(), |pair| self.normal() * (self.gap + radii(pair)))
     }
 
     /// φ (eq. 4, 4a) with A at `a` and B at `b` (m). `b` is `None` for the ground.
@@ -335,11 +346,20 @@ impl Contact {
     /// u_t = (E − n nᵀ) ((a⁺ − b⁺) − (a − b))/h − (ρ_A Ω_A + ρ_B Ω_B) × n     (eq. 10b)
     /// ```
     ///
+    /// An ellipsoid with the centre c touches the point b of B at k, and y is the vector from c to
+    /// this point:
+    ///
+    /// ```text
+    /// u_t = (E − n nᵀ) (((c⁺ − b⁺) − (c − b))/h + Ω_A × y)                   (eq. 10c)
+    /// ```
+    ///
     /// `a` and `b` are the poses of the two bodies at start and end. `b` is `None` for the ground.
     #[must_use]
     pub fn motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
-        if self.features.curved.is_some() {
-            return self.round_motion(a, b, h);
+        match &self.features.curved {
+            None => {}
+            Some(Curved::Cores(pair)) => return self.round_motion(pair, a, b, h),
+            Some(Curved::Ellipsoid(one)) => return self.ellipsoid_motion(one, a, b, h),
         }
         let (normal, radius) = (self.normal(), self.features.radius);
         let mut arm = self.arm;
@@ -393,8 +413,13 @@ impl Contact {
 
     /// u of two round features (eq. 10b).
     #[inline(never)]
-    fn round_motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
-        let Some(curved) = &self.features.curved else { return Vector3::zeros() };
+    fn round_motion(
+        &self,
+        curved: &CorePair,
+        a: [&Pose; 2],
+        b: Option<[&Pose; 2]>,
+        h: f64,
+    ) -> Vector3<f64> {
         let apart = |a: &Pose, b: Option<&Pose>| {
             let (point, foot) = (curved.point(), curved.foot());
             let foot = b.map_or(foot, |b| b.position + b.rotation * foot);
@@ -409,17 +434,48 @@ impl Contact {
         let moved = moved - h * rolling.cross(&normal);
         slip_and_gap(&normal, &moved, self.gap_at(a[1], b.map(|b| b[1]))) / h
     }
+
+    /// u of an ellipsoid against a plane (eq. 10c).
+    #[inline(never)]
+    fn ellipsoid_motion(
+        &self,
+        one: &Ellipsoid,
+        a: [&Pose; 2],
+        b: Option<[&Pose; 2]>,
+        h: f64,
+    ) -> Vector3<f64> {
+        let centre = |a: &Pose| a.position + a.rotation * one.centre;
+        let mut moved = centre(a[1]) - centre(a[0]);
+        if let Some([from, to]) = b {
+            let touched = a[0].position + self.arm - from.position;
+            let foot = from.rotation.tr_mul(&touched);
+            moved -= to.position - from.position + to.rotation * foot - from.rotation * foot;
+        }
+        let beyond = self.arm - a[0].rotation * one.centre;
+        moved += h * turning(a, h).cross(&beyond);
+        slip_and_gap(&self.normal(), &moved, self.gap_at(a[1], b.map(|b| b[1]))) / h
+    }
 }
 
 /// φ (eq. 4, 4a) of `features` with the `normal` at the start of the step (m).
 fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&Pose>) -> f64 {
     let Features { point, radius, frame, offset, curved } = features;
-    if let Some(curved) = curved {
-        let (_, trajectory) = way_between(curved, a, b);
-        return Reach::of(&trajectory, normal).length - radius - curved.radius;
-    }
+    let (point, width) = match curved {
+        None => (point, 0.0),
+        Some(Curved::Cores(pair)) => {
+            let (_, trajectory) = way_between(pair, a, b);
+            return Reach::of(&trajectory, normal).length - radius - pair.radius;
+        }
+        Some(Curved::Ellipsoid(one)) => (&one.centre, one.half_width(&plane_in_a(frame, a, b))),
+    };
     let w = seen_from(b, &(a.position + a.rotation * point));
-    frame.column(2).dot(&w) - offset - radius
+    frame.column(2).dot(&w) - offset - radius - width
+}
+
+/// Normal of the plane with `frame` in the frame of A.
+fn plane_in_a(frame: &Matrix3<f64>, a: &Pose, b: Option<&Pose>) -> Vector3<f64> {
+    let normal = frame.column(2).into_owned();
+    a.rotation.tr_mul(&b.map_or(normal, |b| b.rotation * normal))
 }
 
 /// `[y]× Aᵀ`: map from an impulse at y (world) to its torque (frame of the body). y is in m in the
@@ -442,11 +498,22 @@ fn slip_and_gap(normal: &Vector3<f64>, moved: &Vector3<f64>, gap: f64) -> Vector
 }
 
 /// Features with the point, frame and offset of the tangent plane, with A at `a` and B at `b`.
-/// Features that are not round are returned unchanged. Coincident cores keep their frame.
+/// Features without a gap of their own are returned unchanged. Coincident cores keep their frame.
 fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
     /// Relative distance below which the direction between the cores is undefined.
     const NO_DIRECTION: f64 = 1e-8;
-    let Some(mut curved) = features.curved else { return features };
+    let mut curved = match features.curved {
+        None => return features,
+        Some(Curved::Cores(pair)) => pair,
+        Some(Curved::Ellipsoid(one)) => {
+            let normal = plane_in_a(&features.frame, a, b);
+            let point = match one.is_across(&normal) {
+                true => features.point,
+                false => one.centre - one.farthest(&normal),
+            };
+            return Features { point, ..features };
+        }
+    };
     let (shares, trajectory) = way_between(&curved, a, b);
     curved.shares = shares;
     let (point, foot, distance) = (curved.point(), curved.foot(), trajectory.norm());
@@ -457,20 +524,20 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
         features.frame
     };
     let offset = frame.column(2).dot(&foot) + curved.radius;
-    Features { point, frame, offset, curved: Some(curved), ..features }
+    Features { point, frame, offset, curved: Some(Curved::Cores(curved)), ..features }
 }
 
 /// Half of the gap between two round features (m), negative if they overlap; 0 for a point against
 /// a plane.
 fn half_gap(features: &Features, a: &Pose, b: Option<&Pose>) -> f64 {
-    let Some(curved) = &features.curved else { return 0.0 };
+    let Some(curved) = features.curved.as_ref().and_then(Curved::cores) else { return 0.0 };
     let distance = way_between(curved, a, b).1.norm();
     0.5 * (distance - features.radius - curved.radius)
 }
 
 /// Parameters of the closest points along the cores of two round features, and the vector from B's
 /// to A's (m, world).
-fn way_between(curved: &Curved, a: &Pose, b: Option<&Pose>) -> ((f64, f64), Vector3<f64>) {
+fn way_between(curved: &CorePair, a: &Pose, b: Option<&Pose>) -> ((f64, f64), Vector3<f64>) {
     let of_a = curved.of_a.moved(&a.rotation, &a.position);
     let of_b = b.map_or(curved.of_b, |b| curved.of_b.moved(&b.rotation, &b.position));
     curved::shortest_way(&of_a, &of_b)

@@ -5,6 +5,7 @@
 //! along every edge and a sector of a ball at every vertex. These parts do not overlap, and the
 //! moments of each have a closed form.
 
+use super::smooth::Smooth;
 use super::{Hull, Piece};
 use crate::error::Error;
 use nalgebra::{Matrix3, Vector3};
@@ -26,6 +27,9 @@ impl MassProperties {
     /// Mass properties of one piece.
     #[must_use]
     pub fn of(piece: &Piece) -> Self {
+        if let Some(smooth) = piece.smooth() {
+            return of_smooth(smooth);
+        }
         let (hull, r) = (piece.core(), piece.radius());
         let reference = *hull.centre();
         let mut sum = Moments::default();
@@ -114,6 +118,36 @@ impl Moments {
         self.first += sum * (volume / 4.0);
         self.second += (squares + sum * sum.transpose()) * (volume / 20.0);
     }
+}
+
+/// Mass properties of a smooth shape. With the half axes S of a disc or ellipsoid and the vector d
+/// between the ends,
+///
+/// ```text
+/// cylinder   V = π r² |d|        ∫ x xᵀ dV = V (S Sᵀ/4 + d dᵀ/12)
+/// cone       V = π r² |d|/3      ∫ x xᵀ dV = V (3 S Sᵀ/20 + 3 d dᵀ/80), about c = base + d/4
+/// ellipsoid  V = 4/3 π |det S|   ∫ x xᵀ dV = V S Sᵀ/5
+/// ```
+fn of_smooth(smooth: &Smooth) -> MassProperties {
+    let square = |x: &Matrix3<f64>| x * x.transpose();
+    let area = |disc: &Matrix3<f64>| PI * 0.5 * square(disc).trace();
+    let (volume, centre, specific) = match smooth {
+        Smooth::Cylinder([from, to]) => {
+            let along = to.centre - from.centre;
+            let second = square(&from.axes) / 4.0 + along * along.transpose() / 12.0;
+            (area(&from.axes) * along.norm(), (from.centre + to.centre) / 2.0, second)
+        }
+        Smooth::Cone { base, apex } => {
+            let along = apex - base.centre;
+            let second = square(&base.axes) * 0.15 + along * along.transpose() * 0.0375;
+            (area(&base.axes) * along.norm() / 3.0, base.centre + along / 4.0, second)
+        }
+        Smooth::Ellipsoid(one) => {
+            let volume = 4.0 / 3.0 * PI * one.axes.determinant().abs();
+            (volume, one.centre, square(&one.axes) / 5.0)
+        }
+    };
+    MassProperties { volume, centre, inertia: inertia_of(&specific) * volume }
 }
 
 /// tr(S) 1 − S: inertia for second moments S.

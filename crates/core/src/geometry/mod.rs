@@ -1,8 +1,8 @@
 //! Shapes and the contact points between them: pure geometry in metres, without masses, solvers or
 //! worlds.
 //!
-//! A [`Piece`] is a convex [`Hull`] (a point, a segment or a polyhedron) rounded by a radius. A
-//! non-convex shape consists of several pieces. [`MassProperties`] holds the exact moments of
+//! A [`Piece`] is a convex [`Hull`] (a point, a segment or a polyhedron) rounded by a radius, or a
+//! [`Smooth`] shape with an inscribed hull. A non-convex shape consists of several pieces. [`MassProperties`] holds the exact moments of
 //! pieces of uniform density. A closed and convex [`Mesh`](mesh::Mesh) can become a piece.
 //!
 //! - [`Sweep`] is the broad phase: it finds the pairs of pieces whose boxes overlap.
@@ -14,6 +14,7 @@ pub mod advance;
 mod axes;
 mod bound;
 mod closest;
+mod ellipsoid;
 pub mod hull;
 pub mod manifold;
 pub mod mass;
@@ -24,12 +25,14 @@ pub mod pair;
 pub mod piece;
 mod segment;
 pub mod separation;
+pub mod smooth;
 pub mod sweep;
 pub mod touch;
 mod triangles;
 
 pub use advance::{Advance, Moving, bulge, first_overlap, stays_clear, travel};
 pub use bound::bound;
+pub use ellipsoid::Ellipsoid;
 pub use hull::Hull;
 pub(crate) use manifold::edges_across;
 pub use manifold::manifold;
@@ -38,5 +41,6 @@ pub use pair::{Hint, PairScratch, PlacedPiece};
 pub use piece::Piece;
 pub use segment::nearest_shares;
 pub use separation::{Separation, overlap, separation};
+pub use smooth::Smooth;
 pub use sweep::{Aabb, Sweep};
 pub use touch::{CorePart, Feature, ManifoldPoint, PieceSide};

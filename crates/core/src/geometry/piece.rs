@@ -1,16 +1,22 @@
-//! Pieces: convex cores rounded by a radius.
+//! Pieces: convex cores rounded by a radius, and smooth shapes.
 
-use super::Hull;
 use super::mesh::Mesh;
+use super::smooth::{self, Smooth};
+use super::{Ellipsoid, Hull};
 use crate::error::{Error, all_in_range, in_range};
+use crate::mechanics::body::ContactPoint;
 use nalgebra::{Matrix3, Vector3};
 
 /// All points within a radius of a convex core (m, body frame): a sphere (core a point), a capsule
 /// (core a segment), a box or another polyhedron (radius 0), or a rounded polyhedron.
+///
+/// A piece can also have a [smooth shape](Smooth). Planes touch this shape itself. Other pieces
+/// touch its inscribed core.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     core: Hull,
     radius: f64,
+    smooth: Option<Smooth>,
 }
 
 impl Piece {
@@ -33,7 +39,11 @@ impl Piece {
     /// A radius outside 1e-6…1e4 m.
     pub fn sphere(radius: f64) -> Result<Self, Error> {
         in_range("radius of the sphere (m)", radius, 1e-6, 1e4, "1e-6 to 1e4")?;
-        Ok(Self { core: Hull::point(Vector3::zeros())?, radius })
+        Ok(Self::of_core(Hull::point(Vector3::zeros())?, radius))
+    }
+
+    fn of_core(core: Hull, radius: f64) -> Self {
+        Self { core, radius, smooth: None }
     }
 
     /// A capsule about the origin along z: all points within `radius` (m) of the segment from
@@ -46,7 +56,7 @@ impl Piece {
         in_range("half length of the capsule (m)", half_length, 1e-6, 1e4, allowed)?;
         in_range("radius of the capsule (m)", radius, 1e-6, 1e4, allowed)?;
         let end = Vector3::z() * half_length;
-        Ok(Self { core: Hull::segment(-end, end)?, radius })
+        Ok(Self::of_core(Hull::segment(-end, end)?, radius))
     }
 
     /// The convex hull of points (m) rounded by `radius` (m), see [`Hull::from_points`].
@@ -55,7 +65,7 @@ impl Piece {
     /// Those of [`Hull::from_points`]; a radius outside 0…1e4 m.
     pub fn hull(points: &[Vector3<f64>], radius: f64) -> Result<Self, Error> {
         in_range("radius of the hull (m)", radius, 0.0, 1e4, "0 to 1e4")?;
-        Ok(Self { core: Hull::from_points(points)?, radius })
+        Ok(Self::of_core(Hull::from_points(points)?, radius))
     }
 
     /// A convex mesh rounded by `radius` (m).
@@ -64,7 +74,45 @@ impl Piece {
     /// Those of [`Mesh::hull`]; a radius outside 0…1e4 m.
     pub fn mesh(mesh: &Mesh, radius: f64) -> Result<Self, Error> {
         in_range("radius of the mesh (m)", radius, 0.0, 1e4, "0 to 1e4")?;
-        Ok(Self { core: mesh.hull()?, radius })
+        Ok(Self::of_core(mesh.hull()?, radius))
+    }
+
+    /// A cylinder about the origin along z, with `half_length` and `radius` in m. Its core is the
+    /// inscribed prism with `sides` sides. A flat end stands on the corners of the core.
+    ///
+    /// # Errors
+    /// A half length or radius outside 1e-6…1e4 m, or one below 1e-5 of the other; a number of
+    /// sides outside 3…128.
+    pub fn cylinder(half_length: f64, radius: f64, sides: usize) -> Result<Self, Error> {
+        let (smooth, corners) = smooth::cylinder(half_length, radius, sides)?;
+        Ok(Self { smooth: Some(smooth), ..Self::hull(&corners, 0.0)? })
+    }
+
+    /// A cone about the origin along z. Its base has `radius` (m) and the height −`half_height`
+    /// (m), its apex the height `half_height`. Its core is the inscribed pyramid with `sides`
+    /// sides.
+    ///
+    /// # Errors
+    /// Those of [`Piece::cylinder`].
+    pub fn cone(half_height: f64, radius: f64, sides: usize) -> Result<Self, Error> {
+        let (smooth, corners) = smooth::cone(half_height, radius, sides)?;
+        Ok(Self { smooth: Some(smooth), ..Self::hull(&corners, 0.0)? })
+    }
+
+    /// An ellipsoid about the origin with its `half_axes` (m) along x, y and z. Its core is an
+    /// inscribed rounded hull with `sides`/2 meridians.
+    ///
+    /// # Errors
+    /// A half axis outside 1e-6…1e4 m, or one below 1e-3 of the longest; a number of sides outside
+    /// 3…128.
+    pub fn ellipsoid(half_axes: Vector3<f64>, sides: usize) -> Result<Self, Error> {
+        let core = smooth::ellipsoid(&half_axes, sides)?;
+        if core.corners.is_empty() {
+            return Self::sphere(core.radius);
+        }
+        let axes = Matrix3::from_diagonal(&half_axes);
+        let smooth = Smooth::Ellipsoid(Ellipsoid { centre: Vector3::zeros(), axes });
+        Ok(Self { smooth: Some(smooth), ..Self::hull(&core.corners, core.radius)? })
     }
 
     /// Returns this piece rotated about the origin by `rotation` (a proper rotation matrix) and
@@ -85,7 +133,11 @@ impl Piece {
             return Err(Error::Shape { shape: "the piece", why: why.into() });
         }
         all_in_range("position of the piece (m)", translation, -1e4, 1e4, "-1e4 to 1e4")?;
-        Ok(Self { core: self.core.moved_by(rotation, translation), radius: self.radius })
+        Ok(Self {
+            core: self.core.moved_by(rotation, translation),
+            radius: self.radius,
+            smooth: self.smooth.map(|smooth| smooth.moved_by(rotation, translation)),
+        })
     }
 
     /// The core: the piece before it is rounded.
@@ -98,5 +150,23 @@ impl Piece {
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius
+    }
+
+    /// The smooth shape, if it has one.
+    #[must_use]
+    pub fn smooth(&self) -> Option<&Smooth> {
+        self.smooth.as_ref()
+    }
+
+    /// The points that can touch a plane: the vertices of the core with its radius, and the
+    /// ellipsoids of a smooth shape. An ellipsoid alone has no vertices.
+    pub(crate) fn contact_points(&self) -> impl Iterator<Item = ContactPoint> + '_ {
+        let vertices = match self.smooth {
+            Some(Smooth::Ellipsoid(_)) => &[],
+            _ => self.core.vertices(),
+        };
+        let of_vertex = |&vertex: &Vector3<f64>| ContactPoint::rounded(vertex, self.radius);
+        let ellipsoids = self.smooth.as_ref().map_or(&[][..], Smooth::ellipsoids);
+        vertices.iter().map(of_vertex).chain(ellipsoids.iter().map(ContactPoint::of_ellipsoid))
     }
 }

@@ -6,7 +6,7 @@
 //! consist of points alone, which touch planes only.
 
 use crate::error::{Error, all_in_range, in_range};
-use crate::geometry::{MassProperties, Piece};
+use crate::geometry::{Ellipsoid, MassProperties, Piece, Smooth};
 use nalgebra::{Matrix3, Vector3};
 
 /// Rigid body with its collision geometry. Immutable after its checks.
@@ -40,6 +40,42 @@ pub struct ContactPoint {
     pub position: Vector3<f64>,
     /// Rounding radius ρ of the body at this point (m).
     pub radius: f64,
+    /// Half axes S of the [ellipsoid](Ellipsoid) about the position, as columns (m, body frame). It
+    /// touches a plane at its nearest point. `None` for a point of the body.
+    pub ellipsoid: Option<Matrix3<f64>>,
+}
+
+impl ContactPoint {
+    /// Point with a rounding radius (m).
+    #[must_use]
+    pub fn rounded(position: Vector3<f64>, radius: f64) -> Self {
+        Self { position, radius, ellipsoid: None }
+    }
+
+    /// Contact point of an ellipsoid.
+    #[must_use]
+    pub fn of_ellipsoid(one: &Ellipsoid) -> Self {
+        Self { position: one.centre, radius: 0.0, ellipsoid: Some(one.axes) }
+    }
+
+    /// The ellipsoid, if the point has one.
+    #[must_use]
+    pub fn smooth(&self) -> Option<Ellipsoid> {
+        self.ellipsoid.map(|axes| Ellipsoid { centre: self.position, axes })
+    }
+
+    /// Largest coordinates of the point's surface relative to the position (m).
+    #[must_use]
+    pub fn half_extents(&self) -> Vector3<f64> {
+        let own = self.smooth().map_or(Vector3::zeros(), |one| one.half_extents());
+        own.add_scalar(self.radius)
+    }
+
+    /// Bound on the distance of the point's surface from the position (m).
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        self.radius + self.smooth().map_or(0.0, |one| one.size())
+    }
 }
 
 /// Reach of a point mass (m), which has no size of its own.
@@ -89,15 +125,15 @@ impl RigidBody {
         inertia: Matrix3<f64>,
         contact_points: &[Vector3<f64>],
     ) -> Result<Self, Error> {
-        let points: Vec<_> = contact_points.iter().map(|&point| (point, 0.0)).collect();
-        Self::with_points(mass, inertia, &points)
+        let points = contact_points.iter().map(|&point| ContactPoint::rounded(point, 0.0));
+        Self::with_points(mass, inertia, points.collect())
     }
 
     /// Creates a body without pieces from contact points with radii.
     fn with_points(
         mass: f64,
         inertia: Matrix3<f64>,
-        points: &[(Vector3<f64>, f64)],
+        points: Vec<ContactPoint>,
     ) -> Result<Self, Error> {
         in_range("mass (kg)", mass, 1e-9, 1e9, "1e-9 to 1e9")?;
         let inertia_inverse = checked_inverse(&inertia)?;
@@ -110,22 +146,21 @@ impl RigidBody {
         }
         all_in_range(
             "contact point coordinate (m)",
-            points.iter().flat_map(|(point, _)| point),
+            points.iter().flat_map(|point| &point.position),
             -1e4,
             1e4,
             "-1e4 to 1e4",
         )?;
-        let reach = points.iter().map(|(c, radius)| c.amax() + radius).fold(0.0, f64::max);
-        let reach = match points {
-            [(point, 0.0)] if *point == Vector3::zeros() => REACH_OF_A_POINT,
+        let extents = points.iter().map(|point| point.position.abs() + point.half_extents());
+        let reach = extents.map(|extents| extents.max()).fold(0.0, f64::max);
+        let reach = match reach {
+            0.0 if points.len() == 1 => REACH_OF_A_POINT,
             _ => {
                 let field = "farthest contact point coordinate (m)";
                 in_range(field, reach, 1e-6, 1e4, "1e-6 to 1e4")?
             }
         };
-        check_moments(mass, &inertia, points)?;
-        let contact_points =
-            points.iter().map(|&(position, radius)| ContactPoint { position, radius }).collect();
+        check_moments(mass, &inertia, &points)?;
         let specific_inertia = inertia / mass;
         let sphere = Matrix3::from_diagonal_element(specific_inertia[(0, 0)]);
         let matter = Matter {
@@ -138,7 +173,7 @@ impl RigidBody {
         };
         Ok(Self {
             matter,
-            contact_points,
+            contact_points: points,
             pieces: Vec::new(),
             first_points: Vec::new(),
             friction: None,
@@ -148,8 +183,8 @@ impl RigidBody {
     }
 
     /// Creates a body with `mass` (kg), `inertia` (kg m², body frame, about the centre of mass) and
-    /// `pieces` (body frame, relative to the centre of mass). Its contact points are the corners of
-    /// the pieces, in their order.
+    /// `pieces` (body frame, relative to the centre of mass). Its contact points are the corners and
+    /// the ellipsoids of the pieces, in their order.
     ///
     /// # Errors
     /// Same as [`RigidBody::new`].
@@ -157,10 +192,9 @@ impl RigidBody {
         let (mut points, mut first_points) = (Vec::new(), Vec::new());
         for piece in &pieces {
             first_points.push(points.len());
-            let corners = piece.core().vertices().iter();
-            points.extend(corners.map(|&corner| (corner, piece.radius())));
+            points.extend(piece.contact_points());
         }
-        Ok(Self { pieces, first_points, ..Self::with_points(mass, inertia, &points)? })
+        Ok(Self { pieces, first_points, ..Self::with_points(mass, inertia, points)? })
     }
 
     /// Creates a body of uniform density from `pieces` in any frame, which must not overlap. Also
@@ -184,9 +218,8 @@ impl RigidBody {
     /// # Errors
     /// Same as [`RigidBody::new`].
     pub fn with_mass(&self, mass: f64, inertia: Matrix3<f64>) -> Result<Self, Error> {
-        let points = self.contact_points.iter().map(|point| (point.position, point.radius));
-        let points: Vec<_> = points.collect();
-        let Self { matter, .. } = Self::with_points(mass, inertia, &points)?;
+        let points = self.contact_points.clone();
+        let Self { matter, .. } = Self::with_points(mass, inertia, points)?;
         Ok(Self { matter, ..self.clone() })
     }
 
@@ -291,13 +324,15 @@ impl RigidBody {
         &self.pieces
     }
 
-    /// Index of the contact point at vertex `vertex` of piece `piece`.
+    /// Index of the contact point at vertex `vertex` of piece `piece`. An ellipsoid has one contact
+    /// point for all vertices of its core.
     ///
     /// # Panics
     /// If the piece does not exist.
     #[must_use]
     pub fn point_of(&self, piece: usize, vertex: usize) -> usize {
-        self.first_points[piece] + vertex
+        let is_one = matches!(self.pieces[piece].smooth(), Some(Smooth::Ellipsoid(_)));
+        self.first_points[piece] + if is_one { 0 } else { vertex }
     }
 
     /// Own coefficient of friction, if any.
@@ -335,7 +370,7 @@ impl RigidBody {
         let contact_points = self.contact_points.iter().map(|point| {
             let position = point.position / length;
             let radius = point.radius / length;
-            ContactPoint { position, radius }
+            ContactPoint { position, radius, ellipsoid: point.ellipsoid.map(|axes| axes / length) }
         });
         let own = &self.matter;
         Self {
@@ -385,15 +420,11 @@ fn checked_inverse(inertia: &Matrix3<f64>) -> Result<Matrix3<f64>, Error> {
 }
 
 /// Checks that the principal moments of inertia are in the range of [`RigidBody::new`].
-fn check_moments(
-    mass: f64,
-    inertia: &Matrix3<f64>,
-    points: &[(Vector3<f64>, f64)],
-) -> Result<(), Error> {
+fn check_moments(mass: f64, inertia: &Matrix3<f64>, points: &[ContactPoint]) -> Result<(), Error> {
     let axes = inertia.symmetric_eigen();
     let squares: [f64; 3] = std::array::from_fn(|k| {
         let axis = axes.eigenvectors.column(k);
-        let arm = |(point, radius): &(Vector3<f64>, f64)| point.cross(&axis).norm() + radius;
+        let arm = |point: &ContactPoint| point.position.cross(&axis).norm() + point.size();
         points.iter().map(arm).fold(0.0, f64::max).powi(2)
     });
     let sum = squares.iter().sum::<f64>();

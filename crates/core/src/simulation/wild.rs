@@ -254,7 +254,7 @@ pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
         let turns_far = h * next.spin.norm() > LARGEST_TURN;
         let reach = || {
             let points = body.contact_points().iter();
-            points.map(|point| point.position.norm() + point.radius).fold(0.0, f64::max)
+            points.map(|point| point.position.norm() + point.size()).fold(0.0, f64::max)
         };
         turns_far && height(state).min(height(next)) < reach()
     })

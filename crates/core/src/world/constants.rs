@@ -368,9 +368,8 @@ fn radius(body: &RigidBody) -> f64 {
 #[must_use]
 pub fn extents(body: &RigidBody) -> Vector3<f64> {
     let points = body.contact_points().iter();
-    let reach = |point: &crate::mechanics::body::ContactPoint| {
-        point.position.abs().add_scalar(point.radius)
-    };
+    let reach =
+        |point: &crate::mechanics::body::ContactPoint| point.position.abs() + point.half_extents();
     points.fold(Vector3::zeros(), |most, point| most.sup(&reach(point)))
 }
 
@@ -394,7 +393,10 @@ pub fn corners(body: &RigidBody, size: f64, new_radius: f64) -> Vec<Vector3<f64>
 fn reshaped(body: &RigidBody, size: f64, new_radius: Option<f64>) -> Result<RigidBody, Error> {
     let (own, least) = (radius(body), extents(body).min());
     let is_one = body.pieces().len() < 2
-        && body.contact_points().iter().all(|point| point.radius == own)
+        && body
+            .contact_points()
+            .iter()
+            .all(|point| point.radius == own && point.ellipsoid.is_none())
         && least > own;
     if !is_one {
         let why = "a body cannot change its shape: it is not one convex piece with one radius and \

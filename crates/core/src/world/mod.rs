@@ -278,7 +278,7 @@ impl World {
     /// Heights of the contact points of body `index` above the ground at `pose` (m):
     ///
     /// ```text
-    /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i
+    /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i − |S_iᵀ Aᵀ n|
     /// ```
     ///
     /// Empty without a ground, or if contacts between body and ground are excluded.
@@ -299,7 +299,13 @@ impl World {
             }
             _ => (0.0, Vector3::zeros(), &points[..0]),
         };
-        points.iter().map(move |point| centre + normal.dot(&point.position) - point.radius)
+        points.iter().map(move |point| {
+            let height = centre + normal.dot(&point.position) - point.radius;
+            match &point.ellipsoid {
+                None => height,
+                Some(axes) => height - axes.tr_mul(&normal).norm(),
+            }
+        })
     }
 
     /// Height of the lowest contact point of all bodies in `states` (m); infinite without a ground.

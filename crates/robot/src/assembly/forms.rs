@@ -5,7 +5,6 @@ use crate::frame::{LinkFrame, of_matrix};
 use crate::meshes::{LEAST_CORNERS, reduced};
 use crate::model::{LinkMass, RobotForm, RobotShape};
 use nalgebra::Vector3;
-use std::f64::consts::{PI, TAU};
 use tumble_core::error::Error;
 use tumble_model::shape::{ModelForm, PlacedForm};
 
@@ -27,55 +26,18 @@ pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
         }
         RobotForm::Box(half) => ModelForm::Box { sides: (half * 2.0).into() },
         RobotForm::Cylinder(half, radius) => {
-            let corner = |side: usize, end: f64| {
-                let (sine, cosine) = (TAU * side as f64 / sides as f64).sin_cos();
-                [radius * cosine, radius * sine, end]
-            };
-            let points = (0..sides).flat_map(|side| [corner(side, -half), corner(side, *half)]);
-            ModelForm::Hull { points: points.collect(), radius: 0.0 }
+            ModelForm::Cylinder { length: 2.0 * half, radius: *radius, sides }
         }
         RobotForm::Hull(points) => ModelForm::Hull { points: points.clone(), radius: 0.0 },
-        RobotForm::Ellipsoid(half) => ellipsoid(half, sides),
+        RobotForm::Ellipsoid(half) => ModelForm::Ellipsoid { half_axes: (*half).into(), sides },
         RobotForm::Plane => return None,
     })
 }
 
-/// Approximates an ellipsoid by an inscribed rounded hull.
-///
-/// Its smallest radius of curvature is r = c²/a with the smallest and largest half axes c ≤ a. An
-/// ellipsoid is the set of points within r of a convex core. The hull spans these points of the
-/// core's surface:
-///
-/// ```text
-/// D s − r n,  n = D⁻¹ s/|D⁻¹ s|,
-/// ```
-///
-/// D is the diagonal matrix of the half axes. The unit vectors s are the poles and points on
-/// `sides`/2 meridians. The rounded hull touches the ellipsoid wherever the normal is one of the n.
-fn ellipsoid(half: &Vector3<f64>, sides: usize) -> ModelForm {
-    let radius = half.min() * half.min() / half.max();
-    if radius >= half.max() * (1.0 - 1e-6) {
-        return ModelForm::Sphere { radius: half.max() };
-    }
-    let meridians = (sides / 2).max(3);
-    let rings = (meridians / 2).max(2);
-    let on_ring = |ring: usize| {
-        let height = PI * ring as f64 / rings as f64;
-        (0..meridians).map(move |meridian| {
-            let (sine, cosine) = (TAU * meridian as f64 / meridians as f64).sin_cos();
-            let across = height.sin();
-            Vector3::new(across * cosine, across * sine, height.cos())
-        })
-    };
-    let directions = (1..rings).flat_map(on_ring).chain([Vector3::z(), -Vector3::z()]);
-    let corner = |s: Vector3<f64>| {
-        (half.component_mul(&s) - s.component_div(half).normalize() * radius).into()
-    };
-    ModelForm::Hull { points: directions.map(corner).collect(), radius }
-}
-
 /// Maximum number of contact points of a body.
 const MOST_POINTS: usize = 1000;
+/// Minimum number of sides of the core of a cylinder.
+const LEAST_SIDES: usize = 3;
 
 /// Reduces hulls if the shapes together exceed the point limit of a body. Returns a note in that
 /// case.
@@ -84,6 +46,9 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
         ModelForm::Box { .. } => 8,
         ModelForm::Sphere { .. } => 1,
         ModelForm::Capsule { .. } => 2,
+        ModelForm::Cylinder { sides, .. } => 2 * sides + 2,
+        ModelForm::Cone { sides, .. } => sides + 2,
+        ModelForm::Ellipsoid { .. } => 1,
         ModelForm::Hull { points, .. } => points.len(),
         ModelForm::Mesh { vertices, .. } => vertices.len(),
     });
@@ -98,7 +63,14 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
     };
     let mut farthest = 0.0_f64;
     for shape in shapes {
-        let ModelForm::Hull { points, .. } = &mut shape.form else { continue };
+        let points = match &mut shape.form {
+            ModelForm::Hull { points, .. } => points,
+            ModelForm::Cylinder { sides, .. } => {
+                *sides = (*sides).min((most.saturating_sub(2) / 2).max(LEAST_SIDES));
+                continue;
+            }
+            _ => continue,
+        };
         if points.len() > most {
             let all: Vec<_> = points.iter().copied().map(Vector3::from).collect();
             let (piece, outside) = reduced(&all, most)?;

@@ -12,6 +12,7 @@ use super::model::{Key, MimicJoint, Moves, Robot, RobotShape};
 use nalgebra::{Vector3, Vector4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::joint::Drive;
 use tumble_core::mechanics::State;
 use tumble_model::Model;
@@ -33,7 +34,7 @@ pub struct Placing {
     pub touches_itself: bool,
     /// True to merge each link without joints with the link it is fixed to.
     pub merges: bool,
-    /// Number of sides of the prisms that approximate cylinders.
+    /// Number of sides of the cores of cylinders and ellipsoids.
     pub sides: usize,
     /// True if a plane of the file becomes the ground of the scene.
     pub has_ground: bool,
@@ -53,9 +54,6 @@ impl Default for Placing {
         }
     }
 }
-
-/// Default number of sides of the prisms that approximate cylinders.
-pub const USUAL_SIDES: usize = 24;
 
 /// Maximum length of a name in a scene.
 const LONGEST_NAME: usize = 40;

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
 use tumble_core::geometry::mesh::{parse_obj, parse_stl};
+use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::quaternion::unit;
 use tumble_model::colour::{BodyLabel, Colour};
 use tumble_model::fields::{Exactly, Numbers, table_if_any};
@@ -19,14 +20,20 @@ macro_rules! with_form {
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
             #[serde(rename = "box")]
-            sides: Option<Sides>,
+            cuboid: Option<Sides>,
             sphere: Option<f64>,
             #[serde(default, deserialize_with = "table_if_any")]
             capsule: Option<CapsuleTable>,
+            #[serde(default, deserialize_with = "table_if_any")]
+            cylinder: Option<CylinderTable>,
+            #[serde(default, deserialize_with = "table_if_any")]
+            cone: Option<ConeTable>,
+            ellipsoid: Option<Numbers<3>>,
             hull: Option<Vec<Numbers<3>>>,
             mesh: Option<String>,
             scale: Option<f64>,
             radius: Option<f64>,
+            sides: Option<usize>,
             $($(#[$meta])* pub $field: $type,)*
         }
 
@@ -34,13 +41,17 @@ macro_rules! with_form {
             /// Takes the fields of the form.
             pub fn take_form(&mut self) -> FormFields {
                 FormFields {
-                    sides: self.sides.take(),
+                    cuboid: self.cuboid.take(),
                     sphere: self.sphere.take(),
                     capsule: self.capsule.take(),
+                    cylinder: self.cylinder.take(),
+                    cone: self.cone.take(),
+                    ellipsoid: self.ellipsoid.take(),
                     hull: self.hull.take(),
                     mesh: self.mesh.take(),
                     scale: self.scale.take(),
                     radius: self.radius.take(),
+                    sides: self.sides.take(),
                 }
             }
         }
@@ -161,6 +172,20 @@ pub struct CapsuleTable {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
+pub struct CylinderTable {
+    length: f64,
+    radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ height = …, radius = … }")]
+pub struct ConeTable {
+    height: f64,
+    radius: f64,
+}
+
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] }")]
 pub struct CopiesTable {
     pub count: Exactly<u32, 3>,
@@ -243,13 +268,17 @@ pub struct Files<'a> {
 
 /// Fields of a convex form.
 pub struct FormFields {
-    sides: Option<Sides>,
+    cuboid: Option<Sides>,
     sphere: Option<f64>,
     capsule: Option<CapsuleTable>,
+    cylinder: Option<CylinderTable>,
+    cone: Option<ConeTable>,
+    ellipsoid: Option<Numbers<3>>,
     hull: Option<Vec<Numbers<3>>>,
     mesh: Option<String>,
     scale: Option<f64>,
     radius: Option<f64>,
+    sides: Option<usize>,
 }
 
 impl FormFields {
@@ -263,11 +292,23 @@ impl FormFields {
         if self.scale.is_some() && self.mesh.is_none() {
             return Err("scale: it has no meaning without `mesh`".to_owned());
         }
-        let radius = self.radius.unwrap_or(0.0);
-        forms.extend(self.sides.map(|sides| ModelForm::Box { sides: sides.vector().into() }));
+        let smooth = self.cylinder.is_some() || self.cone.is_some() || self.ellipsoid.is_some();
+        if self.sides.is_some() && !smooth {
+            let why = "it has no meaning without `cylinder`, `cone` or `ellipsoid`";
+            return Err(format!("sides: {why}"));
+        }
+        let (radius, sides) = (self.radius.unwrap_or(0.0), self.sides.unwrap_or(USUAL_SIDES));
+        forms.extend(self.cuboid.map(|cuboid| ModelForm::Box { sides: cuboid.vector().into() }));
         forms.extend(self.sphere.map(|radius| ModelForm::Sphere { radius }));
         let capsule = |CapsuleTable { length, radius }| ModelForm::Capsule { length, radius };
         forms.extend(self.capsule.map(capsule));
+        let cylinder =
+            |CylinderTable { length, radius }| ModelForm::Cylinder { length, radius, sides };
+        forms.extend(self.cylinder.map(cylinder));
+        let cone = |ConeTable { height, radius }| ModelForm::Cone { height, radius, sides };
+        forms.extend(self.cone.map(cone));
+        let ellipsoid = |half: Numbers<3>| ModelForm::Ellipsoid { half_axes: half.0, sides };
+        forms.extend(self.ellipsoid.map(ellipsoid));
         forms.extend(self.hull.map(|points| ModelForm::Hull { points: plain(points), radius }));
         if let Some(name) = &self.mesh {
             forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);

@@ -16,6 +16,11 @@ pub fn field_of(error: &Error) -> String {
             "side of the box (m)" => "box",
             "radius of the sphere (m)" => "sphere",
             "length of the capsule (m)" | "radius of the capsule (m)" => "capsule",
+            "length of the cylinder (m)" | "radius of the cylinder (m)" => "cylinder",
+            "height of the cone (m)" | "radius of the cone (m)" => "cone",
+            "half axis of the ellipsoid (m)"
+            | "shortest half axis of the ellipsoid, relative to the longest" => "ellipsoid",
+            "sides of a smooth piece's core" => "sides",
             "radius of the hull (m)" | "radius of the mesh (m)" => "radius",
             "points of the hull" | "vertices of the hull" => "hull",
             "largest extent of the hull (m)" => "hull",

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
+use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::Rotation;
 use tumble_core::world::Plane;
 use tumble_model::Model;
@@ -16,9 +17,7 @@ use tumble_model::fields::Numbers;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shown;
 use tumble_robot::model::{Moves, Robot};
-use tumble_robot::{
-    Assembled, LARGEST_FILE, LinkFrame, MeshPieces, Placing, Reading, USUAL_SIDES, read,
-};
+use tumble_robot::{Assembled, LARGEST_FILE, LinkFrame, MeshPieces, Placing, Reading, read};
 
 /// Coefficient of friction on the ground for a robot file without one.
 const USUAL_FRICTION: f64 = 1.0;
@@ -189,7 +188,9 @@ fn lowest(model: &Model, plane: &Plane) -> Result<f64, String> {
         let pose = body.start.state().pose();
         for point in made.contact_points() {
             let at: Vector3<f64> = pose.position + pose.rotation * point.position;
-            lowest = lowest.min(plane.normal().dot(&at) - plane.offset() - point.radius);
+            let normal = pose.rotation.tr_mul(plane.normal());
+            let width = point.smooth().map_or(0.0, |one| one.half_width(&normal));
+            lowest = lowest.min(plane.normal().dot(&at) - plane.offset() - point.radius - width);
         }
     }
     Ok(if lowest.is_finite() { lowest } else { 0.0 })

@@ -93,6 +93,15 @@ fn piece(placed: &PlacedForm) -> Result<String, String> {
         ModelForm::Capsule { length, radius } => {
             format!("capsule = {{ length = {length:?}, radius = {radius:?} }}")
         }
+        ModelForm::Cylinder { length, radius, sides } => {
+            format!("cylinder = {{ length = {length:?}, radius = {radius:?} }}, sides = {sides}")
+        }
+        ModelForm::Cone { height, radius, sides } => {
+            format!("cone = {{ height = {height:?}, radius = {radius:?} }}, sides = {sides}")
+        }
+        ModelForm::Ellipsoid { half_axes, sides } => {
+            format!("ellipsoid = {half_axes:?}, sides = {sides}")
+        }
         ModelForm::Hull { points, radius } => format!("hull = {points:?}, radius = {radius:?}"),
         ModelForm::Mesh { .. } => {
             return Err("mesh: a scenario text cannot contain a mesh; use a mesh file".to_owned());

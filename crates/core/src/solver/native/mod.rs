@@ -30,6 +30,7 @@ mod blocks;
 mod coupling;
 mod dense;
 mod effort;
+mod ellipsoid_motion;
 mod equations;
 mod fixed_motion;
 pub(crate) mod fronts;

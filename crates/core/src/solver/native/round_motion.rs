@@ -7,14 +7,14 @@ use super::coupling::Coupling;
 use super::fixed_motion::rolling;
 use super::pair_motion::beside;
 use super::turning::BodyTurning;
-use crate::contact::Curved;
+use crate::contact::CorePair;
 use crate::contact::curved::{Core, Reach, shortest_way};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// Additional data of a coupling of two round features.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RoundRows {
-    pub(super) curved: Curved,
+    pub(super) curved: CorePair,
     /// d (m, world): from the centre of B's feature to that of A's at step k.
     pub(super) way: Vector3<f64>,
     /// φ/h at step k (m/s).
@@ -35,7 +35,7 @@ pub(super) struct RoundSide<'a> {
 
 impl RoundSide<'_> {
     /// Mean velocity of the body's point c, v + A K c (m/s).
-    fn velocity(&self, point: &Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn velocity(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.linear + self.turning.swept(point)
     }
 
@@ -63,7 +63,7 @@ impl RoundSide<'_> {
 pub(super) struct RoundMotion<'a> {
     coupling: &'a Coupling,
     round: &'a RoundRows,
-    curved: &'a Curved,
+    curved: &'a CorePair,
     a: RoundSide<'a>,
     b: Option<RoundSide<'a>>,
     /// Difference of the centres' velocities, before the projection (E − n nᵀ) (m/s).

@@ -36,7 +36,8 @@ const LARGEST_MASS_RATIO: f64 = 1e6;
 /// Maximum number of triangles of all visual shapes.
 const MOST_SEEN: usize = 2_000_000;
 /// Error message for a missing shape of a fixed object or piece.
-const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
+const ONE_SHAPE: &str =
+    "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull or mesh";
 
 /// Model of a file, with its robots. `drawn` is true if a start depends on the seed.
 pub struct BuiltScene {
@@ -462,8 +463,8 @@ impl Builder<'_> {
 
 const NO_GROUND: &str = "frame: there is no ground; use `world`";
 
-const ONE_SHAPE_OF_A_BODY: &str =
-    "one shape is needed: box, sphere, capsule, hull, mesh, pieces, points or point_mass = true";
+const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull, mesh, pieces, \
+     points or point_mass = true";
 
 fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
     if table.has_idle_point() {

@@ -14,7 +14,7 @@ use super::ContactRow;
 use super::named::{self, BAND, EXACT, Misplaced, size};
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::contact::{Contact, Features, PairFeatures, Partner, Plane, round};
-use tumble_core::geometry::{Feature, Piece};
+use tumble_core::geometry::{Ellipsoid, Feature, Piece};
 use tumble_core::mechanics::{Pose, State};
 use tumble_core::world::World;
 
@@ -53,7 +53,7 @@ impl ContactRow {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         let features = match self.partner {
-            Partner::Ground => self.on_ground(world)?,
+            Partner::Ground => self.on_ground(world, &pose)?,
             _ => self.on_piece(world, &pose, other.as_ref().map(|(_, pose)| pose))?,
         };
         let key = self.key.between(self.body, self.partner);
@@ -97,8 +97,8 @@ impl ContactRow {
         named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
     }
 
-    /// Contact point of the key, in contact with the ground.
-    fn on_ground(&self, world: &World) -> Result<Features, Misplaced> {
+    /// Contact point of the key, in contact with the ground, with the body at `pose`.
+    fn on_ground(&self, world: &World, pose: &Pose) -> Result<Features, Misplaced> {
         let points = world.bodies()[self.body].contact_points();
         let point = points.get(self.key.point).ok_or("refers to a point that does not exist")?;
         if self.key.pair.is_some() {
@@ -108,7 +108,19 @@ impl ContactRow {
             return Err("has a radius that its point does not have");
         }
         let ground = world.ground().ok_or("refers to a ground that does not exist")?;
-        Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
+        let mut features = Features::of_point(point, *ground.frame(), ground.offset());
+        if let Some(one) = point.smooth().filter(Ellipsoid::is_thin) {
+            // A disc that lies flat touches at any point of its rim, or at its centre.
+            let core = self.point + self.normal * self.radius;
+            let away = pose.rotation.tr_mul(&(core - pose.position)) - one.centre;
+            let rim = one.farthest(&away);
+            let is_off = |place: Vector3<f64>| (away - place).amax() > EXACT * one.size();
+            if is_off(rim) && is_off(Vector3::zeros()) {
+                return Err("has a point that its disc does not have");
+            }
+            features.point += away;
+        }
+        Ok(features)
     }
 
     /// Pieces of the key.

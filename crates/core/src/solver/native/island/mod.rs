@@ -14,6 +14,7 @@ mod slopes;
 mod tangent;
 
 use super::coupling::{Coupling, approach};
+use super::ellipsoid_motion::EllipsoidRows;
 use super::equations::{Determined, Equations, StepSetting, Velocity};
 use super::islands::IslandView;
 use super::member::IslandBody;
@@ -21,7 +22,7 @@ use super::pattern::Pattern;
 use super::round_motion::RoundRows;
 use super::settings::SLOW;
 use super::tolerances::Tolerances;
-use crate::contact::{Contact, Partner, torque_map_of};
+use crate::contact::{Contact, Curved, Partner, torque_map_of};
 use crate::joint::Turn;
 use crate::step::Step;
 use crate::world::World;
@@ -54,6 +55,8 @@ enum CouplingKind {
     Point,
     /// Two round features.
     Round(usize),
+    /// Ellipsoid against a plane.
+    Ellipsoid(usize),
     /// Rotation of a joint.
     Turn(usize),
     /// Gear.
@@ -95,6 +98,8 @@ pub(super) struct Island {
     links: Vec<CouplingLink>,
     /// Additional data of couplings between two round features.
     rounds: Vec<RoundRows>,
+    /// Additional data of couplings of an ellipsoid and a plane.
+    ellipsoids: Vec<EllipsoidRows>,
     /// Rotations of joints.
     turns: Vec<Turn>,
     /// Joints of the island and their couplings.
@@ -122,6 +127,7 @@ impl Island {
             setting: StepSetting::new(Tolerances::of(world, 0.0)),
             links: Vec::new(),
             rounds: Vec::new(),
+            ellipsoids: Vec::new(),
             turns: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
@@ -143,6 +149,7 @@ impl Island {
         self.members.extend(indices.iter().map(|&index| IslandBody::new(step, index, self.mass)));
         self.links.clear();
         self.rounds.clear();
+        self.ellipsoids.clear();
         self.turns.clear();
         self.joints.clear();
         self.gears.clear();
@@ -195,12 +202,28 @@ impl Island {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         let (h, level) = (self.time_step, self.setting.tolerances.level);
-        let kind = contact.features.curved.map_or(CouplingKind::Point, |curved| {
-            let approach = approach(contact, h, level);
-            let (way, carried) = (contact.way(), Vector3::zeros());
-            self.rounds.push(RoundRows { curved, way, approach, carried });
-            CouplingKind::Round(self.rounds.len() - 1)
-        });
+        let (approach, carried) = (approach(contact, h, level), Vector3::zeros());
+        let kind = match contact.features.curved {
+            None => CouplingKind::Point,
+            Some(Curved::Cores(curved)) => {
+                self.rounds.push(RoundRows { curved, way: contact.way(), approach, carried });
+                CouplingKind::Round(self.rounds.len() - 1)
+            }
+            Some(Curved::Ellipsoid(ellipsoid)) => {
+                let member = &self.members[a];
+                let beyond = contact.arm - member.rotation * ellipsoid.centre;
+                let (arm, foot) = b.as_ref().map_or_else(Default::default, |other| {
+                    let of_b = &self.members[other.index];
+                    let touched = member.position + contact.arm - of_b.position;
+                    (touched - beyond, of_b.rotation.tr_mul(&touched))
+                });
+                let normal = contact.features.frame.column(2).into_owned();
+                let rows =
+                    EllipsoidRows { ellipsoid, normal, beyond, arm, foot, approach, carried };
+                self.ellipsoids.push(rows);
+                CouplingKind::Ellipsoid(self.ellipsoids.len() - 1)
+            }
+        };
         self.links.push(CouplingLink { a, kind, b, source: Source::Contact });
         let share = self.members[a].share;
         self.setting.admit(Coupling::of_contact(contact, h, share, level));
@@ -209,8 +232,10 @@ impl Island {
     /// Sets the surface velocity `carried` of the contact added last (m/s, world).
     pub(super) fn carry(&mut self, carried: Vector3<f64>) {
         self.setting.carry(&carried);
-        if let Some(CouplingKind::Round(round)) = self.links.last().map(|link| link.kind) {
-            self.rounds[round].carried = carried;
+        match self.links.last().map(|link| link.kind) {
+            Some(CouplingKind::Round(round)) => self.rounds[round].carried = carried,
+            Some(CouplingKind::Ellipsoid(one)) => self.ellipsoids[one].carried = carried,
+            _ => {}
         }
     }
 

@@ -3,6 +3,7 @@
 //! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{CouplingKind, CouplingLink, Island, LinkedCoupling, Other};
+use crate::solver::native::ellipsoid_motion::EllipsoidMotion;
 use crate::solver::native::equations::{Equations, Velocity};
 use crate::solver::native::fixed_motion::point_velocity;
 use crate::solver::native::member::IslandBody;
@@ -136,15 +137,37 @@ impl Island {
         velocity: &'a [Velocity],
         turnings: LinkTurnings<'a>,
     ) -> RoundMotion<'a> {
-        let (LinkedCoupling { link, coupling }, LinkTurnings { a, b }) = (linked, turnings);
+        let (a, b) = self.sides_of(linked.link, velocity, turnings);
+        RoundMotion::new(linked.coupling, &self.rounds[round], a, b, self.time_step)
+    }
+
+    /// Motion of a coupling of an ellipsoid and a plane, with index `one` among these.
+    pub(super) fn ellipsoid_motion<'a>(
+        &'a self,
+        linked: LinkedCoupling<'a>,
+        one: usize,
+        velocity: &'a [Velocity],
+        turnings: LinkTurnings<'a>,
+    ) -> EllipsoidMotion<'a> {
+        let (a, b) = self.sides_of(linked.link, velocity, turnings);
+        EllipsoidMotion::new(linked.coupling, &self.ellipsoids[one], a, b, self.time_step)
+    }
+
+    /// The two bodies of a coupling of curved features.
+    fn sides_of<'a>(
+        &'a self,
+        link: &CouplingLink,
+        velocity: &'a [Velocity],
+        turnings: LinkTurnings<'a>,
+    ) -> (RoundSide<'a>, Option<RoundSide<'a>>) {
+        let LinkTurnings { a, b } = turnings;
         let side = |index: usize, turnings: &'a Both| RoundSide {
             rotation: &self.members[index].rotation,
             turning: &turnings.there,
             linear: &velocity[index].linear,
         };
         let of_b = link.b.as_ref().zip(b).map(|(other, b)| side(other.index, b));
-        let round = &self.rounds[round];
-        RoundMotion::new(coupling, round, side(link.a, a), of_b, self.time_step)
+        (side(link.a, a), of_b)
     }
 
     /// u of coupling `index` (N2).
@@ -214,6 +237,9 @@ impl Island {
         match link.kind {
             CouplingKind::Round(round) => {
                 return self.round_motion(linked, round, velocity, turnings).u();
+            }
+            CouplingKind::Ellipsoid(one) => {
+                return self.ellipsoid_motion(linked, one, velocity, turnings).u();
             }
             CouplingKind::Turn(_) => {
                 return self.turned_velocity(link, velocity).unwrap_or_default();

@@ -87,9 +87,17 @@ impl Island {
             let b = other.map(|(index, _)| (index, of(&by_b)));
             return PairSlope { a: (link.a, of(&by_a)), b };
         }
-        if let CouplingKind::Round(round) = link.kind {
-            let both = LinkTurnings::of(link, turnings);
-            let (by_a, by_b) = self.round_motion(linked, round, velocity, both).slopes();
+        let both = || LinkTurnings::of(link, turnings);
+        let curved = match link.kind {
+            CouplingKind::Round(round) => {
+                Some(self.round_motion(linked, round, velocity, both()).slopes())
+            }
+            CouplingKind::Ellipsoid(one) => {
+                Some(self.ellipsoid_motion(linked, one, velocity, both()).slopes())
+            }
+            _ => None,
+        };
+        if let Some((by_a, by_b)) = curved {
             let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
             return PairSlope { a: (link.a, by_a), b };
         }

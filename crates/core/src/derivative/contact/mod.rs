@@ -4,13 +4,14 @@
 //! All derivatives are of world-frame vectors. The contact law rotates with its normal, and it is
 //! evaluated in the frame that rotates with it: δn = φ × n.
 
+mod curved;
+
 use super::placement::{FeatureChange, Placement, across};
 use super::side::{SideChangeInput, StepSide};
-use crate::contact::curved::{Core, Reach, shortest_way};
 use crate::contact::{Contact, Curved, Partner};
 use crate::mechanics::State;
 use crate::world::World;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// Differentials of the rows of a contact at fixed V⁺.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +45,12 @@ impl PlacedFeatures {
     /// Features of `contact` for bodies at `states`.
     pub(crate) fn of(world: &World, contact: &Contact, states: &[State]) -> Self {
         let (placement, room) = match &contact.features.curved {
-            Some(curved) => (Placement::Fixed, round_room(curved)),
+            Some(curved) => {
+                let pose = |body: usize| states[body].pose();
+                let other = contact.key.partner.body().map(pose);
+                let a = pose(contact.key.body);
+                (Placement::Fixed, curved::room(curved, contact, &a, other.as_ref()))
+            }
             None if contact.key.pair.is_none() => (Placement::Fixed, f64::INFINITY),
             None => {
                 let pose = |body: usize| states[body].pose();
@@ -138,9 +144,9 @@ impl ContactTangent {
         let (key, h) = (&contact.key, world.time_step());
         let other = key.partner.body();
         let radius_b = match (contact.features.curved, key.partner, key.pair) {
-            (Some(curved), ..) => curved.radius,
-            (None, Partner::Fixed(index), _) => world.fixed()[index].piece.radius(),
-            (None, Partner::Body(index), Some(pair)) => world.bodies()[index]
+            (Some(Curved::Cores(pair)), ..) => pair.radius,
+            (_, Partner::Fixed(index), _) => world.fixed()[index].piece.radius(),
+            (_, Partner::Body(index), Some(pair)) => world.bodies()[index]
                 .pieces()
                 .get(pair.pieces.1)
                 .map_or(0.0, |piece| piece.radius()),
@@ -215,8 +221,11 @@ impl ContactTangent {
 
     /// True if the derivatives of its features with respect to the poses are known.
     pub(crate) fn is_known(&self) -> bool {
-        let exact =
-            || self.contact.features.curved.is_none_or(|curved| self.end(&curved).1.is_exact);
+        let exact = || match &self.contact.features.curved {
+            None => true,
+            Some(Curved::Cores(pair)) => self.end(pair).1.is_exact,
+            Some(Curved::Ellipsoid(one)) => !self.is_flat(one),
+        };
         self.placed.placement != Placement::Unknown && exact()
     }
 
@@ -231,7 +240,8 @@ impl ContactTangent {
     ) -> RowChange {
         let mut change = match &self.contact.features.curved {
             None => self.plane_change(of_a, of_b, time_step),
-            Some(curved) => self.round_change(curved, of_a, of_b, time_step),
+            Some(Curved::Cores(pair)) => self.round_change(pair, of_a, of_b, time_step),
+            Some(Curved::Ellipsoid(one)) => self.ellipsoid_change(one, of_a, of_b, time_step),
         };
         let n = self.contact.normal();
         let turned = change.turn.cross(&n);
@@ -384,120 +394,6 @@ impl ContactTangent {
         let beyond = arm_change - turned * rho - n * wider;
         RowChange { motion, turn: n.cross(&turned), arms: [beyond, apart + beyond] }
     }
-
-    /// Differentials of two round features (10b). a and b are the nearest core points at k, D is
-    /// the vector between those at k+1, and m is its direction:
-    ///
-    /// ```text
-    /// u_t = (E − n nᵀ) (s⁺ − s)/h − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
-    /// u_n = (|D| − ρ_A − ρ_B)/h,   δ|D| = m·δD at the same shares                   (G5)
-    /// ```
-    fn round_change(
-        &self,
-        curved: &Curved,
-        of_a: &SideChangeInput,
-        of_b: &SideChangeInput,
-        time_step: f64,
-    ) -> RowChange {
-        let (a, b, h) = (&self.a, &self.b, self.time_step);
-        let sides = (a.change(of_a), b.change(of_b));
-        let (by_a, by_b) = (sides.0.linear(), sides.1.linear());
-        let n = self.contact.normal();
-        let (x, y) = (sides.0.place(&curved.point()), sides.1.place(&curved.foot()));
-        let (u, v) = (a.rotation * curved.of_a.along, b.rotation * curved.of_b.along);
-        let way = x - y;
-        let moved = sides.0.carried(&x) - sides.1.carried(&y);
-        // Parameters inside their segments follow the nearest points.
-        let is_free = |core: &Core, share: f64| core.is_segment() && share > 0.0 && share < 1.0;
-        let free = (is_free(&curved.of_a, curved.shares.0), is_free(&curved.of_b, curved.shares.1));
-        let (rhs_a, rhs_b) =
-            (-(moved.dot(&u) + way.dot(&(by_a * u))), -(moved.dot(&v) + way.dot(&(by_b * v))));
-        let (slid_a, slid_b) = match free {
-            (false, false) => (0.0, 0.0),
-            (true, false) => (rhs_a / u.dot(&u), 0.0),
-            (false, true) => (0.0, -rhs_b / v.dot(&v)),
-            (true, true) => {
-                let matrix = Matrix2::new(u.dot(&u), -u.dot(&v), u.dot(&v), -v.dot(&v));
-                let solved = matrix.lu().solve(&Vector2::new(rhs_a, rhs_b));
-                solved.map_or((0.0, 0.0), |slid| (slid[0], slid[1]))
-            }
-        };
-        let way_change = moved + u * slid_a - v * slid_b;
-        let distance = way.norm();
-        let turned = across(&n, &way_change) / distance;
-        // The impulse acts in the middle of the gap.
-        let radius = self.contact.features.radius;
-        let opened = distance - radius - curved.radius;
-        let wider = n.dot(&way_change) - of_a.radius - of_b.radius;
-        let arm_change = by_a * (x - a.origin) + u * slid_a
-            - n * (of_a.radius + 0.5 * wider)
-            - turned * (radius + 0.5 * opened);
-        // Core points of step k, moved to k+1.
-        let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
-        let end_change = |side: &StepSide,
-                          given: &SideChangeInput,
-                          turn: &Vector3<f64>,
-                          core: &Core,
-                          share,
-                          slid: f64| {
-            let point = core.at(share);
-            let shifted = given.stretch.component_mul(&point) + core.along * slid;
-            given.position
-                + side.linear * time_step
-                + turn.cross(&(side.turned * point))
-                + side.turned * shifted
-        };
-        let between = |shares: (f64, f64), slid: (f64, f64)| {
-            end_change(a, of_a, &turn_a, &curved.of_a, shares.0, slid.0)
-                - end_change(b, of_b, &turn_b, &curved.of_b, shares.1, slid.1)
-        };
-        let (shares, reach) = self.end(curved);
-        let moved_end = (a.linear - b.linear) * h + (a.turned - a.rotation) * curved.point()
-            - (b.turned - b.rotation) * curved.foot();
-        let slip = across(&n, &moved_end);
-        let moved_end_change = between(curved.shares, (slid_a, slid_b)) - way_change;
-        let slip_change =
-            across(&n, &moved_end_change) - turned * n.dot(&moved_end) - n * turned.dot(&moved_end);
-        let rolling = a.spin_world * radius + b.spin_world * curved.radius;
-        let rolling_change = of_a.turn.cross(&a.spin_world) * radius
-            + of_b.turn.cross(&b.spin_world) * curved.radius
-            + a.spin_world * of_a.radius
-            + b.spin_world * of_b.radius;
-        let opening = (reach.length - radius - curved.radius) / h;
-        let opening_change = (reach.direction.dot(&between(shares, (0.0, 0.0)))
-            - of_a.radius
-            - of_b.radius
-            - opening * time_step)
-            / h;
-        let motion = (slip_change - slip * (time_step / h)) / h
-            - rolling_change.cross(&n)
-            - rolling.cross(&turned)
-            + turned * opening
-            + n * opening_change;
-        let apart = of_a.position - of_b.position;
-        RowChange { motion, turn: n.cross(&turned), arms: [arm_change, apart + arm_change] }
-    }
-
-    /// Parameters of the nearest points of two round features at k+1, and the length and direction
-    /// of the vector between them.
-    fn end(&self, curved: &Curved) -> ((f64, f64), Reach) {
-        let h = self.time_step;
-        let of = |side: &StepSide, core: &Core| {
-            core.moved(&side.turned, &(side.origin + side.linear * h))
-        };
-        let (shares, way) = shortest_way(&of(&self.a, &curved.of_a), &of(&self.b, &curved.of_b));
-        (shares, Reach::of(&way, &self.contact.normal()))
-    }
-}
-
-/// Distance of the nearest points of two cores from the ends of their segments (m); infinite for
-/// points and for ends.
-fn round_room(curved: &Curved) -> f64 {
-    let of = |core: &Core, share: f64| {
-        let is_inside = core.is_segment() && share > 0.0 && share < 1.0;
-        if is_inside { core.along.norm() * share.min(1.0 - share) } else { f64::INFINITY }
-    };
-    of(&curved.of_a, curved.shares.0).min(of(&curved.of_b, curved.shares.1))
 }
 
 /// Radius ρ of A's piece, also if the contact point has none because the plane is A's.

@@ -1,0 +1,212 @@
+//! Derivatives of contacts whose features have a gap of their own.
+
+use super::{ContactTangent, RowChange, across};
+use crate::contact::curved::{Core, Reach, shortest_way};
+use crate::contact::{Contact, CorePair, Curved};
+use crate::derivative::side::{SideChangeInput, StepSide};
+use crate::geometry::Ellipsoid;
+use crate::mechanics::Pose;
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+impl ContactTangent {
+    /// Differentials of two round features (10b). a and b are the nearest core points at k, D is
+    /// the vector between those at k+1, and m is its direction:
+    ///
+    /// ```text
+    /// u_t = (E − n nᵀ) (s⁺ − s)/h − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
+    /// u_n = (|D| − ρ_A − ρ_B)/h,   δ|D| = m·δD at the same shares                   (G5)
+    /// ```
+    pub(super) fn round_change(
+        &self,
+        curved: &CorePair,
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
+        time_step: f64,
+    ) -> RowChange {
+        let (a, b, h) = (&self.a, &self.b, self.time_step);
+        let sides = (a.change(of_a), b.change(of_b));
+        let (by_a, by_b) = (sides.0.linear(), sides.1.linear());
+        let n = self.contact.normal();
+        let (x, y) = (sides.0.place(&curved.point()), sides.1.place(&curved.foot()));
+        let (u, v) = (a.rotation * curved.of_a.along, b.rotation * curved.of_b.along);
+        let way = x - y;
+        let moved = sides.0.carried(&x) - sides.1.carried(&y);
+        // Parameters inside their segments follow the nearest points.
+        let is_free = |core: &Core, share: f64| core.is_segment() && share > 0.0 && share < 1.0;
+        let free = (is_free(&curved.of_a, curved.shares.0), is_free(&curved.of_b, curved.shares.1));
+        let (rhs_a, rhs_b) =
+            (-(moved.dot(&u) + way.dot(&(by_a * u))), -(moved.dot(&v) + way.dot(&(by_b * v))));
+        let (slid_a, slid_b) = match free {
+            (false, false) => (0.0, 0.0),
+            (true, false) => (rhs_a / u.dot(&u), 0.0),
+            (false, true) => (0.0, -rhs_b / v.dot(&v)),
+            (true, true) => {
+                let matrix = Matrix2::new(u.dot(&u), -u.dot(&v), u.dot(&v), -v.dot(&v));
+                let solved = matrix.lu().solve(&Vector2::new(rhs_a, rhs_b));
+                solved.map_or((0.0, 0.0), |slid| (slid[0], slid[1]))
+            }
+        };
+        let way_change = moved + u * slid_a - v * slid_b;
+        let distance = way.norm();
+        let turned = across(&n, &way_change) / distance;
+        // The impulse acts in the middle of the gap.
+        let radius = self.contact.features.radius;
+        let opened = distance - radius - curved.radius;
+        let wider = n.dot(&way_change) - of_a.radius - of_b.radius;
+        let arm_change = by_a * (x - a.origin) + u * slid_a
+            - n * (of_a.radius + 0.5 * wider)
+            - turned * (radius + 0.5 * opened);
+        // Core points of step k, moved to k+1.
+        let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
+        let end_change = |side: &StepSide,
+                          given: &SideChangeInput,
+                          turn: &Vector3<f64>,
+                          core: &Core,
+                          share,
+                          slid: f64| {
+            let point = core.at(share);
+            let shifted = given.stretch.component_mul(&point) + core.along * slid;
+            given.position
+                + side.linear * time_step
+                + turn.cross(&(side.turned * point))
+                + side.turned * shifted
+        };
+        let between = |shares: (f64, f64), slid: (f64, f64)| {
+            end_change(a, of_a, &turn_a, &curved.of_a, shares.0, slid.0)
+                - end_change(b, of_b, &turn_b, &curved.of_b, shares.1, slid.1)
+        };
+        let (shares, reach) = self.end(curved);
+        let moved_end = (a.linear - b.linear) * h + (a.turned - a.rotation) * curved.point()
+            - (b.turned - b.rotation) * curved.foot();
+        let slip = across(&n, &moved_end);
+        let moved_end_change = between(curved.shares, (slid_a, slid_b)) - way_change;
+        let slip_change =
+            across(&n, &moved_end_change) - turned * n.dot(&moved_end) - n * turned.dot(&moved_end);
+        let rolling = a.spin_world * radius + b.spin_world * curved.radius;
+        let rolling_change = of_a.turn.cross(&a.spin_world) * radius
+            + of_b.turn.cross(&b.spin_world) * curved.radius
+            + a.spin_world * of_a.radius
+            + b.spin_world * of_b.radius;
+        let opening = (reach.length - radius - curved.radius) / h;
+        let opening_change = (reach.direction.dot(&between(shares, (0.0, 0.0)))
+            - of_a.radius
+            - of_b.radius
+            - opening * time_step)
+            / h;
+        let motion = (slip_change - slip * (time_step / h)) / h
+            - rolling_change.cross(&n)
+            - rolling.cross(&turned)
+            + turned * opening
+            + n * opening_change;
+        let apart = of_a.position - of_b.position;
+        RowChange { motion, turn: n.cross(&turned), arms: [arm_change, apart + arm_change] }
+    }
+
+    /// Parameters of the nearest points of two round features at k+1, and the length and direction
+    /// of the vector between them.
+    pub(super) fn end(&self, curved: &CorePair) -> ((f64, f64), Reach) {
+        let h = self.time_step;
+        let of = |side: &StepSide, core: &Core| {
+            core.moved(&side.turned, &(side.origin + side.linear * h))
+        };
+        let (shares, way) = shortest_way(&of(&self.a, &curved.of_a), &of(&self.b, &curved.of_b));
+        (shares, Reach::of(&way, &self.contact.normal()))
+    }
+
+    /// Normal of the plane at the end, in the frame of A.
+    fn normal_in_a(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let seen = self.b.rotation.tr_mul(&self.contact.normal());
+        let end = self.b.turned * seen;
+        (end, self.a.turned.tr_mul(&end))
+    }
+
+    /// True if a disc is parallel to its plane at one end of the step, where its nearest point
+    /// jumps.
+    pub(super) fn is_flat(&self, one: &Ellipsoid) -> bool {
+        let before = self.a.rotation.tr_mul(&self.contact.normal());
+        [before, self.normal_in_a().1].iter().any(|n| one.is_across(n))
+    }
+
+    /// Differentials of an ellipsoid against a plane (10c). c is its centre, y the vector from c to
+    /// the nearest point at k, b the touched point of B, and a⁺ and b⁺ are the nearest points at
+    /// k+1:
+    ///
+    /// ```text
+    /// u_t = (E − n nᵀ) (((c⁺ − b⁺) − (c − b))/h + A_A ω_A × y)
+    /// u_n = φ⁺/h,   δφ⁺ = n⁺·(δa⁺ − δb⁺) at the same points of the bodies
+    /// δy  = δθ_A × y + A_A δŷ,   ŷ = −S Sᵀ n_A/|Sᵀ n_A|                            (G5a)
+    /// ```
+    pub(super) fn ellipsoid_change(
+        &self,
+        one: &Ellipsoid,
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
+        time_step: f64,
+    ) -> RowChange {
+        let (a, b, h) = (&self.a, &self.b, self.time_step);
+        let n = self.contact.normal();
+        let turned = of_b.turn.cross(&n);
+        let radius = self.contact.features.radius;
+        let arm = a.rotation * one.centre;
+        let core = self.contact.arm + n * radius - arm;
+        // Change of the nearest point by the rotation of the plane relative to A.
+        let seen = a.rotation.tr_mul(&n);
+        let square = one.axes * one.axes.transpose();
+        let width = one.half_width(&seen);
+        let change = square * a.rotation.tr_mul(&(turned - of_a.turn.cross(&n)));
+        let across_seen = square * seen * (seen.dot(&change) / (width * width));
+        let core_change = of_a.turn.cross(&core) - a.rotation * ((change - across_seen) / width);
+        let (beyond, beyond_change) = (core - n * radius, core_change - turned * radius);
+        let arm_change = of_a.turn.cross(&arm);
+        // Touched point of B.
+        let apart = of_a.position - of_b.position;
+        let touched = a.origin + arm + beyond - b.origin;
+        let touched_change = apart + arm_change + beyond_change;
+        let foot = b.rotation.tr_mul(&touched);
+        let foot_change = b.rotation.tr_mul(&(touched_change - of_b.turn.cross(&touched)));
+        let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
+        let (arm_end, foot_end) = (a.turned * one.centre, b.turned * foot);
+        let relative = a.linear - b.linear;
+        let moved = relative * h + arm_end - arm - foot_end + touched;
+        let moved_change =
+            relative * time_step + turn_a.cross(&arm_end) - arm_change - turn_b.cross(&foot_end)
+                + of_b.turn.cross(&touched)
+                - (b.turned - b.rotation) * foot_change;
+        let slip = moved / h + a.spin_world.cross(&beyond);
+        let slip_change = (moved_change - moved * (time_step / h)) / h
+            + of_a.turn.cross(&a.spin_world).cross(&beyond)
+            + a.spin_world.cross(&beyond_change);
+        // Gap at k+1.
+        let (normal_end, seen_end) = self.normal_in_a();
+        let nearest = arm_end - a.turned * one.farthest(&seen_end);
+        let apart_end = a.origin + a.linear * h + nearest - b.origin - b.linear * h;
+        let gap_end = normal_end.dot(&apart_end) - self.contact.features.offset - radius;
+        let gap_change = normal_end.dot(
+            &(apart + relative * time_step + turn_a.cross(&nearest) - turn_b.cross(&apart_end)),
+        );
+        let opening_change = (gap_change - gap_end * (time_step / h)) / h;
+        let motion = across(&n, &slip_change) - turned * n.dot(&slip) - n * turned.dot(&slip)
+            + turned * (gap_end / h)
+            + n * opening_change;
+        let moved_arm = arm_change + beyond_change;
+        RowChange { motion, turn: n.cross(&turned), arms: [moved_arm, apart + moved_arm] }
+    }
+}
+
+/// Distance of the contact from the end of its features (m): of the nearest points of two cores
+/// from the ends of their segments, or of a disc from lying flat.
+pub(super) fn room(curved: &Curved, contact: &Contact, a: &Pose, b: Option<&Pose>) -> f64 {
+    let pair = match curved {
+        Curved::Cores(pair) => pair,
+        Curved::Ellipsoid(one) => {
+            let normal = contact.features.frame.column(2).into_owned();
+            let normal = b.map_or(normal, |b| b.rotation * normal);
+            return one.half_width(&a.rotation.tr_mul(&normal));
+        }
+    };
+    let of = |core: &Core, share: f64| {
+        let is_inside = core.is_segment() && share > 0.0 && share < 1.0;
+        if is_inside { core.along.norm() * share.min(1.0 - share) } else { f64::INFINITY }
+    };
+    of(&pair.of_a, pair.shares.0).min(of(&pair.of_b, pair.shares.1))
+}

@@ -1,0 +1,96 @@
+//! Ellipsoids, also flat ones: the smooth parts of convex shapes.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// All points c + S y with |y| ≤ 1 (m, frame of the body). Columns of S that are zero make it flat:
+/// a disc has one, a segment two.
+///
+/// Its extent along a unit vector n is
+///
+/// ```text
+/// max n·x = n·c + |Sᵀ n|,   at x = c + S Sᵀ n/|Sᵀ n|                       (eq. 4c)
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct Ellipsoid {
+    /// c: centre (m).
+    pub centre: Vector3<f64>,
+    /// S: half axes as columns (m).
+    pub axes: Matrix3<f64>,
+}
+
+/// |Sᵀ n| below which a disc is parallel to a plane with the normal n, relative to its size.
+const FLAT: f64 = 1e-9;
+
+impl Ellipsoid {
+    /// Disc about `centre` with the unit normal `axis` and `radius` (m).
+    #[must_use]
+    pub fn disc(centre: Vector3<f64>, axis: &Vector3<f64>, radius: f64) -> Self {
+        let least = Vector3::ith(axis.iamin(), 1.0);
+        let first = (least - axis * axis.dot(&least)).normalize();
+        let second = axis.cross(&first);
+        let axes = Matrix3::from_columns(&[first * radius, second * radius, Vector3::zeros()]);
+        Self { centre, axes }
+    }
+
+    /// This ellipsoid rotated about the origin and then translated (m).
+    #[must_use]
+    pub fn moved_by(&self, rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
+        Self { centre: rotation * self.centre + translation, axes: rotation * self.axes }
+    }
+
+    /// This ellipsoid with all lengths multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { centre: self.centre * factor, axes: self.axes * factor }
+    }
+
+    /// |Sᵀ n|: half the width along the unit vector `n` (m).
+    #[must_use]
+    pub fn half_width(&self, n: &Vector3<f64>) -> f64 {
+        self.axes.tr_mul(n).norm()
+    }
+
+    /// S Sᵀ n/|Sᵀ n|: vector from the centre to the farthest point along the unit vector `n` (m).
+    /// Zero if all points are equally far, to rounding.
+    #[must_use]
+    pub fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        if self.is_across(n) {
+            return Vector3::zeros();
+        }
+        let seen = self.axes.tr_mul(n);
+        self.axes * (seen / seen.norm())
+    }
+
+    /// Lowest point of a body's ellipsoid along the world direction `normal`, with the body's
+    /// `rotation` (m, body frame).
+    #[must_use]
+    pub fn lowest(&self, normal: &Vector3<f64>, rotation: &Matrix3<f64>) -> Vector3<f64> {
+        self.centre - self.farthest(&rotation.tr_mul(normal))
+    }
+
+    /// True if all points are equally far along the unit vector `n`, to rounding: a disc with this
+    /// normal.
+    #[must_use]
+    pub fn is_across(&self, n: &Vector3<f64>) -> bool {
+        self.half_width(n) <= FLAT * self.axes.amax()
+    }
+
+    /// True for a disc or a segment.
+    #[must_use]
+    pub fn is_thin(&self) -> bool {
+        self.axes.column(2) == Vector3::zeros()
+    }
+
+    /// Largest coordinates of its points relative to the centre (m).
+    #[must_use]
+    pub fn half_extents(&self) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| self.axes.row(axis).norm())
+    }
+
+    /// Longest half axis, to a factor of √3 (m).
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        self.axes.norm()
+    }
+}

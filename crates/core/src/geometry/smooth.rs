@@ -1,0 +1,138 @@
+//! Smooth convex shapes and their inscribed cores.
+
+use super::Ellipsoid;
+use crate::error::{Error, all_in_range, in_range};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// Smooth convex shapes (m, frame of the body).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Smooth {
+    /// Hull of two equal discs with one axis.
+    Cylinder([Ellipsoid; 2]),
+    /// Hull of a disc and a point on its axis.
+    Cone {
+        /// The disc.
+        base: Ellipsoid,
+        /// The point.
+        apex: Vector3<f64>,
+    },
+    /// One ellipsoid.
+    Ellipsoid(Ellipsoid),
+}
+
+impl Smooth {
+    /// The ellipsoids and discs that span the shape, besides an apex.
+    #[must_use]
+    pub fn ellipsoids(&self) -> &[Ellipsoid] {
+        match self {
+            Self::Cylinder(discs) => discs,
+            Self::Cone { base: one, .. } | Self::Ellipsoid(one) => std::slice::from_ref(one),
+        }
+    }
+
+    /// This shape rotated about the origin and then translated (m).
+    pub(super) fn moved_by(&self, rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
+        let moved = |one: &Ellipsoid| one.moved_by(rotation, translation);
+        match self {
+            Self::Cylinder([from, to]) => Self::Cylinder([moved(from), moved(to)]),
+            Self::Cone { base, apex } => {
+                Self::Cone { base: moved(base), apex: rotation * apex + translation }
+            }
+            Self::Ellipsoid(one) => Self::Ellipsoid(moved(one)),
+        }
+    }
+}
+
+/// Usual number of sides of the core of a smooth piece.
+pub const USUAL_SIDES: usize = 24;
+
+/// Corners of an inscribed hull (m) and its rounding radius (m).
+pub(super) struct Inscribed {
+    pub corners: Vec<Vector3<f64>>,
+    pub radius: f64,
+}
+
+/// Cylinder about the origin along z, and the corners of the inscribed prism.
+pub(super) fn cylinder(
+    half_length: f64,
+    radius: f64,
+    sides: usize,
+) -> Result<(Smooth, Vec<Vector3<f64>>), Error> {
+    let allowed = "1e-6 to 1e4";
+    in_range("half length of the cylinder (m)", half_length, 1e-6, 1e4, allowed)?;
+    in_range("radius of the cylinder (m)", radius, 1e-6, 1e4, allowed)?;
+    check_sides(sides)?;
+    let ends = [-half_length, half_length];
+    let corners = ends.iter().flat_map(|end| rim(radius, *end, sides)).collect();
+    let disc = |end: f64| Ellipsoid::disc(Vector3::z() * end, &Vector3::z(), radius);
+    Ok((Smooth::Cylinder(ends.map(disc)), corners))
+}
+
+/// Cone about the origin along z, and the corners of the inscribed pyramid.
+pub(super) fn cone(
+    half_height: f64,
+    radius: f64,
+    sides: usize,
+) -> Result<(Smooth, Vec<Vector3<f64>>), Error> {
+    let allowed = "1e-6 to 1e4";
+    in_range("half height of the cone (m)", half_height, 1e-6, 1e4, allowed)?;
+    in_range("radius of the cone (m)", radius, 1e-6, 1e4, allowed)?;
+    check_sides(sides)?;
+    let apex = Vector3::z() * half_height;
+    let corners = rim(radius, -half_height, sides).chain([apex]).collect();
+    Ok((Smooth::Cone { base: Ellipsoid::disc(-apex, &Vector3::z(), radius), apex }, corners))
+}
+
+/// Hull inscribed in an ellipsoid; without corners for a sphere.
+///
+/// The rounding radius is the smallest radius of curvature, r = c²/a with the smallest and the
+/// largest half axes c ≤ a. All points of the surface are within r of a convex core. The hull spans
+/// the points of this core
+///
+/// ```text
+/// D s − r n,   n = D⁻¹ s/|D⁻¹ s|,
+/// ```
+///
+/// with the diagonal matrix D of the half axes and unit vectors s at the poles and on meridians.
+pub(super) fn ellipsoid(half_axes: &Vector3<f64>, sides: usize) -> Result<Inscribed, Error> {
+    all_in_range("half axis of the ellipsoid (m)", half_axes, 1e-6, 1e4, "1e-6 to 1e4")?;
+    check_sides(sides)?;
+    let (least, most) = (half_axes.min(), half_axes.max());
+    let field = "shortest half axis of the ellipsoid, relative to the longest";
+    in_range(field, least / most, 1e-3, 1.0, "0.001 to 1")?;
+    if least >= most * (1.0 - 1e-6) {
+        return Ok(Inscribed { corners: Vec::new(), radius: most });
+    }
+    let radius = least * least / most;
+    let meridians = (sides / 2).max(3);
+    let rings = (meridians / 2).max(2);
+    let on_ring = |ring: usize| {
+        let (across, height) = (PI * ring as f64 / rings as f64).sin_cos();
+        rim(across, height, meridians)
+    };
+    let directions = (1..rings).flat_map(on_ring).chain([Vector3::z(), -Vector3::z()]);
+    let corner = |s: Vector3<f64>| {
+        half_axes.component_mul(&s) - s.component_div(half_axes).normalize() * radius
+    };
+    Ok(Inscribed { corners: directions.map(corner).collect(), radius })
+}
+
+/// Points on a circle about z: `sides` points with `radius` (m) at `height` (m).
+fn rim(radius: f64, height: f64, sides: usize) -> impl Iterator<Item = Vector3<f64>> {
+    (0..sides).map(move |side| {
+        let (sine, cosine) = (TAU * side as f64 / sides as f64).sin_cos();
+        Vector3::new(radius * cosine, radius * sine, height)
+    })
+}
+
+fn check_sides(sides: usize) -> Result<(), Error> {
+    match (3..=128).contains(&sides) {
+        true => Ok(()),
+        false => Err(Error::Count {
+            field: "sides of a smooth piece's core",
+            count: sides,
+            allowed: "3 to 128",
+        }),
+    }
+}
