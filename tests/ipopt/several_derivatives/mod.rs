@@ -14,7 +14,10 @@ use proptest::prelude::*;
 use tumble::step_nlp::StepNlp;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
 use tumble_core::contact::curved::{Core, shortest_way};
-use tumble_core::contact::{Contact, ContactKey, ContactLaw, Curved, Features, Partner, Plane};
+use tumble_core::contact::{
+    Contact, ContactKey, ContactLaw, CorePair, Curved, Features, Partner, Plane,
+};
+use tumble_core::geometry::Ellipsoid;
 use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::world::{Parameters, World};
@@ -94,15 +97,28 @@ fn core() -> impl Strategy<Value = Core> {
     (vector(1.0), along).prop_map(|(from, along)| Core { from, along })
 }
 
+/// Random ellipsoid or disc, rounded or not, and a plane.
+fn ellipsoid() -> impl Strategy<Value = Features> {
+    let half = (0.2..1.0, 0.2..1.0, prop_oneof![Just(0.0), 0.2..1.0]);
+    let own = (vector(1.0), quaternion(), half, prop_oneof![Just(0.0), 0.05..0.3]);
+    (own, quaternion(), -1.0..1.0).prop_map(|((centre, turn, half, radius), frame, offset)| {
+        let half = Matrix3::from_diagonal(&Vector3::new(half.0, half.1, half.2));
+        let one = Ellipsoid { centre, axes: rotation(&turn.normalize()) * half };
+        let plane = Features::of_plane(centre, radius, rotation(&frame.normalize()), offset);
+        Features { curved: Some(Curved::Ellipsoid(one)), ..plane }
+    })
+}
+
 /// Random program of two bodies with two or three contacts of round features, between them or with
-/// fixed ones. States are near the start of the step, where the shortest connection has turned by
+/// fixed ones, and of ellipsoids with planes. States are near the start of the step, where the shortest connection has turned by
 /// less than 60°. They avoid the ends of the segments, where the second derivatives jump.
 fn anywhere_round() -> impl Strategy<Value = Anywhere> {
     let round = (core(), core(), 0.0..0.3, 0.05..0.3).prop_map(|(of_a, of_b, radius_a, radius)| {
-        let curved = Curved { of_a, of_b, radius, shares: (0.0, 0.0) };
+        let pair = CorePair { of_a, of_b, radius, shares: (0.0, 0.0) };
         let plane = Features::of_plane(Vector3::zeros(), radius_a, Matrix3::identity(), 0.0);
-        Features { curved: Some(curved), ..plane }
+        Features { curved: Some(Curved::Cores(pair)), ..plane }
     });
+    let round = prop_oneof![2 => round, 1 => ellipsoid()];
     let meeting = (0..2_usize, any::<bool>(), round, 0.1..1.0);
     let meetings = proptest::collection::vec(meeting, 2..=3);
     let body = (0.1..100.0, inertia(), any_state(), any_wrench(), any_state());
@@ -147,10 +163,18 @@ fn anywhere_round() -> impl Strategy<Value = Anywhere> {
 }
 
 /// True if the features are at least half a metre apart and the segments not nearly parallel. The
-/// nearest points must be at least 0.02 of a segment away from its ends.
+/// nearest points must be at least 0.02 of a segment away from its ends. A disc must not lie flat.
 fn is_smooth(meeting: &Meeting, states: &[State]) -> bool {
-    let Some(curved) = &meeting.features.curved else { return true };
     let pose = states[meeting.body].pose();
+    let curved = match &meeting.features.curved {
+        None => return true,
+        Some(Curved::Cores(pair)) => pair,
+        Some(Curved::Ellipsoid(one)) => {
+            let normal = meeting.features.frame.column(2).into_owned();
+            let turned = meeting.partner.map(|partner| states[partner].pose().rotation * normal);
+            return one.half_width(&pose.rotation.tr_mul(&turned.unwrap_or(normal))) > 0.1;
+        }
+    };
     let of_a = curved.of_a.moved(&pose.rotation, &pose.position);
     let of_b = meeting.partner.map_or(curved.of_b, |partner| {
         let pose = states[partner].pose();

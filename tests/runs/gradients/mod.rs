@@ -14,6 +14,7 @@ mod own;
 mod random;
 mod rest;
 mod shares;
+mod smooth;
 mod sums;
 mod turns;
 

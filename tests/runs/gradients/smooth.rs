@@ -1,0 +1,69 @@
+//! Derivatives of steps of cylinders, cones and ellipsoids on the ground.
+
+use super::draw::Draw;
+use super::{Tally, compare, step};
+use nalgebra::{Vector3, Vector4};
+use rand_mt::Mt;
+use tumble_core::contact::Plane;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::world::{Parameters, World};
+
+/// A body of every smooth shape, of about 0.2 m.
+fn piece(draw: &mut Draw, number: usize) -> Piece {
+    let half = Vector3::from_fn(|_, _| draw.within(0.05, 0.2));
+    let shape = match number % 3 {
+        0 => Piece::cylinder(half[0], half[1], 12),
+        1 => Piece::cone(half[0], half[1], 12),
+        _ => Piece::ellipsoid(half, 12),
+    };
+    shape.unwrap()
+}
+
+/// Drawn bodies roll, slide and bounce on drawn slopes. Each of the first steps with a force is
+/// compared with differences, by every argument.
+#[test]
+fn smooth_shapes_on_the_ground() {
+    let mut draw = Draw(Mt::new(17));
+    let mut tally = Tally::default();
+    for number in 0..30 {
+        let piece = piece(&mut draw, number);
+        let normal = Vector3::z() + draw.vector(0.3);
+        let parameters = Parameters {
+            bodies: vec![RigidBody::solid(1.5, &[piece]).unwrap().0],
+            ground: Some(Plane::new(normal, 0.1).unwrap()),
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            friction: draw.within(0.0, 1.0),
+            time_step: 0.001,
+            rotation: Rotation::Momentum,
+        };
+        let restitution = if number % 5 == 0 { 0.5 } else { 0.0 };
+        let world = World::new(parameters).unwrap().with_restitution(restitution).unwrap();
+        let mut state = State {
+            position: Vector3::zeros(),
+            attitude: Vector4::from_fn(|_, _| draw.within(-1.0, 1.0)).normalize(),
+            velocity: draw.vector(1.0) - Vector3::z(),
+            spin: draw.vector(8.0),
+        };
+        let normal = *world.ground().unwrap().normal();
+        state.position += normal * (0.01 - world.lowest_height(&[state]));
+        let (mut now, mut found) = (vec![state], 0);
+        for _ in 0..60 {
+            let Some((_, record)) = step(&world, &now, &[]) else { break };
+            if record.solution.contacts.iter().any(|contact| contact.carries_force()) {
+                found += 1;
+                if found % 7 == 1 {
+                    let at = format!("body {number}, touch {found}");
+                    compare(&world, &now, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
+                }
+            }
+            now = record.solution.states;
+        }
+    }
+    println!(
+        "{} compared, {} left out, {} kinks, worst {:.1e}",
+        tally.compared, tally.left_out, tally.kinks, tally.worst
+    );
+    assert!(tally.missed.is_empty(), "{:#?}", tally.missed);
+    assert!(tally.compared > 1000, "{}", tally.compared);
+}
