@@ -332,8 +332,9 @@ fn flat_meshes_are_for_the_eye() {
     assert!(notes.iter().any(|note| note.contains("mesh without a hull")), "{notes:?}");
 }
 
-/// Checks the hull of an ellipsoid, whose support function is h_E(n) = |D n|. The hull is inside,
-/// touches at the poles, and it deviates at most as arcs deviate from their chords.
+/// Checks the core of an ellipsoid, whose support function is h_E(n) = |D n|. The core is inside,
+/// touches at the poles, and it deviates at most as arcs deviate from their chords. The contact
+/// point has the support function itself.
 #[test]
 fn ellipsoids_are_rounded_hulls_within() {
     for half in [[0.3, 0.2, 0.1], [0.1, 0.1, 0.4], [0.2, 0.2, 0.05], [0.2, 0.2, 0.2]] {
@@ -343,16 +344,19 @@ fn ellipsoids_are_rounded_hulls_within() {
              <geom type='ellipsoid' size='{a} {b} {c}'/></body></worldbody></mujoco>"
         );
         let scene = plain(&text, &[]).unwrap_or_else(|why| panic!("{why}"));
-        let points = scene.world.bodies()[0].contact_points();
+        let body = &scene.world.bodies()[0];
+        let (piece, point) = (&body.pieces()[0], &body.contact_points()[0]);
         let mut worst = 0.0_f64;
         for number in 0..2000 {
             let height = 1.0 - (2.0 * f64::from(number) + 1.0) / 2000.0;
             let turn = 2.4 * f64::from(number);
             let across = (1.0 - height * height).sqrt();
             let n = Vector3::new(across * turn.cos(), across * turn.sin(), height);
-            let own = points.iter().map(|point| point.position.dot(&n) + point.radius);
+            let own = piece.core().vertices().iter().map(|corner| corner.dot(&n) + piece.radius());
             let own = own.fold(f64::NEG_INFINITY, f64::max);
             let whole = n.component_mul(&Vector3::from(half)).norm();
+            let exact = point.radius + point.smooth().map_or(0.0, |one| one.half_width(&n));
+            assert!((exact - whole).abs() <= 1e-15, "{half:?}: {exact} {whole}");
             assert!(own <= whole * (1.0 + 1e-12), "{half:?}: {own} {whole}");
             worst = worst.max(1.0 - own / whole);
         }

@@ -455,7 +455,10 @@ fn the_description_names_every_field_and_file() {
         let body = table.split('}').next().unwrap();
         for line in body.lines().filter(|line| line.starts_with("    ") && line.contains(": ")) {
             let name = line.trim().trim_start_matches("pub ").split(':').next().unwrap();
-            let name = if name == "sides" { "box" } else { name };
+            let name = match name {
+                "cuboid" => "box",
+                name => name,
+            };
             // Placeholder of the macro.
             if name.starts_with('$') {
                 continue;

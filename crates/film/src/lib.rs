@@ -143,18 +143,51 @@ fn tie(row: &JointRow) -> FilmTie {
     }
 }
 
-/// A convex piece: its core is a point, a segment or a polyhedron.
+/// Number of corners on a drawn disc.
+const DISC_CORNERS: usize = 48;
+
+/// A convex piece: its core is a point, a segment or a polyhedron. A smooth shape becomes a
+/// polyhedron with many faces.
 pub(crate) fn piece(piece: &geometry::Piece) -> FilmPiece {
     let (core, radius) = (piece.core(), piece.radius());
+    let drawn = |smooth: &Smooth| {
+        let hull = geometry::Hull::from_points(&smooth.samples(DISC_CORNERS)).ok()?;
+        Some(FilmPiece::Hull(FilmHull { name: Some(name(smooth)), ..polyhedron(&hull, 0.0) }))
+    };
+    if let Some(drawn) = piece.smooth().and_then(drawn) {
+        return drawn;
+    }
     match *core.vertices() {
         [centre] => FilmPiece::Sphere { centre, radius },
         [from, to] => FilmPiece::Capsule { ends: [from, to], radius },
-        _ => {
-            let face = |face: usize| {
-                core.face_loop(face).iter().map(|corner| corner.vertex as usize).collect()
-            };
-            let faces = (0..core.faces().len()).map(face).collect();
-            FilmPiece::Hull(FilmHull { vertices: core.vertices().to_vec(), faces, radius })
+        _ => FilmPiece::Hull(polyhedron(core, radius)),
+    }
+}
+
+fn polyhedron(core: &geometry::Hull, radius: f64) -> FilmHull {
+    let face =
+        |face: usize| core.face_loop(face).iter().map(|corner| corner.vertex as usize).collect();
+    let faces = (0..core.faces().len()).map(face).collect();
+    FilmHull { vertices: core.vertices().to_vec(), faces, radius, name: None }
+}
+
+/// Description of a smooth shape.
+fn name(smooth: &Smooth) -> String {
+    let size =
+        |length: f64| format!("{length:.4}").trim_end_matches('0').trim_end_matches('.').to_owned();
+    let radius = |disc: &geometry::Ellipsoid| size(disc.axes.column(0).norm());
+    match smooth {
+        Smooth::Cylinder([from, to]) => {
+            let length = size((to.centre - from.centre).norm());
+            format!("cylinder of radius {} m and length {length} m", radius(from))
+        }
+        Smooth::Cone { base, apex } => {
+            let height = size((apex - base.centre).norm());
+            format!("cone of radius {} m and height {height} m", radius(base))
+        }
+        Smooth::Ellipsoid(one) => {
+            let [a, b, c] = [0, 1, 2].map(|axis| size(one.axes.column(axis).norm()));
+            format!("ellipsoid with half axes {a} × {b} × {c} m")
         }
     }
 }

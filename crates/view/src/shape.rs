@@ -35,6 +35,8 @@ pub struct FilmHull {
     pub faces: Vec<Vec<usize>>,
     /// Rounding radius; 0 for sharp edges.
     pub radius: f64,
+    /// Description of the shape, if the hull approximates another one.
+    pub name: Option<String>,
 }
 
 /// Triangle mesh, which may be open and non-convex.
@@ -64,7 +66,7 @@ impl FilmPiece {
     /// Box with these eight corners, x fastest.
     pub fn cuboid(corners: &[Vector3<f64>]) -> Self {
         let faces = BOX.iter().map(|face| face.to_vec()).collect();
-        Self::Hull(FilmHull { vertices: corners.to_vec(), faces, radius: 0.0 })
+        Self::Hull(FilmHull { vertices: corners.to_vec(), faces, ..FilmHull::default() })
     }
 
     /// Vertices of the core, which is a polyhedron, a segment or a point.
@@ -290,7 +292,7 @@ mod tests {
         };
         let ends = [0, 1].map(|end| (0..sides).map(|k| 2 * k + end).collect());
         let faces = (0..sides).map(side).chain(ends).collect();
-        let hull = FilmHull { vertices: vertices.clone(), faces, radius: 0.0 };
+        let hull = FilmHull { vertices: vertices.clone(), faces, ..FilmHull::default() };
         let surface = FilmPiece::Hull(hull).surface();
         for face in &surface.faces {
             for (corner, normal) in face.corners.iter().zip(&face.normals) {

@@ -140,6 +140,18 @@ impl Piece {
         })
     }
 
+    /// This piece with a core and a smooth shape that are scaled about the origin by `factor`, and
+    /// with another `radius` (m).
+    pub(crate) fn scaled(&self, factor: f64, radius: f64) -> Result<Self, Error> {
+        let vertices: Vec<_> = self.core.vertices().iter().map(|v| v * factor).collect();
+        let core = match vertices[..] {
+            [at] => Hull::point(at)?,
+            [from, to] => Hull::segment(from, to)?,
+            _ => Hull::from_points(&vertices)?,
+        };
+        Ok(Self { core, radius, smooth: self.smooth.map(|smooth| smooth.scaled(factor)) })
+    }
+
     /// The core: the piece before it is rounded.
     #[must_use]
     pub fn core(&self) -> &Hull {

@@ -31,6 +31,30 @@ impl Smooth {
         }
     }
 
+    /// This shape scaled about the origin.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        let scaled = |one: &Ellipsoid| one.scaled(factor);
+        match self {
+            Self::Cylinder([from, to]) => Self::Cylinder([scaled(from), scaled(to)]),
+            Self::Cone { base, apex } => Self::Cone { base: scaled(base), apex: apex * factor },
+            Self::Ellipsoid(one) => Self::Ellipsoid(scaled(one)),
+        }
+    }
+
+    /// Points on the surface whose hull is close to the shape (m): `count` on each disc, and
+    /// `count` on each of `count`/2 circles of latitude of an ellipsoid.
+    #[must_use]
+    pub fn samples(&self, count: usize) -> Vec<Vector3<f64>> {
+        let place = |one: &Ellipsoid, y: Vector3<f64>| one.centre + one.axes * y;
+        let around =
+            |one: &Ellipsoid| -> Vec<_> { rim(1.0, 0.0, count).map(|y| place(one, y)).collect() };
+        match self {
+            Self::Cylinder(discs) => discs.iter().flat_map(around).collect(),
+            Self::Cone { base, apex } => around(base).into_iter().chain([*apex]).collect(),
+            Self::Ellipsoid(one) => on_sphere(count, count / 2).map(|y| place(one, y)).collect(),
+        }
+    }
+
     /// This shape rotated about the origin and then translated (m).
     pub(super) fn moved_by(&self, rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
         let moved = |one: &Ellipsoid| one.moved_by(rotation, translation);
@@ -106,16 +130,20 @@ pub(super) fn ellipsoid(half_axes: &Vector3<f64>, sides: usize) -> Result<Inscri
     }
     let radius = least * least / most;
     let meridians = (sides / 2).max(3);
-    let rings = (meridians / 2).max(2);
-    let on_ring = |ring: usize| {
-        let (across, height) = (PI * ring as f64 / rings as f64).sin_cos();
-        rim(across, height, meridians)
-    };
-    let directions = (1..rings).flat_map(on_ring).chain([Vector3::z(), -Vector3::z()]);
+    let directions = on_sphere(meridians, (meridians / 2).max(2));
     let corner = |s: Vector3<f64>| {
         half_axes.component_mul(&s) - s.component_div(half_axes).normalize() * radius
     };
     Ok(Inscribed { corners: directions.map(corner).collect(), radius })
+}
+
+/// Points on the unit sphere: the poles, and points on `meridians` that divide them into `parts`.
+fn on_sphere(meridians: usize, parts: usize) -> impl Iterator<Item = Vector3<f64>> {
+    let on_ring = move |ring: usize| {
+        let (across, height) = (PI * ring as f64 / parts as f64).sin_cos();
+        rim(across, height, meridians)
+    };
+    (1..parts).flat_map(on_ring).chain([Vector3::z(), -Vector3::z()])
 }
 
 /// Points on a circle about z: `sides` points with `radius` (m) at `height` (m).

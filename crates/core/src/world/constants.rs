@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 /// | `PairFriction`, `PairRestitution` | μ and e of each pair with [its own coefficient](World::pair_frictions) | factor on the world's |
 /// | `Mass` | mass of every body (kg) | factor on the world's |
 /// | `Inertia` | inertia of every body (kg m²), body frame, 3 × 3 matrices | factor on the world's |
-/// | `Size` | scale factor of all lengths of every body; mass and inertia stay | the same factor for all |
+/// | `Size` | scale factor of the extents of every body; mass and inertia stay | the same factor for all |
 /// | `Radius` | radius of every body's edges and corners (m); extents stay | the same radius for all |
 /// | `Gravity` | g (m/s²), world frame, three components | \|g\| |
 /// | `Ground` | displacement of the ground along its normal (m) | the same |
@@ -48,9 +48,11 @@ pub enum Constant {
     /// Inertia of every body (kg m²), body frame. It is not scaled if [`Constant::Mass`] is also
     /// set.
     Inertia,
-    /// Scale factor of all lengths of every body. Mass, inertia and radius stay.
+    /// Scale factor of the extents of every body. Mass and inertia stay, and the radius of edges
+    /// and corners does too. The radius of a sphere or capsule has the same factor.
     Size,
-    /// Radius of every body's edges and corners (m). The extents along the body axes stay.
+    /// Radius of every body's edges and corners (m), or of a sphere or capsule. The extents along
+    /// the body axes stay, besides those across a sphere or capsule.
     Radius,
     /// Gravity g (m/s²), world frame.
     Gravity,
@@ -275,8 +277,8 @@ impl World {
     ///   [`RigidBody::new`].
     /// - A size outside 0.01…100.
     /// - A world coefficient if pairs have their own, because those would not vary.
-    /// - A size or radius of a body without a uniform rounded convex shape. The body must be one
-    ///   convex piece or a set of points, with one radius and with corners apart along each axis.
+    /// - A size or radius of a body that is not one convex piece or a set of points. A radius of a
+    ///   cylinder, cone or ellipsoid.
     /// - A ground displacement in a world without a ground.
     pub fn with_constants(&self, given: &[ConstantValue<'_>]) -> Result<Self, Error> {
         for (constant, numbers) in given {
@@ -337,7 +339,7 @@ impl World {
         for (index, body) in parameters.bodies.iter_mut().enumerate() {
             if size.is_some() || radius.is_some() {
                 let size = size.map_or(1.0, |size| size[index]);
-                *body = reshaped(body, size, radius.map(|radius| radius[index]))?;
+                *body = Form::of(body)?.reshaped(body, size, radius.map(|radius| radius[index]))?;
             }
             if mass.is_none() && inertia.is_none() {
                 continue;
@@ -360,64 +362,6 @@ fn refuse_pairs(what: &'static str, are_none: bool) -> Result<(), Error> {
 }
 
 /// Largest radius of a body's points (m).
-fn radius(body: &RigidBody) -> f64 {
+pub(super) fn radius(body: &RigidBody) -> f64 {
     body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max)
-}
-
-/// Half extents of a body along its axes (m); for a box, half its sides.
-#[must_use]
-pub fn extents(body: &RigidBody) -> Vector3<f64> {
-    let points = body.contact_points().iter();
-    let reach =
-        |point: &crate::mechanics::body::ContactPoint| point.position.abs() + point.half_extents();
-    points.fold(Vector3::zeros(), |most, point| most.sup(&reach(point)))
-}
-
-/// Corners of `body` after a change of size and radius (m), body frame. A coordinate c becomes
-///
-/// ```text
-/// s c (s a − ρ) / (s a − s ρ₀)
-/// ```
-///
-/// with the half extent a, the present radius ρ₀, the scale factor s and the new radius ρ.
-/// Outermost corners stay outermost, and the half extents become s a.
-#[must_use]
-pub fn corners(body: &RigidBody, size: f64, new_radius: f64) -> Vec<Vector3<f64>> {
-    let outer = size * extents(body);
-    let inner = outer.add_scalar(-size * radius(body));
-    let factor = outer.add_scalar(-new_radius).component_div(&inner) * size;
-    body.contact_points().iter().map(|point| point.position.component_mul(&factor)).collect()
-}
-
-/// Copy of `body` with another size and radius (m), and with its mass, inertia and coefficients.
-fn reshaped(body: &RigidBody, size: f64, new_radius: Option<f64>) -> Result<RigidBody, Error> {
-    let (own, least) = (radius(body), extents(body).min());
-    let is_one = body.pieces().len() < 2
-        && body
-            .contact_points()
-            .iter()
-            .all(|point| point.radius == own && point.ellipsoid.is_none())
-        && least > own;
-    if !is_one {
-        let why = "a body cannot change its shape: it is not one convex piece with one radius and \
-                   an extent along each axis; leave size and radius out";
-        return Err(Error::Unsupported { what: "size and radius", why });
-    }
-    in_range("size, relative to the body's own", size, 0.01, 100.0, "0.01 to 100")?;
-    let new_radius = new_radius.unwrap_or(own);
-    in_range("radius (m)", new_radius, 0.0, size * least, "0 to half the smallest extent")?;
-    let corners = corners(body, size, new_radius);
-    let (mass, inertia) = (body.mass(), *body.inertia());
-    let mut new = if new_radius > 0.0 || !body.pieces().is_empty() {
-        RigidBody::of_pieces(mass, inertia, vec![Piece::hull(&corners, new_radius)?])?
-    } else {
-        RigidBody::new(mass, inertia, &corners)?
-    };
-    if let Some(friction) = body.friction() {
-        new = new.with_friction(friction)?;
-    }
-    match body.restitution() {
-        Some(restitution) => new.with_restitution(restitution),
-        None => Ok(new),
-    }
 }

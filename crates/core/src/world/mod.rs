@@ -9,6 +9,7 @@ mod law_constants;
 mod laws;
 pub(crate) mod partner;
 pub mod plane;
+pub(crate) mod reshape;
 
 pub(crate) use changes::without;
 pub use constants::Constant;

@@ -160,7 +160,8 @@ fn solid(piece: &FilmPiece) -> String {
             format!("capsule of radius {} m about {} m", number(*radius), number((b - a).norm()))
         }
         FilmPiece::Mesh(mesh) => format!("mesh of {} triangles", mesh.triangles.len()),
-        FilmPiece::Hull(FilmHull { vertices, faces, radius }) => {
+        FilmPiece::Hull(FilmHull { name: Some(name), .. }) => name.clone(),
+        FilmPiece::Hull(FilmHull { vertices, faces, radius, .. }) => {
             let core = if is_box(vertices) {
                 let edges = [1, 2, 4].map(|corner| number((vertices[corner] - vertices[0]).norm()));
                 format!("box {} × {} × {} m", edges[0], edges[1], edges[2])

@@ -34,7 +34,7 @@ pub fn cuboid(half: [f64; 3], radius: f64) -> FilmPiece {
 fn octahedron(size: f64) -> FilmPiece {
     let vertices = (0..3).flat_map(|k| [-size, size].map(|x| Vector3::ith(k, x))).collect();
     let faces = (0..8).map(|i| vec![i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2 & 1)]).collect();
-    FilmPiece::Hull(FilmHull { vertices, faces, radius: 0.0 })
+    FilmPiece::Hull(FilmHull { vertices, faces, ..FilmHull::default() })
 }
 
 /// Ramp of width 3 m that descends along y and ends at y = 0.

@@ -136,6 +136,8 @@ impl ContactTangent {
     /// u_n = φ⁺/h,   δφ⁺ = n⁺·(δa⁺ − δb⁺) at the same points of the bodies
     /// δy  = δθ_A × y + A_A δŷ,   ŷ = −S Sᵀ n_A/|Sᵀ n_A|                            (G5a)
     /// ```
+    ///
+    /// A change of size stretches the body alike along all axes.
     pub(super) fn ellipsoid_change(
         &self,
         one: &Ellipsoid,
@@ -155,9 +157,13 @@ impl ContactTangent {
         let width = one.half_width(&seen);
         let change = square * a.rotation.tr_mul(&(turned - of_a.turn.cross(&n)));
         let across_seen = square * seen * (seen.dot(&change) / (width * width));
-        let core_change = of_a.turn.cross(&core) - a.rotation * ((change - across_seen) / width);
+        let stretched = |vector: &Vector3<f64>| {
+            a.rotation * of_a.stretch.component_mul(&a.rotation.tr_mul(vector))
+        };
+        let core_change = of_a.turn.cross(&core) + stretched(&core)
+            - a.rotation * ((change - across_seen) / width);
         let (beyond, beyond_change) = (core - n * radius, core_change - turned * radius);
-        let arm_change = of_a.turn.cross(&arm);
+        let arm_change = of_a.turn.cross(&arm) + stretched(&arm);
         // Touched point of B.
         let apart = of_a.position - of_b.position;
         let touched = a.origin + arm + beyond - b.origin;
@@ -168,10 +174,13 @@ impl ContactTangent {
         let (arm_end, foot_end) = (a.turned * one.centre, b.turned * foot);
         let relative = a.linear - b.linear;
         let moved = relative * h + arm_end - arm - foot_end + touched;
-        let moved_change =
-            relative * time_step + turn_a.cross(&arm_end) - arm_change - turn_b.cross(&foot_end)
-                + of_b.turn.cross(&touched)
-                - (b.turned - b.rotation) * foot_change;
+        let end_stretched =
+            |vector: &Vector3<f64>| a.turned * of_a.stretch.component_mul(&a.turned.tr_mul(vector));
+        let moved_change = relative * time_step + turn_a.cross(&arm_end) + end_stretched(&arm_end)
+            - arm_change
+            - turn_b.cross(&foot_end)
+            + of_b.turn.cross(&touched)
+            - (b.turned - b.rotation) * foot_change;
         let slip = moved / h + a.spin_world.cross(&beyond);
         let slip_change = (moved_change - moved * (time_step / h)) / h
             + of_a.turn.cross(&a.spin_world).cross(&beyond)
@@ -182,7 +191,8 @@ impl ContactTangent {
         let apart_end = a.origin + a.linear * h + nearest - b.origin - b.linear * h;
         let gap_end = normal_end.dot(&apart_end) - self.contact.features.offset - radius;
         let gap_change = normal_end.dot(
-            &(apart + relative * time_step + turn_a.cross(&nearest) - turn_b.cross(&apart_end)),
+            &(apart + relative * time_step + turn_a.cross(&nearest) + end_stretched(&nearest)
+                - turn_b.cross(&apart_end)),
         );
         let opening_change = (gap_change - gap_end * (time_step / h)) / h;
         let motion = across(&n, &slip_change) - turned * n.dot(&slip) - n * turned.dot(&slip)

@@ -4,7 +4,7 @@ use crate::derivative::SideChangeInput;
 use crate::mechanics::RigidBody;
 use crate::solver::native::member::BodyGiven;
 use crate::world::Constant;
-use crate::world::constants::extents;
+use crate::world::reshape::{Form, FormChange};
 use nalgebra::{Matrix3, Vector3, Vector6};
 use std::ops::Range;
 
@@ -13,16 +13,13 @@ use std::ops::Range;
 pub(super) struct ConstantsBase {
     pub(super) mass: f64,
     pub(super) inertia: Matrix3<f64>,
-    /// Half the extents (m).
-    pub(super) extents: Vector3<f64>,
-    pub(super) radius: f64,
+    /// Dependence of the shape on size and radius; `None` if it cannot change.
+    pub(super) form: Option<Form>,
 }
 
 impl ConstantsBase {
     pub(super) fn of(body: &RigidBody) -> Self {
-        let radius = body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max);
-        let (mass, inertia) = (body.mass(), *body.inertia());
-        Self { mass, inertia, extents: extents(body), radius }
+        Self { mass: body.mass(), inertia: *body.inertia(), form: Form::of(body).ok() }
     }
 }
 
@@ -55,22 +52,12 @@ impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
     }
 
     /// Change of one side of a contact.
-    ///
-    /// With half the extents a and the radius ρ, a change of size s and radius stretches by
-    ///
-    /// ```text
-    /// σ = (a δs − δρ)/(a − ρ)
-    /// ```
-    ///
-    /// See [`corners`](crate::world::constants::corners).
     pub(super) fn side(&self, body: usize) -> SideChangeInput {
-        let (shape, of) = (&self.shapes[body], self.numbers);
+        let (form, of) = (&self.shapes[body].form, self.numbers);
         let (size, radius) = (of(Constant::Size, body), of(Constant::Radius, body));
-        let stretch = if size == 0.0 && radius == 0.0 {
-            Vector3::zeros()
-        } else {
-            shape.extents.map(|a| (a * size - radius) / (a - shape.radius))
-        };
+        let still = FormChange { stretch: Vector3::zeros(), radius: 0.0 };
+        let FormChange { stretch, radius } =
+            form.as_ref().map_or(still, |form| form.change(size, radius));
         SideChangeInput {
             stretch,
             radius,
