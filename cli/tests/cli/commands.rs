@@ -96,6 +96,46 @@ fn misspelt_words_are_answered_with_the_nearest_one() {
 }
 
 #[test]
+/// A misspelt field of a scene gets the nearest name. A name in another simulator gets tumble's.
+#[test]
+fn unknown_fields_of_a_scene_are_answered_with_the_nearest_name() {
+    let directory = tempfile::tempdir().unwrap();
+    let valid = "steps = 10\ntime_step = 0.002\n[ground]\nfriction = 0.5\n[[bodies]]\nname = \"a\"\nbox = 0.2\n\
+                 mass = 1.0\nposition = [0, 0, 1]\nattitude = [1, 0, 0, 0]\nvelocity = [0, 0, 0]\n\
+                 spin = [0, 0, 0]\ncolour = \"red\"\n[[joints]]\ntype = \"revolute\"\nbodies = [\"a\"]\n\
+                 axis = [0, 0, 1]\nanchor = [0, 0, 1]\n";
+    let check = |text: &str| {
+        fs::write(directory.path().join("scene.toml"), text).unwrap();
+        run_in(directory.path(), &["check", "scene.toml"])
+    };
+    let end = check(valid);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    for (ours, other) in [
+        ("friction", "frction"),
+        ("friction", "mu"),
+        ("steps", "stpes"),
+        ("time_step", "dt"),
+        ("bodies", "bodis"),
+        ("box", "size"),
+        ("mass", "weight"),
+        ("position", "pos"),
+        ("attitude", "quat"),
+        ("velocity", "vel"),
+        ("spin", "angvel"),
+        ("colour", "color"),
+        ("revolute", "hinge"),
+        ("anchor", "ancor"),
+    ] {
+        let said = [format!("`{other}`; did you mean `{ours}`? Expected one of")];
+        check(&valid.replacen(ours, other, 1))
+            .assert_refused(2, &said.each_ref().map(String::as_str));
+    }
+    // No name is similar to this one.
+    let end = check(&valid.replace("friction", "qqq"));
+    end.assert_refused(2, &["unknown field `qqq`, expected one of `friction`"]);
+    assert!(!end.stderr.contains("did you mean"), "{end:?}");
+}
+
 fn the_bare_program_prints_its_help() {
     let directory = tempfile::tempdir().unwrap();
     let end = run_in(directory.path(), &[]);
