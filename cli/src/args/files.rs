@@ -80,6 +80,9 @@ pub struct VerifyArgs {
     #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
     pub physics: PhysicsArgs,
 }
+    /// Print no report; the exit code is the result.
+    #[arg(short, long)]
+    pub quiet: bool,
 
 #[derive(Debug, Args)]
 pub struct InspectArgs {
