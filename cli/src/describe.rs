@@ -30,15 +30,9 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
     if !scene.trajectory {
         text += &cast(scene);
     }
-    let _ = writeln!(
-        text,
-        "  steps        {} ({} in contact, {} in free flight)",
-        summary.steps(),
-        summary.contact_steps(),
-        summary.free
-    );
+    text += &steps(summary);
     if summary.contact_steps() > 0 {
-        text += &contact_steps(scene, summary);
+        text += &solved_steps(scene, summary);
     }
     let asked = scene.contact.as_ref().and_then(SolverChoice::residual);
     text += &certificates(summary, asked);
@@ -61,6 +55,17 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
 }
 
 /// Number of bodies and the solver.
+/// Numbers of steps: with a contact force, solved without one, and in free flight.
+fn steps(summary: &RunSummary) -> String {
+    let mut text = format!("  steps        {} ({} in contact", summary.steps(), summary.touching);
+    let others = summary.contact_steps().saturating_sub(summary.touching);
+    if others > 0 {
+        let _ = write!(text, ", {others} solved without a contact force");
+    }
+    let _ = writeln!(text, ", {} in free flight)", summary.free);
+    text
+}
+
 fn cast(scene: &Scene) -> String {
     format!(
         "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
@@ -84,10 +89,10 @@ fn ending(scene: &Scene, run: &RunResults) -> String {
     }
 }
 
-/// Solver statistics of the contact steps.
-fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
+/// Solver statistics of the steps with contacts or joints.
+fn solved_steps(scene: &Scene, summary: &RunSummary) -> String {
     let mut text = format!(
-        "  {:<12} {} iterations, {:.1} per contact step\n  converged    {}",
+        "  {:<12} {} iterations, {:.1} per solved step\n  converged    {}",
         scene.solver(),
         summary.iterations,
         summary.iterations as f64 / summary.contact_steps() as f64,
@@ -214,7 +219,7 @@ pub fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
     };
     let median = summary
         .median_residual()
-        .map_or(String::new(), |median| format!("median {median:.1e} m/s in contact, "));
+        .map_or(String::new(), |median| format!("median {median:.1e} m/s outside free flight, "));
     let asked = asked.map_or(String::new(), |asked| format!(", {asked:e} m/s requested"));
     format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part}){asked}\n")
 }

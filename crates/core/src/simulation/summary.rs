@@ -3,7 +3,7 @@
 
 use super::median::Median;
 use super::{Squeeze, StepRecord};
-use crate::step::StepStatus;
+use crate::step::{ContactForce, StepStatus};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -41,6 +41,8 @@ const MOST_BODIES_KEPT: usize = 4;
 pub struct RunSummary {
     /// Number of steps without a problem to solve.
     pub free: u64,
+    /// Number of steps with a contact force.
+    pub touching: u64,
     /// Number of steps with [`StepStatus::Converged`].
     pub converged: u64,
     /// Number of steps with [`StepStatus::Retried`].
@@ -100,6 +102,8 @@ impl RunSummary {
             let failed = FailedStep { index, message, residual, part, squeeze, unsolved };
             self.first_failures.push(failed);
         }
+        self.touching +=
+            u64::from(record.solution.contacts.iter().any(ContactForce::carries_force));
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;
         }
