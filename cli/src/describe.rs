@@ -5,8 +5,9 @@ use super::scene::Scene;
 use anstyle::{AnsiColor, Style};
 use std::fmt::Write as _;
 use tumble_core::contact::Partner;
-use tumble_core::simulation::Squeeze;
 use tumble_core::simulation::summary::{FailedStep, RunSummary};
+use tumble_core::simulation::wild::LARGEST_TURN;
+use tumble_core::simulation::{Squeeze, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::joints_summary::TautJoint;
@@ -54,7 +55,6 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
     text + "\n"
 }
 
-/// Number of bodies and the solver.
 /// Numbers of steps: with a contact force, solved without one, and in free flight.
 fn steps(summary: &RunSummary) -> String {
     let mut text = format!("  steps        {} ({} in contact", summary.steps(), summary.touching);
@@ -66,6 +66,7 @@ fn steps(summary: &RunSummary) -> String {
     text
 }
 
+/// Number of bodies and the solver.
 fn cast(scene: &Scene) -> String {
     format!(
         "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
@@ -117,8 +118,8 @@ fn solved_steps(scene: &Scene, summary: &RunSummary) -> String {
         text += "    substepped steps were solved in 2 to 64 shorter steps each\n";
     }
     if summary.wild > 0 {
-        text += "    wild steps turn a body by more than 1 rad, create energy or let bodies pass through:\n    \
-                 solved, but unphysical; use a smaller time step\n";
+        text += "    wild steps are solved, but unphysical; use a smaller time step\n";
+        text += &first_wild(scene, summary);
     }
     if summary.tempered > 0 {
         let _ = writeln!(
@@ -196,20 +197,41 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
     }
 }
 
+/// First unphysical step with the test that it exceeds.
+pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
+    let Some((index, cause)) = &summary.first_wild else { return String::new() };
+    let name = |body: usize| object(scene, Partner::Body(body));
+    let why = match *cause {
+        UnphysicalCause::Turn { body, angle } => {
+            format!("{} turns by {angle:.2} rad, more than {LARGEST_TURN} rad", name(body))
+        }
+        UnphysicalCause::Gain { body, energy } => {
+            format!("{} and what it touches gain {energy:.1e} J", name(body))
+        }
+        UnphysicalCause::Missed { between } => {
+            let [one, other] = between.map(|of| object(scene, of));
+            format!("{one} may have passed through {other}")
+        }
+        _ => return String::new(),
+    };
+    format!("    k = {index:<6}   {why}\n")
+}
+
 /// Bodies or pieces that leave too little space for a body.
 fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
-    let name = |of: Partner| match of {
-        Partner::Ground => "the ground".to_owned(),
-        Partner::Fixed(index) => {
-            scene.fixed.get(index).map_or(String::new(), |name| shown::line(name))
-        }
-        Partner::Body(index) => {
-            scene.bodies.get(index).map_or(String::new(), |name| shown::line(name))
-        }
-    };
-    let [one, other] = squeeze.by.map(name);
-    let body = name(Partner::Body(squeeze.body));
+    let [one, other] = squeeze.by.map(|of| object(scene, of));
+    let body = object(scene, Partner::Body(squeeze.body));
     format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
+}
+
+/// Name of an object.
+fn object(scene: &Scene, of: Partner) -> String {
+    let name = match of {
+        Partner::Ground => return "the ground".to_owned(),
+        Partner::Fixed(index) => scene.fixed.get(index),
+        Partner::Body(index) => scene.bodies.get(index),
+    };
+    name.map_or_else(|| "the body".to_owned(), |name| shown::line(name))
 }
 
 /// Largest and median residual, and the requested one.

@@ -204,6 +204,21 @@ fn steps_in_contact_are_those_with_a_contact_force() {
     );
 }
 
+/// A baton of 120 rad/s turns by 2.4 rad in a step of 20 ms.
+#[test]
+fn the_cause_of_an_unphysical_step_is_said() {
+    let directory = tempfile::tempdir().unwrap();
+    let text = "steps = 10\ntime_step = 0.02\n[ground]\nfriction = 0.6\n[[bodies]]\nname = \"baton\"\n\
+                capsule = { length = 0.5, radius = 0.01 }\nmass = 0.2\nposition = [0, 0, 0.4]\n\
+                spin = [0, 120, 0]\n";
+    fs::write(directory.path().join("scene.toml"), text).unwrap();
+    for command in ["run", "check"] {
+        let end = run_in(directory.path(), &[command, "scene.toml"]);
+        assert!(end.stdout.contains("baton turns by"), "{end:?}");
+        assert!(end.stdout.contains("rad, more than 1 rad"), "{end:?}");
+    }
+}
+
 #[test]
 fn a_check_ends_with_3_if_a_first_step_does_not_converge() {
     // A cube that lands with one iteration of Ipopt, whose failure is only recorded.

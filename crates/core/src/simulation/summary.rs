@@ -2,7 +2,7 @@
 //! [records](crate::simulation::StepRecord) of its steps.
 
 use super::median::Median;
-use super::{Squeeze, StepRecord};
+use super::{Squeeze, StepRecord, UnphysicalCause};
 use crate::step::{ContactForce, StepStatus};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -53,6 +53,8 @@ pub struct RunSummary {
     pub substepped: u64,
     /// Number of steps with [`StepStatus::Wild`].
     pub wild: u64,
+    /// First of these steps, and its cause.
+    pub first_wild: Option<(u64, UnphysicalCause)>,
     /// Number of steps with [`StepStatus::Failed`].
     pub failed: u64,
     /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
@@ -104,6 +106,9 @@ impl RunSummary {
         }
         self.touching +=
             u64::from(record.solution.contacts.iter().any(ContactForce::carries_force));
+        if let Some(cause) = record.unphysical {
+            self.first_wild.get_or_insert((index, cause));
+        }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;
         }
