@@ -33,6 +33,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::PyScene>()?;
     module.add_class::<simulation::PySimulation>()?;
+    module.add("RESIDUAL_PARTS", recording::RESIDUAL_PARTS)?;
     module.add_class::<robot::PyRobot>()?;
     module.add_class::<recording::PyRecording>()?;
     module.add_class::<problem::CoreProblem>()?;
@@ -42,6 +43,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(constants::constant_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(run_files::listed_files, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
+    module.add_function(wrap_pyfunction!(errors::name_hint, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_gradients, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::parameter_shape, module)?)

@@ -215,6 +215,8 @@ impl PyRecording {
             let world = self.content.world_at(last.row.index);
             for (joint, row) in world.joints().iter().zip(&mut last.joints) {
                 let force = JointForce::none(row.turns);
+        let parts = rows().flat_map(|row| row.parts).collect();
+        columns.set_item("parts", shaped(py, parts, &[self.rows.len(), RESIDUAL_PARTS.len()])?)?;
                 *row = JointRow::between(&world, joint, &last.states, None, &force);
             }
             for gear in &mut last.gears {
@@ -442,35 +444,9 @@ impl PyRecording {
     }
 }
 
-impl PyRecording {
-    fn film(&self) -> PyResult<Film> {
-        if self.rows.len() > MOST_ROWS {
-            return Err(refused(format!("a picture can have at most {MOST_ROWS} rows")));
-        }
-        let content = &self.content;
-        let mut keys = Keys::new();
-        let frame = |row| tumble_film::frame(&content.world, row, &mut keys);
-        let frames = self.rows.iter().map(frame).collect();
-        let roles: Vec<_> = content.model.bodies.iter().map(Role::from).collect();
-        let cast = Cast {
-            world: &content.world,
-            bodies: &roles,
-            fixed: &words(&content.fixed),
-            joints: &words(&content.joints),
-            loads: &content.loads,
-            floating: content.contact.is_none(),
-        };
-        let mut film = tumble_film::film(cast, frames);
-        tumble_film::dress(&content.model, &mut film).map_err(in_python)?;
-        let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
-        film.title = format!("{}, {seed}{}", content.name, content.solver());
-        film.facts = vec![Fact::new("scene", content.name.clone())];
-        film.facts.extend(content.drawn_seed().map(|seed| Fact::new("seed", seed.to_string())));
-        film.facts.push(Fact::new("solver", content.solver()));
-        film.facts.push(Fact::new("tumble", env!("CARGO_PKG_VERSION")));
-        Ok(film)
-    }
-}
+/// Names of the parts of a step's residual, in the order of [`StepRow::parts`].
+pub const RESIDUAL_PARTS: [&str; 5] =
+    ["dynamics", "penetration", "normal_law", "friction_law", "cone"];
 
 /// Names of the vectors of [`JointRow::vectors`], in their order.
 pub const JOINT_COLUMNS: [&str; 6] = ["place", "angles", "velocity", "spin", "force", "torque"];
