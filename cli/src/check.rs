@@ -107,7 +107,7 @@ fn solved(scene: &Scene, results: &RunResults) -> String {
     let mut text = format!(
         "  first steps  {} tried, {} in contact, {} not converged\n",
         summary.steps(),
-        summary.contact_steps(),
+        summary.touching,
         summary.failed
     );
     if results.end == RunOutcome::Stopped {
@@ -136,12 +136,12 @@ fn time_step(scene: &Scene, results: &RunResults) -> String {
             "    {} of the first steps are solved, but unphysical; use a smaller time step",
             results.summary.wild
         );
+        text += &describe::first_wild(scene, &results.summary);
     }
     text += &describe::too_stiff(scene, results);
     if !text.is_empty() {
         return format!("  time step    too long\n{text}");
     }
-    let touched =
-        if results.summary.contact_steps() > 0 { "" } else { ", but nothing touches yet" };
+    let touched = if results.summary.touching > 0 { "" } else { ", but nothing touches yet" };
     format!("  time step    no objection{touched}\n")
 }

@@ -5,8 +5,9 @@ use super::scene::Scene;
 use anstyle::{AnsiColor, Style};
 use std::fmt::Write as _;
 use tumble_core::contact::Partner;
-use tumble_core::simulation::Squeeze;
 use tumble_core::simulation::summary::{FailedStep, RunSummary};
+use tumble_core::simulation::wild::LARGEST_TURN;
+use tumble_core::simulation::{Squeeze, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::joints_summary::TautJoint;
@@ -30,15 +31,9 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
     if !scene.trajectory {
         text += &cast(scene);
     }
-    let _ = writeln!(
-        text,
-        "  steps        {} ({} in contact, {} in free flight)",
-        summary.steps(),
-        summary.contact_steps(),
-        summary.free
-    );
+    text += &steps(summary);
     if summary.contact_steps() > 0 {
-        text += &contact_steps(scene, summary);
+        text += &solved_steps(scene, summary);
     }
     let asked = scene.contact.as_ref().and_then(SolverChoice::residual);
     text += &certificates(summary, asked);
@@ -58,6 +53,17 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
         let _ = write!(text, ", {:.2} × real time", simulated / seconds);
     }
     text + "\n"
+}
+
+/// Numbers of steps: with a contact force, solved without one, and in free flight.
+fn steps(summary: &RunSummary) -> String {
+    let mut text = format!("  steps        {} ({} in contact", summary.steps(), summary.touching);
+    let others = summary.contact_steps().saturating_sub(summary.touching);
+    if others > 0 {
+        let _ = write!(text, ", {others} solved without a contact force");
+    }
+    let _ = writeln!(text, ", {} in free flight)", summary.free);
+    text
 }
 
 /// Number of bodies and the solver.
@@ -84,10 +90,10 @@ fn ending(scene: &Scene, run: &RunResults) -> String {
     }
 }
 
-/// Solver statistics of the contact steps.
-fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
+/// Solver statistics of the steps with contacts or joints.
+fn solved_steps(scene: &Scene, summary: &RunSummary) -> String {
     let mut text = format!(
-        "  {:<12} {} iterations, {:.1} per contact step\n  converged    {}",
+        "  {:<12} {} iterations, {:.1} per solved step\n  converged    {}",
         scene.solver(),
         summary.iterations,
         summary.iterations as f64 / summary.contact_steps() as f64,
@@ -112,8 +118,8 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
         text += "    substepped steps were solved in 2 to 64 shorter steps each\n";
     }
     if summary.wild > 0 {
-        text += "    wild steps turn a body by more than 1 rad, create energy or let bodies pass through:\n    \
-                 solved, but unphysical; use a smaller time step\n";
+        text += "    wild steps are solved, but unphysical; use a smaller time step\n";
+        text += &first_wild(scene, summary);
     }
     if summary.tempered > 0 {
         let _ = writeln!(
@@ -191,20 +197,41 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
     }
 }
 
+/// First unphysical step with the test that it exceeds.
+pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
+    let Some((index, cause)) = &summary.first_wild else { return String::new() };
+    let name = |body: usize| object(scene, Partner::Body(body));
+    let why = match *cause {
+        UnphysicalCause::Turn { body, angle } => {
+            format!("{} turns by {angle:.2} rad, more than {LARGEST_TURN} rad", name(body))
+        }
+        UnphysicalCause::Gain { body, energy } => {
+            format!("{} and what it touches gain {energy:.1e} J", name(body))
+        }
+        UnphysicalCause::Missed { between } => {
+            let [one, other] = between.map(|of| object(scene, of));
+            format!("{one} may have passed through {other}")
+        }
+        _ => return String::new(),
+    };
+    format!("    k = {index:<6}   {why}\n")
+}
+
 /// Bodies or pieces that leave too little space for a body.
 fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
-    let name = |of: Partner| match of {
-        Partner::Ground => "the ground".to_owned(),
-        Partner::Fixed(index) => {
-            scene.fixed.get(index).map_or(String::new(), |name| shown::line(name))
-        }
-        Partner::Body(index) => {
-            scene.bodies.get(index).map_or(String::new(), |name| shown::line(name))
-        }
-    };
-    let [one, other] = squeeze.by.map(name);
-    let body = name(Partner::Body(squeeze.body));
+    let [one, other] = squeeze.by.map(|of| object(scene, of));
+    let body = object(scene, Partner::Body(squeeze.body));
     format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
+}
+
+/// Name of an object.
+fn object(scene: &Scene, of: Partner) -> String {
+    let name = match of {
+        Partner::Ground => return "the ground".to_owned(),
+        Partner::Fixed(index) => scene.fixed.get(index),
+        Partner::Body(index) => scene.bodies.get(index),
+    };
+    name.map_or_else(|| "the body".to_owned(), |name| shown::line(name))
 }
 
 /// Largest and median residual, and the requested one.
@@ -214,7 +241,7 @@ pub fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
     };
     let median = summary
         .median_residual()
-        .map_or(String::new(), |median| format!("median {median:.1e} m/s in contact, "));
+        .map_or(String::new(), |median| format!("median {median:.1e} m/s outside free flight, "));
     let asked = asked.map_or(String::new(), |asked| format!(", {asked:e} m/s requested"));
     format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part}){asked}\n")
 }

@@ -7,9 +7,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches};
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
-
-/// Smallest similarity of a suggested command, by Jaro and Winkler.
-const SIMILAR: f64 = 0.7;
+use tumble_model::nearest;
 
 /// Arguments of the command line. `None` if help or version was printed instead.
 pub fn parse() -> Result<Option<Cli>, Failure> {
@@ -47,15 +45,7 @@ fn unknown_command(command: &clap::Command, first: &OsStr) -> Option<String> {
     {
         return None;
     }
-    let mut names: Vec<_> = command
-        .get_subcommands()
-        .map(|known| (strsim::jaro_winkler(word, known.get_name()), known.get_name()))
-        .collect();
-    names.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let hint = match names.first() {
-        Some((similarity, name)) if *similarity >= SIMILAR => format!("; did you mean `{name}`?"),
-        _ => String::new(),
-    };
+    let hint = nearest::hint(word, command.get_subcommands().map(clap::Command::get_name));
     Some(format!("{word:?} is neither a command nor a file{hint} (see tumble --help)"))
 }
 

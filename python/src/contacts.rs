@@ -15,8 +15,14 @@ use tumble_scene::output::tables::ContactRow;
 use tumble_scene::scene::Scene as Content;
 
 /// Names of the columns.
-pub const COLUMNS: [&str; 8] =
-    ["body", "partner", "point", "normal", "force", "slip", "normal_force", "gap"];
+pub const COLUMNS: [&str; 9] =
+    ["body", "partner", "partner_body", "point", "normal", "force", "slip", "normal_force", "gap"];
+
+/// Number of columns of the pairs, which come first.
+const PAIRS: usize = COLUMNS.len() - NUMBERS.len();
+
+/// Index of a partner that is not a body.
+const NO_BODY: i64 = -1;
 
 /// Numeric columns, which come last, and their numbers per contact.
 const NUMBERS: [(&str, usize); 6] =
@@ -53,8 +59,8 @@ impl PartnerNames {
 /// Pairs of bodies and partners.
 struct PairColumns {
     all: Vec<(usize, Partner)>,
-    /// Columns `body` and `partner`, created when first read.
-    made: [PyOnceLock<Py<PyAny>>; 2],
+    /// Columns of the pairs, created when first read.
+    made: [PyOnceLock<Py<PyAny>>; PAIRS],
 }
 
 /// Numbers of contacts in one array, column by column.
@@ -89,7 +95,7 @@ impl ContactColumns {
             memory: PyOnceLock::new(),
             made: [const { PyOnceLock::new() }; NUMBERS.len()],
         };
-        let pairs = Arc::new(PairColumns { all, made: [const { PyOnceLock::new() }; 2] });
+        let pairs = Arc::new(PairColumns { all, made: [const { PyOnceLock::new() }; PAIRS] });
         Self { names, pairs, numbers }
     }
 
@@ -141,6 +147,13 @@ impl ContactColumns {
         Ok(shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
     }
 
+    /// Body index of each partner.
+    fn partner_bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let index = |partner: Partner| partner.body().map_or(NO_BODY, |body| body as i64);
+        let bodies = self.pairs.all.iter().map(|(_, with)| index(*with)).collect();
+        Ok(shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
+    }
+
     /// View of the numeric column with this index.
     fn view<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyAny>> {
         let count = self.pairs.all.len();
@@ -168,9 +181,13 @@ impl ContactColumns {
         let column = match place {
             0 => self.pairs.made[0].get_or_try_init(py, || self.bodies(py).map(Bound::unbind)),
             1 => self.pairs.made[1].get_or_try_init(py, || self.partners(py).map(Bound::unbind)),
+            2 => {
+                let bodies = || self.partner_bodies(py).map(Bound::unbind);
+                self.pairs.made[2].get_or_try_init(py, bodies)
+            }
             _ => {
-                let view = || self.view(py, place - 2).map(Bound::unbind);
-                self.numbers.made[place - 2].get_or_try_init(py, view)
+                let view = || self.view(py, place - PAIRS).map(Bound::unbind);
+                self.numbers.made[place - PAIRS].get_or_try_init(py, view)
             }
         };
         Ok(column?.bind(py).clone())

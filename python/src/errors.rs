@@ -3,8 +3,10 @@
 use pyo3::PyErr;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::pyfunction;
 use std::fmt::Display;
 use tumble_core::error::Error;
+use tumble_model::nearest;
 
 create_exception!(
     tumble,
@@ -24,4 +26,11 @@ pub fn of_step(error: &Error) -> PyErr {
         Error::Interrupted => PyKeyboardInterrupt::new_err(()),
         other => refused(other),
     }
+}
+
+/// End of an error about an unknown name: a question about the nearest of the `known` names, or
+/// nothing.
+#[pyfunction]
+pub fn name_hint(name: &str, known: Vec<String>) -> String {
+    nearest::hint(name, known.iter().map(String::as_str))
 }

@@ -7,8 +7,11 @@ mod contacts;
 mod errors;
 mod gradient;
 mod last_step;
+mod owned;
+mod pictures;
 mod plan;
 mod problem;
+mod reading;
 mod recording;
 mod robot;
 mod rollout;
@@ -30,6 +33,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("STATUSES", statuses)?;
     let parameters = tumble::rollout::Constant::ALL.map(|parameter| parameter.name());
     module.add("PARAMETERS", parameters)?;
+    module.add("RESIDUAL_PARTS", recording::RESIDUAL_PARTS)?;
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::PyScene>()?;
     module.add_class::<simulation::PySimulation>()?;
@@ -39,6 +43,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gradient::jacobian, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
     module.add_class::<contacts::ContactColumns>()?;
+    module.add_function(wrap_pyfunction!(errors::name_hint, module)?)?;
     module.add_function(wrap_pyfunction!(constants::constant_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(run_files::listed_files, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;

@@ -1,8 +1,9 @@
 //! A recorded run as arrays, tables and pictures.
 
-use crate::arrays::{Array, numbers, shaped};
+use crate::arrays::{Array, shaped};
 use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
 use crate::errors::refused;
+use crate::reading;
 use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
@@ -19,20 +20,15 @@ use tumble_core::joint::{JointForce, JointResidual};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
-use tumble_film::{Cast, Keys, Role};
 use tumble_scene::output::tables::{
-    ContactRow, GearTableRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
+    GearTableRow, JointRow, StepRow, Streams, TableStep, TablesWriter,
 };
-use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
+use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::{RunFile, checksum_of};
 use tumble_scene::scene::Scene as Content;
 use tumble_view::animation::{AnimationSettings, View, animate};
 use tumble_view::plot::{self, PlotSheet};
 use tumble_view::view::page;
-use tumble_view::{Fact, Film};
-
-/// Largest number of rows for pictures, which need all rows in memory again.
-const MOST_ROWS: usize = 1_000_000;
 
 /// A recorded run with K rows. The last row is a state without a step.
 #[pyclass(frozen, name = "Recording", module = "tumble._tumble")]
@@ -59,9 +55,6 @@ pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
     }
 }
 
-/// Largest deviation of an attitude's norm from 1 in trajectory.csv.
-const NORM: f64 = 1e-2;
-
 #[pymethods]
 impl PyRecording {
     /// Reads a run or a part of one from its tables as bytes. Scenes with joints or gears need
@@ -77,120 +70,15 @@ impl PyRecording {
         gears: Option<&[u8]>,
         forces: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<Self> {
-        let content = Arc::clone(&scene.content);
         let streams =
             Streams { states, contacts: Some(contacts), steps, joints, gears, ends: None };
-        let world = &content.world;
-        let tied = (world.joints().len(), world.gears().len());
-        for (what, table, count) in [
-            ("bodies", Some(states), world.bodies().len()),
-            ("joints", joints, tied.0),
-            ("gears", gears, tied.1),
-        ] {
-            let found = table.map_or(count, rows_of_a_step);
-            if found != count && found > 0 {
-                let why = format!(
-                    "the tables belong to another scene: they have {found} {what}, this one has \
-                     {count}; read them with the scene of their run"
-                );
-                return Err(refused(why));
-            }
-        }
-        let reader = TablesReader::new(streams, world.bodies().len(), tied.0, tied.1);
-        let mut reader = reader.map_err(refused)?.of_part();
-        let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
-        while let Some(row) = reader.next_step().map_err(refused)? {
-            let (k, h) = (row.row.index, world.time_step());
-            let time = k as f64 * h;
-            if (row.row.time - time).abs() > 1e-9 * time.max(h) {
-                let found = row.row.time;
-                let why = format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
-                return Err(refused(why));
-            }
-            if !row.contacts.iter().all(|contact| is_of(&content, contact)) {
-                return Err(refused(format!(
-                    "a contact of step {k} refers to a body or piece that the scene does not have"
-                )));
-            }
-            if row.row.status != StepStatus::End {
-                add_forces(&row, &mut sums);
-            }
-            rows.push(row);
-        }
-        let has_contacts = forces.is_none();
-        if let Some(forces) = &forces {
-            let given = numbers("forces", forces)?.chunks_exact(3);
-            let given: Vec<_> = given.map(Vector3::from_column_slice).collect();
-            if given.len() != sums.len() {
-                return Err(refused("forces: one per body and step is needed"));
-            }
-            sums = given;
-        }
-        // The tables do not say which inputs moved the run.
-        Ok(Self { content, rows, forces: sums, has_contacts, is_of_scene: None })
+        reading::of_tables(Arc::clone(&scene.content), streams, forces)
     }
 
     /// Reads a run of one body and the ground from its table trajectory.csv as bytes.
     #[staticmethod]
     fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8]) -> PyResult<Self> {
-        let content = Arc::clone(&scene.content);
-        let odd = |why: &dyn std::fmt::Display| refused(format!("trajectory: {why}"));
-        let world = &content.world;
-        let [body] = world.bodies() else {
-            let count = world.bodies().len();
-            return Err(odd(&format!("it has one body, but the scene has {count}")));
-        };
-        if !(world.fixed().is_empty() && world.joints().is_empty()) {
-            return Err(odd(&"it has only a body and the ground, but the scene has more"));
-        }
-        let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?.of_part();
-        let (found, points) = (reader.contacts(), body.contact_points().len());
-        if found != points {
-            return Err(odd(&format!(
-                "it has {found} contact points, but the scene's body has {points}"
-            )));
-        }
-        let (mut rows, mut forces) = (Vec::<TableStep>::new(), Vec::new());
-        let h = world.time_step();
-        let detection = content.contact.as_ref().map(|contact| contact.detection);
-        let mut last = None::<TrajectoryRow>;
-        loop {
-            let row = reader.next_row().map_err(|error| odd(&error))?;
-            if let Some(row) = &row {
-                let (k, time) = (row.index, row.index as f64 * h);
-                let norm = row.state.attitude.norm();
-                // Ipopt with the tutorial's settings satisfies the norm only to its tolerance in
-                // each step.
-                if (norm - 1.0).abs() > NORM || norm.is_nan() {
-                    let allowed = format!("allowed: 1 to within {NORM}");
-                    let why =
-                        format!("step {k}: norm of the attitude quaternion is {norm}; {allowed}");
-                    return Err(odd(&why));
-                }
-                if (row.time - time).abs() > 1e-9 * time.max(h) {
-                    let found = row.time;
-                    let why =
-                        format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
-                    return Err(odd(&why));
-                }
-            }
-            if let Some(last) = &last {
-                let load = &content.loads[0];
-                let to = row
-                    .as_ref()
-                    .map(|next| (&next.state, load.wrench(last.index, h, &last.state.attitude)));
-                let step = last.as_table_step(world, to, detection);
-                if to.is_some() {
-                    add_forces(&step, &mut forces);
-                }
-                rows.push(step);
-            }
-            match row {
-                Some(row) => last = Some(row),
-                None => break,
-            }
-        }
-        Ok(Self { content, rows, forces, has_contacts: true, is_of_scene: None })
+        reading::of_trajectory(Arc::clone(&scene.content), table)
     }
 
     /// Least memory of a step with this many bodies and joints, bytes.
@@ -326,6 +214,8 @@ impl PyRecording {
         columns.set_item("time", shaped(py, rows().map(|row| row.time).collect(), &count)?)?;
         let residuals = rows().map(|row| row.residual).collect();
         columns.set_item("residual", shaped(py, residuals, &count)?)?;
+        let parts = rows().flat_map(|row| row.parts).collect();
+        columns.set_item("parts", shaped(py, parts, &[self.rows.len(), RESIDUAL_PARTS.len()])?)?;
         columns
             .set_item("overlap", shaped(py, rows().map(|row| row.overlap).collect(), &count)?)?;
         let shares = rows().map(|row| row.restitution_share).collect();
@@ -442,35 +332,9 @@ impl PyRecording {
     }
 }
 
-impl PyRecording {
-    fn film(&self) -> PyResult<Film> {
-        if self.rows.len() > MOST_ROWS {
-            return Err(refused(format!("a picture can have at most {MOST_ROWS} rows")));
-        }
-        let content = &self.content;
-        let mut keys = Keys::new();
-        let frame = |row| tumble_film::frame(&content.world, row, &mut keys);
-        let frames = self.rows.iter().map(frame).collect();
-        let roles: Vec<_> = content.model.bodies.iter().map(Role::from).collect();
-        let cast = Cast {
-            world: &content.world,
-            bodies: &roles,
-            fixed: &words(&content.fixed),
-            joints: &words(&content.joints),
-            loads: &content.loads,
-            floating: content.contact.is_none(),
-        };
-        let mut film = tumble_film::film(cast, frames);
-        tumble_film::dress(&content.model, &mut film).map_err(in_python)?;
-        let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
-        film.title = format!("{}, {seed}{}", content.name, content.solver());
-        film.facts = vec![Fact::new("scene", content.name.clone())];
-        film.facts.extend(content.drawn_seed().map(|seed| Fact::new("seed", seed.to_string())));
-        film.facts.push(Fact::new("solver", content.solver()));
-        film.facts.push(Fact::new("tumble", env!("CARGO_PKG_VERSION")));
-        Ok(film)
-    }
-}
+/// Names of the parts of a step's residual, in the order of [`StepRow::parts`].
+pub const RESIDUAL_PARTS: [&str; 5] =
+    ["dynamics", "penetration", "normal_law", "friction_law", "cone"];
 
 /// Names of the vectors of [`JointRow::vectors`], in their order.
 pub const JOINT_COLUMNS: [&str; 6] = ["place", "angles", "velocity", "spin", "force", "torque"];
@@ -489,31 +353,6 @@ pub const NO_STEP: JointRow = {
         residual,
     }
 };
-
-/// Number of rows of the first step in a table of bodies, joints or gears.
-fn rows_of_a_step(table: &[u8]) -> usize {
-    let mut steps = table
-        .split(|byte| *byte == b'\n')
-        .skip(1)
-        .map(|line| line.split(|byte| *byte == b',').next().unwrap_or_default());
-    let first = steps.next().filter(|step| !step.is_empty());
-    first.map_or(0, |first| 1 + steps.take_while(|step| *step == first).count())
-}
-
-/// True if a contact is between bodies and pieces of the scene.
-fn is_of(content: &Content, contact: &ContactRow) -> bool {
-    let bodies = content.bodies.len();
-    let known = match contact.partner {
-        Partner::Ground => content.world.ground().is_some(),
-        Partner::Fixed(index) => index < content.fixed.len(),
-        Partner::Body(index) => index < bodies && index != contact.body,
-    };
-    contact.body < bodies && known
-}
-
-fn words(names: &[String]) -> Vec<&str> {
-    names.iter().map(String::as_str).collect()
-}
 
 /// Components of vectors, concatenated.
 pub fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {

@@ -3,6 +3,7 @@
 use crate::arrays::{Array, as_many, numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
+use crate::owned::Owned;
 use crate::recording::{JOINT_COLUMNS, NO_STEP, PyRecording};
 use crate::robot::{PyRobot, at_place};
 use crate::running::Running;
@@ -20,7 +21,7 @@ use std::time::{Duration, Instant};
 use tumble_core::error::Error;
 use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
 use tumble_core::simulation::save::Saved;
-use tumble_core::simulation::{self, Motion, StepRecord};
+use tumble_core::simulation::{self, StepRecord};
 use tumble_core::world::Partner;
 use tumble_model::joint::JointModel;
 use tumble_scene::output::tables::JointRow;
@@ -39,19 +40,6 @@ const SHORT: Duration = Duration::from_millis(1);
 /// meanwhile.
 #[pyclass(frozen, subclass, name = "CoreSimulation", module = "tumble._tumble")]
 pub struct PySimulation(Mutex<Owned>);
-
-/// Data used by one call at a time.
-struct Owned {
-    content: Arc<Content>,
-    running: Running,
-    interrupt: Arc<AtomicBool>,
-    /// True if the solver has threads of its own.
-    threads: bool,
-    /// Process of the threads. A forked process does not have them.
-    process: u32,
-    /// Text stored in the restored state, until it is read.
-    kept: String,
-}
 
 #[pymethods]
 impl PySimulation {
@@ -482,56 +470,8 @@ impl PySimulation {
     }
 }
 
-impl Owned {
-    /// Time t = k h, s.
-    fn time(&self) -> f64 {
-        let simulation = &self.running.simulation;
-        simulation.index() as f64 * simulation.world().time_step()
-    }
-
-    /// Converts an error with the names of the scene.
-    fn named(&self, error: &Error) -> PyErr {
-        refused(self.content.naming(error))
-    }
-
-    /// Marks the run as moved by inputs outside the scene.
-    fn moved(&mut self) -> &mut Running {
-        self.running.is_of_scene = Some(false);
-        &mut self.running
-    }
-
-    /// True in a process forked after the threads were created.
-    fn has_lost_threads(&self) -> bool {
-        self.threads && self.process != std::process::id()
-    }
-
-    /// Switches to the caller's thread alone if the threads are lost, with the same results.
-    fn leave_lost_threads(&mut self) -> PyResult<()> {
-        if self.has_lost_threads() {
-            let motion = self.content.motion(&self.content.world).map_err(refused)?;
-            self.move_by(motion);
-            self.threads = false;
-        }
-        Ok(())
-    }
-
-    /// Replaces the motion. The old one is not dropped, because its lost threads cannot be joined.
-    fn move_by(&mut self, mut motion: Motion<'static>) {
-        self.running.simulation.swap_motion(&mut motion);
-        std::mem::forget(motion);
-    }
-}
-
 fn joint_axis(axis: usize) -> JointAxis {
     if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) }
-}
-
-impl Drop for Owned {
-    fn drop(&mut self) {
-        if self.has_lost_threads() {
-            self.move_by(Motion::Floating);
-        }
-    }
 }
 
 /// Motor that controls speed, with damping if that is positive, or position. None without both.

@@ -2,11 +2,13 @@
 
 import copy
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 import tumble
 
+MODELS = Path(__file__).parents[2] / "data" / "robots"
 CUBE = {"box": 0.2, "mass": 1.0}
 FREE = {"none": True, "friction": 0.5}
 
@@ -82,6 +84,38 @@ def test_a_body_put_on_a_stack_weighs_on_it():
     assert named == {*simulation.bodies, "ground"}
     # The lowest cube carries all others, and the forces on each body cancel its weight.
     np.testing.assert_allclose(simulation.forces[:, 2], [9.81, 9.81, 3 * 9.81], rtol=1e-9)
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_one():
+    pin = {"name": "hinge", "type": "revolute", "bodies": ["arm"], "anchor": [0, 0, 2], "axis": [0, 1, 0]}
+    arm = {"name": "arm", "box": 0.2, "mass": 1.0, "position": [0.5, 0, 2.0]}
+    crate = {"name": "crate", "box": 0.2, "mass": 1.0, "position": [3, 0, 0.1]}
+    robot = {"prefix": "dog.", "file": "quadruped.urdf", "position": [8, 0, 0.6]}
+    scene = tumble.Scene(
+        [arm, crate], {"friction": 0.5}, joints=[pin], robots=[robot], folder=MODELS
+    )
+    simulation = scene.simulate()
+    run = simulation.run(2)
+    dog = simulation.robots["dog."]
+    for ask, words in (
+        (lambda: simulation.robots["dgo."], "robot 'dgo.' is unknown; did you mean `dog.`?"),
+        (lambda: simulation.joints["hing"], "joint 'hing' is unknown; did you mean `hinge`?"),
+        (lambda: run.joints["hing"], "joint 'hing' is unknown; did you mean `hinge`?"),
+        (lambda: simulation.set_motor("hing", speed=1.0, most=1.0), "did you mean `hinge`?"),
+        (lambda: simulation.set_state("crat", scene.states[1]), "body 'crat' is unknown; did you mean `crate`?"),
+        (lambda: run.plot(body="crat"), "body 'crat' is unknown; did you mean `crate`?"),
+        (lambda: dog["fl_kne"], "joint 'fl_kne' is unknown; did you mean `fl_knee`?"),
+        (lambda: dog.link("trnk"), "link 'trnk' is unknown; did you mean `trunk`?"),
+    ):
+        with pytest.raises(tumble.TumbleError) as raised:
+            ask()
+        assert words in str(raised.value) and "(known: " in str(raised.value)
+    with pytest.raises(tumble.TumbleError) as raised:
+        simulation.joints["xyzzy"]
+    assert "did you mean" not in str(raised.value)
+    # Otherwise they are dictionaries.
+    assert simulation.joints.get("hing") is None and "hing" not in run.joints
+    assert list(pickle.loads(pickle.dumps(run.joints))) == scene.joints
 
 
 def test_momentum_is_kept_by_what_comes_and_meets():
@@ -234,7 +268,7 @@ def test_bodies_that_cannot_go_are_named():
     simulation = scene(tower(1)).simulate()
     with pytest.raises(tumble.TumbleError, match="1 or more"):
         simulation.remove_body(0)
-    with pytest.raises(tumble.TumbleError, match="body is 'none'"):
+    with pytest.raises(tumble.TumbleError, match="body 'none' is unknown"):
         simulation.remove_body("none")
     for call in (lambda s: s.remove_body(0), lambda s: s.add_body(cube("x", [5, 0, 5]))):
         with pytest.raises(tumble.TumbleError, match=r"a scene with \[body\] always has one body"):

@@ -154,6 +154,14 @@ def test_odd_input_is_named(scene, keywords, words):
         tumble.rollout(scene, **keywords)
 
 
+def test_rollouts_say_what_they_contain(scene):
+    result = tumble.rollout(scene, steps=4, parameters={"friction": [0.1, 0.2, 0.3]})
+    assert repr(result) == (
+        "<tumble.Rollouts: 3 rollouts of 4 steps of 1 bodies, 0 steps not solved; "
+        "states (3, 4, 1, 13), forces (3, 4, 1, 3), residuals (3, 4), status (3, 4)>"
+    )
+
+
 def test_steps_that_fail_are_listed_by_index():
     """A body with the least allowed inertia hits the ground at 100 km/s. Two others fall."""
     body = {"box": 2.0, "mass": 1.0, "inertia": 1e-5, "position": [0, 0, 1.8]}

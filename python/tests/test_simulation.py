@@ -371,7 +371,7 @@ def test_contacts_are_a_mapping_of_columns_that_stay_those_of_their_step():
     simulation.step()
     before, same = simulation.contacts, dict(simulation.contacts)
     simulation.run(50)
-    assert list(before) == list(same) and len(before) == 8 and "force" in before
+    assert list(before) == list(same) and len(before) == 9 and "force" in before
     for name in reversed(list(before)):
         np.testing.assert_array_equal(before[name], same[name])
         assert before[name] is before[name]
@@ -386,8 +386,9 @@ def test_contacts_are_no_dictionary_of_what_was_read_alone():
     simulation = block([1, 0, 0]).simulate()
     simulation.step()
     contacts = simulation.contacts
-    names = ["body", "partner", "point", "normal", "force", "slip", "normal_force", "gap"]
-    assert isinstance(contacts, tumble.Contacts) and repr(contacts) == "<tumble.Contacts: 4>"
+    names = ["body", "partner", "partner_body", "point", "normal", "force", "slip", "normal_force", "gap"]
+    assert isinstance(contacts, tumble.Contacts)
+    assert repr(contacts) == f"<tumble.Contacts: 4 contacts with {', '.join(names)}>"
     for whole in (
         dict(contacts),
         {**contacts},
@@ -399,7 +400,7 @@ def test_contacts_are_no_dictionary_of_what_was_read_alone():
     ):
         assert type(whole) is dict and list(whole) == names
         np.testing.assert_array_equal(whole["force"], contacts["force"])
-    assert list(reversed(contacts)) == names[::-1] and len(contacts) == 8
+    assert list(reversed(contacts)) == names[::-1] and len(contacts) == 9
     for change in (
         lambda: contacts.update(force=0),
         lambda: contacts.pop("force"),
@@ -410,6 +411,27 @@ def test_contacts_are_no_dictionary_of_what_was_read_alone():
     ):
         with pytest.raises(TypeError, match="cannot be changed"):
             change()
+
+
+def test_partners_of_contacts_are_indices_of_bodies_too():
+    """A box on another one, which stands on a fixed plate beside a box on the ground."""
+    box = {"box": 0.2, "mass": 1.0}
+    bodies = [
+        {**box, "name": "low", "position": [0, 0, 0.2]},
+        {**box, "name": "high", "position": [0, 0, 0.4]},
+        {**box, "name": "far", "position": [3, 0, 0.1]},
+    ]
+    plate = {"name": "plate", "box": [1, 1, 0.1], "position": [0, 0, 0.05]}
+    scene = tumble.Scene(bodies, {"friction": 0.3}, fixed=[plate])
+    run = scene.run(3)
+    simulation = scene.simulate()
+    simulation.run(3)
+    for contacts in (simulation.contacts, run.contacts):
+        partners = contacts["partner_body"]
+        assert partners.dtype == np.int64 and not partners.flags.writeable
+        names = [scene.bodies.index(name) if name in scene.bodies else -1 for name in contacts["partner"]]
+        assert partners.tolist() == names and {-1} < set(names)
+        assert {name for name, body in zip(contacts["partner"], partners) if body < 0} == {"plate", "ground"}
 
 
 def test_contacts_at_rest_are_those_of_the_step_that_came_to_rest():
@@ -439,7 +461,7 @@ def test_whatever_is_kept_of_contacts_stays_that_of_its_step():
         lambda contacts: contacts["force"][:, 2],
         lambda contacts: contacts["slip"].T.ravel(),
         lambda contacts: memoryview(contacts["normal_force"]),
-        lambda contacts: contacts.values()[2],
+        lambda contacts: contacts.values()[3],
         lambda contacts: contacts["gap"].base,
     ]
 

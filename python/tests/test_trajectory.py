@@ -5,6 +5,7 @@ import os
 import pickle
 import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -76,7 +77,7 @@ def test_another_scene_s_tables_are_refused(stack, tmp_path):
         tumble.Trajectory.from_csv(tumble.drop(), tmp_path)
 
 
-def test_pandas_has_the_same_numbers(stack):
+def test_pandas_has_the_same_numbers(stack, tmp_path):
     pandas = pytest.importorskip("pandas")
     frame = stack.to_pandas()
     assert isinstance(frame, pandas.DataFrame) and len(frame) == 63
@@ -86,6 +87,23 @@ def test_pandas_has_the_same_numbers(stack):
     np.testing.assert_array_equal(stack.scene.simulate(last).states, stack.states[-1])
     steps = stack.steps_to_pandas()
     assert len(steps) == 20 and set(steps["status"]) == {"converged"}
+    stack.to_csv(tmp_path)
+    table = pandas.read_csv(tmp_path / "steps.csv")[:-1]
+    parts = ["dynamics_m_s", "penetration_m_s", "normal_law_m_s", "friction_law_m_s", "cone_m_s"]
+    np.testing.assert_array_equal(steps[parts], table[parts])
+    # Without joints the residual is the largest of these parts.
+    np.testing.assert_array_equal(steps[parts].max(axis=1), steps["residual_m_s"])
+
+
+def test_tables_without_pandas_say_what_to_install(stack, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    simulation = stack.scene.simulate()
+    for table in (
+        *(stack.to_pandas, stack.steps_to_pandas, stack.contacts_to_pandas, stack.joints_to_pandas),
+        simulation.contacts_to_pandas,
+    ):
+        with pytest.raises(ImportError, match="pip install pandas"):
+            table()
 
 
 def test_pictures_are_pictures(run, stack, tmp_path):

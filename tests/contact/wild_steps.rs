@@ -6,7 +6,7 @@ use tumble_core::contact::{Candidates, Plane};
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::simulation::{Motion, Simulation, StepRecord, UnphysicalCause};
 use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::{Parameters, World};
 
@@ -47,7 +47,10 @@ fn a_step_that_is_too_long_for_a_body_is_marked() {
     start.spin = Vector3::new(0.0, 0.0, 20.0);
     let marked = |time_step| {
         let records = run(&world(time_step), start, 200);
-        records.iter().filter(|record| record.report.status == StepStatus::Wild).count()
+        let wild = records.iter().filter(|record| record.report.status == StepStatus::Wild);
+        // 20 rad/s times the time step.
+        let turns = UnphysicalCause::Turn { body: 0, angle: 20.0 * time_step };
+        wild.inspect(|record| assert_eq!(record.unphysical, Some(turns))).count()
     };
     assert!(marked(0.1) > 0);
     assert_eq!(marked(0.001), 0);
@@ -150,7 +153,7 @@ fn ball(mass: f64, radius: f64) -> RigidBody {
 /// elsewhere, or two resting on each other, must not hide the gain.
 #[test]
 fn what_happens_elsewhere_excuses_no_energy() {
-    let status = |factor: f64, others: &[State]| {
+    let step = |factor: f64, others: &[State]| {
         let mut bodies = vec![ball(1.0, 0.1); 2];
         bodies.extend(others.iter().map(|_| ball(1000.0, 0.1)));
         let (ground, gravity) = (Plane::level(), Vector3::zeros());
@@ -169,13 +172,20 @@ fn what_happens_elsewhere_excuses_no_energy() {
         let mut simulation = Simulation::new(world, starts, motion).unwrap();
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
-        record.report.status
+        record
     };
+    let status = |factor: f64, others: &[State]| step(factor, others).report.status;
     let third_more = f64::sqrt(4.0 / 3.0);
     for others in
         [vec![], vec![ball_at(700.0, 10.0)], vec![ball_at(700.0, 10.0), ball_at(-700.0, 0.0)]]
     {
-        assert_eq!(status(third_more, &others), StepStatus::Wild, "{others:?}");
+        let record = step(third_more, &others);
+        assert_eq!(record.report.status, StepStatus::Wild, "{others:?}");
+        // Two balls of 1 kg with 1 m/s gain a third of 1 J.
+        let Some(UnphysicalCause::Gain { body: 0, energy }) = record.unphysical else {
+            panic!("{:?}", record.unphysical)
+        };
+        assert!((energy - 1.0 / 3.0).abs() < 1e-12, "{energy}");
         // A gain of a ten-thousandth is below the threshold.
         assert_eq!(status(1.00005, &others), StepStatus::Converged, "{others:?}");
         assert_eq!(status(0.5, &others), StepStatus::Converged, "{others:?}");

@@ -72,11 +72,17 @@ pub struct VerifyArgs {
     ///
     /// Its parameters are read from run.json in the same directory. The flags for constants, and their
     /// defaults, are for a table without run.json.
+    ///
+    /// A run with several bodies needs the tables states, steps and contacts, also joints and gears
+    /// if the scene has any, and ends with --every.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Number of steps to print, the worst first.
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "5", allow_hyphen_values = true)]
     pub worst: usize,
+    /// Print no report; the exit code is the result.
+    #[arg(short, long)]
+    pub quiet: bool,
     #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
     pub physics: PhysicsArgs,
 }

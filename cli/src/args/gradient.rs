@@ -16,13 +16,10 @@ pub struct GradientArgs {
     /// Quantity to differentiate, of one body at the end of the run.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     pub of: GradientQuantity,
-    /// Arguments to differentiate by, separated by commas.
-    ///
-    /// Initial state of the body: position, turn, velocity, spin. Constant load on it: force,
-    /// torque. Constants of the world: friction, restitution, mass, inertia, size, radius, gravity,
-    /// ground, time_step.
+    /// Arguments to differentiate by, separated by commas; --help lists them.
     #[arg(
         long,
+        long_help = crate::gradient::help(),
         value_delimiter = ',',
         default_value = "velocity,spin,friction",
         value_name = "LIST"

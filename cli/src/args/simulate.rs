@@ -187,7 +187,8 @@ pub struct OutputArgs {
     /// Tables to write for a scene of [[bodies]]; `states` and `steps` are always written [default:
     /// all].
     ///
-    /// With --every, `ends` has the state after each written step, which `tumble verify` needs.
+    /// `tumble verify` needs `contacts`, also `joints` and `gears` if the scene has any, and `ends`
+    /// with --every: the state after each written step.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "TABLE,…")]
     pub tables: Option<Vec<Table>>,
     /// Format of the tables: CSV, or CSV compressed by Zstandard (states.csv.zst), about a tenth of

@@ -2,6 +2,7 @@
 
 use crate::outcome::Failure;
 use tumble_core::world::Constant;
+use tumble_model::nearest;
 use tumble_scene::label::unit;
 
 /// Argument of a derivative.
@@ -50,15 +51,39 @@ impl Argument {
     }
 }
 
+/// Names of all arguments.
+fn names() -> Vec<&'static str> {
+    let own = ARGUMENTS.iter().map(Argument::name);
+    own.chain(Constant::ALL.map(Constant::name)).collect()
+}
+
+/// Full help of the flag for arguments, with every name.
+pub fn help() -> String {
+    let own = |is_start: bool| {
+        let of_kind = |argument: &&Argument| matches!(argument, Argument::Start(..)) == is_start;
+        let names: Vec<_> = ARGUMENTS.iter().filter(of_kind).map(Argument::name).collect();
+        names.join(", ")
+    };
+    format!(
+        "Arguments to differentiate by, separated by commas.\n\n\
+         Initial state of the body: {}.\n\
+         Constant load on it: {}.\n\
+         Constants of the world: {}.",
+        own(true),
+        own(false),
+        Constant::ALL.map(Constant::name).join(", ")
+    )
+}
+
 /// Parses the arguments of `flag`.
 pub fn arguments(flag: &str, words: &[String]) -> Result<Vec<Argument>, Failure> {
     let of_word = |word: &String| {
         let own = ARGUMENTS.into_iter().find(|argument| argument.name() == word);
         own.or_else(|| Constant::of_name(word).map(Argument::Constant)).ok_or_else(|| {
-            let own = ARGUMENTS.iter().map(Argument::name);
-            let all: Vec<_> = own.chain(Constant::ALL.map(Constant::name)).collect();
+            let all = names();
+            let hint = nearest::hint(word, all.iter().copied());
             Failure::Input(format!(
-                "{flag}: unknown argument {word:?}; expected one of {}",
+                "{flag}: unknown argument {word:?}{hint} (allowed: {})",
                 all.join(", ")
             ))
         })

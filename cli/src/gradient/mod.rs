@@ -11,6 +11,7 @@ use super::output::{PendingFile, quoted, say};
 use super::scenario::read_text;
 use super::signals::raise_on_signals;
 use argument::arguments;
+pub use argument::help;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::sync::Arc;

@@ -6,7 +6,7 @@ mod judge;
 
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
-use super::output::say;
+use super::output::Voice;
 use super::recording::{RecordedStep, Recording};
 use held::StatusCounts;
 use judge::{StepJudge, Verified};
@@ -83,7 +83,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         findings.differing += 1;
         findings.keep(end, args.worst);
     }
-    report(&recording, &judge, &findings, &counts)
+    report(&recording, &judge, &findings, &counts, Voice::new(args.quiet))
 }
 
 /// Refuses runs that lack data for the verification. A step needs its inputs, the states before and
@@ -122,6 +122,7 @@ fn report(
     judge: &StepJudge,
     findings: &VerifyFindings,
     counts: &StatusCounts,
+    mut voice: Voice,
 ) -> Result<Outcome, Failure> {
     let differences = counts.differences(recording, &judge.taut);
     let changed = recording.changed_files()?;
@@ -201,8 +202,8 @@ fn report(
             None => writeln!(text),
         };
     }
-    say(&text)?;
-    Ok(if differing > 0 || !differences.is_empty() || !changed.is_empty() {
+    voice.say(&text);
+    voice.end(if differing > 0 || !differences.is_empty() || !changed.is_empty() {
         Outcome::Mismatch
     } else if findings.failed + findings.inexact + between > 0 {
         Outcome::Unconverged

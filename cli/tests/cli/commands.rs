@@ -1,6 +1,7 @@
 //! The commands `run`, `new`, `check` and `completions`, short flags and suggestions.
 
-use super::support::{End, everything_in, run, tumble};
+use super::support::{End, Table, everything_in, run, tumble};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -95,6 +96,46 @@ fn misspelt_words_are_answered_with_the_nearest_one() {
     run(&["--gravity", "0,", "0,", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);
 }
 
+/// A misspelt field of a scene gets the nearest name. A name in another simulator gets tumble's.
+#[test]
+fn unknown_fields_of_a_scene_are_answered_with_the_nearest_name() {
+    let directory = tempfile::tempdir().unwrap();
+    let valid = "steps = 10\ntime_step = 0.002\n[ground]\nfriction = 0.5\n[[bodies]]\nname = \"a\"\nbox = 0.2\n\
+                 mass = 1.0\nposition = [0, 0, 1]\nattitude = [1, 0, 0, 0]\nvelocity = [0, 0, 0]\n\
+                 spin = [0, 0, 0]\ncolour = \"red\"\n[[joints]]\ntype = \"revolute\"\nbodies = [\"a\"]\n\
+                 axis = [0, 0, 1]\nanchor = [0, 0, 1]\n";
+    let check = |text: &str| {
+        fs::write(directory.path().join("scene.toml"), text).unwrap();
+        run_in(directory.path(), &["check", "scene.toml"])
+    };
+    let end = check(valid);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    for (ours, other) in [
+        ("friction", "frction"),
+        ("friction", "mu"),
+        ("steps", "stpes"),
+        ("time_step", "dt"),
+        ("bodies", "bodis"),
+        ("box", "size"),
+        ("mass", "weight"),
+        ("position", "pos"),
+        ("attitude", "quat"),
+        ("velocity", "vel"),
+        ("spin", "angvel"),
+        ("colour", "color"),
+        ("revolute", "hinge"),
+        ("anchor", "ancor"),
+    ] {
+        let said = [format!("`{other}`; did you mean `{ours}`? Expected one of")];
+        check(&valid.replacen(ours, other, 1))
+            .assert_refused(2, &said.each_ref().map(String::as_str));
+    }
+    // No name is similar to this one.
+    let end = check(&valid.replace("friction", "qqq"));
+    end.assert_refused(2, &["unknown field `qqq`, expected one of `friction`"]);
+    assert!(!end.stderr.contains("did you mean"), "{end:?}");
+}
+
 #[test]
 fn the_bare_program_prints_its_help() {
     let directory = tempfile::tempdir().unwrap();
@@ -130,6 +171,52 @@ fn gravity_that_lifts_and_a_directory_instead_of_a_table_are_said() {
         run_in(here, &[command, "down"]).assert_refused(2, &words);
     }
     run_in(here, &["verify", "."]).assert_refused(2, &["is a directory", "table of a run"]);
+}
+
+/// A pendulum without contacts and a box that lands: the summary counts the steps with a force in
+/// contacts.csv.
+#[test]
+fn steps_in_contact_are_those_with_a_contact_force() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let scene = "steps = 101\n[ground]\nfriction = 0.5\n[[bodies]]\nname = \"arm\"\nbox = 0.2\nmass = 1.0\n\
+                 position = [0, 0, 2]\n[[joints]]\ntype = \"revolute\"\nbodies = [\"arm\"]\naxis = [0, 1, 0]\n\
+                 anchor = [0.5, 0, 2]\n";
+    let end = |text: &str| {
+        fs::write(here.join("scene.toml"), text).unwrap();
+        run_in(here, &["run", "scene.toml"])
+    };
+    let swings = end(scene);
+    let line = "100 (0 in contact, 100 solved without a contact force, 0 in free flight)";
+    assert!(swings.stdout.contains(line), "{}", swings.stdout);
+    let falls = end(&format!(
+        "{scene}[[bodies]]\nbox = 0.2\nmass = 1.0\nposition = [2, 0, 0.2]\nattitude = [1, 0.1, 0.2, 0]\n"
+    ));
+    let contacts = Table::parse(&fs::read_to_string(here.join("out/contacts.csv")).unwrap());
+    let [k, x, y, z] = ["k", "fx_N", "fy_N", "fz_N"].map(|name| contacts.numbers(name));
+    let carries = |row: &usize| [&x, &y, &z].iter().any(|force| force[*row] != 0.0);
+    let steps: BTreeSet<_> = (0..k.len()).filter(carries).map(|row| k[row] as u64).collect();
+    assert!(steps.len() > 10 && steps.len() < 90, "{}", steps.len());
+    assert!(
+        falls.stdout.contains(&format!("100 ({} in contact,", steps.len())),
+        "{}",
+        falls.stdout
+    );
+}
+
+/// A baton of 120 rad/s turns by 2.4 rad in a step of 20 ms.
+#[test]
+fn the_cause_of_an_unphysical_step_is_said() {
+    let directory = tempfile::tempdir().unwrap();
+    let text = "steps = 10\ntime_step = 0.02\n[ground]\nfriction = 0.6\n[[bodies]]\nname = \"baton\"\n\
+                capsule = { length = 0.5, radius = 0.01 }\nmass = 0.2\nposition = [0, 0, 0.4]\n\
+                spin = [0, 120, 0]\n";
+    fs::write(directory.path().join("scene.toml"), text).unwrap();
+    for command in ["run", "check"] {
+        let end = run_in(directory.path(), &[command, "scene.toml"]);
+        assert!(end.stdout.contains("baton turns by"), "{end:?}");
+        assert!(end.stdout.contains("rad, more than 1 rad"), "{end:?}");
+    }
 }
 
 #[test]

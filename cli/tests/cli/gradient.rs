@@ -6,6 +6,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
+use tumble_core::world::Constant;
 
 fn scenario(name: &str) -> PathBuf {
     Path::new(ROOT).join("scenarios").join(name)
@@ -58,6 +59,19 @@ fn derivatives_are_the_differences_of_runs() {
         // Free hinges without limits have a single smooth branch.
         let bends = name == "real-cube.toml";
         assert_eq!(end.stdout.contains("nearest kink"), bends, "{}", end.stdout);
+    }
+}
+
+/// The help lists every argument that the command knows.
+#[test]
+fn the_help_names_every_argument() {
+    let end: End = tumble().args(["gradient", "--help"]).output().unwrap().into();
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let by = end.stdout.split("--by <LIST>").nth(1).unwrap().split("[default").next().unwrap();
+    let listed: Vec<_> = by.split([',', '.', ':', '\n']).map(str::trim).collect();
+    let own = ["position", "turn", "velocity", "spin", "force", "torque"];
+    for name in own.into_iter().chain(Constant::ALL.map(Constant::name)) {
+        assert!(listed.contains(&name), "{name}: {by}");
     }
 }
 

@@ -38,6 +38,37 @@ capsule = { length = 0.4, radius = 0.05 }
 position = [-1.0, 0.0, 0.5]
 "#;
 
+/// The sheet of a body has panels only for joints of its own. The energy plot begins with a potential
+/// energy of zero, so that a heavy body at rest does not flatten it.
+#[test]
+fn plots_show_joints_of_the_body_alone_and_energies_from_the_start() {
+    let scene = "steps = 21\n[ground]\nfriction = 0.5\n[[bodies]]\nname = \"arm\"\nbox = 0.2\nmass = 1.0\n\
+                 position = [0, 0, 2]\n[[bodies]]\nname = \"cube\"\nbox = 0.2\nmass = 1000.0\n\
+                 position = [2, 0, 0.1]\n[[joints]]\ntype = \"revolute\"\nbodies = [\"arm\"]\n\
+                 axis = [0, 1, 0]\nanchor = [0.5, 0, 2]\n";
+    let (end, directory) = run_scenario(scene, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let own = ["x", "y", "z", "speed", "force", "contacts"];
+    let with_hinge = ["x", "y", "z", "speed", "angle", "torque", "reaction", "force", "contacts"];
+    for (body, panels) in [("cube", &own[..]), ("arm", &with_hinge)] {
+        let table = out.join("states.csv");
+        let end = run(&["plot", table.to_str().unwrap(), "--body", body]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        let sheet = Svg::read(&out.join("plot.svg"));
+        assert_eq!(sheet.panels(), panels, "{body}");
+        assert!(sheet.text.contains("time t (s)"));
+    }
+    let panel = Svg::read(&out.join("plot-energy.svg")).panel("energy");
+    assert!(panel.label.contains("potential relative to the start"), "{}", panel.label);
+    // Over 40 ms the total of the frictionless hinge is constant: the curves of kinetic and
+    // potential energy are opposite, and fill the panel.
+    let [kinetic, potential, total] = &panel.curves[..] else { panic!("{}", panel.label) };
+    let ends = [kinetic, potential, total].map(|curve| curve.last().unwrap().1 - curve[0].1);
+    assert!(ends[0] < -50.0 && (ends[0] + ends[1]).abs() < 2.0, "{ends:?}");
+    assert!(ends[2].abs() < 2.0, "{ends:?}");
+}
+
 const TABLES: [&str; 5] = ["contacts.csv", "run.json", "state.bin", "states.csv", "steps.csv"];
 const PICTURES: [&str; 6] =
     ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];

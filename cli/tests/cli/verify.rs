@@ -42,6 +42,24 @@ fn a_file_as_it_was_written_verifies() {
     }
 }
 
+/// Without its report the command keeps its exit codes: 0, 1, 2 and 3.
+#[test]
+fn a_quiet_verification_has_only_its_exit_code() {
+    let good = changed(|_| ());
+    let other = changed(|table| {
+        let column = table.column("vz_m_s");
+        table.rows[120][column] = "3.0".to_owned();
+    });
+    let failing = simulate(&FAILING_RUN);
+    for (directory, code) in [(good.path(), 0), (other.path(), 1), (&failing.path(""), 3)] {
+        for flag in ["-q", "--quiet"] {
+            let end = verify(directory, &[flag]);
+            assert_eq!((end.code, end.stdout.as_str(), end.stderr.as_str()), (Some(code), "", ""));
+        }
+    }
+    verify(good.path(), &["-q", "--mass", "nan"]).assert_refused(2, &["--mass"]);
+}
+
 #[test]
 fn a_file_with_failed_steps_verifies_with_code_3() {
     let simulated = simulate(&FAILING_RUN);

@@ -1,5 +1,6 @@
 //! Fields of input files: arrays of fixed length, tables, and errors that name the field.
 
+use super::nearest;
 use nalgebra::{Matrix3, Vector3};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeOwned, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -160,9 +161,9 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
 /// Text of the error for a list that should be a table.
 const ONE_TABLE: &str = "list, expected a single table";
 
-/// Prepends the path of the field to `message`, if the path is known.
+/// Prepends the path of the field to `message`, if the path is known. An unknown field gets a hint.
 pub fn named(path: &str, message: &str) -> String {
-    let mut message = plain(message);
+    let mut message = nearest::with_hint(&plain(message));
     if path == "body" && message.ends_with(ONE_TABLE) {
         message += " (use [[bodies]] for several bodies)";
     }

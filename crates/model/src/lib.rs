@@ -13,6 +13,7 @@ pub mod gear;
 pub mod joint;
 mod model;
 pub mod names;
+pub mod nearest;
 pub mod parameters;
 pub mod shape;
 pub mod shown;

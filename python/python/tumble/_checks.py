@@ -67,6 +67,15 @@ def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
     return items
 
 
+def pandas() -> Any:
+    """The module pandas."""
+    try:
+        import pandas as module
+    except ImportError as error:
+        raise ImportError("tables need pandas; install it with pip install pandas") from error
+    return module
+
+
 def room(what: str, size: int) -> None:
     """Raises MemoryError if ``what`` needs more bytes than the process can have.
 

@@ -6,13 +6,18 @@ from typing import Any, Dict, Iterator, NoReturn
 
 from ._tumble import Columns
 
-_NAMES = ("body", "partner", "point", "normal", "force", "slip", "normal_force", "gap")
+_NAMES = (
+    *("body", "partner", "partner_body"),
+    *("point", "normal", "force", "slip", "normal_force", "gap"),
+)
 
 
 class Contacts(Dict[str, Any]):
     """Contacts of a step, C in all, as a read-only mapping of columns.
 
     - ``body`` (C,), ``partner`` (tuple of C names);
+    - ``partner_body`` (C,): index of the partner among the bodies, -1 for the ground and fixed
+      pieces;
     - ``point``, ``normal``, ``force``, ``slip`` (C, 3);
     - ``normal_force``, ``gap`` (C,).
     """
@@ -86,4 +91,4 @@ class Contacts(Dict[str, Any]):
     clear = pop = popitem = setdefault = update = _fixed
 
     def __repr__(self) -> str:
-        return f"<tumble.Contacts: {len(self._columns)}>"
+        return f"<tumble.Contacts: {len(self._columns)} contacts with {', '.join(_NAMES)}>"

@@ -6,7 +6,8 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from ._arrays import numbers
-from ._checks import real, whole
+from ._checks import pandas, real, whole
+from ._names import unknown
 from ._tumble import CoreRobot, TumbleError
 
 if TYPE_CHECKING:
@@ -201,8 +202,7 @@ class Robot(CoreRobot):
         if name not in self._handles:
             names = self.joints
             if name not in names:
-                known = ", ".join(names[:6]) + (", …" if len(names) > 6 else "")
-                raise TumbleError(f"joint is {name!r}; a name is needed: {known}")
+                raise unknown("joint", name, names)
             self._handles[name] = RobotJoint(self, names.index(name))
         return self._handles[name]
 
@@ -322,7 +322,7 @@ class Robot(CoreRobot):
         links = self.links
         if isinstance(name, str):
             if name not in links:
-                raise TumbleError(f"link is {name!r}; one of {', '.join(links)} is needed")
+                raise unknown("link", name, links)
             return links.index(name)
         return whole("link", name, 0, len(links) - 1)
 
@@ -428,8 +428,8 @@ class Robot(CoreRobot):
         ``NAME.qz``, and the rates ``NAME.vx`` to ``NAME.wz``.
         """
         import numpy as np
-        import pandas as pd
 
+        pd = pandas()
         q, v, near = [], [], self.start
         for states in run.states:
             near, rates = self.coordinates(np.ascontiguousarray(states), near)

@@ -64,6 +64,16 @@ class Rollouts(_Outputs):
     """Requested derivatives."""
     _batch: "Batch"
 
+    def __repr__(self) -> str:
+        rollouts, steps = self.status.shape
+        arrays = ("states", "forces", "residuals", "status")
+        sizes = ", ".join(f"{name} {getattr(self, name).shape}" for name in arrays)
+        derivatives = "" if self.gradients is None else ", with gradients"
+        return (
+            f"<tumble.Rollouts: {rollouts} rollouts of {steps} steps of {self.states.shape[2]} bodies, "
+            f"{len(self.unsolved)} steps not solved; {sizes}{derivatives}>"
+        )
+
     def trajectory(self, index: int) -> "Trajectory":
         """One rollout as a trajectory with its contacts. It is simulated again, to the same bits.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Union
 from ._arrays import numbers
 from ._checks import made, room, whole
 from ._files import written
+from ._names import ByName, unknown
 from ._progress import Progress, callback
 from ._robot import Robot
 from ._scene import Scene
@@ -89,7 +90,7 @@ class Simulation(CoreSimulation):
         self._threads = threads
         self._changed = False
         prefixes = enumerate(scene.robots)
-        self._robots = {prefix: Robot(self, index) for index, prefix in prefixes}
+        self._robots = ByName("robot", {prefix: Robot(self, index) for index, prefix in prefixes})
 
     @classmethod
     def _restored(cls, scene: Scene, threads: int, saved: bytes) -> "Simulation":
@@ -191,8 +192,7 @@ class Simulation(CoreSimulation):
         bodies = self.bodies
         if isinstance(body, str):
             if body not in bodies:
-                known = ", ".join(bodies[:4]) + (", …" if len(bodies) > 4 else "")
-                raise TumbleError(f"body is {body!r}; a name is needed: {known}")
+                raise unknown("body", body, bodies)
             return bodies.index(body)
         return whole("body", body, 0, len(bodies) - 1)
 
@@ -313,7 +313,7 @@ class Simulation(CoreSimulation):
     def _axis(self, joint: str, axis: Optional[str]) -> Tuple[int, int]:
         names, axes = self.scene.joints, self.scene.joint_axes
         if joint not in names:
-            raise TumbleError(f"joint is {joint!r}; one of {', '.join(names) or 'none'} is needed")
+            raise unknown("joint", joint, names)
         number = names.index(joint)
         # The third of three angular axes is named like the other two.
         third = "turn_z" if 3 in axes[number] else "turn"

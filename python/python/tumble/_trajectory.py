@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
 
 from ._arrays import numbers
-from ._checks import made, real, whole
+from ._checks import made, pandas, real, whole
 from ._files import folder_of_a_run, written
+from ._names import ByName, unknown
 from ._progress import Progress, callback
 from ._scene import Scene
-from ._tumble import STATUSES, Recording, TumbleError
+from ._tumble import RESIDUAL_PARTS, STATUSES, Recording, TumbleError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -111,6 +112,8 @@ class Trajectory:
         """Candidate contacts of all steps, C in all, as columns.
 
         - ``k``, ``body`` (C,), ``partner`` (C names);
+        - ``partner_body`` (C,): index of the partner in ``scene.bodies``, -1 for the ground and
+          fixed pieces;
         - ``point`` (m, world), ``normal`` (world, away from the partner), (C, 3);
         - ``force`` (N, world, on the body), ``slip`` (m/s, world), (C, 3);
         - ``normal_force`` (N), ``gap`` (m), (C,).
@@ -246,8 +249,8 @@ class Trajectory:
         ``frame[tumble.STATE_COLUMNS]`` of such rows are states for simulate and rollout.
         """
         import numpy as np
-        import pandas as pd
 
+        pd = pandas()
         rows, bodies, _ = self.states.shape
         states = self.states.reshape(rows * bodies, 13).copy()
         frame = pd.DataFrame(states, columns=STATE_COLUMNS)
@@ -259,11 +262,11 @@ class Trajectory:
     def steps_to_pandas(self) -> "pd.DataFrame":
         """One row per step.
 
-        Columns are k, time_s, status, iterations, residual_m_s, overlap_m and energy_J.
+        Columns are k, time_s, status, iterations, residual_m_s, its parts, overlap_m and
+        energy_J. The parts have the names of steps.csv: dynamics_m_s, penetration_m_s and so on.
         Scenes with joints also have stiffness.
         """
-        import pandas as pd
-
+        pd = pandas()
         steps = {name: column[:-1] for name, column in self._steps.items()}
         tied = {"stiffness": steps["stiffness"]} if self.scene.joints else {}
         return pd.DataFrame(
@@ -273,6 +276,7 @@ class Trajectory:
                 "status": [STATUSES[place] for place in steps["status"]],
                 "iterations": steps["iterations"],
                 "residual_m_s": steps["residual"],
+                **{f"{part}_m_s": steps["parts"][:, place] for place, part in enumerate(RESIDUAL_PARTS)},
                 "overlap_m": steps["overlap"],
                 "energy_J": steps["energy"],
                 **tied,
@@ -297,8 +301,8 @@ class Trajectory:
         torques are 0 in the last state.
         """
         import numpy as np
-        import pandas as pd
 
+        pd = pandas()
         names = self.scene.joints
         rows, columns = len(self), self.recording.joints()
         table = {}
@@ -439,6 +443,8 @@ class Trajectory:
         names = self.scene.bodies
         if body in names:
             return names.index(body)
+        if isinstance(body, str):
+            raise unknown("body", body, names)
         try:
             return whole("body", body, 0, len(names) - 1)
         except TumbleError:
@@ -469,8 +475,7 @@ class Trajectory:
 
 def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> "pd.DataFrame":
     """Table of contacts from their columns, one row each."""
-    import pandas as pd
-
+    pd = pandas()
     bodies = scene.bodies
     columns: Dict[str, Any] = {
         "body": [bodies[place] for place in contacts["body"]],
@@ -507,7 +512,7 @@ def by_name(
     places = np.concatenate([columns["place"], columns["angles"]], axis=-1)
     rates = np.concatenate([columns["velocity"], columns["spin"]], axis=-1)
     places.flags.writeable = rates.flags.writeable = False
-    joints = {}
+    joints: Dict[str, Dict[str, Floats]] = {}
     for number, (name, axes) in enumerate(zip(scene.joints, scene.joint_axes)):
         one: Any = axes[0] if len(axes) == 1 else axes
         of_steps = {"speed": rates[..., number, one]}
@@ -519,7 +524,7 @@ def by_name(
             "angles": columns["angles"][..., number, :],
             **{column: numbers[steps] for column, numbers in of_steps.items()},
         }
-    return joints
+    return ByName("joint", joints)
 
 
 class Page:

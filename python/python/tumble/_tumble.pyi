@@ -14,6 +14,7 @@ __version__: str
 has_ipopt: bool
 STATUSES: List[str]
 PARAMETERS: List[str]
+RESIDUAL_PARTS: List[str]
 
 class TumbleError(ValueError): ...
 
@@ -207,6 +208,8 @@ class CoreSimulation:
         contacts: bool = True,
         progress: Progress = None,
     ) -> Tuple[Recording, Optional[BaseException]]: ...
+
+def name_hint(name: str, known: List[str]) -> str: ...
 
 class Columns:
     def column(self, name: str) -> Any: ...

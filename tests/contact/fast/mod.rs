@@ -11,7 +11,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::simulation::{Motion, Simulation, StepRecord, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Fixed, Parameters, World};
 
@@ -212,13 +212,22 @@ fn what_turns_too_far_beside_something_is_marked() {
     start.spin[2] = 400.0;
     let alone = world(vec![rod.clone()], 0.3, 0.005, 0.0);
     let post = |y: f64| vec![fixed_box(v(0.01, 0.01, 0.5), v(0.0, y, 1.5))];
-    let (near, far) = (post(0.8), post(2.5));
-    for (world, expected) in [
-        (alone.clone(), StepStatus::Free),
-        (alone.clone().with_fixed(near).unwrap(), StepStatus::Wild),
-        (alone.with_fixed(far).unwrap(), StepStatus::Free),
-    ] {
-        assert_eq!(run(&world, &[start], 1)[0].report.status, expected);
+    let result = |world: &World, start: State| {
+        let record = &run(world, &[start], 1)[0];
+        (record.report.status, record.unphysical)
+    };
+    let turns_far = |(status, cause): (StepStatus, Option<UnphysicalCause>)| {
+        let Some(UnphysicalCause::Turn { body: 0, angle }) = cause else { panic!("{cause:?}") };
+        // 400 rad/s times 5 ms, with a contact a little less.
+        assert!(status == StepStatus::Wild && (angle - 2.0).abs() < 0.01, "{status}, {angle}");
+    };
+    let beside = |y: f64| alone.clone().with_fixed(post(y)).unwrap();
+    turns_far(result(&beside(0.8), start));
+    // No feature meets, but the direction of a turn of more than a radian is unknown.
+    let missed = UnphysicalCause::Missed { between: [Partner::Body(0), Partner::Fixed(0)] };
+    assert_eq!(result(&beside(1.2), start), (StepStatus::Wild, Some(missed)));
+    for world in [&alone, &beside(2.5)] {
+        assert_eq!(result(world, start), (StepStatus::Free, None));
     }
     let ground = |height: f64| {
         let start = State { position: v(0.0, 0.0, height), ..start };
@@ -232,9 +241,10 @@ fn what_turns_too_far_beside_something_is_marked() {
             time_step: 0.005,
             rotation,
         };
-        run(&World::new(parameters).unwrap(), &[start], 1)[0].report.status
+        result(&World::new(parameters).unwrap(), start)
     };
-    assert_eq!([ground(0.5), ground(1.5)], [StepStatus::Wild, StepStatus::Free]);
+    turns_far(ground(0.5));
+    assert_eq!(ground(1.5), (StepStatus::Free, None));
 }
 
 /// Checks a thousand random pairs at any speed, with spins of up to 0.9 rad per step.

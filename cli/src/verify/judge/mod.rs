@@ -13,23 +13,23 @@
 //!
 //! The status must be possible for such a step.
 
+mod energy;
 mod joints;
 mod lost;
 mod rows;
+mod status;
 
 use crate::outcome::Failure;
 use crate::recording::{RecordedStep, Recording};
+use energy::OTHER_ENERGY;
 use nalgebra::Vector3;
-use tumble::solver::Rung;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble_core::contact::{Candidates, Certificate, Contact, Detection, rounding};
 use tumble_core::joint::{Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::{Load, State, Wrench};
-use tumble_core::simulation::{EnergyBalance, Stiffness, energy};
-use tumble_core::solver::native::STARTS;
+use tumble_core::simulation::Stiffness;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
-use tumble_model::shown;
 use tumble_scene::joints_summary::Taut;
 use tumble_scene::output::tables::{JointRow, TableStep};
 use tumble_scene::output::trajectory::{TrajectoryRow, program_columns};
@@ -40,10 +40,6 @@ const RELATIVE_TOLERANCE: f64 = 1e-9;
 /// Tolerance of overlaps relative to the reach. The search for the axis of the smallest overlap
 /// stops below this improvement, so its result depends on its start.
 const OVERLAP_FOUND_TO: f64 = 1e-9;
-
-/// Relative energy gain allowed for a substepped step. Its parts rotate by angles that a single
-/// step does not have.
-const ENERGY_MADE: f64 = 1e-6;
 
 /// Rounding error of a sum of some products, relative to the largest of them.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
@@ -104,11 +100,6 @@ struct StepContacts {
 /// True if all columns of the points are zero.
 fn is_blank(row: &TrajectoryRow) -> bool {
     row.step.iter().all(|number| *number == 0.0) && !row.carrying.contains(&true)
-}
-
-/// True if the column `start` may have this value.
-fn is_start(word: &str) -> bool {
-    word.is_empty() || STARTS.contains(&word) || Rung::ALL.iter().any(|rung| rung.name() == word)
 }
 
 /// True if a recomputed number equals its column within the tolerances.
@@ -260,58 +251,6 @@ impl StepJudge {
             inexact: false,
             overlap: 0.0,
         })
-    }
-
-    /// Reason why a step, correct otherwise, cannot have the status in its row.
-    fn another_status(
-        &mut self,
-        step: &RecordedStep,
-        next: &[State],
-        wrenches: &[Wrench],
-        touching: &StepContacts,
-        lost: f64,
-    ) -> Option<String> {
-        let status = step.status();
-        let is_solved =
-            matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
-        let (iterations, started) = match step {
-            RecordedStep::Trajectory(row) => (row.iterations, None),
-            RecordedStep::Tables(step) => (step.row.iterations, Some(!step.row.start.is_empty())),
-        };
-        let touches = match step {
-            // An invalid state has no candidates.
-            RecordedStep::Trajectory(row) => row.state.checked().ok().and_then(|_| {
-                let (states, rule) = (step.states(), self.detection?);
-                let free = self.free_flight(states, wrenches);
-                Some(self.candidates.find(rule, &self.world, states, &free))
-            }),
-            RecordedStep::Tables(step) => Some(step.row.contacts > 0 || !step.joints.is_empty()),
-        };
-        let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
-        if let RecordedStep::Tables(step) = step
-            && !is_start(&step.row.start)
-        {
-            let start = shown::line(&step.row.start);
-            return Some(format!("its start is `{start}`, which is unknown"));
-        }
-        let why = if status == StepStatus::Free && pushed {
-            "it has forces"
-        } else if status == StepStatus::Free && (iterations > 0 || started == Some(true)) {
-            "it was solved"
-        } else if status == StepStatus::Free && touches == Some(true) {
-            "bodies can touch"
-        } else if is_solved && (touches == Some(false) || started == Some(false)) {
-            "nothing can touch, and no problem was solved"
-        } else if is_solved && step.residual() > self.accepted.max(lost) {
-            "its residual is above the limit of a solved step"
-        } else if status == StepStatus::Substepped
-            && self.makes_energy(step.states(), next, wrenches, touching)
-        {
-            "its energy rises by more than loads and drives supply"
-        } else {
-            return None;
-        };
-        Some(format!("its status is `{}`, but {why}", status.name()))
     }
 
     /// Finds a column of the program that does not follow from force and motion.
@@ -477,65 +416,4 @@ impl StepJudge {
         let flights = states.iter().zip(wrenches).enumerate();
         flights.map(|(i, (state, wrench))| self.world.free_flight(i, state, wrench)).collect()
     }
-
-    /// True if the energy terms equal their columns. The rounding error is relative to the largest
-    /// term and to the energies whose difference is D.
-    fn has_its_works(
-        &self,
-        step: &TableStep,
-        next: &[State],
-        wrenches: &[Wrench],
-        touching: &StepContacts,
-    ) -> bool {
-        let found = self.balance((&step.states, next), wrenches, touching).terms();
-        let ends = [&step.states[..], next].map(|states| self.energy_scale(states));
-        let scale = found.iter().fold(ends[0] + ends[1], |scale, term| scale + term.abs());
-        let mut pairs = found.iter().zip(&step.row.works);
-        pairs.all(|(found, column)| (found - column).abs() <= RELATIVE_TOLERANCE * scale)
-    }
-
-    /// True if a step gains more energy than loads and drives supply.
-    fn makes_energy(
-        &self,
-        states: &[State],
-        next: &[State],
-        wrenches: &[Wrench],
-        touching: &StepContacts,
-    ) -> bool {
-        let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
-        let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
-        let scale = self.energy_scale(states) + self.energy_scale(next);
-        // NaN is not a small gain.
-        let is_small = after - before <= loads.abs() + drives.abs() + ENERGY_MADE * scale;
-        !is_small
-    }
-
-    fn balance(
-        &self,
-        (states, next): (&[State], &[State]),
-        wrenches: &[Wrench],
-        StepContacts { contacts, forces, joints, gears, .. }: &StepContacts,
-    ) -> EnergyBalance {
-        let claim = Claim { states, next, wrenches, contacts, joints, gears };
-        EnergyBalance::of(&self.world, &claim, forces.iter().copied())
-    }
-
-    fn has_its_energy(&self, step: &TableStep) -> bool {
-        let found = energy::total(&self.world, &step.states);
-        (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * self.energy_scale(&step.states)
-    }
-
-    /// Scale of the energy's rounding error: the sum of the absolute values of its terms.
-    fn energy_scale(&self, states: &[State]) -> f64 {
-        let (gravity, h) = (self.world.gravity(), self.world.time_step());
-        let parts = self.world.bodies().iter().zip(states).map(|(body, state)| {
-            let (velocity, position) = (&state.velocity, &state.position);
-            let fallen = h * gravity.dot(velocity).abs() + gravity.dot(position).abs();
-            let linear = velocity.norm_squared() + fallen;
-            body.mass() * linear + energy::turning(&self.world, body, &state.spin)
-        });
-        parts.sum()
-    }
 }
-
-const OTHER_ENERGY: &str = "its energy differs";

@@ -148,13 +148,19 @@ impl Candidates {
         ground || pieces
     }
 
-    /// True if the step `states` → `next` misses a collision in spite of these contacts.
+    /// First pair whose collision the step `states` → `next` misses in spite of these contacts.
     ///
     /// Pieces may pass through each other. They may overlap deeply without a feature left to stop
     /// them. Or they may rotate by more than [a radian](crate::simulation::wild::LARGEST_TURN)
     /// within reach of each other. The lists are like in [`Candidates::find`].
-    pub fn passes(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
-        has_pairs(world) && self.neighbours.passes(world, states, next, &mut self.contacts)
+    pub fn missed_pair(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+    ) -> Option<[Partner; 2]> {
+        has_pairs(world)
+            .then(|| self.neighbours.missed_pair(world, states, next, &mut self.contacts))?
     }
 
     /// Deepest overlap of any two pieces with the bodies at `states` (m), from the shapes alone,

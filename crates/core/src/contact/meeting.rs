@@ -84,8 +84,8 @@ pub(super) struct CollisionSearch<'a> {
     pub index: &'a mut PieceIndex,
     pub scratch: &'a mut PairScratch,
     pub touches: &'a mut Vec<ManifoldPoint>,
-    /// True if the step passes or misses a collision.
-    pub passed: bool,
+    /// First pair whose collision the step passes or misses.
+    pub missed: Option<[Partner; 2]>,
 }
 
 /// Place on the trajectory at which a pair is examined.
@@ -162,8 +162,9 @@ impl CollisionSearch<'_> {
             return None;
         }
         // The direction of a rotation by several turns, or by most of one, is unknown.
-        self.passed |=
-            moving[0].trajectory.angle().max(moving[1].trajectory.angle()) > LARGEST_TURN;
+        if moving[0].trajectory.angle().max(moving[1].trajectory.angle()) > LARGEST_TURN {
+            self.miss(pair.colliders);
+        }
         let near = NEAR * extents[0].size.min(extents[1].size);
         let thick = extents[0].inner + extents[1].inner;
         let fine = self.depth.max(near.min(NEAR_OF_THIN * thick));
@@ -178,7 +179,7 @@ impl CollisionSearch<'_> {
         let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
         let mut goes_through = !is_deep;
         if is_deep && !stays_clear(&moving[0], &moving[1], passing, pair.hint) {
-            goes_through = self.first(&moving, passing, pair.hint).is_some();
+            goes_through = self.first(&moving, passing, pair).is_some();
         } else if is_deep && *pair.gap >= -fine && self.knows(pair.colliders, contacts) {
             // Remaining overlap by rotation between planes that are all known.
             return None;
@@ -196,7 +197,7 @@ impl CollisionSearch<'_> {
             if is_known && stays_clear(&moving[0], &moving[1], most, pair.hint) {
                 return None;
             }
-            self.first(&moving, most, pair.hint)?;
+            self.first(&moving, most, pair)?;
         }
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
         let (mut under, mut begins_near) = (0.0, false);
@@ -216,7 +217,7 @@ impl CollisionSearch<'_> {
         let is_shallow = begins_near && *pair.gap >= under - fine;
         let first = match is_deep && is_shallow {
             true => None,
-            false => self.first(&moving, fine - under, pair.hint),
+            false => self.first(&moving, fine - under, pair),
         };
         let share = first.unwrap_or(1.0);
         let deep = deep - under;
@@ -269,7 +270,14 @@ impl CollisionSearch<'_> {
         self.place(pair.colliders, meeting.share);
         self.touches(pair, MeetingPlace::Between);
         self.admit_planes_of_round(pair.colliders, meeting.under, contacts);
-        self.passed |= contacts.len() == before;
+        if contacts.len() == before {
+            self.miss(pair.colliders);
+        }
+    }
+
+    /// Records that the step misses the collision of a pair.
+    fn miss(&mut self, colliders: [Collider; 2]) {
+        self.missed.get_or_insert(colliders.map(|collider| collider.owner.partner()));
     }
 
     /// Sets the poses of a pair where it begins to overlap deeper than its contacts allow, by
@@ -325,12 +333,17 @@ impl CollisionSearch<'_> {
     }
 
     /// First fraction of the trajectory at which a pair overlaps by `depth` (m).
-    fn first(&mut self, moving: &[Moving<'_>; 2], depth: f64, hint: &mut Hint) -> Option<f64> {
-        match first_overlap(&moving[0], &moving[1], depth, hint, self.scratch) {
+    fn first(
+        &mut self,
+        moving: &[Moving<'_>; 2],
+        depth: f64,
+        pair: &mut PairState<'_>,
+    ) -> Option<f64> {
+        match first_overlap(&moving[0], &moving[1], depth, pair.hint, self.scratch) {
             Advance::Clear => None,
             Advance::Met(share) => Some(share),
             Advance::GaveUp(share) => {
-                self.passed = true;
+                self.miss(pair.colliders);
                 Some(share)
             }
         }

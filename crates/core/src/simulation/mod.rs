@@ -44,6 +44,7 @@ pub use save::Saved;
 pub use squeeze::Squeeze;
 pub use start::JOINT_AT_THE_START;
 pub use stiffness::Stiffness;
+pub use wild::UnphysicalCause;
 
 use crate::contact::certificate::Certifier;
 use crate::contact::{Candidates, Memory};
@@ -131,6 +132,8 @@ struct StepScratch {
     stiffness: Stiffness,
     /// Squeeze found in a failed step.
     squeeze: Option<Squeeze>,
+    /// Cause of an unphysical step.
+    unphysical: Option<UnphysicalCause>,
     rest: rest::RestingBodies,
 }
 
@@ -348,7 +351,7 @@ impl<'a> Simulation<'a> {
         self.set_wrenches();
         record.wrenches.clone_from(&self.scratch.wrenches);
         record.unsolved.clear();
-        self.scratch.squeeze = None;
+        (self.scratch.squeeze, self.scratch.unphysical) = (None, None);
         if self.scratch.rest.is_known() && self.rest(record) {
             return Ok(());
         }
@@ -392,6 +395,7 @@ impl<'a> Simulation<'a> {
         record.certificate = certificate;
         record.restitution_share = share;
         record.squeeze = self.scratch.squeeze;
+        record.unphysical = self.scratch.unphysical;
         let StepScratch { stiffness, solution, .. } = &mut self.scratch;
         record.stiffness =
             stiffness.of_step(&self.world, &self.now.states, &solution.joints, &solution.gears);

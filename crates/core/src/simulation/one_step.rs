@@ -1,6 +1,7 @@
 //! A single step: free flight, or contact detection, solver and certificate.
 
-use super::{Past, StepScratch, squeeze, wild};
+use super::wild::{self, UnphysicalCause};
+use super::{Past, StepScratch, squeeze};
 use crate::contact::certificate::{Claim, certify_rk4_step};
 use crate::contact::{Certificate, Detection, rounding};
 use crate::error::Error;
@@ -53,6 +54,7 @@ pub(super) fn contact_step(
         certifier,
         judge,
         squeeze,
+        unphysical,
         rest,
         ..
     } = scratch;
@@ -77,7 +79,7 @@ pub(super) fn contact_step(
         // Exact, unless an implicit gyroscopic equation has no solution in reach.
         (StepReport::without_problem(StepStatus::Free), 1.0, 0.0)
     };
-    let passes = candidates.passes(world, states, &solution.states);
+    let missed = candidates.missed_pair(world, states, &solution.states);
     let contacts = candidates.contacts();
     let (joints, gears) = (&solution.joints, &solution.gears);
     let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
@@ -89,19 +91,24 @@ pub(super) fn contact_step(
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
-    } else if solved
-        && judge.is_wild_step(world, &claim, certifier.seen(), solution.forces(), accepted)
-    {
-        report.status = StepStatus::Wild;
+    } else if solved {
+        *unphysical = judge.cause(world, &claim, certifier.seen(), solution.forces(), accepted);
     }
     if report.status == StepStatus::Failed {
         let least = world.time_step() * accepted.max(rounding());
         *squeeze = squeeze::find(world, states, contacts, least);
     }
     // A step that skipped a contact has an invalid trajectory.
-    let untracked = passes || wild::is_lost(world, states, &solution.states);
-    if untracked && report.status != StepStatus::Failed {
-        report.status = StepStatus::Wild;
+    if report.status != StepStatus::Failed {
+        *unphysical = unphysical
+            .or(missed.map(|between| UnphysicalCause::Missed { between }))
+            .or_else(|| {
+                let body = wild::lost_body(world, states, &solution.states)?;
+                Some(UnphysicalCause::turn(world, body, &solution.states[body]))
+            });
+        if unphysical.is_some() {
+            report.status = StepStatus::Wild;
+        }
     }
     Ok((report, certificate, share))
 }

@@ -1,6 +1,6 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::Squeeze;
+use super::{Squeeze, UnphysicalCause};
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
@@ -35,6 +35,8 @@ pub struct StepRecord {
     pub stiffness: f64,
     /// Cause of a failed step, if two bodies leave too little room for a third one.
     pub squeeze: Option<Squeeze>,
+    /// Cause of a step with [`StepStatus::Wild`].
+    pub unphysical: Option<UnphysicalCause>,
     /// Bodies of unsolved islands, if the native solver did not solve the step as a whole.
     pub unsolved: Vec<usize>,
 }
@@ -61,6 +63,7 @@ impl StepRecord {
             restitution_share: 1.0,
             stiffness: 0.0,
             squeeze: None,
+            unphysical: None,
             unsolved: Vec::new(),
         }
     }

@@ -12,7 +12,7 @@
 //! solved nor certified again.
 
 use super::islands::Islands;
-use super::{Simulation, StepRecord, StepScratch};
+use super::{Simulation, StepRecord, StepScratch, UnphysicalCause};
 use crate::contact::{Certificate, Contact, ContactKey, KeyIndex, Memory};
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
@@ -58,6 +58,7 @@ struct Came {
     restitution_share: f64,
     stiffness: f64,
     overlap: f64,
+    unphysical: Option<UnphysicalCause>,
 }
 
 impl RestingBodies {
@@ -184,6 +185,7 @@ impl Simulation<'_> {
         record.restitution_share = came.restitution_share;
         record.stiffness = came.stiffness;
         record.overlap = came.overlap;
+        record.unphysical = came.unphysical;
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.now);
@@ -214,6 +216,7 @@ impl Simulation<'_> {
                 restitution_share: record.restitution_share,
                 stiffness: record.stiffness,
                 overlap: record.overlap,
+                unphysical: record.unphysical,
             });
         }
     }

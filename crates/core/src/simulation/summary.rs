@@ -2,8 +2,8 @@
 //! [records](crate::simulation::StepRecord) of its steps.
 
 use super::median::Median;
-use super::{Squeeze, StepRecord};
-use crate::step::StepStatus;
+use super::{Squeeze, StepRecord, UnphysicalCause};
+use crate::step::{ContactForce, StepStatus};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -41,6 +41,8 @@ const MOST_BODIES_KEPT: usize = 4;
 pub struct RunSummary {
     /// Number of steps without a problem to solve.
     pub free: u64,
+    /// Number of steps with a contact force.
+    pub touching: u64,
     /// Number of steps with [`StepStatus::Converged`].
     pub converged: u64,
     /// Number of steps with [`StepStatus::Retried`].
@@ -51,6 +53,8 @@ pub struct RunSummary {
     pub substepped: u64,
     /// Number of steps with [`StepStatus::Wild`].
     pub wild: u64,
+    /// First of these steps, and its cause.
+    pub first_wild: Option<(u64, UnphysicalCause)>,
     /// Number of steps with [`StepStatus::Failed`].
     pub failed: u64,
     /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
@@ -99,6 +103,11 @@ impl RunSummary {
             let unsolved = record.unsolved.iter().copied().take(MOST_BODIES_KEPT).collect();
             let failed = FailedStep { index, message, residual, part, squeeze, unsolved };
             self.first_failures.push(failed);
+        }
+        self.touching +=
+            u64::from(record.solution.contacts.iter().any(ContactForce::carries_force));
+        if let Some(cause) = record.unphysical {
+            self.first_wild.get_or_insert((index, cause));
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;

@@ -34,7 +34,8 @@
 //!
 //! Steps that missed a contact get the status too. Pieces passed through each other, or overlap
 //! deeply without a contact feature, or rotate by more than a radian near each other
-//! ([`Candidates::passes`](crate::contact::Candidates::passes)) or near the ground ([`is_lost`]).
+//! ([`Candidates::missed_pair`](crate::contact::Candidates::missed_pair)) or near the ground
+//! ([`lost_body`]).
 //! The direction of a nearly full turn is unknown.
 
 use super::energy;
@@ -42,7 +43,7 @@ use super::islands::Islands;
 use crate::contact::certificate::Claim;
 use crate::joint::JointMotion;
 use crate::mechanics::{RigidBody, State, Wrench};
-use crate::world::World;
+use crate::world::{Partner, World};
 use nalgebra::Vector3;
 
 /// Largest rotation of a body in a valid step (rad).
@@ -56,6 +57,39 @@ const ROUNDING: f64 = 1e-9;
 
 /// Speed of negligible kinetic energy (m/s), in the world's [scale](World::speed_scale).
 const REST: f64 = 1e-4;
+
+/// Test by which a step is unphysical.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum UnphysicalCause {
+    /// A body rotates by more than [`LARGEST_TURN`].
+    Turn {
+        /// The body.
+        body: usize,
+        /// Rotation (rad).
+        angle: f64,
+    },
+    /// An island gains more than [`LARGEST_GAIN`].
+    Gain {
+        /// First body of the island.
+        body: usize,
+        /// Energy gain (J).
+        energy: f64,
+    },
+    /// The contact of two objects is missed.
+    Missed {
+        /// The two objects.
+        between: [Partner; 2],
+    },
+}
+
+impl UnphysicalCause {
+    /// Rotation of `body` in a step of `world` to `next`.
+    pub(super) fn turn(world: &World, body: usize, next: &State) -> Self {
+        Self::Turn { body, angle: world.time_step() * next.spin.norm() }
+    }
+}
 
 /// Detects unphysical steps. Owns reusable memory.
 #[derive(Debug, Clone, Default)]
@@ -112,7 +146,7 @@ impl EnergyJudge {
         let seen =
             joints.map(|(joint, force)| joint.seen(ends.0, ends.1, force, world.time_step()));
         let seen: Vec<JointMotion> = seen.flatten().collect();
-        self.is_wild_step(world, claim, &seen, forces, accepted)
+        self.cause(world, claim, &seen, forces, accepted).is_some()
     }
 
     /// True per body if its island gains energy beyond rounding.
@@ -133,25 +167,27 @@ impl EnergyJudge {
         (0..claim.states.len()).map(makes).collect()
     }
 
-    /// Same as [`EnergyJudge::is_wild`] for a claim that fits the world and has the joint motions
-    /// `seen`.
-    pub(super) fn is_wild_step(
+    /// Why the step is unphysical, if it is. The claim fits the world and has the joint motions `seen`.
+    /// The other arguments are like in [`EnergyJudge::is_wild`].
+    pub(super) fn cause(
         &mut self,
         world: &World,
         claim: &Claim<'_>,
         seen: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
-    ) -> bool {
+    ) -> Option<UnphysicalCause> {
         let h = world.time_step();
         // Both comparisons are false for NaN, which is unphysical too.
-        if !claim.next.iter().all(|next| h * next.spin.norm() <= LARGEST_TURN) {
-            return true;
+        let turns_little = |next: &State| h * next.spin.norm() <= LARGEST_TURN;
+        if let Some(body) = claim.next.iter().position(|next| !turns_little(next)) {
+            return Some(UnphysicalCause::turn(world, body, &claim.next[body]));
         }
         self.count(world, claim, seen, forces, accepted);
         let keeps_energy =
             |of: &Budget| !of.touches || of.gained <= LARGEST_GAIN * of.size + of.rest;
-        !self.budgets.iter().all(keeps_energy)
+        let body = self.budgets.iter().position(|of| !keeps_energy(of))?;
+        Some(UnphysicalCause::Gain { body, energy: self.budgets[body].gained })
     }
 
     /// Computes the budgets of all islands.
@@ -240,17 +276,17 @@ impl EnergyJudge {
     }
 }
 
-/// True if a body of `world` rotates by more than [`LARGEST_TURN`] near the ground, so that one of
+/// First body of `world` that rotates by more than [`LARGEST_TURN`] near the ground, so that one of
 /// its points may have passed through it. The lowest possible point is one reach below the lower
 /// end of the path.
 #[must_use]
 #[inline]
-pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
-    let Some(ground) = world.ground() else { return false };
+pub fn lost_body(world: &World, states: &[State], next: &[State]) -> Option<usize> {
+    let ground = world.ground()?;
     let h = world.time_step();
     let height = |state: &State| ground.normal().dot(&state.position) - ground.offset();
     let bodies = world.bodies().iter().zip(states).zip(next);
-    bodies.into_iter().any(|((body, state), next)| {
+    bodies.into_iter().position(|((body, state), next)| {
         let turns_far = h * next.spin.norm() > LARGEST_TURN;
         let reach = || {
             let points = body.contact_points().iter();

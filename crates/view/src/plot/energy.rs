@@ -16,7 +16,7 @@ pub const PANELS: [PanelMaker; 5] = [
 /// Panels for several bodies, all of them together.
 pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
     |film, _| Panel {
-        words: "energy of all bodies, potential relative to the origin",
+        words: "energy of all bodies, potential relative to the start",
         ..energies(film)
     },
     |film, _| lowest_point(film),
@@ -33,20 +33,27 @@ const MARKED: [(Status, &str); 5] = [
     (Status::Failed, "#cf222e"),
 ];
 
-/// Kinetic, potential and total energy of all bodies.
+/// Kinetic, potential and total energy of all bodies. The potential energy is zero at the start, so
+/// that its constant part does not flatten the curves.
 fn energies(film: &Film) -> Panel {
     let frames = || film.frames.iter();
+    let start = film.frames.first().map_or(0.0, |frame| frame.potential);
+    let potential = move |frame: &FilmFrame| frame.potential - start;
     Panel {
         id: "energy",
         symbol: ("E", ""),
         unit: "J",
-        words: "energy, potential relative to the origin",
+        words: "energy, potential relative to the start",
         kind: ScaleKind::FromZero,
         height: 200.0,
         series: vec![
             PlotSeries::new("kinetic", 0, frames().map(|frame| frame.kinetic)),
-            PlotSeries::new("potential", 1, frames().map(|frame| frame.potential)),
-            PlotSeries::new("total", 7, frames().map(|frame| frame.kinetic + frame.potential)),
+            PlotSeries::new("potential", 1, frames().map(potential)),
+            PlotSeries::new(
+                "total",
+                7,
+                frames().map(move |frame| frame.kinetic + potential(frame)),
+            ),
         ],
         ..Panel::default()
     }

@@ -58,8 +58,12 @@ pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[Pane
     let title = format!("font-weight=\"700\">{}", escape(&written));
     sheet.text(LEFT, 30.0, "start", HEADING_SIZE, INK, &title);
     sheet.text(LEFT, 51.0, "start", 13.0, FAINT, &format!(">{}", escape(&notes)));
-    for (i, panel) in panels.iter().enumerate() {
-        sheet.panel(&panel(film, body), i + 1 == panels.len());
+    for (i, make) in panels.iter().enumerate() {
+        let panel = make(film, body);
+        // Panels of joints have no curves for a body without such joints.
+        if !panel.series.is_empty() {
+            sheet.panel(&panel, i + 1 == panels.len());
+        }
     }
     sheet.finish(heading)
 }

@@ -73,7 +73,8 @@ pub(super) struct Neighbours {
     meetings: Vec<Meeting>,
     /// First collision of each body, as a fraction of the trajectory.
     met: Vec<f64>,
-    passed: bool,
+    /// First pair whose collision the step passes or misses.
+    missed: Option<[Partner; 2]>,
     /// True if no two pieces may touch.
     is_apart: bool,
     /// Separations of the world that `is_apart` was computed for.
@@ -93,7 +94,7 @@ impl Neighbours {
         states: &[State],
         contacts: &mut Vec<Contact>,
     ) {
-        self.passed = false;
+        self.missed = None;
         if !self.stand(world, states) {
             return;
         }
@@ -186,20 +187,20 @@ impl Neighbours {
 
     /// True if the step `states` → `next` misses a collision in spite of its contacts. A pair
     /// passes through each other, overlaps deeply, or rotates too far to decide.
-    pub(super) fn passes(
+    pub(super) fn missed_pair(
         &mut self,
         world: &World,
         states: &[State],
         next: &[State],
         contacts: &mut Vec<Contact>,
-    ) -> bool {
+    ) -> Option<[Partner; 2]> {
         let Memory { end, from, .. } = &self.memory;
         if !(self.lists(world) && end == next && from == states) {
             let known = contacts.len();
             self.look(world, states, next, LOOKED_AGAIN * world.reach(), contacts);
             contacts.truncate(known);
         }
-        self.passed
+        self.missed
     }
 
     /// Adds the missing contacts, and records whether the step misses a collision.
@@ -211,7 +212,7 @@ impl Neighbours {
         depth: f64,
         contacts: &mut Vec<Contact>,
     ) {
-        self.passed = false;
+        self.missed = None;
         if !self.place(world, states, next) {
             return;
         }
@@ -232,7 +233,7 @@ impl Neighbours {
             index: &mut self.index,
             scratch: &mut self.scratch,
             touches: &mut self.touches,
-            passed: false,
+            missed: None,
         };
         meetings.clear();
         met.clear();
@@ -256,7 +257,7 @@ impl Neighbours {
                 meet(met, owners, meeting.share);
             }
         }
-        self.passed = look.passed;
+        self.missed = look.missed;
     }
 
     /// Deepest overlap of two pieces with the bodies at `states`, among those deeper than `allowed`

@@ -1,0 +1,75 @@
+//! Energy of a step: comparison with its columns, and gains that no step may have.
+
+use super::{RELATIVE_TOLERANCE, StepContacts, StepJudge};
+use tumble_core::contact::certificate::Claim;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::{EnergyBalance, energy};
+use tumble_scene::output::tables::TableStep;
+
+/// Relative energy gain allowed for a substepped step. Its parts rotate by angles that a single
+/// step does not have.
+const ENERGY_MADE: f64 = 1e-6;
+
+/// Difference of an energy from its column.
+pub(super) const OTHER_ENERGY: &str = "its energy differs";
+
+impl StepJudge {
+    /// True if the energy terms equal their columns. The rounding error is relative to the largest
+    /// term and to the energies whose difference is D.
+    pub(super) fn has_its_works(
+        &self,
+        step: &TableStep,
+        next: &[State],
+        wrenches: &[Wrench],
+        touching: &StepContacts,
+    ) -> bool {
+        let found = self.balance((&step.states, next), wrenches, touching).terms();
+        let ends = [&step.states[..], next].map(|states| self.energy_scale(states));
+        let scale = found.iter().fold(ends[0] + ends[1], |scale, term| scale + term.abs());
+        let mut pairs = found.iter().zip(&step.row.works);
+        pairs.all(|(found, column)| (found - column).abs() <= RELATIVE_TOLERANCE * scale)
+    }
+
+    /// True if a step gains more energy than loads and drives supply.
+    pub(super) fn makes_energy(
+        &self,
+        states: &[State],
+        next: &[State],
+        wrenches: &[Wrench],
+        touching: &StepContacts,
+    ) -> bool {
+        let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
+        let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
+        let scale = self.energy_scale(states) + self.energy_scale(next);
+        // NaN is not a small gain.
+        let is_small = after - before <= loads.abs() + drives.abs() + ENERGY_MADE * scale;
+        !is_small
+    }
+
+    fn balance(
+        &self,
+        (states, next): (&[State], &[State]),
+        wrenches: &[Wrench],
+        StepContacts { contacts, forces, joints, gears, .. }: &StepContacts,
+    ) -> EnergyBalance {
+        let claim = Claim { states, next, wrenches, contacts, joints, gears };
+        EnergyBalance::of(&self.world, &claim, forces.iter().copied())
+    }
+
+    pub(super) fn has_its_energy(&self, step: &TableStep) -> bool {
+        let found = energy::total(&self.world, &step.states);
+        (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * self.energy_scale(&step.states)
+    }
+
+    /// Scale of the energy's rounding error: the sum of the absolute values of its terms.
+    fn energy_scale(&self, states: &[State]) -> f64 {
+        let (gravity, h) = (self.world.gravity(), self.world.time_step());
+        let parts = self.world.bodies().iter().zip(states).map(|(body, state)| {
+            let (velocity, position) = (&state.velocity, &state.position);
+            let fallen = h * gravity.dot(velocity).abs() + gravity.dot(position).abs();
+            let linear = velocity.norm_squared() + fallen;
+            body.mass() * linear + energy::turning(&self.world, body, &state.spin)
+        });
+        parts.sum()
+    }
+}

@@ -1,0 +1,103 @@
+//! Suggestions for misspelt names.
+
+/// Smallest similarity of a suggested name, by Jaro and Winkler.
+const SIMILAR: f64 = 0.7;
+
+/// Names in other simulators, and tumble's names for the same thing. They only serve suggestions.
+const OTHERS: [(&str, &str); 30] = [
+    ("angvel", "spin"),
+    ("angular_velocity", "spin"),
+    ("omega", "spin"),
+    ("ball", "sphere"),
+    ("center", "centre"),
+    ("com", "centre"),
+    ("color", "colour"),
+    ("rgba", "colour"),
+    ("cube", "box"),
+    ("size", "box"),
+    ("dt", "time_step"),
+    ("timestep", "time_step"),
+    ("elasticity", "restitution"),
+    ("floor", "ground"),
+    ("plane", "ground"),
+    ("weld", "fixed"),
+    ("hinge", "revolute"),
+    ("slide", "prismatic"),
+    ("slider", "prismatic"),
+    ("linvel", "velocity"),
+    ("speed", "velocity"),
+    ("vel", "velocity"),
+    ("mu", "friction"),
+    ("mu", "coefficient"),
+    ("orientation", "attitude"),
+    ("quat", "attitude"),
+    ("rotation", "attitude"),
+    ("pos", "position"),
+    ("range", "limits"),
+    ("weight", "mass"),
+];
+
+/// Name among `names` for the unknown `word`: the one for the same thing in another simulator, or
+/// else the most similar one, if it is similar enough.
+pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let of_other = |name: &str| OTHERS.contains(&(word, name));
+    let similarity = |name: &str| {
+        if of_other(name) { f64::INFINITY } else { strsim::jaro_winkler(word, name) }
+    };
+    names
+        .into_iter()
+        .map(|name| (similarity(name), name))
+        .filter(|(similarity, _)| *similarity >= SIMILAR)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+/// End of an error about the unknown `word`: a question about the nearest name, or nothing.
+pub fn hint<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(word, names).map_or_else(String::new, |name| format!("; did you mean `{name}`?"))
+}
+
+/// Adds a hint to serde's `message` about an unknown field or word. Other messages stay as they are.
+pub fn with_hint(message: &str) -> String {
+    let unknown = ["unknown field `", "unknown variant `"];
+    let rest = unknown.iter().find_map(|begin| message.strip_prefix(begin));
+    let Some((word, names)) = rest.and_then(|rest| rest.split_once("`, expected ")) else {
+        return message.to_owned();
+    };
+    // The names stand between backticks.
+    let hint = hint(word, names.split('`').skip(1).step_by(2));
+    if hint.is_empty() {
+        return message.to_owned();
+    }
+    message.replacen("`, expected ", &format!("`{hint} Expected "), 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_of_another_simulator_comes_before_a_similar_one() {
+        assert_eq!(nearest("frction", ["restitution", "friction"]), Some("friction"));
+        assert_eq!(nearest("size", ["sphere", "box"]), Some("box"));
+        assert_eq!(nearest("mu", ["between", "coefficient"]), Some("coefficient"));
+        assert_eq!(nearest("xyzzy", ["sphere", "box"]), None);
+        assert_eq!(nearest("pos", []), None);
+    }
+
+    #[test]
+    fn only_messages_about_unknown_words_get_a_hint() {
+        let message = "unknown field `pos`, expected one of `box`, `position`";
+        let hinted =
+            "unknown field `pos`; did you mean `position`? Expected one of `box`, `position`";
+        assert_eq!(with_hint(message), hinted);
+        for message in [
+            "unknown field `qqq`, expected `box` or `position`",
+            "unknown field `pos`, there are no fields",
+            "missing field `position`",
+            "unknown field `",
+        ] {
+            assert_eq!(with_hint(message), message);
+        }
+    }
+}

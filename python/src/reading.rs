@@ -1,0 +1,155 @@
+//! Recordings from tables.
+
+use crate::arrays::numbers;
+use crate::errors::refused;
+use crate::recording::{PyRecording, add_forces};
+use nalgebra::Vector3;
+use numpy::PyReadonlyArrayDyn;
+use pyo3::PyResult;
+use std::sync::Arc;
+use tumble_core::contact::Partner;
+use tumble_core::step::StepStatus;
+use tumble_scene::output::tables::{ContactRow, Streams, TableStep, TablesReader};
+use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble_scene::scene::Scene as Content;
+
+/// Largest deviation of an attitude's norm from 1 in trajectory.csv.
+const NORM: f64 = 1e-2;
+
+/// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
+/// recorded contacts.
+pub fn of_tables(
+    content: Arc<Content>,
+    streams: Streams<&[u8]>,
+    forces: Option<PyReadonlyArrayDyn<'_, f64>>,
+) -> PyResult<PyRecording> {
+    let Streams { states, joints, gears, .. } = streams;
+    let world = &content.world;
+    let tied = (world.joints().len(), world.gears().len());
+    for (what, table, count) in [
+        ("bodies", Some(states), world.bodies().len()),
+        ("joints", joints, tied.0),
+        ("gears", gears, tied.1),
+    ] {
+        let found = table.map_or(count, rows_of_a_step);
+        if found != count && found > 0 {
+            let why = format!(
+                "the tables belong to another scene: they have {found} {what}, this one has \
+                 {count}; read them with the scene of their run"
+            );
+            return Err(refused(why));
+        }
+    }
+    let reader = TablesReader::new(streams, world.bodies().len(), tied.0, tied.1);
+    let mut reader = reader.map_err(refused)?.of_part();
+    let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
+    while let Some(row) = reader.next_step().map_err(refused)? {
+        let (k, h) = (row.row.index, world.time_step());
+        let time = k as f64 * h;
+        if (row.row.time - time).abs() > 1e-9 * time.max(h) {
+            let found = row.row.time;
+            let why = format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
+            return Err(refused(why));
+        }
+        if !row.contacts.iter().all(|contact| is_of(&content, contact)) {
+            return Err(refused(format!(
+                "a contact of step {k} refers to a body or piece that the scene does not have"
+            )));
+        }
+        if row.row.status != StepStatus::End {
+            add_forces(&row, &mut sums);
+        }
+        rows.push(row);
+    }
+    let has_contacts = forces.is_none();
+    if let Some(forces) = &forces {
+        let given = numbers("forces", forces)?.chunks_exact(3);
+        let given: Vec<_> = given.map(Vector3::from_column_slice).collect();
+        if given.len() != sums.len() {
+            return Err(refused("forces: one per body and step is needed"));
+        }
+        sums = given;
+    }
+    // The tables do not say which inputs moved the run.
+    Ok(PyRecording { content, rows, forces: sums, has_contacts, is_of_scene: None })
+}
+
+/// Reads a run of one body and the ground from its table trajectory.csv.
+pub fn of_trajectory(content: Arc<Content>, table: &[u8]) -> PyResult<PyRecording> {
+    let odd = |why: &dyn std::fmt::Display| refused(format!("trajectory: {why}"));
+    let world = &content.world;
+    let [body] = world.bodies() else {
+        let count = world.bodies().len();
+        return Err(odd(&format!("it has one body, but the scene has {count}")));
+    };
+    if !(world.fixed().is_empty() && world.joints().is_empty()) {
+        return Err(odd(&"it has only a body and the ground, but the scene has more"));
+    }
+    let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?.of_part();
+    let (found, points) = (reader.contacts(), body.contact_points().len());
+    if found != points {
+        return Err(odd(&format!(
+            "it has {found} contact points, but the scene's body has {points}"
+        )));
+    }
+    let (mut rows, mut forces) = (Vec::<TableStep>::new(), Vec::new());
+    let h = world.time_step();
+    let detection = content.contact.as_ref().map(|contact| contact.detection);
+    let mut last = None::<TrajectoryRow>;
+    loop {
+        let row = reader.next_row().map_err(|error| odd(&error))?;
+        if let Some(row) = &row {
+            let (k, time) = (row.index, row.index as f64 * h);
+            let norm = row.state.attitude.norm();
+            // Ipopt with the tutorial's settings satisfies the norm only to its tolerance in
+            // each step.
+            if (norm - 1.0).abs() > NORM || norm.is_nan() {
+                let allowed = format!("allowed: 1 to within {NORM}");
+                let why = format!("step {k}: norm of the attitude quaternion is {norm}; {allowed}");
+                return Err(odd(&why));
+            }
+            if (row.time - time).abs() > 1e-9 * time.max(h) {
+                let found = row.time;
+                let why = format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
+                return Err(odd(&why));
+            }
+        }
+        if let Some(last) = &last {
+            let load = &content.loads[0];
+            let to = row
+                .as_ref()
+                .map(|next| (&next.state, load.wrench(last.index, h, &last.state.attitude)));
+            let step = last.as_table_step(world, to, detection);
+            if to.is_some() {
+                add_forces(&step, &mut forces);
+            }
+            rows.push(step);
+        }
+        match row {
+            Some(row) => last = Some(row),
+            None => break,
+        }
+    }
+    Ok(PyRecording { content, rows, forces, has_contacts: true, is_of_scene: None })
+}
+
+/// Number of rows of the first step in a table of bodies, joints or gears.
+fn rows_of_a_step(table: &[u8]) -> usize {
+    let mut steps = table
+        .split(|byte| *byte == b'\n')
+        .skip(1)
+        .map(|line| line.split(|byte| *byte == b',').next().unwrap_or_default());
+    let first = steps.next().filter(|step| !step.is_empty());
+    first.map_or(0, |first| 1 + steps.take_while(|step| *step == first).count())
+}
+
+/// True if a contact is between bodies and pieces of the scene.
+fn is_of(content: &Content, contact: &ContactRow) -> bool {
+    let bodies = content.bodies.len();
+    let known = match contact.partner {
+        Partner::Ground => content.world.ground().is_some(),
+        Partner::Fixed(index) => index < content.fixed.len(),
+        Partner::Body(index) => index < bodies && index != contact.body,
+    };
+    contact.body < bodies && known
+}
