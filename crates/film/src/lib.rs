@@ -9,7 +9,7 @@ pub use looks::dress;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use tumble_core::contact::{PairFeatures, Partner};
-use tumble_core::geometry;
+use tumble_core::geometry::{self, Smooth};
 use tumble_core::joint::{Axis, Joint};
 use tumble_core::mechanics::{Load, RigidBody, State};
 use tumble_core::simulation::energy;

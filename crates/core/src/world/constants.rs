@@ -1,10 +1,12 @@
 //! Constants of a world that can vary between rollouts, in a fit or in a derivative.
 
+use super::reshape::Form;
 use super::{Parameters, Plane, World};
-use crate::error::{Error, in_range};
-use crate::geometry::Piece;
+use crate::error::Error;
 use crate::mechanics::RigidBody;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
+
+pub use super::reshape::extents;
 
 /// A constant of a world, with its name, its numbers, and how to read and set them.
 ///

@@ -28,6 +28,7 @@ pub fn cuboid(half: [f64; 3], radius: f64) -> FilmPiece {
         vertices: (0..8).map(corner).collect(),
         faces: faces.map(|face| face.to_vec()).to_vec(),
         radius,
+        name: None,
     })
 }
 
@@ -50,7 +51,7 @@ fn ramp() -> FilmPiece {
             vec![1, 2, 5, 4],
             vec![0, 2, 5, 3],
         ],
-        radius: 0.0,
+        ..FilmHull::default()
     })
 }
 
