@@ -146,14 +146,39 @@ def test_what_is_refused():
         scene.jacobian(by="friction")
     with pytest.raises(tumble.TumbleError, match="cotangents has shape"):
         scene.vjp(np.zeros(3))
-    ball = tumble.Scene([{"name": "ball", "sphere": 0.1, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5})
+    halves = [{"sphere": 0.1, "position": [x, 0, 0]} for x in (-0.1, 0.1)]
+    pair = tumble.Scene([{"name": "pair", "pieces": halves, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5})
     for size in ("size", "radius"):
         with pytest.raises(tumble.TumbleError, match="size and radius: a body cannot change its shape"):
-            ball.jacobian(by=[size])
+            pair.jacobian(by=[size])
+    wheel = {"name": "wheel", "cylinder": {"length": 0.1, "radius": 0.1}, "mass": 1.0, "position": [0, 0, 0.05]}
+    with pytest.raises(tumble.TumbleError, match="radius: a cylinder, cone or ellipsoid has no radius"):
+        tumble.rollout(tumble.Scene([wheel], {"friction": 0.5}), steps=1, parameters={"radius": [[0.01]]})
     with pytest.raises(tumble.TumbleError, match="controls have 3 steps; 4 are needed"):
         scene.vjp(np.zeros((1, 12)), controls=np.zeros((3, 1, 6)), steps=4)
     with pytest.raises(tumble.TumbleError, match="Runge-Kutta"):
         tumble.floating().jacobian()
+
+
+@pytest.mark.parametrize(
+    ("shape", "height"),
+    [
+        ({"sphere": 0.1}, 0.1),
+        ({"capsule": {"length": 0.2, "radius": 0.1}}, 0.2),
+        ({"cylinder": {"length": 0.3, "radius": 0.1}}, 0.15),
+        ({"ellipsoid": [0.1, 0.1, 0.2]}, 0.2),
+    ],
+)
+def test_a_standing_round_body_rises_with_its_size(shape, height):
+    """A body of half height a, with its size s, ends each step at the height s a."""
+    body = {"name": "body", "mass": 1.0, "position": [0, 0, height], **shape}
+    scene = tumble.Scene([body], {"friction": 0.5})
+    if "cylinder" not in shape:
+        found = scene.jacobian(by=["size"])["size"]
+        assert np.allclose(found[0, 2, 0], height, rtol=1e-9)
+    larger = tumble.rollout(scene, steps=1, parameters={"size": [[1.0], [1.001]]})
+    heights = larger.states[:, -1, 0, 2]
+    assert np.isclose(heights[1] - heights[0], 0.001 * height, rtol=1e-9)
 
 
 def test_coefficients_of_a_body_and_of_a_pair():
