@@ -145,7 +145,8 @@ impl PySimulation {
         let Running { simulation, last, .. } = own.moved();
         let new = content.bodies.len() - 1;
         let (body, start) = (content.world.bodies()[new].clone(), content.starts[new]);
-        simulation.add_body(body, start).map_err(|error| refused(content.naming(&error)))?;
+        let added = simulation.add_body_with(body, start, content.world.touching_of(new));
+        added.map_err(|error| refused(content.naming(&error)))?;
         simulation.set_load(new, content.loads[new].clone()).map_err(refused)?;
         let record = last.change_bodies();
         if !record.states.is_empty() {

@@ -2,6 +2,7 @@
 //!
 //! The closures `named` put the place in the file before an error message, such as `bodies[0].`.
 
+mod groups;
 mod names;
 
 use super::SceneEntries;
@@ -77,6 +78,7 @@ pub fn build(
             gears: Vec::new(),
             surfaces: Vec::new(),
             apart: Vec::new(),
+            groups: Vec::new(),
         },
     };
     if file.bodies.is_empty() && file.robots.is_empty() {
@@ -100,10 +102,16 @@ pub fn build(
                 "prefix: {prefix:?} is used twice; each robot needs its own"
             )));
         }
+        let groups = builder.groups(entry.groups.clone(), entry.collides_with.clone());
+        let (groups, bodies, fixed) =
+            (groups.map_err(named)?, builder.model.bodies.len(), builder.model.fixed.len());
         let added = entry.add(&files, &mut builder.model).map_err(named)?;
         robots.push(added);
+        builder.model.bodies[bodies..].iter_mut().for_each(|of| of.groups.clone_from(&groups));
+        builder.model.fixed[fixed..].iter_mut().for_each(|of| of.groups.clone_from(&groups));
     }
     builder.refuse_equal_names()?;
+    builder.refuse_unknown_groups()?;
     for (index, entry) in file.friction.iter().enumerate() {
         let pairs = builder.coefficients(entry, 10.0);
         let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
@@ -176,6 +184,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     }
     builder.names.clear();
     builder.refuse_equal_names()?;
+    builder.refuse_unknown_groups()?;
     builder.refuse_mass_ratio()?;
     builder.refuse_large_looks()?;
     Ok(builder.model)
@@ -232,6 +241,7 @@ impl Builder<'_> {
             friction: entry.friction,
             restitution: entry.restitution,
             touches: entry.touches.unwrap_or(true),
+            groups: self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?,
             load,
             colour: entry.colour,
             look: look.map(|look| {
@@ -289,6 +299,7 @@ impl Builder<'_> {
             let friction = entry.friction.unwrap_or_default();
             return Err(named(format!("friction is {friction:?}; allowed: 0 to 10")));
         }
+        let groups = self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?;
         let count = copies.len();
         let mut partners = Vec::new();
         for (number, copied) in copies.into_iter().enumerate() {
@@ -303,7 +314,8 @@ impl Builder<'_> {
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
                 piece.piece().map_err(|error| named(field_of(&error)))?;
                 partners.push(PartnerModel::Fixed(self.model.fixed.len()));
-                let fixed = FixedModel { name: name.clone(), piece, friction: entry.friction };
+                let (name, groups) = (name.clone(), groups.clone());
+                let fixed = FixedModel { name, piece, friction: entry.friction, groups };
                 self.model.fixed.push(fixed);
             }
         }
