@@ -9,6 +9,7 @@ mod gradient;
 mod last_step;
 mod plan;
 mod problem;
+mod query;
 mod recording;
 mod robot;
 mod rollout;

@@ -370,29 +370,20 @@ impl Builder<'_> {
     ) -> Result<Vec<PlacedForm>, String> {
         let found = match (form, pieces) {
             (Some(form), None) => {
-                vec![(at.to_owned(), PlacedForm { form, place: ModelPlace::ORIGIN })]
+                let form = PlacedForm { form, place: ModelPlace::ORIGIN };
+                refuse_piece(at, &form)?;
+                vec![form]
             }
             (None, Some(entries)) if !entries.is_empty() => {
                 let mut pieces = Vec::new();
-                for (index, mut entry) in entries.into_iter().enumerate() {
-                    let at = format!("{at}.pieces[{index}]");
-                    let named = |why: String| format!("{at}.{why}");
-                    let form = entry.take_form().form(&self.files).map_err(named)?;
-                    let form = form.ok_or_else(|| format!("{at}: {ONE_SHAPE}"))?;
-                    let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
-                    pieces.push((at, PlacedForm { form, place }));
+                for (index, entry) in entries.into_iter().enumerate() {
+                    pieces.push(placed_piece(&format!("{at}.pieces[{index}]"), entry, &self.files)?);
                 }
                 pieces
             }
             _ => return Err(format!("{at}: {ONE_SHAPE}, or pieces of these")),
         };
-        for (at, placed) in &found {
-            placed.piece().map_err(|error| match field_of(&error) {
-                why if !why.starts_with("shape") => format!("{at}.{why}"),
-                _ => format!("{at}.{}: {error}", placed.form.field()),
-            })?;
-        }
-        Ok(found.into_iter().map(|(_, placed)| placed).collect())
+        Ok(found)
     }
 
     /// Visual shape of a body.
@@ -487,6 +478,30 @@ fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
     let load = Load::new(force, torque, settings.force_at.unwrap_or_default());
     let load = load.map_err(|error| format!("load: {error}"))?;
     Ok((!load.is_none()).then(|| LoadParameters::of(&load)))
+}
+
+/// Piece of a table at the place `at` of the file.
+pub fn placed_piece(
+    at: &str,
+    mut entry: PieceEntry,
+    files: &Files<'_>,
+) -> Result<PlacedForm, String> {
+    let named = |why: String| format!("{at}.{why}");
+    let form = entry.take_form().form(files).map_err(named)?;
+    let form = form.ok_or_else(|| format!("{at}: {ONE_SHAPE}"))?;
+    let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+    let placed = PlacedForm { form, place };
+    refuse_piece(at, &placed)?;
+    Ok(placed)
+}
+
+/// Rejects a form that the core does not accept.
+fn refuse_piece(at: &str, placed: &PlacedForm) -> Result<(), String> {
+    let named = |error| match field_of(&error) {
+        why if !why.starts_with("shape") => format!("{at}.{why}"),
+        _ => format!("{at}.{}: {error}", placed.form.field()),
+    };
+    placed.piece().map(drop).map_err(named)
 }
 
 /// Place of an object, whose attitude must not be random.
