@@ -21,8 +21,7 @@ pub struct Placed<'a> {
 }
 
 /// Hits of rays: owners, distances (R,), points (R, 3), normals (R, 3), and inside flags (R,).
-pub type Hits<'py> =
-    (Vec<Option<String>>, Array<'py>, Array<'py>, Array<'py>, Array<'py, bool>);
+pub type Hits<'py> = (Vec<Option<String>>, Array<'py>, Array<'py>, Array<'py>, Array<'py, bool>);
 
 /// A distance (m), two points (2, 3) and a normal (3,).
 pub type Between<'py> = (f64, Array<'py>, Array<'py>);
@@ -33,7 +32,11 @@ impl Placed<'_> {
     }
 
     fn name(&self, of: Partner) -> String {
-        if of == Partner::Ground { "ground".to_owned() } else { self.content.partner(of).to_owned() }
+        if of == Partner::Ground {
+            "ground".to_owned()
+        } else {
+            self.content.partner(of).to_owned()
+        }
     }
 
     /// Objects with this name. Pieces of one fixed object share it.

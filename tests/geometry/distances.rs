@@ -99,7 +99,8 @@ fn distances_of_objects_are_those_of_their_nearest_pieces() {
         for &one in &all {
             for &other in all.iter().filter(|other| **other != one) {
                 let found = query.distance(one, other).unwrap();
-                let (solid, rest) = if one == Partner::Ground { (other, one) } else { (one, other) };
+                let (solid, rest) =
+                    if one == Partner::Ground { (other, one) } else { (one, other) };
                 let each = queried.pieces(solid);
                 let each = each.iter().map(|(piece, pose)| queried.distance(piece, pose, rest));
                 let expected = each.fold(f64::INFINITY, f64::min);

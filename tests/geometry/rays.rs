@@ -240,7 +240,8 @@ fn hits_move_with_the_world_and_do_not_depend_on_the_order_of_bodies() {
             let ray_here = ray(origin, draw.vector(1.5) - origin);
             let all = query.cast_ray_all(&ray_here, |_| true);
             let same = other.cast_ray_all(&ray_here, |_| true);
-            let renamed = same.iter().map(|hit| RayHit { owner: queried.reverse(hit.owner), ..*hit });
+            let renamed =
+                same.iter().map(|hit| RayHit { owner: queried.reverse(hit.owner), ..*hit });
             assert!(renamed.eq(all.iter().copied()), "to the last bit");
             let turn = &motion.rotation;
             let origin = turn * ray_here.origin() + motion.position;
@@ -274,10 +275,10 @@ fn rays_that_start_inside_hit_at_once_unless_the_object_is_left_out() {
     assert_eq!((hit.owner, hit.distance, hit.normal), (Partner::Ground, 1.0, V::z()));
     let below = ray(v(0.0, 0.0, -1.0), V::z());
     let all = query.cast_ray_all(&below, |_| true);
-    assert_eq!(all.iter().map(|hit| hit.owner).collect::<Vec<_>>(), [
-        Partner::Ground,
-        Partner::Body(0)
-    ]);
+    assert_eq!(
+        all.iter().map(|hit| hit.owner).collect::<Vec<_>>(),
+        [Partner::Ground, Partner::Body(0)]
+    );
     assert!(all[0].inside && all[0].distance == 0.0 && all[1].distance == 1.5);
     // A round piece, and one of each other kind.
     for piece in [

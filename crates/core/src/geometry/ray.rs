@@ -145,12 +145,7 @@ impl LocalRay {
     }
 
     /// Entry into a capsule: into the tube about its segment, or into the ball of an end.
-    fn capsule(
-        &self,
-        from: &Vector3<f64>,
-        to: &Vector3<f64>,
-        radius: f64,
-    ) -> Option<RayEntry> {
+    fn capsule(&self, from: &Vector3<f64>, to: &Vector3<f64>, radius: f64) -> Option<RayEntry> {
         let (along, start) = (to - from, self.origin - from);
         let length = along.norm();
         let axis = along / length;

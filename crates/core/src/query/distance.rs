@@ -119,9 +119,8 @@ impl Query<'_> {
             }
         });
         found.retain(|near| near.distance <= within);
-        found.sort_unstable_by(|a, b| {
-            a.owner.cmp(&b.owner).then(a.distance.total_cmp(&b.distance))
-        });
+        found
+            .sort_unstable_by(|a, b| a.owner.cmp(&b.owner).then(a.distance.total_cmp(&b.distance)));
         found.dedup_by_key(|near| near.owner);
         Ok(found)
     }
@@ -168,9 +167,8 @@ impl Query<'_> {
         }
         found.retain(|pair| pair.distance <= within);
         let pair = |pair: &PairDistance| (pair.body, pair.partner);
-        found.sort_unstable_by(|a, b| {
-            pair(a).cmp(&pair(b)).then(a.distance.total_cmp(&b.distance))
-        });
+        found
+            .sort_unstable_by(|a, b| pair(a).cmp(&pair(b)).then(a.distance.total_cmp(&b.distance)));
         found.dedup_by_key(|found| pair(found));
         Ok(found)
     }

@@ -112,9 +112,7 @@ impl Query<'_> {
             hits.push(hit);
             ray.length
         });
-        hits.sort_unstable_by(|a, b| {
-            a.owner.cmp(&b.owner).then(a.distance.total_cmp(&b.distance))
-        });
+        hits.sort_unstable_by(|a, b| a.owner.cmp(&b.owner).then(a.distance.total_cmp(&b.distance)));
         hits.dedup_by_key(|hit| hit.owner);
         hits.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         hits

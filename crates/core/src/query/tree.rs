@@ -48,9 +48,10 @@ impl Tree {
         } else {
             let middle = |item: &u32| of(item).low + of(item).high;
             let start = Vector3::repeat(f64::INFINITY);
-            let extent = items.iter().map(middle).fold((start, -start), |(low, high), at| {
-                (low.inf(&at), high.sup(&at))
-            });
+            let extent = items
+                .iter()
+                .map(middle)
+                .fold((start, -start), |(low, high), at| (low.inf(&at), high.sup(&at)));
             let axis = (extent.1 - extent.0).imax();
             items.sort_unstable_by(|a, b| {
                 middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(b))

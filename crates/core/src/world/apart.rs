@@ -1,8 +1,8 @@
 //! Exclusion of contacts between pairs, by bodies, and by collision groups.
 
-use super::{GroupMasks, World};
 use super::laws::ordered;
 use super::partner::Partner;
+use super::{GroupMasks, World};
 use crate::error::Error;
 
 /// Exclusions of contacts.

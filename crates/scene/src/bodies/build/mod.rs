@@ -377,7 +377,11 @@ impl Builder<'_> {
             (None, Some(entries)) if !entries.is_empty() => {
                 let mut pieces = Vec::new();
                 for (index, entry) in entries.into_iter().enumerate() {
-                    pieces.push(placed_piece(&format!("{at}.pieces[{index}]"), entry, &self.files)?);
+                    pieces.push(placed_piece(
+                        &format!("{at}.pieces[{index}]"),
+                        entry,
+                        &self.files,
+                    )?);
                 }
                 pieces
             }
