@@ -109,7 +109,7 @@ fn balls_pass_through_what_their_groups_exclude() {
 
 #[test]
 fn candidates_of_one_world_serve_another() {
-    let together = world(2);
+    let together = world(2).with_fixed(Vec::new()).unwrap();
     let split = together.clone().with_groups(Partner::Body(0), groups(1, 2)).unwrap();
     let states = [at(0.1), at(0.3)];
     let mut candidates = Candidates::new();

@@ -20,7 +20,7 @@ const PROBE: f64 = 1e-6;
 /// each plane, so 60 planes reach the rounding error.
 const MOST_PLANES: u32 = 200;
 
-/// Where a ray enters a piece.
+/// Entry of a ray into a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayEntry {
     /// Distance along the ray (m), 0 if it starts inside.
