@@ -6,6 +6,7 @@ use crate::scene::{in_python, read};
 use nalgebra::{Matrix3, Vector3};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
+use std::collections::BTreeSet;
 use std::path::Path;
 use tumble_core::contact::Partner;
 use tumble_core::mechanics::{Pose, State};
@@ -92,7 +93,10 @@ impl Placed<'_> {
                 _ => refused(format!("ray {index}: {why}")),
             })?;
             if all {
-                rows.extend(query.cast_ray_all(&ray, keep).into_iter().map(Some));
+                let mut names = BTreeSet::new();
+                let mut hits = query.cast_ray_all(&ray, keep);
+                hits.retain(|hit| names.insert(self.name(hit.owner)));
+                rows.extend(hits.into_iter().map(Some));
             } else {
                 rows.push(query.cast_ray(&ray, keep));
             }

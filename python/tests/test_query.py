@@ -35,7 +35,10 @@ def test_a_ray_hits_what_it_meets_first():
     assert scene.cast_ray([0, 0, 0.5], [1, 0, 0], ignore=["cube", "walls"]) is None
     assert scene.cast_ray([0, 0, 0.5], [0, 0, -1]).owner == "ground"
     owners = [hit.owner for hit in scene.cast_ray_all([0, 0, 0.5], [1, 0, -1e-6])]
-    assert owners == ["cube", "walls"]
+    assert owners == ["cube", "walls", "ground"]
+    # Both walls are one object.
+    crossing = scene.cast_ray_all([-7, -1, 0.5], [1, 0, 0])
+    assert [(hit.owner, hit.distance) for hit in crossing] == [("walls", pytest.approx(1.9, abs=1e-14))]
     inside = scene.cast_ray([2, 0, 0.5], [1, 0, 0])
     assert inside.inside and inside.distance == 0 and inside.owner == "cube"
 
@@ -86,7 +89,7 @@ def test_regions_find_objects_by_name():
     scene = room()
     found = scene.overlaps({"sphere": 0.2, "position": [2, 0, 1.1]})
     assert list(found) == ["cube"] and found["cube"] == pytest.approx(-0.1, abs=1e-14)
-    wide = {"box": [20, 20, 0.5], "position": [0, 0, 0.3]}
+    wide = {"box": [20, 20, 0.5], "position": [0, 0, 0.2]}
     assert sorted(scene.overlaps(wide)) == ["ball", "cube", "ground", "walls"]
     assert sorted(scene.overlaps(wide, ignore=["ground", "walls"])) == ["ball", "cube"]
     far = {"sphere": 0.1, "position": [0, 2, 2]}
@@ -124,6 +127,7 @@ def test_excluded_pairs_are_left_out_unless_wanted():
         (lambda scene: scene.overlaps({"sphere": -1}), "sphere"),
         (lambda scene: scene.overlaps([1]), "a dictionary is needed"),
         (lambda scene: scene.overlaps({"sphere": 1.0}, within=-1), "distance"),
+        (lambda scene: scene.overlaps({"sphere": 1.0}, within=None), "within is None"),
         (lambda scene: scene.pairs_within(-1), "distance"),
         (lambda scene: scene.pairs_within(float("nan")), "distance"),
     ],

@@ -149,8 +149,8 @@ class Queries:
         if not isinstance(piece, Mapping):
             raise TumbleError(f"piece is {piece!r}; a dictionary is needed")
         path = self._folder()
-        within = float(numbers("within", within, ()))
-        return dict(self._core().near(document(piece), path, within, _names(ignore)))
+        near = self._core().near(document(piece), path, _metres("within", within), _names(ignore))
+        return dict(near)
 
     def pairs_within(self, distance: float, *, excluded: bool = False) -> List[PairDistance]:
         """Pairs of a body and another object that are at most ``distance`` (m) apart.
@@ -158,18 +158,15 @@ class Queries:
         Pairs that cannot touch, such as bodies that a joint connects, are left out unless
         ``excluded`` is True.
         """
-        distance = float(numbers("distance", distance, ()))
-        return [PairDistance(*pair) for pair in self._core().near_pairs(distance, bool(excluded))]
+        pairs = self._core().near_pairs(_metres("distance", distance), bool(excluded))
+        return [PairDistance(*pair) for pair in pairs]
 
     def _hits(
         self, origins: Any, directions: Any, shape: Any, most: float, ignore: Iterable[str], all_: bool
     ) -> RayHits:
         names = ("origin", "direction") if len(shape) == 1 else ("origins", "directions")
         rays = [numbers(name, value, shape) for name, value in zip(names, (origins, directions))]
-        try:
-            most = float(most)
-        except (TypeError, ValueError):
-            raise TumbleError(f"max_distance is {most!r}; a number of m is needed") from None
+        most = _metres("max_distance", most)
         owners, *columns = self._core().hits(*rays, most, _names(ignore), all_)
         return RayHits(tuple(owners), *columns)
 
@@ -188,6 +185,13 @@ def _rows(hits: RayHits) -> List[RayHit]:
         RayHit(owner or "", float(distance), point, normal, bool(inside))
         for owner, distance, point, normal, inside in rows
     ]
+
+
+def _metres(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TumbleError(f"{name} is {value!r}; a number of m is needed") from None
 
 
 def _name(name: Any) -> str:
