@@ -15,7 +15,7 @@ use crate::error::Error;
 /// By default an object collides with all groups. Bodies and fixed pieces belong to the first group
 /// (bit 0), and the ground to the second one (bit 1). The masks need 16 bytes an object, also where
 /// groups exclude millions of pairs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Groups {
     /// Groups that the object belongs to.
     pub members: u64,
@@ -145,6 +145,22 @@ impl World {
     pub fn groups_of(&self, of: Partner) -> Groups {
         let none = GroupMasks::default();
         self.groups.as_deref().unwrap_or(&none).of(of)
+    }
+
+    /// True if groups exclude all contacts except those with the ground. The time is n log n for n
+    /// objects of a few different groups.
+    pub(crate) fn groups_exclude_pieces(&self) -> bool {
+        let Some(groups) = &self.groups else { return false };
+        let distinct = |count: usize, of: fn(usize) -> Partner| {
+            let mut all: Vec<Groups> = (0..count).map(|index| groups.of(of(index))).collect();
+            all.sort_unstable();
+            all.dedup();
+            all
+        };
+        let bodies = distinct(self.bodies().len(), Partner::Body);
+        let fixed = distinct(self.fixed.len(), Partner::Fixed);
+        let apart = |one: &Groups| bodies.iter().chain(&fixed).all(|other| !one.may_touch(*other));
+        bodies.iter().all(apart)
     }
 
     /// Contact exclusions of `body` other than pairs, joints and holds.

@@ -97,6 +97,10 @@ impl Neighbours {
 
     fn separate(&mut self, world: &World) {
         self.separations.copy(&world.separations());
+        if world.groups_exclude_pieces() {
+            self.is_apart = true;
+            return;
+        }
         let of_bodies = self.colliders[..self.bodies.len()].iter().enumerate();
         let mut touching = of_bodies.filter(|(index, _)| world.touches(self.bodies[*index]));
         self.is_apart = touching.all(|(index, collider)| {
