@@ -101,9 +101,15 @@ fn balls_pass_through_what_their_groups_exclude() {
     let other = other.with_groups(Partner::Body(1), groups(1, ALL ^ 8)).unwrap();
     let fell = fallen(other, &start);
     assert!((fell[0] - 0.1).abs() < 1e-9 && (fell[1] - 1.1).abs() < 1e-9, "{fell:?}");
+    // Both collide with the ground alone, so no two pieces may touch.
+    let both = world(2).with_groups(first, groups(1, 2)).unwrap();
+    let both = both.with_groups(Partner::Body(1), groups(1, 2)).unwrap();
+    let fell = fallen(both, &start);
+    assert!(fell.iter().all(|height| (height - 0.1).abs() < 1e-9), "{fell:?}");
     // The ground itself collides with nothing.
-    let free = world(1).with_groups(floor, groups(2, 0)).unwrap();
-    let fell = fallen(free.with_untouched(0).unwrap(), &[0.5]);
+    let free = world(1).with_fixed(Vec::new()).unwrap();
+    let free = free.with_groups(floor, groups(2, 0)).unwrap();
+    let fell = fallen(free, &[0.5]);
     assert!(fell[0] < -4.0, "{fell:?}");
 }
 
