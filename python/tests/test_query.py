@@ -120,6 +120,8 @@ def test_excluded_pairs_are_left_out_unless_wanted():
         (lambda scene: scene.cast_ray([0, 0, 0], [0, 0, 1], ignore="cube"), "a list of names"),
         (lambda scene: scene.cast_ray([0, 0, 0], [0, 0, 1], ignore=["cub"]), '"cub" is unknown'),
         (lambda scene: scene.cast_rays([[0, 0, 0]] * 2, [[1, 0, 0], [0, 0, 0]]), "ray 1: direction"),
+        (lambda scene: scene.cast_rays([[0, 0], [0]], [[1, 0, 0]]), "origins"),
+        (lambda scene: scene.cast_rays([[0, 0, 0]] * 2, [[1, 0, 0]]), r"origins has shape \(2, 3\)"),
         (lambda scene: scene.distance("cube", "cube"), "both objects are the same"),
         (lambda scene: scene.distance("cube", "box"), '"box" is unknown'),
         (lambda scene: scene.distance("cube", 3), "3 is not a name"),

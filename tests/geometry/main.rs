@@ -8,5 +8,6 @@ mod pieces;
 mod planes;
 mod queried;
 mod rays;
+mod rays_in_worlds;
 mod shapes;
 mod sweep;

@@ -125,7 +125,8 @@ class Queries:
         import numpy as np
 
         directions = numbers("directions", directions, ("R", 3))
-        if np.shape(origins) == (3,):
+        origins = numbers("origins", origins, (3,), ("R", 3))
+        if origins.ndim == 1:
             origins = np.broadcast_to(origins, directions.shape)
         return self._hits(origins, directions, directions.shape, max_distance, ignore, False)
 

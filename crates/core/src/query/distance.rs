@@ -103,7 +103,8 @@ impl Query<'_> {
         check(pose)?;
         let within = in_range("distance (m)", within, 0.0, 1e6, "0 to 1e6")?;
         let around = Aabb::of(piece, pose);
-        let margin = 16.0 * f64::EPSILON * (self.tree.reach() + around.high.amax());
+        let reach = around.low.amax().max(around.high.amax());
+        let margin = 16.0 * f64::EPSILON * (self.tree.reach() + reach);
         let around = around.grown(within + margin);
         let mut found = Vec::new();
         if let Some(plane) = self.world.ground().filter(|_| keep(Partner::Ground)) {

@@ -48,7 +48,7 @@ pub use ray::{Ray, RayHit};
 use crate::contact::Partner;
 use crate::contact::collider::{Collider, colliders_of, placed};
 use crate::error::Error;
-use crate::geometry::{Aabb, Piece};
+use crate::geometry::{Aabb, Piece, RayCaster};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -65,6 +65,7 @@ pub struct Query<'a> {
     colliders: Vec<Collider>,
     boxes: Vec<Aabb>,
     tree: Tree,
+    caster: RayCaster,
 }
 
 impl<'a> Query<'a> {
@@ -91,7 +92,7 @@ impl<'a> Query<'a> {
         };
         let boxes: Vec<_> = colliders.iter().map(around).collect();
         let tree = Tree::of(&boxes);
-        Ok(Self { world, poses, colliders, boxes, tree })
+        Ok(Self { world, poses, colliders, boxes, tree, caster: RayCaster::new()? })
     }
 
     /// Owner of the collider `index`.

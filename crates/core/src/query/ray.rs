@@ -3,7 +3,6 @@
 use super::Query;
 use crate::contact::Partner;
 use crate::error::{Error, all_in_range, in_range};
-use crate::geometry::RayCaster;
 use nalgebra::Vector3;
 
 /// A ray: a point, a direction, and a largest distance.
@@ -129,11 +128,10 @@ impl Query<'_> {
         if let Some(hit) = self.ground_hit(ray).filter(|hit| keep(hit.owner)) {
             limit = found(hit);
         }
-        let Ok(caster) = RayCaster::new() else { return };
         // Rounding error of the boxes' sides seen from the origin.
         let margin = 16.0 * f64::EPSILON * (self.tree.reach() + ray.origin.amax());
         self.tree.visit(
-            &mut (limit, caster),
+            &mut (limit, self.caster.clone()),
             |(limit, _), around| {
                 ray.enters(around, margin).is_some_and(|entry| entry <= limit + margin)
             },
