@@ -60,6 +60,7 @@ pub use tumble_core::error::Error;
 pub use tumble_core::geometry::Piece;
 pub use tumble_core::joint::{Axis, Drive, Gear, Joint, JointFrame, Motor};
 pub use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
+pub use tumble_core::query;
 pub use tumble_core::simulation::random::random_attitude;
 pub use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
 pub use tumble_core::simulation::summary::RunSummary;
@@ -70,7 +71,9 @@ pub use tumble_core::solver::native::{NativeSolver, StepChange, StepDerivative};
 pub use tumble_core::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
-pub use tumble_core::world::{Constant, Fixed, Parameters, Partner, Plane, World};
+pub use tumble_core::world::{
+    Constant, Fixed, Groups, Parameters, Partner, Plane, Touching, World,
+};
 
 pub mod problem;
 #[cfg(feature = "rollout")]

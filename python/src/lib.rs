@@ -11,6 +11,7 @@ mod owned;
 mod pictures;
 mod plan;
 mod problem;
+mod query;
 mod reading;
 mod recording;
 mod robot;

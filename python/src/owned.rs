@@ -1,6 +1,7 @@
 //! Data of a running simulation, and its threads after a fork.
 
 use crate::errors::refused;
+use crate::query::Placed;
 use crate::running::Running;
 use pyo3::{PyErr, PyResult};
 use std::sync::Arc;
@@ -23,6 +24,12 @@ pub struct Owned {
 }
 
 impl Owned {
+    /// Scene at the current states.
+    pub fn placed(&self) -> Placed<'_> {
+        let simulation = &self.running.simulation;
+        Placed { content: &self.content, world: simulation.world(), states: simulation.states() }
+    }
+
     /// Time t = k h, s.
     pub fn time(&self) -> f64 {
         let simulation = &self.running.simulation;

@@ -2,6 +2,7 @@
 
 use crate::arrays::{of_states, shaped, to_states};
 use crate::errors::refused;
+use crate::query::{Between, Hits, Placed};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use std::fs::{self, File};
@@ -265,6 +266,44 @@ impl PyScene {
         of_states(py, &self.content.starts)
     }
 
+    /// Hits of rays (R, 3): see [`Placed::cast`].
+    fn hits<'py>(
+        &self,
+        py: Python<'py>,
+        origins: PyReadonlyArrayDyn<'_, f64>,
+        directions: PyReadonlyArrayDyn<'_, f64>,
+        most: f64,
+        ignored: Vec<String>,
+        all: bool,
+    ) -> PyResult<Hits<'py>> {
+        let placed = self.placed();
+        placed.cast(py, [&origins, &directions], most, &ignored, all)
+    }
+
+    /// Distance of two objects: see [`Placed::distance`].
+    fn between<'py>(&self, py: Python<'py>, first: &str, second: &str) -> PyResult<Between<'py>> {
+        let placed = self.placed();
+        placed.distance(py, first, second)
+    }
+
+    /// Objects near a piece: see [`Placed::near`].
+    fn near(
+        &self,
+        text: &str,
+        path: PathBuf,
+        within: f64,
+        ignored: Vec<String>,
+    ) -> PyResult<Vec<(String, f64)>> {
+        let placed = self.placed();
+        placed.near(text, &path, within, &ignored)
+    }
+
+    /// Near pairs: see [`Placed::pairs`].
+    fn near_pairs(&self, within: f64, excluded: bool) -> PyResult<Vec<(String, String, f64)>> {
+        let placed = self.placed();
+        placed.pairs(within, excluded)
+    }
+
     /// Solver of contact steps: native, ipopt, or rk4 without a ground.
     #[getter]
     fn solver(&self) -> &'static str {
@@ -306,6 +345,12 @@ fn solver_name(name: &str) -> PyResult<SolverName> {
 }
 
 impl PyScene {
+    /// The scene at its start.
+    fn placed(&self) -> Placed<'_> {
+        let content = &*self.content;
+        Placed { content, world: &content.world, states: &content.starts }
+    }
+
     /// Names and numbers of joint axes.
     fn axes(&self, axes: Vec<(usize, JointAxis)>) -> Vec<(String, usize)> {
         let number = |axis| match axis {

@@ -4,6 +4,7 @@ use crate::arrays::{Array, as_many, numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::owned::Owned;
+use crate::query::{Between, Hits};
 use crate::recording::{JOINT_COLUMNS, NO_STEP, PyRecording};
 use crate::robot::{PyRobot, at_place};
 use crate::running::Running;
@@ -133,7 +134,8 @@ impl PySimulation {
         let Running { simulation, last, .. } = own.moved();
         let new = content.bodies.len() - 1;
         let (body, start) = (content.world.bodies()[new].clone(), content.starts[new]);
-        simulation.add_body(body, start).map_err(|error| refused(content.naming(&error)))?;
+        let added = simulation.add_body_with(body, start, content.world.touching_of(new));
+        added.map_err(|error| refused(content.naming(&error)))?;
         simulation.set_load(new, content.loads[new].clone()).map_err(refused)?;
         let record = last.change_bodies();
         if !record.states.is_empty() {
@@ -205,6 +207,48 @@ impl PySimulation {
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         of_states(py, self.owned()?.running.simulation.states())
+    }
+
+    /// Hits of rays (R, 3): see [`Placed::cast`].
+    fn hits<'py>(
+        &self,
+        py: Python<'py>,
+        origins: PyReadonlyArrayDyn<'_, f64>,
+        directions: PyReadonlyArrayDyn<'_, f64>,
+        most: f64,
+        ignored: Vec<String>,
+        all: bool,
+    ) -> PyResult<Hits<'py>> {
+        let own = self.owned()?;
+        let placed = own.placed();
+        placed.cast(py, [&origins, &directions], most, &ignored, all)
+    }
+
+    /// Distance of two objects: see [`Placed::distance`].
+    fn between<'py>(&self, py: Python<'py>, first: &str, second: &str) -> PyResult<Between<'py>> {
+        let own = self.owned()?;
+        let placed = own.placed();
+        placed.distance(py, first, second)
+    }
+
+    /// Objects near a piece: see [`Placed::near`].
+    fn near(
+        &self,
+        text: &str,
+        path: PathBuf,
+        within: f64,
+        ignored: Vec<String>,
+    ) -> PyResult<Vec<(String, f64)>> {
+        let own = self.owned()?;
+        let placed = own.placed();
+        placed.near(text, &path, within, &ignored)
+    }
+
+    /// Near pairs: see [`Placed::pairs`].
+    fn near_pairs(&self, within: f64, excluded: bool) -> PyResult<Vec<(String, String, f64)>> {
+        let own = self.owned()?;
+        let placed = own.placed();
+        placed.pairs(within, excluded)
     }
 
     /// Takes one step, with wrenches (N, 6) if not None. Returns status, residual in m/s and

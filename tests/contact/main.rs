@@ -8,6 +8,7 @@ mod curved_common;
 mod curved_departures;
 mod elastic_symmetry;
 mod fast;
+mod groups;
 #[path = "../common/interrupt.rs"]
 mod interrupt;
 mod many_points;

@@ -1,9 +1,13 @@
-//! Tests of shapes: contact points, distances and sweeps.
+//! Tests of shapes: contact points, distances, sweeps and queries.
 
 #[path = "../common/mod.rs"]
 mod common;
 mod contact;
+mod distances;
 mod pieces;
 mod planes;
+mod queried;
+mod rays;
+mod rays_in_worlds;
 mod shapes;
 mod sweep;

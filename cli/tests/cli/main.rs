@@ -15,6 +15,7 @@ mod foreign_files;
 mod fuzz;
 mod gears;
 mod gradient;
+mod groups;
 mod hard;
 mod held;
 mod input;

@@ -19,6 +19,7 @@ pub mod mechanics;
 pub mod contact;
 pub mod derivative;
 pub mod problem;
+pub mod query;
 pub mod world;
 
 pub mod simulation;

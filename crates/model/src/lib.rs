@@ -10,6 +10,7 @@ mod drawn;
 pub mod failure;
 pub mod fields;
 pub mod gear;
+pub mod groups;
 pub mod joint;
 mod model;
 pub mod names;

@@ -4,6 +4,7 @@
 
 pub use super::drawn::DrawnModel;
 use super::gear::GearModel;
+use super::groups::GroupsModel;
 use super::joint::JointModel;
 use super::shape::{ModelPlace, ModelShape, PlacedForm};
 use crate::colour::{BodyLabel, Colour};
@@ -68,6 +69,9 @@ pub struct Model {
     /// Pairs that do not collide, in addition to the pairs joined by joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub apart: Vec<ApartModel>,
+    /// Names of the collision groups besides `default` and `ground`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<String>,
 }
 
 /// Surface that moves along its body, such as a conveyor belt.
@@ -102,6 +106,9 @@ pub struct BodyModel {
     /// True if the body collides.
     #[serde(default = "touches", skip_serializing_if = "touches_as_usual")]
     pub touches: bool,
+    /// Collision groups.
+    #[serde(default, skip_serializing_if = "GroupsModel::are_usual")]
+    pub groups: GroupsModel,
     /// External load; null without a load.
     pub load: Option<LoadParameters>,
     /// Colour in pictures; default from a short palette.
@@ -142,6 +149,9 @@ pub struct FixedModel {
     pub piece: PlacedForm,
     /// Coefficient of friction; null for the world's.
     pub friction: Option<f64>,
+    /// Collision groups.
+    #[serde(default, skip_serializing_if = "GroupsModel::are_usual")]
+    pub groups: GroupsModel,
 }
 
 /// Coefficient of friction or restitution of one pair.
@@ -230,7 +240,7 @@ impl Model {
             .try_fold(world, |world, pair| world.with_apart(pair.body, pair.partner.into()))?;
         let untouched = self.bodies.iter().enumerate().filter(|(_, body)| !body.touches);
         let world = untouched.map(|(index, _)| index).try_fold(world, World::with_untouched)?;
-        self.tied(world)
+        self.tied(self.grouped(world)?)
     }
 
     /// Prescribed motions of joint frames in the world, with the index of each joint.

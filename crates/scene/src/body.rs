@@ -15,6 +15,7 @@ use tumble_core::mechanics::{Load, RigidBody, State};
 use tumble_core::world::World;
 use tumble_model::failure::{Failure, refuse_flags};
 use tumble_model::fields::by_rows;
+use tumble_model::groups::GroupsModel;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown;
@@ -116,6 +117,7 @@ fn model(world: &World, load: &Load, start: &State, drawn: Option<DrawnModel>) -
             friction: None,
             restitution: None,
             touches: true,
+            groups: GroupsModel::default(),
             load: (!load.is_none()).then(|| LoadParameters::of(load)),
             colour: None,
             label: None,
@@ -130,6 +132,7 @@ fn model(world: &World, load: &Load, start: &State, drawn: Option<DrawnModel>) -
         gears: Vec::new(),
         surfaces: Vec::new(),
         apart: Vec::new(),
+        groups: Vec::new(),
     }
 }
 

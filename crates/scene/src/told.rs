@@ -7,6 +7,7 @@ use super::scene::Scene;
 use super::settings::Settings;
 use super::{bodies, body};
 use std::path::Path;
+use tumble_core::geometry::Piece;
 use tumble_model::ReadFile;
 use tumble_model::failure::{Failure, refuse_flags};
 use tumble_model::names::FileKind;
@@ -116,6 +117,17 @@ impl Scene {
         let entry = super::parse(text).map_err(Failure::Input)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         bodies::with_body(self, entry, Files { folder, read })
+    }
+
+    /// Convex piece that the fields of a piece in `pieces` describe, for queries. Its mesh is
+    /// relative to `path`.
+    ///
+    /// # Errors
+    /// The first invalid value.
+    pub fn piece_of_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Piece, Failure> {
+        let entry = super::parse(text).map_err(Failure::Input)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        bodies::piece(entry, Files { folder, read })
     }
 
     /// This scene without the body `index` and its joints. The indices of later bodies decrease by

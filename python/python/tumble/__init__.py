@@ -15,6 +15,7 @@ from ._contacts import Contacts
 from ._gradients import Derivatives, RolloutDerivatives
 from ._plan import Miss, Plan, plan
 from ._problem import ContactProblem, ContactSolution
+from ._query import Distance, PairDistance, Queries, RayHit, RayHits
 from ._robot import Inertial, Links, Robot, RobotJoint, Site
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
@@ -30,12 +31,17 @@ __all__ = [
     "ContactSolution",
     "Contacts",
     "Derivatives",
+    "Distance",
     "Inertial",
     "Links",
     "Miss",
     "Page",
+    "PairDistance",
     "Picture",
     "Plan",
+    "Queries",
+    "RayHit",
+    "RayHits",
     "Robot",
     "RobotJoint",
     "RolloutDerivatives",

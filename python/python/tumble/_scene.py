@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple,
 
 from ._checks import tables, whole
 from ._files import written
+from ._query import Queries
 from ._toml import document
 from ._tumble import CoreScene, TumbleError
 
@@ -29,7 +30,7 @@ _GROUND = '{"friction": 0.3}'
 _SEED = re.compile(r"^\s*\"?seed\"?\s*=", re.MULTILINE)
 
 
-class Scene(CoreScene):
+class Scene(CoreScene, Queries):
     """Bodies, their surroundings, their start and the solver.
 
     A scene is built from the tables of a scenario file, as dictionaries::
@@ -47,7 +48,7 @@ class Scene(CoreScene):
     world. ``rotation`` selects the discretisation of the rotation, "momentum" or "tutorial"
     (scenarios/README.md). Raises TumbleError for an invalid scene.
 
-    ``jacobian`` and ``vjp`` compute derivatives.
+    ``jacobian`` and ``vjp`` compute derivatives. The methods of Queries look at its start.
     """
 
     _source: Tuple[str, str, Dict[str, Any]]
@@ -149,6 +150,9 @@ class Scene(CoreScene):
         scene = super().__new__(cls, text, os.fspath(path), **settings)
         scene._source = (text, os.fspath(path), settings)
         return scene
+
+    def _folder(self) -> Path:
+        return Path(self._source[1])
 
     def __reduce__(self) -> Any:
         """Pickles a scene as its text."""

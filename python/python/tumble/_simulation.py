@@ -13,6 +13,7 @@ from ._checks import made, room, whole
 from ._files import written
 from ._names import ByName, unknown
 from ._progress import Progress, callback
+from ._query import Queries
 from ._robot import Robot
 from ._scene import Scene
 from ._toml import document
@@ -45,7 +46,7 @@ class Step(NamedTuple):
         return self.status not in ("failed", "wild")
 
 
-class Simulation(CoreSimulation):
+class Simulation(CoreSimulation, Queries):
     """Running simulation of a scene of N bodies, from its start or from ``states`` (N, 13).
 
     It starts at step ``index``, by default the scene's ``start_index``. Its time is ``index``
@@ -61,7 +62,8 @@ class Simulation(CoreSimulation):
     One thread at a time may use a simulation; other threads raise TumbleError meanwhile. Copy
     it for each thread.
 
-    Pickles and copies continue with the same results, to the last bit.
+    Pickles and copies continue with the same results, to the last bit. The methods of Queries
+    look at its current states.
     """
 
     # Slots refuse mistyped names.
@@ -187,6 +189,9 @@ class Simulation(CoreSimulation):
         Raises TumbleError if it penetrates another body too deeply.
         """
         self.keep(self._index(body), False)
+
+    def _folder(self) -> Path:
+        return Path(self._scene._source[1])
 
     def _index(self, body: Union[int, str]) -> int:
         bodies = self.bodies

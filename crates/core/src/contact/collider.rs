@@ -8,13 +8,13 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Owner of a piece: a body or a fixed piece, by index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PieceOwner {
+pub(crate) enum PieceOwner {
     Body(usize),
     Fixed(usize),
 }
 
 impl PieceOwner {
-    pub(super) fn partner(self) -> Partner {
+    pub(crate) fn partner(self) -> Partner {
         match self {
             Self::Body(index) => Partner::Body(index),
             Self::Fixed(index) => Partner::Fixed(index),
@@ -24,24 +24,24 @@ impl PieceOwner {
 
 /// A collider: one piece of a body or a fixed piece of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Collider {
-    pub(super) owner: PieceOwner,
-    pub(super) piece: usize,
+pub(crate) struct Collider {
+    pub(crate) owner: PieceOwner,
+    pub(crate) piece: usize,
 }
 
 /// Sizes of a piece that bound its motion with its body.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PieceExtent {
+pub(crate) struct PieceExtent {
     /// ℓ: reach of the piece from its own centre (m).
-    pub(super) size: f64,
+    pub(crate) size: f64,
     /// Largest distance of its core from the body's centre of mass (m).
-    pub(super) arm: f64,
+    pub(crate) arm: f64,
     /// Radius of the largest ball about its centre inside the piece (m).
-    pub(super) inner: f64,
+    pub(crate) inner: f64,
 }
 
 impl PieceExtent {
-    pub(super) fn of(piece: &Piece) -> Self {
+    pub(crate) fn of(piece: &Piece) -> Self {
         let core = piece.core();
         let arm = core.vertices().iter().map(Vector3::norm).fold(0.0, f64::max);
         let depth = core.faces().iter().map(|face| face.offset - face.normal.dot(core.centre()));
@@ -52,7 +52,7 @@ impl PieceExtent {
 }
 
 /// All colliders of a world: the pieces of the bodies in order, then the fixed pieces.
-pub(super) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_ {
+pub(crate) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_ {
     let of_body = |(index, body): (usize, &RigidBody)| {
         let owner = PieceOwner::Body(index);
         (0..body.pieces().len()).map(move |piece| Collider { owner, piece })
@@ -63,12 +63,12 @@ pub(super) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_
 }
 
 /// ℓ: reach of a piece from its own centre (m).
-pub(super) fn size(piece: &Piece) -> f64 {
+pub(crate) fn size(piece: &Piece) -> f64 {
     piece.core().reach() + piece.radius()
 }
 
 /// A collider's piece and the pose of its owner.
-pub(super) fn placed<'a>(
+pub(crate) fn placed<'a>(
     world: &'a World,
     poses: &'a [Pose],
     collider: Collider,

@@ -36,7 +36,7 @@
 mod between;
 mod candidates;
 pub mod certificate;
-mod collider;
+pub(crate) mod collider;
 pub mod curved;
 pub mod detection;
 mod key_index;

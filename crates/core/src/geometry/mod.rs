@@ -7,6 +7,8 @@
 //!
 //! - [`Sweep`] is the broad phase: it finds the pairs of pieces whose boxes overlap.
 //! - [`separation()`] returns the signed distance of two pieces.
+//! - [`closest_points()`] returns the points between which the distance is measured.
+//! - [`RayCaster`] intersects a ray with a piece.
 //! - [`first_overlap`] returns the time of impact of two moving pieces.
 //! - [`manifold()`] returns their contact points and planes.
 
@@ -14,6 +16,7 @@ pub mod advance;
 mod axes;
 mod bound;
 mod closest;
+mod closest_points;
 mod ellipsoid;
 pub mod hull;
 pub mod manifold;
@@ -23,6 +26,7 @@ mod near;
 mod overlap;
 pub mod pair;
 pub mod piece;
+mod ray;
 mod segment;
 pub mod separation;
 pub mod smooth;
@@ -32,6 +36,7 @@ mod triangles;
 
 pub use advance::{Advance, Moving, bulge, first_overlap, stays_clear, travel};
 pub use bound::bound;
+pub use closest_points::{ClosestPoints, closest_points};
 pub use ellipsoid::Ellipsoid;
 pub use hull::Hull;
 pub(crate) use manifold::edges_across;
@@ -39,6 +44,7 @@ pub use manifold::manifold;
 pub use mass::MassProperties;
 pub use pair::{Hint, PairScratch, PlacedPiece};
 pub use piece::Piece;
+pub use ray::{RayCaster, RayEntry};
 pub use segment::nearest_shares;
 pub use separation::{Separation, overlap, separation};
 pub use smooth::Smooth;

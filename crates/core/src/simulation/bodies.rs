@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::mechanics::{RigidBody, State};
 use crate::simulation::Motion;
 use crate::step::{ContactForce, StepSolution};
-use crate::world::World;
+use crate::world::{Touching, World};
 use nalgebra::Vector3;
 
 impl Simulation<'_> {
@@ -19,8 +19,21 @@ impl Simulation<'_> {
     /// If [`Simulation::new`] would reject the state, or if the solver supports one world only. The
     /// simulation is then unchanged.
     pub fn add_body(&mut self, body: RigidBody, state: State) -> Result<usize, Error> {
-        let state = state.checked()?;
-        let (index, world) = (self.world.bodies().len(), self.world.with_body(body)?);
+        self.add_body_with(body, state, Touching::default())
+    }
+
+    /// Adds `body` with the contact exclusions `touching`; see [`Simulation::add_body`].
+    ///
+    /// # Errors
+    /// Same as [`Simulation::add_body`].
+    pub fn add_body_with(
+        &mut self,
+        body: RigidBody,
+        state: State,
+        touching: Touching,
+    ) -> Result<usize, Error> {
+        let (state, index) = (state.checked()?, self.world.bodies().len());
+        let world = self.world.with_body(body)?.with_touching(index, touching)?;
         let mut states = self.now.states.clone();
         states.push(state);
         let mut candidates = self.scratch.candidates.clone();

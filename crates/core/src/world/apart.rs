@@ -1,9 +1,51 @@
-//! Exclusion of contacts between pairs of bodies.
+//! Exclusion of contacts between pairs, by bodies, and by collision groups.
 
-use super::World;
 use super::laws::ordered;
 use super::partner::Partner;
+use super::{GroupMasks, World};
 use crate::error::Error;
+
+/// Exclusions of contacts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Separations<'a> {
+    /// Pairs, sorted.
+    pub pairs: &'a [(usize, Partner)],
+    /// Bodies without any contact, sorted.
+    pub untouched: &'a [usize],
+    /// Held flag of each body; empty if no body is held.
+    pub held: &'a [bool],
+    /// Collision groups, if any.
+    pub groups: Option<&'a GroupMasks>,
+}
+
+/// Copy of the exclusions of a world.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct KnownSeparations {
+    pairs: Vec<(usize, Partner)>,
+    untouched: Vec<usize>,
+    held: Vec<bool>,
+    groups: Option<GroupMasks>,
+}
+
+impl KnownSeparations {
+    /// True if these are the exclusions `other`.
+    pub(crate) fn are(&self, other: &Separations<'_>) -> bool {
+        let Self { pairs, untouched, held, groups } = self;
+        Separations { pairs, untouched, held, groups: groups.as_ref() } == *other
+    }
+
+    /// Copies the exclusions `other`.
+    pub(crate) fn copy(&mut self, other: &Separations<'_>) {
+        let Separations { pairs, untouched, held, groups } = *other;
+        self.pairs.clear();
+        self.pairs.extend_from_slice(pairs);
+        self.untouched.clear();
+        self.untouched.extend_from_slice(untouched);
+        self.held.clear();
+        self.held.extend_from_slice(held);
+        self.groups = groups.cloned();
+    }
+}
 
 impl World {
     /// Returns this world with contacts between `body` and `partner` excluded. Coefficients of the
@@ -42,11 +84,15 @@ impl World {
     }
 
     /// True if contacts between `body` and `partner` are considered. Contacts are excluded for held
-    /// bodies, by joints, by [`World::with_untouched`] and by [`World::with_apart`].
+    /// bodies, by joints, by [`World::with_untouched`], by [`World::with_apart`] and by
+    /// [`World::with_groups`].
     #[must_use]
     #[inline]
     pub fn may_touch(&self, body: usize, partner: Partner) -> bool {
-        let all_do = self.apart.is_empty() && self.untouched.is_empty() && self.held.is_empty();
+        let all_do = self.apart.is_empty()
+            && self.untouched.is_empty()
+            && self.held.is_empty()
+            && self.groups.is_none();
         all_do || self.is_open(body, partner)
     }
 
@@ -54,12 +100,21 @@ impl World {
     #[inline(never)]
     fn is_open(&self, body: usize, partner: Partner) -> bool {
         let is_apart = || self.apart.binary_search(&ordered(body, partner)).is_ok();
-        self.touches(body) && partner.body().is_none_or(|body| self.touches(body)) && !is_apart()
+        let by_groups = || self.groups.as_ref().is_none_or(|all| all.may_touch(body, partner));
+        self.touches(body)
+            && partner.body().is_none_or(|body| self.touches(body))
+            && by_groups()
+            && !is_apart()
     }
 
-    /// All exclusions: pairs, bodies without any contact, and a held flag per body.
-    pub(crate) fn separations(&self) -> (&[(usize, Partner)], &[usize], &[bool]) {
-        (&self.apart, &self.untouched, &self.held)
+    /// All exclusions.
+    pub(crate) fn separations(&self) -> Separations<'_> {
+        Separations {
+            pairs: &self.apart,
+            untouched: &self.untouched,
+            held: &self.held,
+            groups: self.groups.as_deref(),
+        }
     }
 
     /// True if contacts of `body` are considered at all.

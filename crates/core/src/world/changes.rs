@@ -1,7 +1,7 @@
 //! Changes of a world during a simulation: added, removed and held bodies, and moving surfaces.
 
 use super::laws::PairLaws;
-use super::{Partner, World};
+use super::{GroupMasks, Partner, World};
 use crate::error::{Error, all_in_range};
 use crate::joint::{Gear, Joint, Knots};
 use crate::mechanics::RigidBody;
@@ -129,6 +129,8 @@ impl World {
         let kept_apart = self.kept_apart.iter().filter_map(renumbered).collect();
         let (pair_frictions, pair_restitutions) =
             (pairs(&self.pair_frictions), pairs(&self.pair_restitutions));
+        let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
+        let groups = groups.and_then(GroupMasks::if_any);
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
         let surface = |(of, velocity): &(Partner, Vector3<f64>)| match of {
             Partner::Body(other) => Some((Partner::Body(number(*other)?), *velocity)),
@@ -144,6 +146,7 @@ impl World {
             pair_restitutions,
             kept_apart,
             untouched,
+            groups,
             ..self.clone()
         };
         Ok(world.tied_by(joints))

@@ -4,6 +4,7 @@
 mod apart;
 mod changes;
 pub mod constants;
+mod groups;
 mod joint_constants;
 mod law_constants;
 mod laws;
@@ -11,8 +12,11 @@ pub(crate) mod partner;
 pub mod plane;
 pub(crate) mod reshape;
 
+pub(crate) use apart::KnownSeparations;
 pub(crate) use changes::without;
 pub use constants::Constant;
+pub(crate) use groups::GroupMasks;
+pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
 use laws::{PairLaws, ordered};
 pub use partner::{ContactLaw, Partner};
@@ -66,6 +70,8 @@ pub struct World {
     kept_apart: Vec<(usize, Partner)>,
     /// Bodies without contacts, sorted.
     untouched: Vec<usize>,
+    /// Collision groups; `None` if all objects have the defaults.
+    groups: Option<Box<GroupMasks>>,
     /// Held flag of each body; empty if no body is held.
     held: Vec<bool>,
     /// Surface velocities, each with its collider.
@@ -102,6 +108,7 @@ impl World {
             apart: Vec::new(),
             kept_apart: Vec::new(),
             untouched: Vec::new(),
+            groups: None,
             held: Vec::new(),
             surfaces: Vec::new(),
             pair_frictions: PairLaws::new(),
@@ -343,6 +350,7 @@ impl World {
             apart: Vec::new(),
             kept_apart: Vec::new(),
             untouched: Vec::new(),
+            groups: None,
             held: self.held.clone(),
             surfaces: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),

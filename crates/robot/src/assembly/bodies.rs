@@ -9,6 +9,7 @@ use crate::motion::RobotMotion;
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, Polyline};
 use tumble_model::colour::Colour;
+use tumble_model::groups::GroupsModel;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
 use tumble_model::{BodyModel, BodyStart, Model};
@@ -78,6 +79,7 @@ impl Assembled {
                     friction: first.and_then(friction_of),
                     restitution: None,
                     touches,
+                    groups: GroupsModel::default(),
                     load: held.clone(),
                     colour: None,
                     label: None,

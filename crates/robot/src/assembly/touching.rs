@@ -4,6 +4,7 @@ use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
 use crate::model::{RobotForm, RobotShape};
 use tumble_core::contact::Plane;
+use tumble_model::groups::GroupsModel;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::PlacedForm;
 use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel};
@@ -69,7 +70,8 @@ impl Assembled {
                     let numbered =
                         || self.named(&format!("{}-fixed-{}", shape.name, model.fixed.len()));
                     let name = if taken { numbered() } else { name };
-                    model.fixed.push(FixedModel { name, piece, friction: friction_of(shape) });
+                    let (friction, groups) = (friction_of(shape), GroupsModel::default());
+                    model.fixed.push(FixedModel { name, piece, friction, groups });
                     ShapeOwner::Fixed(model.fixed.len() - 1)
                 }
             };

@@ -26,12 +26,13 @@ use super::solver_choice::SolverChoice;
 use crate::choices::SolverName;
 use build::BuiltScene;
 use driven::{DrivenEntry, SurfaceEntry};
-use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
+use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry, PieceEntry};
 use gears::GearEntry;
 use joints::{JointEntry, MotorEntry};
 use tumble_core::contact::detection::CONTACT_BAND;
 use tumble_core::contact::{Candidates, Overlap};
 use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
 use tumble_core::joint::GEAR_AT_THE_START;
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::failure::{Failure, refuse_flags};
@@ -145,6 +146,15 @@ pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Sc
     let last = scene.bodies.len() - 1;
     refuse_violent_load(&scene, last)?;
     Ok(scene)
+}
+
+/// Convex piece that the table `entry` describes.
+///
+/// # Errors
+/// The first invalid value.
+pub fn piece(entry: PieceEntry, files: Files<'_>) -> Result<Piece, Failure> {
+    let placed = build::placed_piece("piece", entry, &files).map_err(Failure::Input)?;
+    Ok(placed.piece()?)
 }
 
 /// Returns `scene` without the body `index` and its joints.

@@ -39,6 +39,10 @@ pub struct RobotEntry {
     meshes: Option<MeshPieces>,
     leave_out: Option<Vec<String>>,
     point_contacts: Option<bool>,
+    /// Collision groups of all its links.
+    pub groups: Option<Vec<String>>,
+    /// Groups that its links collide with.
+    pub collides_with: Option<Vec<String>>,
 }
 
 impl RobotEntry {
@@ -156,6 +160,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
         gears: Vec::new(),
         surfaces: Vec::new(),
         apart: Vec::new(),
+        groups: Vec::new(),
     };
     if robot.joints.is_empty() {
         let way = match robot.options.has_world {

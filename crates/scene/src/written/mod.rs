@@ -8,9 +8,10 @@ use std::fmt::Write as _;
 use tumble_core::joint::{Drive, Middle, Motor};
 use tumble_model::failure::Failure;
 use tumble_model::gear::GearModel;
+use tumble_model::groups::GroupsModel;
 use tumble_model::joint::{CourseModel, JointModel};
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
-use tumble_model::{BodyModel, Model, PartnerModel};
+use tumble_model::{BodyModel, FixedModel, Model, PartnerModel};
 
 /// Scenario file that reproduces this scene except for its solver; numbers are exact.
 ///
@@ -155,6 +156,7 @@ fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), S
     if !body.touches {
         lines.push("touches = false".to_owned());
     }
+    lines.extend(group_lines(&body.groups));
     lines.push(format!("position = {:?}", <[f64; 3]>::from(origin)));
     lines.push(format!("attitude = {:?}", body.start.attitude));
     for (field, value) in [("velocity", body.start.velocity), ("spin", body.start.spin)] {
@@ -186,14 +188,30 @@ fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), S
     Ok(())
 }
 
+/// Fields of collision groups.
+fn group_lines(groups: &GroupsModel) -> impl Iterator<Item = String> {
+    let members = Some(&groups.members).filter(|members| !members.is_empty());
+    let fields = [("groups", members), ("collides_with", groups.collides_with.as_ref())];
+    fields.into_iter().filter_map(|(field, names)| {
+        let names: Vec<_> = names?.iter().map(|name| quoted(name)).collect();
+        Some(format!("{field} = [{}]", names.join(", ")))
+    })
+}
+
 /// Tables of fixed geometry. Consecutive pieces with the same name form one object.
 fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
-    for thing in model.fixed.chunk_by(|a, b| a.name == b.name && a.friction == b.friction) {
+    let one = |a: &FixedModel, b: &FixedModel| {
+        a.name == b.name && a.friction == b.friction && a.groups == b.groups
+    };
+    for thing in model.fixed.chunk_by(one) {
         let name = quoted(&thing[0].name);
         let pieces = pieces(thing.iter().map(|fixed| &fixed.piece))?;
         let _ = writeln!(out, "\n[[fixed]]\nname = {name}\n{pieces}");
         if let Some(friction) = thing[0].friction {
             let _ = writeln!(out, "friction = {friction:?}");
+        }
+        for line in group_lines(&thing[0].groups) {
+            let _ = writeln!(out, "{line}");
         }
     }
     Ok(())

@@ -20,7 +20,7 @@ use super::shared_edge::shares_a_line_only;
 use super::{Contact, Partner};
 use crate::geometry::{ManifoldPoint, PairScratch, PieceSide, Sweep, bound, manifold};
 use crate::mechanics::{Pose, State, Trajectory};
-use crate::world::World;
+use crate::world::{KnownSeparations, World};
 use places::set_poses;
 use std::ops::Range;
 
@@ -78,7 +78,7 @@ pub(super) struct Neighbours {
     /// True if no two pieces may touch.
     is_apart: bool,
     /// Separations of the world that `is_apart` was computed for.
-    separations: (Vec<(usize, Partner)>, Vec<usize>, Vec<bool>),
+    separations: KnownSeparations,
     sweep: Sweep,
     /// Contacts of the step, by their pieces.
     index: PieceIndex,

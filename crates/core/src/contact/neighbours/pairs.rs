@@ -89,21 +89,18 @@ impl Neighbours {
 
     /// True if no two pieces of the world may touch.
     pub(super) fn are_apart(&mut self, world: &World) -> bool {
-        let (pairs, untouched, held) = &self.separations;
-        if (&pairs[..], &untouched[..], &held[..]) != world.separations() {
+        if !self.separations.are(&world.separations()) {
             self.separate(world);
         }
         self.is_apart
     }
 
     fn separate(&mut self, world: &World) {
-        let (pairs, untouched, held) = world.separations();
-        self.separations.0.clear();
-        self.separations.0.extend_from_slice(pairs);
-        self.separations.1.clear();
-        self.separations.1.extend_from_slice(untouched);
-        self.separations.2.clear();
-        self.separations.2.extend_from_slice(held);
+        self.separations.copy(&world.separations());
+        if world.groups_exclude_pieces() {
+            self.is_apart = true;
+            return;
+        }
         let of_bodies = self.colliders[..self.bodies.len()].iter().enumerate();
         let mut touching = of_bodies.filter(|(index, _)| world.touches(self.bodies[*index]));
         self.is_apart = touching.all(|(index, collider)| {

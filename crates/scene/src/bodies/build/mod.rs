@@ -2,6 +2,7 @@
 //!
 //! The closures `named` put the place in the file before an error message, such as `bodies[0].`.
 
+mod groups;
 mod names;
 
 use super::SceneEntries;
@@ -78,6 +79,7 @@ pub fn build(
             gears: Vec::new(),
             surfaces: Vec::new(),
             apart: Vec::new(),
+            groups: Vec::new(),
         },
     };
     if file.bodies.is_empty() && file.robots.is_empty() {
@@ -101,10 +103,16 @@ pub fn build(
                 "prefix: {prefix:?} is used twice; each robot needs its own"
             )));
         }
+        let groups = builder.groups(entry.groups.clone(), entry.collides_with.clone());
+        let (groups, bodies, fixed) =
+            (groups.map_err(named)?, builder.model.bodies.len(), builder.model.fixed.len());
         let added = entry.add(&files, &mut builder.model).map_err(named)?;
         robots.push(added);
+        builder.model.bodies[bodies..].iter_mut().for_each(|of| of.groups.clone_from(&groups));
+        builder.model.fixed[fixed..].iter_mut().for_each(|of| of.groups.clone_from(&groups));
     }
     builder.refuse_equal_names()?;
+    builder.refuse_unknown_groups()?;
     for (index, entry) in file.friction.iter().enumerate() {
         let pairs = builder.coefficients(entry, 10.0);
         let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
@@ -177,6 +185,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     }
     builder.names.clear();
     builder.refuse_equal_names()?;
+    builder.refuse_unknown_groups()?;
     builder.refuse_mass_ratio()?;
     builder.refuse_large_looks()?;
     Ok(builder.model)
@@ -233,6 +242,7 @@ impl Builder<'_> {
             friction: entry.friction,
             restitution: entry.restitution,
             touches: entry.touches.unwrap_or(true),
+            groups: self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?,
             load,
             colour: entry.colour,
             look: look.map(|look| {
@@ -290,6 +300,7 @@ impl Builder<'_> {
             let friction = entry.friction.unwrap_or_default();
             return Err(named(format!("friction is {friction:?}; allowed: 0 to 10")));
         }
+        let groups = self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?;
         let count = copies.len();
         let mut partners = Vec::new();
         for (number, copied) in copies.into_iter().enumerate() {
@@ -304,7 +315,8 @@ impl Builder<'_> {
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
                 piece.piece().map_err(|error| named(field_of(&error)))?;
                 partners.push(PartnerModel::Fixed(self.model.fixed.len()));
-                let fixed = FixedModel { name: name.clone(), piece, friction: entry.friction };
+                let (name, groups) = (name.clone(), groups.clone());
+                let fixed = FixedModel { name, piece, friction: entry.friction, groups };
                 self.model.fixed.push(fixed);
             }
         }
@@ -359,29 +371,24 @@ impl Builder<'_> {
     ) -> Result<Vec<PlacedForm>, String> {
         let found = match (form, pieces) {
             (Some(form), None) => {
-                vec![(at.to_owned(), PlacedForm { form, place: ModelPlace::ORIGIN })]
+                let form = PlacedForm { form, place: ModelPlace::ORIGIN };
+                refuse_piece(at, &form)?;
+                vec![form]
             }
             (None, Some(entries)) if !entries.is_empty() => {
                 let mut pieces = Vec::new();
-                for (index, mut entry) in entries.into_iter().enumerate() {
-                    let at = format!("{at}.pieces[{index}]");
-                    let named = |why: String| format!("{at}.{why}");
-                    let form = entry.take_form().form(&self.files).map_err(named)?;
-                    let form = form.ok_or_else(|| format!("{at}: {ONE_SHAPE}"))?;
-                    let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
-                    pieces.push((at, PlacedForm { form, place }));
+                for (index, entry) in entries.into_iter().enumerate() {
+                    pieces.push(placed_piece(
+                        &format!("{at}.pieces[{index}]"),
+                        entry,
+                        &self.files,
+                    )?);
                 }
                 pieces
             }
             _ => return Err(format!("{at}: {ONE_SHAPE}, or pieces of these")),
         };
-        for (at, placed) in &found {
-            placed.piece().map_err(|error| match field_of(&error) {
-                why if !why.starts_with("shape") => format!("{at}.{why}"),
-                _ => format!("{at}.{}: {error}", placed.form.field()),
-            })?;
-        }
-        Ok(found.into_iter().map(|(_, placed)| placed).collect())
+        Ok(found)
     }
 
     /// Visual shape of a body.
@@ -476,6 +483,30 @@ fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
     let load = Load::new(force, torque, settings.force_at.unwrap_or_default());
     let load = load.map_err(|error| format!("load: {error}"))?;
     Ok((!load.is_none()).then(|| LoadParameters::of(&load)))
+}
+
+/// Piece of a table at the place `at` of the file.
+pub fn placed_piece(
+    at: &str,
+    mut entry: PieceEntry,
+    files: &Files<'_>,
+) -> Result<PlacedForm, String> {
+    let named = |why: String| format!("{at}.{why}");
+    let form = entry.take_form().form(files).map_err(named)?;
+    let form = form.ok_or_else(|| format!("{at}: {ONE_SHAPE}"))?;
+    let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+    let placed = PlacedForm { form, place };
+    refuse_piece(at, &placed)?;
+    Ok(placed)
+}
+
+/// Rejects a form that the core does not accept.
+fn refuse_piece(at: &str, placed: &PlacedForm) -> Result<(), String> {
+    let named = |error| match field_of(&error) {
+        why if !why.starts_with("shape") => format!("{at}.{why}"),
+        _ => format!("{at}.{}: {error}", placed.form.field()),
+    };
+    placed.piece().map(drop).map_err(named)
 }
 
 /// Place of an object, whose attitude must not be random.

@@ -1,0 +1,156 @@
+//! Collision groups by name.
+
+use super::model::Model;
+use crate::failure::Failure;
+use serde::{Deserialize, Serialize};
+use tumble_core::contact::Partner;
+use tumble_core::world::{Groups, World};
+
+/// Group of bodies and fixed pieces without groups. It is bit 0 of the masks.
+pub const DEFAULT: &str = "default";
+/// Group of the ground. It is bit 1 of the masks.
+pub const GROUND: &str = "ground";
+/// Maximum number of named groups. The masks have 64 bits.
+pub const MOST_GROUPS: usize = 62;
+
+/// Collision groups of a body or a fixed piece.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GroupsModel {
+    /// Names of its groups; empty for `default`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub members: Vec<String>,
+    /// Names of the groups that it collides with; absent for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub collides_with: Option<Vec<String>>,
+}
+
+impl GroupsModel {
+    /// True if these are the groups of an object without groups.
+    pub fn are_usual(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl Model {
+    /// Adds the names of `groups` that the model does not have to its list.
+    ///
+    /// Names are never removed, so the bits of the masks stay when bodies come and go.
+    ///
+    /// # Errors
+    /// Too many names.
+    pub fn add_groups(&mut self, groups: &GroupsModel) -> Result<(), String> {
+        for name in &groups.members {
+            if name != DEFAULT && !self.groups.contains(name) {
+                self.groups.push(name.clone());
+            }
+        }
+        if self.groups.len() > MOST_GROUPS {
+            let count = self.groups.len();
+            return Err(format!("groups: the scene has {count}; allowed: up to {MOST_GROUPS}"));
+        }
+        Ok(())
+    }
+
+    /// Bit masks of `groups`.
+    ///
+    /// # Errors
+    /// An unknown name; the sentence begins with the field.
+    pub fn masks(&self, groups: &GroupsModel) -> Result<Groups, String> {
+        let mask = |field: &str, names: &[String]| {
+            names.iter().try_fold(0, |mask, name| {
+                let bit = self.bit(name);
+                let bit = bit.ok_or_else(|| format!("{field}: {}", self.unknown(name)))?;
+                Ok::<u64, String>(mask | bit)
+            })
+        };
+        let usual = Groups::default();
+        let members = match &groups.members[..] {
+            [] => usual.members,
+            names => mask("groups", names)?,
+        };
+        let collides_with = match &groups.collides_with {
+            None => usual.collides_with,
+            Some(names) => mask("collides_with", names)?,
+        };
+        Ok(Groups { members, collides_with })
+    }
+
+    /// Sets the groups of all objects in `world`.
+    pub(crate) fn grouped(&self, mut world: World) -> Result<World, Failure> {
+        for (index, body) in self.bodies.iter().enumerate() {
+            if !body.groups.are_usual() {
+                let odd = |why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name));
+                let masks = self.masks(&body.groups).map_err(odd)?;
+                world = world.with_groups(Partner::Body(index), masks)?;
+            }
+        }
+        for (index, fixed) in self.fixed.iter().enumerate() {
+            if !fixed.groups.are_usual() {
+                let odd = |why| Failure::Input(format!("fixed[{index}] ({}): {why}", fixed.name));
+                let masks = self.masks(&fixed.groups).map_err(odd)?;
+                world = world.with_groups(Partner::Fixed(index), masks)?;
+            }
+        }
+        Ok(world)
+    }
+
+    fn bit(&self, name: &str) -> Option<u64> {
+        match name {
+            DEFAULT => Some(1),
+            GROUND => Some(2),
+            _ => {
+                let place = self.groups.iter().take(MOST_GROUPS).position(|known| known == name)?;
+                Some(4 << place)
+            }
+        }
+    }
+
+    fn unknown(&self, name: &str) -> String {
+        let known = [DEFAULT, GROUND].into_iter().chain(self.groups.iter().map(String::as_str));
+        let all = known.clone().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        match nearest(name, known) {
+            Some(near) => format!("there is no group {name:?}; did you mean {near:?}?"),
+            None => format!("there is no group {name:?}; the groups are {all}"),
+        }
+    }
+}
+
+/// The name that differs from `name` by the fewest letters, if these are at most a third of it.
+fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let most = name.chars().count().div_ceil(3);
+    let ranked = known.map(|other| (edits(name, other), other));
+    ranked.filter(|(edits, _)| *edits <= most).min_by_key(|(edits, _)| *edits).map(|(_, near)| near)
+}
+
+/// Number of letters to insert, remove or replace (Levenshtein's distance).
+fn edits(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, letter) in from.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, other) in to.iter().enumerate() {
+            let replaced = diagonal + usize::from(letter != *other);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_are_counted() {
+        for (from, to, count) in
+            [("", "abc", 3), ("kitten", "sitting", 3), ("debri", "debris", 1), ("a", "a", 0)]
+        {
+            assert_eq!((edits(from, to), edits(to, from)), (count, count), "{from} {to}");
+        }
+        let known = ["default", "ground", "debris"];
+        assert_eq!(nearest("debri", known.into_iter()), Some("debris"));
+        assert_eq!(nearest("Ground", known.into_iter()), Some("ground"));
+        assert_eq!(nearest("hand", known.into_iter()), None);
+    }
+}
