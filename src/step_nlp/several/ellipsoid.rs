@@ -1,18 +1,18 @@
 //! Motion of an ellipsoid relative to a plane in the program, with its derivatives.
 //!
 //! With the components g_i of the half axes s_i and g_c of the centre along the plane's normal
-//! (eq. 24),
+//! (eq. 24), the norm |·|_u of eq. 4c, its gradient m and its second derivatives P,
 //!
 //! ```text
-//! g = g_c − e,   e = √(Σ g_i²)
-//! ∇e = Σ g_i ∇g_i/e,   ∇²e = (Σ (∇g_i ∇g_iᵀ + g_i ∇²g_i) − ∇e ∇eᵀ)/e            (eq. D14)
+//! g = g_c − |(g_i)|_u
+//! ∇g = ∇g_c − Σ m_i ∇g_i,   ∇²g = ∇²g_c − Σ m_i ∇²g_i − Σ P_ij ∇g_i ∇g_jᵀ        (eq. D14)
 //! ```
 
 use super::component::{Curvature, Forms, MotionComponent, PointPair, PosePair, ProgramPose};
 use super::touch::Sight;
-use nalgebra::{Matrix4, Vector3, Vector4};
-use tumble_core::contact::Contact;
-use tumble_core::geometry::Ellipsoid;
+use nalgebra::Vector3;
+use tumble_core::contact::curved::Reach;
+use tumble_core::contact::{Contact, EllipsoidPoint};
 use tumble_core::mechanics::quaternion::rotated_point_forms;
 
 /// Axis of the normal in a frame (t₁, t₂, n).
@@ -27,6 +27,8 @@ pub(crate) struct EllipsoidFeatures {
     centre: Sight,
     /// Half axes along the directions of the plane.
     axes: [Sight; 3],
+    /// u of eq. 4c.
+    toward: Vector3<f64>,
     /// y: from the centre to the touching point at step k (m, world).
     pub(crate) beyond: Vector3<f64>,
     /// Forms of a vector that is zero only where no point of the ellipsoid turns.
@@ -38,16 +40,17 @@ impl EllipsoidFeatures {
     /// `centre` is the centre relative to A (m, world).
     pub(crate) fn new(
         contact: &Contact,
-        one: &Ellipsoid,
+        point: &EllipsoidPoint,
         foot: Vector3<f64>,
         centre: &Vector3<f64>,
     ) -> Self {
-        let frame = &contact.features.frame;
+        let (frame, one) = (&contact.features.frame, &point.shape);
         let axis = |index: usize| Sight::new(&one.axes.column(index).into_owned(), frame);
         Self {
             points: PointPair::new(one.centre, foot),
             centre: Sight::new(&one.centre, frame),
             axes: [axis(0), axis(1), axis(2)],
+            toward: point.toward,
             beyond: contact.arm - centre,
             widest: rotated_point_forms(&(one.centre.abs() + one.half_extents())),
         }
@@ -55,60 +58,44 @@ impl EllipsoidFeatures {
 
     /// Component g along the normal.
     pub(crate) fn distance(&self, at: PosePair) -> MotionComponent {
-        let centre = self.centre.component(NORMAL, at);
-        let width = self.width(at);
-        MotionComponent {
-            value: centre.value - width.value,
-            by_position: centre.by_position,
-            by_a: centre.by_a - width.by_a,
-            by_b: centre.by_b - width.by_b,
+        let mut whole = self.centre.component(NORMAL, at);
+        let (axes, seen) = self.seen(at);
+        let reach = Reach::of(&seen, &self.toward);
+        whole.value -= reach.length;
+        for (axis, m) in axes.iter().zip(&reach.direction) {
+            whole.by_a -= axis.by_a * *m;
+            whole.by_b -= axis.by_b * *m;
         }
+        whole
     }
 
     /// Second derivatives of [`Self::distance`].
     pub(crate) fn distance_curvature(&self, at: PosePair) -> Curvature {
         let mut whole = self.centre.curvature(NORMAL, at);
-        let width = self.width(at);
-        if width.value <= 0.0 {
-            return whole;
+        let (axes, seen) = self.seen(at);
+        let reach = Reach::of(&seen, &self.toward);
+        let round = reach.curvature(&seen, &self.toward);
+        for (i, (axis, m)) in self.axes.iter().zip(&reach.direction).enumerate() {
+            let own = axis.curvature(NORMAL, turned(at));
+            whole.aa -= own.aa * *m;
+            whole.bb -= own.bb * *m;
+            whole.ab -= own.ab * *m;
+            for (j, other) in axes.iter().enumerate() {
+                let (one, weight) = (&axes[i], round[(i, j)]);
+                whole.aa -= one.by_a * other.by_a.transpose() * weight;
+                whole.bb -= one.by_b * other.by_b.transpose() * weight;
+                whole.ab -= one.by_a * other.by_b.transpose() * weight;
+            }
         }
-        let mut squares = [Matrix4::zeros(); 3];
-        for axis in &self.axes {
-            let (g, curved) =
-                (axis.component(NORMAL, turned(at)), axis.curvature(NORMAL, turned(at)));
-            squares[0] += g.by_a * g.by_a.transpose() + curved.aa * g.value;
-            squares[1] += g.by_b * g.by_b.transpose() + curved.bb * g.value;
-            squares[2] += g.by_a * g.by_b.transpose() + curved.ab * g.value;
-        }
-        whole.aa -= (squares[0] - width.by_a * width.by_a.transpose()) / width.value;
-        whole.bb -= (squares[1] - width.by_b * width.by_b.transpose()) / width.value;
-        whole.ab -= (squares[2] - width.by_a * width.by_b.transpose()) / width.value;
         whole
     }
 
-    /// e with its first derivatives; zero for a disc parallel to the plane.
-    fn width(&self, at: PosePair) -> Width {
-        let mut width = Width { value: 0.0, by_a: Vector4::zeros(), by_b: Vector4::zeros() };
-        for axis in &self.axes {
-            let g = axis.component(NORMAL, turned(at));
-            width.value += g.value * g.value;
-            width.by_a += g.by_a * g.value;
-            width.by_b += g.by_b * g.value;
-        }
-        width.value = width.value.sqrt();
-        if width.value > 0.0 {
-            width.by_a /= width.value;
-            width.by_b /= width.value;
-        }
-        width
+    /// Components g_i of the half axes, and their values.
+    fn seen(&self, at: PosePair) -> ([MotionComponent; 3], Vector3<f64>) {
+        let axes = [0, 1, 2].map(|index| self.axes[index].component(NORMAL, turned(at)));
+        let seen = Vector3::from_fn(|index, _| axes[index].value);
+        (axes, seen)
     }
-}
-
-/// Half the width of an ellipsoid along the normal, with its derivatives.
-struct Width {
-    value: f64,
-    by_a: Vector4<f64>,
-    by_b: Vector4<f64>,
 }
 
 /// The same attitudes at the origin, where only vectors count.

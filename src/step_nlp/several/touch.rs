@@ -74,7 +74,7 @@ impl CurvedFeatures {
                 let foot = b.map_or(touched, |b| {
                     rotation(&b.state.attitude).tr_mul(&(touched - b.state.position))
                 });
-                let centre = rotation(&a.state.attitude) * one.centre;
+                let centre = rotation(&a.state.attitude) * one.shape.centre;
                 Self::Ellipsoid(EllipsoidFeatures::new(contact, one, foot, &centre))
             }
         })

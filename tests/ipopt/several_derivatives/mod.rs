@@ -15,7 +15,7 @@ use tumble::step_nlp::StepNlp;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
 use tumble_core::contact::curved::{Core, shortest_way};
 use tumble_core::contact::{
-    Contact, ContactKey, ContactLaw, CorePair, Curved, Features, Partner, Plane,
+    Contact, ContactKey, ContactLaw, CorePair, Curved, EllipsoidPoint, Features, Partner, Plane,
 };
 use tumble_core::geometry::Ellipsoid;
 use tumble_core::mechanics::quaternion::rotation;
@@ -105,7 +105,7 @@ fn ellipsoid() -> impl Strategy<Value = Features> {
         let half = Matrix3::from_diagonal(&Vector3::new(half.0, half.1, half.2));
         let one = Ellipsoid { centre, axes: rotation(&turn.normalize()) * half };
         let plane = Features::of_plane(centre, radius, rotation(&frame.normalize()), offset);
-        Features { curved: Some(Curved::Ellipsoid(one)), ..plane }
+        Features { curved: Some(Curved::Ellipsoid(EllipsoidPoint::of(one))), ..plane }
     })
 }
 
@@ -172,7 +172,8 @@ fn is_smooth(meeting: &Meeting, states: &[State]) -> bool {
         Some(Curved::Ellipsoid(one)) => {
             let normal = meeting.features.frame.column(2).into_owned();
             let turned = meeting.partner.map(|partner| states[partner].pose().rotation * normal);
-            return one.half_width(&pose.rotation.tr_mul(&turned.unwrap_or(normal))) > 0.1;
+            let seen = pose.rotation.tr_mul(&turned.unwrap_or(normal));
+            return one.shape.half_width(&seen) > 0.1;
         }
     };
     let of_a = curved.of_a.moved(&pose.rotation, &pose.position);

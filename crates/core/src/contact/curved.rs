@@ -3,11 +3,13 @@
 //! An [`Ellipsoid`] c + S y, |y| ≤ 1, against a plane n·x = d has the gap
 //!
 //! ```text
-//! φ = n·c − d − ρ − |Sᵀ n|                                                 (eq. 4c)
+//! φ = n·c − d − ρ − |Sᵀ n|_u                                               (eq. 4c)
 //! ```
 //!
-//! in the frame of the ellipsoid. Its derivative with respect to the bodies' motion is that of the
-//! nearest point c − S Sᵀ n/|Sᵀ n|, because this point is optimal. The slip combines the motion of
+//! in the frame of the ellipsoid. The nearest point is c − S u with u = Sᵀ n/|Sᵀ n|. Its force acts
+//! where it is at k. So u may turn by 60° in a step, as the direction of D in eq. 4b below. Then
+//! |·|_u is the norm. A disc that claps flat has other contacts on the other side. Its derivative with respect to the bodies' motion is that of the
+//! nearest point, because this point is optimal. The slip combines the motion of
 //! the centre with the rotation of the vector from the centre to the point that is nearest at k, so
 //! that rolling has no slip.
 //!
@@ -76,8 +78,8 @@ impl Core {
 pub enum Curved {
     /// Two rounded features.
     Cores(CorePair),
-    /// An ellipsoid of A (m, frame of A) against the plane of the contact.
-    Ellipsoid(Ellipsoid),
+    /// An ellipsoid of A against the plane of the contact.
+    Ellipsoid(EllipsoidPoint),
 }
 
 impl Curved {
@@ -86,7 +88,9 @@ impl Curved {
     pub fn scaled(&self, factor: f64) -> Self {
         match self {
             Self::Cores(pair) => Self::Cores(pair.scaled(factor)),
-            Self::Ellipsoid(one) => Self::Ellipsoid(one.scaled(factor)),
+            Self::Ellipsoid(one) => {
+                Self::Ellipsoid(EllipsoidPoint { shape: one.shape.scaled(factor), ..*one })
+            }
         }
     }
 
@@ -97,6 +101,31 @@ impl Curved {
             Self::Cores(pair) => Some(pair),
             Self::Ellipsoid(_) => None,
         }
+    }
+}
+
+/// An ellipsoid (m, frame of A) and its nearest point at k.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct EllipsoidPoint {
+    /// The ellipsoid.
+    pub shape: Ellipsoid,
+    /// u at k (unit): the point is c − S u. With u = 0, [`Contact::new`](super::Contact::new)
+    /// chooses the nearest point.
+    pub toward: Vector3<f64>,
+}
+
+impl EllipsoidPoint {
+    /// An ellipsoid whose nearest point is not known yet.
+    #[must_use]
+    pub fn of(shape: Ellipsoid) -> Self {
+        Self { shape, toward: Vector3::zeros() }
+    }
+
+    /// |Sᵀ n|_u (m) for the normal `n` in the frame of A, with u at its maximum.
+    #[must_use]
+    pub fn width(&self, n: &Vector3<f64>) -> Reach {
+        Reach::of(&self.shape.axes.tr_mul(n), &self.toward)
     }
 }
 

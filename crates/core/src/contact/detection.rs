@@ -3,7 +3,7 @@
 //! The results are *candidates* for a solver. The solution decides which of them *carry a force*
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
-use super::{Contact, ContactKey, Features, KeyIndex, Partner, Plane};
+use super::{Contact, ContactKey, Curved, Features, KeyIndex, Partner, Plane};
 use crate::mechanics::body::ContactPoint;
 use crate::mechanics::{Pose, State};
 use crate::world::World;
@@ -47,7 +47,8 @@ impl Detection {
             let heights = world.heights(index, &pose).zip(world.heights(index, &free));
             for (point, (now, then)) in heights.enumerate() {
                 let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
-                if candidate && !is_flat(&body.contact_points()[point], ground, &pose) {
+                let found = &body.contact_points()[point];
+                if candidate && !found.is_second && !is_flat(found, ground, &pose) {
                     contacts.push(ground_contact(world, ground, index, point, &pose));
                 }
                 needs_contact |= candidate || then < 0.0;
@@ -104,14 +105,24 @@ pub fn admit_missed(
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
             if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {
                 let (pose, found) = (state.pose(), &world.bodies()[body].contact_points()[point]);
-                // A disc that lies flat and tips turns about the point that comes lowest. One that
-                // ends flat is supported by corners.
-                let lowest = match is_flat(found, ground, &pose) {
-                    true if is_flat(found, ground, &end) => continue,
-                    true => found.smooth().map(|one| one.lowest(ground.normal(), &end.rotation)),
-                    false => None,
+                let is_known = |point: usize| {
+                    let key = ContactKey { point, ..key };
+                    contacts.iter().any(|contact| contact.key == key)
                 };
-                contacts.push(ground_contact_at(world, ground, (body, point), &pose, lowest));
+                // An ellipsoid that comes down away from its nearest point has a second one there.
+                // A disc that lies flat has no nearest point, and corners support it.
+                if found.is_second && !is_known(point - 1)
+                    || is_flat(found, ground, &pose) && is_flat(found, ground, &end)
+                {
+                    continue;
+                }
+                let toward = match found.smooth() {
+                    Some(one) if found.is_second || is_flat(found, ground, &pose) => {
+                        one.direction(&end.rotation.tr_mul(ground.normal()))
+                    }
+                    _ => Vector3::zeros(),
+                };
+                contacts.push(ground_contact_at(world, ground, (body, point), &pose, toward));
             }
         }
     }
@@ -133,22 +144,24 @@ fn ground_contact(
     point: usize,
     pose: &Pose,
 ) -> Contact {
-    ground_contact_at(world, ground, (body, point), pose, None)
+    ground_contact_at(world, ground, (body, point), pose, Vector3::zeros())
 }
 
-/// Contact of a body's point, given by both indices, with the ground of the world. A disc that is
-/// parallel to the ground touches at `place` (m, body frame).
+/// Contact of a body's point, given by both indices, with the ground of the world. An ellipsoid
+/// touches at its point in the direction [`toward`](super::EllipsoidPoint::toward).
 fn ground_contact_at(
     world: &World,
     ground: &Plane,
     (body, point): (usize, usize),
     pose: &Pose,
-    place: Option<Vector3<f64>>,
+    toward: Vector3<f64>,
 ) -> Contact {
     let a = &world.bodies()[body];
-    let mut features =
-        Features::of_point(&a.contact_points()[point], *ground.frame(), ground.offset());
-    features.point = place.unwrap_or(features.point);
+    let found = &a.contact_points()[point];
+    let mut features = Features::of_point(found, *ground.frame(), ground.offset());
+    if let Some(Curved::Ellipsoid(one)) = &mut features.curved {
+        one.toward = toward;
+    }
     let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
     let law = world.law_between(body, Partner::Ground);
     Contact::new(key, features, law, (a, pose), None)

@@ -53,7 +53,7 @@ pub use crate::world::{ContactLaw, Partner, Plane};
 pub use between::round;
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
-pub use curved::{CorePair, Curved};
+pub use curved::{CorePair, Curved, EllipsoidPoint};
 pub use detection::Detection;
 pub use key_index::KeyIndex;
 pub use law::Response;
@@ -143,7 +143,7 @@ pub struct Features {
     pub offset: f64,
     /// Features with a gap of their own. For two round features, point, frame and offset are
     /// recomputed from the closest points at k, and the given ones are ignored. The point of an
-    /// ellipsoid is its nearest one at k. It is the given point if all are equally near.
+    /// ellipsoid follows from [its direction](EllipsoidPoint::toward).
     pub curved: Option<Curved>,
 }
 
@@ -158,7 +158,7 @@ impl Features {
     #[must_use]
     #[inline]
     pub fn of_point(point: &ContactPoint, frame: Matrix3<f64>, offset: f64) -> Self {
-        let curved = point.smooth().map(Curved::Ellipsoid);
+        let curved = point.smooth().map(|one| Curved::Ellipsoid(EllipsoidPoint::of(one)));
         Self { curved, ..Self::of_plane(point.position, point.radius, frame, offset) }
     }
 }
@@ -359,7 +359,7 @@ impl Contact {
         match &self.features.curved {
             None => {}
             Some(Curved::Cores(pair)) => return self.round_motion(pair, a, b, h),
-            Some(Curved::Ellipsoid(one)) => return self.ellipsoid_motion(one, a, b, h),
+            Some(Curved::Ellipsoid(one)) => return self.ellipsoid_motion(&one.shape, a, b, h),
         }
         let (normal, radius) = (self.normal(), self.features.radius);
         let mut arm = self.arm;
@@ -466,7 +466,9 @@ fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&
             let (_, trajectory) = way_between(pair, a, b);
             return Reach::of(&trajectory, normal).length - radius - pair.radius;
         }
-        Some(Curved::Ellipsoid(one)) => (&one.centre, one.half_width(&plane_in_a(frame, a, b))),
+        Some(Curved::Ellipsoid(one)) => {
+            (&one.shape.centre, one.width(&plane_in_a(frame, a, b)).length)
+        }
     };
     let w = seen_from(b, &(a.position + a.rotation * point));
     frame.column(2).dot(&w) - offset - radius - width
@@ -506,12 +508,13 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
         None => return features,
         Some(Curved::Cores(pair)) => pair,
         Some(Curved::Ellipsoid(one)) => {
-            let normal = plane_in_a(&features.frame, a, b);
-            let point = match one.is_across(&normal) {
-                true => features.point,
-                false => one.centre - one.farthest(&normal),
-            };
-            return Features { point, ..features };
+            let (normal, shape) = (plane_in_a(&features.frame, a, b), one.shape);
+            // A disc that lies flat has no nearest point.
+            let is_given = one.toward != Vector3::zeros() || shape.is_across(&normal);
+            let toward = if is_given { one.toward } else { shape.direction(&normal) };
+            let curved = Some(Curved::Ellipsoid(EllipsoidPoint { shape, toward }));
+            let point = shape.centre - shape.axes * toward;
+            return Features { point, curved, ..features };
         }
     };
     let (shares, trajectory) = way_between(&curved, a, b);

@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 pub struct Ellipsoid {
     /// c: centre (m).
     pub centre: Vector3<f64>,
-    /// S: half axes as columns (m).
+    /// S: half axes as columns (m), orthogonal.
     pub axes: Matrix3<f64>,
 }
 
@@ -51,22 +51,29 @@ impl Ellipsoid {
         self.axes.tr_mul(n).norm()
     }
 
-    /// S Sᵀ n/|Sᵀ n|: vector from the centre to the farthest point along the unit vector `n` (m).
-    /// Zero if all points are equally far, to rounding.
+    /// S Sᵀ n/|Sᵀ n|: vector from the centre to the farthest point along `n` (m). Zero if all points
+    /// are equally far, to rounding.
     #[must_use]
     pub fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
-        if self.is_across(n) {
-            return Vector3::zeros();
-        }
-        let seen = self.axes.tr_mul(n);
-        self.axes * (seen / seen.norm())
+        self.axes * self.direction(n)
     }
 
-    /// Lowest point of a body's ellipsoid along the world direction `normal`, with the body's
-    /// `rotation` (m, body frame).
+    /// Sᵀ n/|Sᵀ n|: the unit vector y for which c + S y is the farthest point along `n`; 0 if all
+    /// points are equally far.
     #[must_use]
-    pub fn lowest(&self, normal: &Vector3<f64>, rotation: &Matrix3<f64>) -> Vector3<f64> {
-        self.centre - self.farthest(&rotation.tr_mul(normal))
+    pub fn direction(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        if self.is_across(n) { Vector3::zeros() } else { self.axes.tr_mul(n).normalize() }
+    }
+
+    /// The vector y for which c + S y is the point `at` of the ellipsoid's span (m).
+    #[must_use]
+    pub fn coordinates(&self, at: &Vector3<f64>) -> Vector3<f64> {
+        // The columns of S are orthogonal.
+        Vector3::from_fn(|axis, _| {
+            let column = self.axes.column(axis);
+            let square = column.norm_squared();
+            if square > 0.0 { column.dot(&(at - self.centre)) / square } else { 0.0 }
+        })
     }
 
     /// True if all points are equally far along the unit vector `n`, to rounding: a disc with this

@@ -170,8 +170,8 @@ impl Piece {
         self.smooth.as_ref()
     }
 
-    /// The points that can touch a plane: the vertices of the core with its radius, and the
-    /// ellipsoids of a smooth shape. An ellipsoid alone has no vertices.
+    /// The points that can touch a plane: the vertices of the core with its radius, and two for each
+    /// ellipsoid of a smooth shape. An ellipsoid alone has no vertices.
     pub(crate) fn contact_points(&self) -> impl Iterator<Item = ContactPoint> + '_ {
         let vertices = match self.smooth {
             Some(Smooth::Ellipsoid(_)) => &[],
@@ -179,6 +179,6 @@ impl Piece {
         };
         let of_vertex = |&vertex: &Vector3<f64>| ContactPoint::rounded(vertex, self.radius);
         let ellipsoids = self.smooth.as_ref().map_or(&[][..], Smooth::ellipsoids);
-        vertices.iter().map(of_vertex).chain(ellipsoids.iter().map(ContactPoint::of_ellipsoid))
+        vertices.iter().map(of_vertex).chain(ellipsoids.iter().flat_map(ContactPoint::of_ellipsoid))
     }
 }

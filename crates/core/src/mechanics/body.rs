@@ -43,19 +43,24 @@ pub struct ContactPoint {
     /// Half axes S of the [ellipsoid](Ellipsoid) about the position, as columns (m, body frame). It
     /// touches a plane at its nearest point. `None` for a point of the body.
     pub ellipsoid: Option<Matrix3<f64>>,
+    /// True for the second point of the ellipsoid before it. A step takes it if the ellipsoid also
+    /// comes down elsewhere.
+    pub is_second: bool,
 }
 
 impl ContactPoint {
     /// Point with a rounding radius (m).
     #[must_use]
     pub fn rounded(position: Vector3<f64>, radius: f64) -> Self {
-        Self { position, radius, ellipsoid: None }
+        Self { position, radius, ellipsoid: None, is_second: false }
     }
 
-    /// Contact point of an ellipsoid.
+    /// Both contact points of an ellipsoid.
     #[must_use]
-    pub fn of_ellipsoid(one: &Ellipsoid) -> Self {
-        Self { position: one.centre, radius: 0.0, ellipsoid: Some(one.axes) }
+    pub fn of_ellipsoid(one: &Ellipsoid) -> [Self; 2] {
+        let ellipsoid = Some(one.axes);
+        let point = |is_second| Self { position: one.centre, radius: 0.0, ellipsoid, is_second };
+        [point(false), point(true)]
     }
 
     /// The ellipsoid, if the point has one.
@@ -370,7 +375,8 @@ impl RigidBody {
         let contact_points = self.contact_points.iter().map(|point| {
             let position = point.position / length;
             let radius = point.radius / length;
-            ContactPoint { position, radius, ellipsoid: point.ellipsoid.map(|axes| axes / length) }
+            let ellipsoid = point.ellipsoid.map(|axes| axes / length);
+            ContactPoint { position, radius, ellipsoid, is_second: point.is_second }
         });
         let own = &self.matter;
         Self {

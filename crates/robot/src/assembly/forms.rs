@@ -46,9 +46,9 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
         ModelForm::Box { .. } => 8,
         ModelForm::Sphere { .. } => 1,
         ModelForm::Capsule { .. } => 2,
-        ModelForm::Cylinder { sides, .. } => 2 * sides + 2,
-        ModelForm::Cone { sides, .. } => sides + 2,
-        ModelForm::Ellipsoid { .. } => 1,
+        ModelForm::Cylinder { sides, .. } => 2 * sides + 4,
+        ModelForm::Cone { sides, .. } => sides + 3,
+        ModelForm::Ellipsoid { .. } => 2,
         ModelForm::Hull { points, .. } => points.len(),
         ModelForm::Mesh { vertices, .. } => vertices.len(),
     });
@@ -66,7 +66,7 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
         let points = match &mut shape.form {
             ModelForm::Hull { points, .. } => points,
             ModelForm::Cylinder { sides, .. } => {
-                *sides = (*sides).min((most.saturating_sub(2) / 2).max(LEAST_SIDES));
+                *sides = (*sides).min((most.saturating_sub(4) / 2).max(LEAST_SIDES));
                 continue;
             }
             _ => continue,

@@ -2,9 +2,8 @@
 
 use super::{ContactTangent, RowChange, across};
 use crate::contact::curved::{Core, Reach, shortest_way};
-use crate::contact::{Contact, CorePair, Curved};
+use crate::contact::{Contact, CorePair, Curved, EllipsoidPoint};
 use crate::derivative::side::{SideChangeInput, StepSide};
-use crate::geometry::Ellipsoid;
 use crate::mechanics::Pose;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
@@ -120,11 +119,13 @@ impl ContactTangent {
         (end, self.a.turned.tr_mul(&end))
     }
 
-    /// True if a disc is parallel to its plane at one end of the step, where its nearest point
-    /// jumps.
-    pub(super) fn is_flat(&self, one: &Ellipsoid) -> bool {
+    /// True if the contact has the nearest point of the ellipsoid at both ends of the step. It does
+    /// not if a disc is parallel to its plane.
+    pub(super) fn is_nearest(&self, one: &EllipsoidPoint) -> bool {
         let before = self.a.rotation.tr_mul(&self.contact.normal());
-        [before, self.normal_in_a().1].iter().any(|n| one.is_across(n))
+        let after = self.normal_in_a().1;
+        let is_flat = [before, after].iter().any(|n| one.shape.is_across(n));
+        !is_flat && one.width(&after).is_exact
     }
 
     /// Differentials of an ellipsoid against a plane (10c). c is its centre, y the vector from c to
@@ -140,12 +141,12 @@ impl ContactTangent {
     /// A change of size stretches the body alike along all axes.
     pub(super) fn ellipsoid_change(
         &self,
-        one: &Ellipsoid,
+        point: &EllipsoidPoint,
         of_a: &SideChangeInput,
         of_b: &SideChangeInput,
         time_step: f64,
     ) -> RowChange {
-        let (a, b, h) = (&self.a, &self.b, self.time_step);
+        let (a, b, h, one) = (&self.a, &self.b, self.time_step, &point.shape);
         let n = self.contact.normal();
         let turned = of_b.turn.cross(&n);
         let radius = self.contact.features.radius;
@@ -187,7 +188,7 @@ impl ContactTangent {
             + a.spin_world.cross(&beyond_change);
         // Gap at k+1.
         let (normal_end, seen_end) = self.normal_in_a();
-        let nearest = arm_end - a.turned * one.farthest(&seen_end);
+        let nearest = arm_end - a.turned * (one.axes * point.width(&seen_end).direction);
         let apart_end = a.origin + a.linear * h + nearest - b.origin - b.linear * h;
         let gap_end = normal_end.dot(&apart_end) - self.contact.features.offset - radius;
         let gap_change = normal_end.dot(
@@ -211,7 +212,7 @@ pub(super) fn room(curved: &Curved, contact: &Contact, a: &Pose, b: Option<&Pose
         Curved::Ellipsoid(one) => {
             let normal = contact.features.frame.column(2).into_owned();
             let normal = b.map_or(normal, |b| b.rotation * normal);
-            return one.half_width(&a.rotation.tr_mul(&normal));
+            return one.shape.half_width(&a.rotation.tr_mul(&normal));
         }
     };
     let of = |core: &Core, share: f64| {

@@ -224,7 +224,7 @@ impl ContactTangent {
         let exact = || match &self.contact.features.curved {
             None => true,
             Some(Curved::Cores(pair)) => self.end(pair).1.is_exact,
-            Some(Curved::Ellipsoid(one)) => !self.is_flat(one),
+            Some(Curved::Ellipsoid(one)) => self.is_nearest(one),
         };
         self.placed.placement != Placement::Unknown && exact()
     }

@@ -6,13 +6,13 @@
 use super::coupling::Coupling;
 use super::pair_motion::beside;
 use super::round_motion::RoundSide;
-use crate::geometry::Ellipsoid;
+use crate::contact::EllipsoidPoint;
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// Additional data of a coupling of an ellipsoid and a plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EllipsoidRows {
-    pub(super) ellipsoid: Ellipsoid,
+    pub(super) point: EllipsoidPoint,
     /// Normal of the plane (frame of B, or world for a fixed plane).
     pub(super) normal: Vector3<f64>,
     /// y: from the centre to the touching point at step k (m, world).
@@ -33,9 +33,10 @@ pub(super) struct EllipsoidRows {
 ///
 /// ```text
 /// u_t = (E − n nᵀ) (v_A + A_A K_A c − v_B − A_B K_B b + (A_A ω_A) × y)
-/// u_n = (n⁺·(c⁺ − r_B⁺) − n·(c − r_B) − |Sᵀ n_A⁺| + |Sᵀ n_A| + φ)/h                (N14a)
+/// u_n = (n⁺·(c⁺ − r_B⁺) − n·(c − r_B) − |Sᵀ n_A⁺|_u + |Sᵀ n_A| + φ)/h              (N14a)
 /// ```
 ///
+/// with the norm of eq. 4c.
 /// With a⁺ the nearest point at the end in the frame of A, and b⁺ in the frame of B,
 ///
 /// ```text
@@ -66,7 +67,8 @@ impl<'a> EllipsoidMotion<'a> {
         b: Option<RoundSide<'a>>,
         time_step: f64,
     ) -> Self {
-        let EllipsoidRows { ellipsoid, arm, foot, .. } = rows;
+        let EllipsoidRows { point, arm, foot, .. } = rows;
+        let ellipsoid = &point.shape;
         let start = coupling.rows.normal();
         let mut apart = a.velocity(&ellipsoid.centre);
         // Rates of the normal: (n⁺ − n)/h, and (n_A⁺ − n_A)/h in the frame of A.
@@ -84,16 +86,13 @@ impl<'a> EllipsoidMotion<'a> {
         }
         let before = a.rotation.tr_mul(&start);
         let after = before + seen * time_step;
-        // |Sᵀ n_A⁺| − |Sᵀ n_A| without cancellation, from the difference of the squares.
-        let widths = ellipsoid.half_width(&before) + ellipsoid.half_width(&after);
-        if widths > 0.0 {
-            let half = |n: &Vector3<f64>| ellipsoid.axes.tr_mul(n);
-            opening -= half(&seen).dot(&(half(&before) + half(&after))) / widths;
-        }
-        let nearest = match ellipsoid.is_across(&after) {
-            true => a.rotation.tr_mul(&rows.beyond),
-            false => -ellipsoid.farthest(&after),
-        };
+        let half = |n: &Vector3<f64>| ellipsoid.axes.tr_mul(n);
+        let (width, was) = (half(&after), half(&before));
+        let reach = point.width(&after);
+        opening -= reach.beyond(&width, &was, was.norm()) / time_step;
+        // A disc that ends flat keeps its point.
+        let toward = if ellipsoid.is_across(&after) { point.toward } else { reach.direction };
+        let nearest = -(ellipsoid.axes * toward);
         let normal = start + turned * time_step;
         Self { coupling, rows, a, b, apart, normal, nearest, opening, time_step }
     }
@@ -109,7 +108,8 @@ impl<'a> EllipsoidMotion<'a> {
 
     /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B).
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Option<Matrix3x6<f64>>) {
-        let EllipsoidRows { ellipsoid, beyond, arm, foot, .. } = self.rows;
+        let EllipsoidRows { point, beyond, arm, foot, .. } = self.rows;
+        let ellipsoid = &point.shape;
         let (h, normal) = (self.time_step, &self.coupling.rows.normal());
         let along = normal * self.normal.transpose();
         let across = Matrix3::identity() - normal * normal.transpose();

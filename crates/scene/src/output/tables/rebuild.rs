@@ -13,8 +13,8 @@
 use super::ContactRow;
 use super::named::{self, BAND, EXACT, Misplaced, size};
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::contact::{Contact, Features, PairFeatures, Partner, Plane, round};
-use tumble_core::geometry::{Ellipsoid, Feature, Piece};
+use tumble_core::contact::{Contact, Curved, Features, PairFeatures, Partner, Plane, round};
+use tumble_core::geometry::{Feature, Piece};
 use tumble_core::mechanics::{Pose, State};
 use tumble_core::world::World;
 
@@ -109,16 +109,21 @@ impl ContactRow {
         }
         let ground = world.ground().ok_or("refers to a ground that does not exist")?;
         let mut features = Features::of_point(point, *ground.frame(), ground.offset());
-        if let Some(one) = point.smooth().filter(Ellipsoid::is_thin) {
-            // A disc that lies flat touches at any point of its rim, or at its centre.
-            let core = self.point + self.normal * self.radius;
-            let away = pose.rotation.tr_mul(&(core - pose.position)) - one.centre;
-            let rim = one.farthest(&away);
-            let is_off = |place: Vector3<f64>| (away - place).amax() > EXACT * one.size();
-            if is_off(rim) && is_off(Vector3::zeros()) {
-                return Err("has a point that its disc does not have");
+        if let Some(Curved::Ellipsoid(one)) = &mut features.curved {
+            let normal = pose.rotation.tr_mul(ground.normal());
+            // The second point of an ellipsoid, and that of a disc that lies flat, can be anywhere.
+            if point.is_second || one.shape.is_across(&normal) {
+                let core = self.point + self.normal * self.radius;
+                let core = pose.rotation.tr_mul(&(core - pose.position));
+                let toward = -one.shape.coordinates(&core);
+                let (size, centre) = (one.shape.size(), one.shape.centre);
+                let off_span = (one.shape.axes * toward + core - centre).norm() > EXACT * size;
+                let length = toward.norm();
+                if off_span || (length - 1.0).abs() > EXACT && length > EXACT {
+                    return Err("has a point that its ellipsoid does not have");
+                }
+                one.toward = if length > 0.5 { toward / length } else { toward };
             }
-            features.point += away;
         }
         Ok(features)
     }

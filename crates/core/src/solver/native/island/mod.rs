@@ -209,17 +209,16 @@ impl Island {
                 self.rounds.push(RoundRows { curved, way: contact.way(), approach, carried });
                 CouplingKind::Round(self.rounds.len() - 1)
             }
-            Some(Curved::Ellipsoid(ellipsoid)) => {
+            Some(Curved::Ellipsoid(point)) => {
                 let member = &self.members[a];
-                let beyond = contact.arm - member.rotation * ellipsoid.centre;
+                let beyond = contact.arm - member.rotation * point.shape.centre;
                 let (arm, foot) = b.as_ref().map_or_else(Default::default, |other| {
                     let of_b = &self.members[other.index];
                     let touched = member.position + contact.arm - of_b.position;
                     (touched - beyond, of_b.rotation.tr_mul(&touched))
                 });
                 let normal = contact.features.frame.column(2).into_owned();
-                let rows =
-                    EllipsoidRows { ellipsoid, normal, beyond, arm, foot, approach, carried };
+                let rows = EllipsoidRows { point, normal, beyond, arm, foot, approach, carried };
                 self.ellipsoids.push(rows);
                 CouplingKind::Ellipsoid(self.ellipsoids.len() - 1)
             }
