@@ -243,3 +243,49 @@ fn a_spinning_egg_rises() {
     let highest = states(&world, start, 15_000).iter().map(|s| s.position.z).fold(0.0, f64::max);
     assert!(highest > short + 0.9 * (long - short), "{highest}");
 }
+
+/// Random drops of all smooth shapes: no step fails, and no step adds energy. Free rotation of the
+/// momentum form conserves energy only to second order, which the rotational energy times (ω h)²
+/// bounds.
+#[test]
+fn drops_do_not_gain_energy() {
+    let mut draw = rand_mt::Mt::new(3);
+    let mut number = move || f64::from(draw.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let (mut steps, mut unsolved) = (0, Vec::new());
+    for drop in 0..60 {
+        let piece = match drop % 4 {
+            0 => Piece::cylinder(0.06, 0.04, SIDES),
+            1 => Piece::cylinder(0.01, 0.1, SIDES),
+            2 => Piece::cone(0.06, 0.05, SIDES),
+            _ => Piece::ellipsoid(Vector3::new(0.06, 0.04, 0.03), SIDES),
+        };
+        let h = if drop % 8 < 4 { 0.002 } else { 0.0005 };
+        let world = world(solid(0.3, piece.unwrap()), 0.5, 0.0, h);
+        let q = Vector4::from_fn(|_, _| number()).normalize();
+        let q = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]));
+        let mut start = on_ground(&world, &q.to_rotation_matrix());
+        start.position.z += 0.1;
+        start.spin = Vector3::new(0.0, 1.0, 3.0);
+        let inertia = *world.bodies()[0].inertia();
+        let energy = |state: &State| {
+            let turning = 0.5 * state.spin.dot(&(inertia * state.spin));
+            let moving = 0.5 * state.velocity.norm_squared() + G * state.position.z;
+            (0.3 * moving + turning, turning * (h * state.spin.norm()).powi(2))
+        };
+        let mut run = Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        let mut before = energy(&start);
+        for k in 0..(1.0 / h) as usize {
+            run.step(&mut record).unwrap();
+            let after = energy(&record.solution.states[0]);
+            let gained = after.0 - before.0 - after.1 - before.1;
+            if gained > 1e-5 || record.report.status == StepStatus::Failed {
+                unsolved
+                    .push(format!("drop {drop}, k = {k}: {:?} {gained:e} J", record.report.status));
+            }
+            steps += 1;
+            before = after;
+        }
+    }
+    assert!(unsolved.is_empty(), "{} of {steps}\n{}", unsolved.len(), unsolved.join("\n"));
+}
