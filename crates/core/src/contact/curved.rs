@@ -7,8 +7,14 @@
 //! ```
 //!
 //! in the frame of the ellipsoid. The nearest point is c − S u with u = Sᵀ n/|Sᵀ n|. Its force acts
-//! where it is at k. So u may turn by 60° in a step, as the direction of D in eq. 4b below. Then
-//! |·|_u is the norm. A disc that claps flat has other contacts on the other side. Its derivative with respect to the bodies' motion is that of the
+//! at one place of the step. So u may turn by 60° in a step, as the direction of D in eq. 4b below.
+//! Then |·|_u is the norm. A disc that claps flat has other contacts on the other side.
+//!
+//! Let y be the vector from the centre to the nearest point. The power of a force at y differs from
+//! the rate of the gap, because y moves over the surface within the step. A force at the y of the
+//! start adds energy if φ is concave along the rotation, and a force at the y of the end does if φ is
+//! convex. The force acts at the y, of the start or of the [predicted end](EllipsoidPoint::lever),
+//! with the smaller rate n·(ω × y), so that it adds none. The derivative of φ with respect to the bodies' motion is that of the
 //! nearest point, because this point is optimal. The slip combines the motion of
 //! the centre with the rotation of the vector from the centre to the point that is nearest at k, so
 //! that rolling has no slip.
@@ -32,6 +38,8 @@
 //! This is the distance from the cone behind the other core.
 
 use crate::geometry::{Ellipsoid, nearest_shares};
+use crate::mechanics::State;
+use crate::mechanics::quaternion::{advance, rotation};
 use nalgebra::{Matrix3, Vector3};
 
 /// c of eq. 4b: cosine of the largest angle by which D may turn in a step.
@@ -120,6 +128,21 @@ impl EllipsoidPoint {
     #[must_use]
     pub fn of(shape: Ellipsoid) -> Self {
         Self { shape, toward: Vector3::zeros() }
+    }
+
+    /// y: vector from the centre to the point where the force acts (m, world), in a step of
+    /// `time_step` (s) of A from `state`. `normal` is the normal of a plane that does not turn
+    /// (world). It belongs to the start, or to the end where A turns with its spin at the start.
+    #[must_use]
+    pub fn lever(&self, normal: &Vector3<f64>, state: &State, time_step: f64) -> Vector3<f64> {
+        let turn = rotation(&state.attitude);
+        let end = rotation(&advance(&state.attitude, &state.spin, time_step));
+        let start = -(turn * (self.shape.axes * self.toward));
+        let ahead = self.shape.direction(&end.tr_mul(normal));
+        let predicted = -(end * (self.shape.axes * ahead));
+        let across = normal.cross(&(turn * state.spin));
+        let is_ahead = ahead.dot(&self.toward) >= COSINE && across.dot(&(predicted - start)) < 0.0;
+        if is_ahead { predicted } else { start }
     }
 
     /// |Sᵀ n|_u (m) for the normal `n` in the frame of A, with u at its maximum.

@@ -3,7 +3,7 @@
 //! The results are *candidates* for a solver. The solution decides which of them *carry a force*
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
-use super::{Contact, ContactKey, Curved, Features, KeyIndex, Partner, Plane};
+use super::{Contact, ContactKey, Features, KeyIndex, Partner, Plane};
 use crate::mechanics::body::ContactPoint;
 use crate::mechanics::{Pose, State};
 use crate::world::World;
@@ -49,7 +49,7 @@ impl Detection {
                 let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
                 let found = &body.contact_points()[point];
                 if candidate && !found.is_second && !is_flat(found, ground, &pose) {
-                    contacts.push(ground_contact(world, ground, index, point, &pose));
+                    contacts.push(ground_contact(world, ground, index, point, state));
                 }
                 needs_contact |= candidate || then < 0.0;
             }
@@ -73,9 +73,8 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
     contacts.clear();
     let Some(ground) = world.ground() else { return };
     for (index, (body, state)) in world.bodies().iter().zip(states).enumerate() {
-        let pose = state.pose();
         let points = 0..body.contact_points().len();
-        let of_point = |point| ground_contact(world, ground, index, point, &pose);
+        let of_point = |point| ground_contact(world, ground, index, point, state);
         contacts.extend(points.map(of_point));
     }
 }
@@ -122,7 +121,7 @@ pub fn admit_missed(
                     }
                     _ => Vector3::zeros(),
                 };
-                contacts.push(ground_contact_at(world, ground, (body, point), &pose, toward));
+                contacts.push(ground_contact_at(world, ground, (body, point), state, toward));
             }
         }
     }
@@ -142,9 +141,9 @@ fn ground_contact(
     ground: &Plane,
     body: usize,
     point: usize,
-    pose: &Pose,
+    state: &State,
 ) -> Contact {
-    ground_contact_at(world, ground, (body, point), pose, Vector3::zeros())
+    ground_contact_at(world, ground, (body, point), state, Vector3::zeros())
 }
 
 /// Contact of a body's point, given by both indices, with the ground of the world. An ellipsoid
@@ -153,16 +152,14 @@ fn ground_contact_at(
     world: &World,
     ground: &Plane,
     (body, point): (usize, usize),
-    pose: &Pose,
+    state: &State,
     toward: Vector3<f64>,
 ) -> Contact {
-    let a = &world.bodies()[body];
+    let (a, pose) = (&world.bodies()[body], state.pose());
     let found = &a.contact_points()[point];
     let mut features = Features::of_point(found, *ground.frame(), ground.offset());
-    if let Some(Curved::Ellipsoid(one)) = &mut features.curved {
-        one.toward = toward;
-    }
+    features.roll(toward, state, world.time_step());
     let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
     let law = world.law_between(body, Partner::Ground);
-    Contact::new(key, features, law, (a, pose), None)
+    Contact::new(key, features, law, (a, &pose), None)
 }

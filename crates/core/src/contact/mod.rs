@@ -163,6 +163,25 @@ impl Features {
     }
 }
 
+impl Features {
+    /// Sets the direction and the point of an ellipsoid against a fixed plane, in a step of
+    /// `time_step` (s) of A from `state`. The point is in the direction `toward`. With `toward` = 0
+    /// it follows from the [lever](EllipsoidPoint::lever). Other features stay.
+    pub fn roll(&mut self, toward: Vector3<f64>, state: &State, time_step: f64) {
+        let normal = self.frame.column(2).into_owned();
+        let Some(Curved::Ellipsoid(one)) = &mut self.curved else { return };
+        if toward != Vector3::zeros() {
+            one.toward = toward;
+            self.point = one.shape.centre - one.shape.axes * toward;
+            return;
+        }
+        let turn = rotation(&state.attitude);
+        one.toward = one.shape.direction(&turn.tr_mul(&normal));
+        let beyond = one.lever(&normal, state, time_step);
+        self.point = one.shape.centre + turn.tr_mul(&beyond);
+    }
+}
+
 /// A body and its pose at the start of a step.
 pub type PlacedBody<'a> = (&'a RigidBody, &'a Pose);
 
@@ -510,11 +529,12 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
         Some(Curved::Ellipsoid(one)) => {
             let (normal, shape) = (plane_in_a(&features.frame, a, b), one.shape);
             // A disc that lies flat has no nearest point.
-            let is_given = one.toward != Vector3::zeros() || shape.is_across(&normal);
-            let toward = if is_given { one.toward } else { shape.direction(&normal) };
+            if one.toward != Vector3::zeros() || shape.is_across(&normal) {
+                return features;
+            }
+            let toward = shape.direction(&normal);
             let curved = Some(Curved::Ellipsoid(EllipsoidPoint { shape, toward }));
-            let point = shape.centre - shape.axes * toward;
-            return Features { point, curved, ..features };
+            return Features { point: shape.centre - shape.axes * toward, curved, ..features };
         }
     };
     let (shares, trajectory) = way_between(&curved, a, b);

@@ -5,7 +5,8 @@ use crate::contact::curved::{Core, Reach, shortest_way};
 use crate::contact::{Contact, CorePair, Curved, EllipsoidPoint};
 use crate::derivative::side::{SideChangeInput, StepSide};
 use crate::mechanics::Pose;
-use nalgebra::{Matrix2, Vector2, Vector3};
+use crate::mechanics::quaternion::rotation;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3, Vector4};
 
 impl ContactTangent {
     /// Differentials of two round features (10b). a and b are the nearest core points at k, D is
@@ -128,6 +129,32 @@ impl ContactTangent {
         !is_flat && one.width(&after).is_exact
     }
 
+    /// Rotation of A at the place of the step whose nearest point carries the force, and its
+    /// differential (world).
+    fn rolled(
+        &self,
+        one: &EllipsoidPoint,
+        of_a: &SideChangeInput,
+        time_step: f64,
+    ) -> (Matrix3<f64>, Vector3<f64>) {
+        let (a, h) = (&self.a, self.time_step);
+        let predicted = a.impact.as_ref().filter(|_| self.is_predicted(one));
+        let Some(motion) = predicted else { return (a.rotation, of_a.turn) };
+        // Cayley map of a = h ω/2: δS Sᵀ = [2 (δa + a × δa)/(1 + |a|²)]×.
+        let half = motion.old * (0.5 * h);
+        let change = of_a.spin * (0.5 * h) + motion.old * (0.5 * time_step);
+        let turned = (change + half.cross(&change)) * (2.0 / (1.0 + half.norm_squared()));
+        let turn = rotation(&Vector4::new(1.0, half.x, half.y, half.z).normalize());
+        (a.rotation * turn, of_a.turn + a.rotation * turned)
+    }
+
+    /// True if the force acts at the nearest point of the predicted end.
+    fn is_predicted(&self, one: &EllipsoidPoint) -> bool {
+        let core = self.contact.features.point - one.shape.centre;
+        let start = one.shape.axes * -one.toward;
+        (core - start).norm() > 1e-14 * one.shape.size()
+    }
+
     /// Differentials of an ellipsoid against a plane (10c). c is its centre, y the vector from c to
     /// the nearest point at k, b the touched point of B, and a⁺ and b⁺ are the nearest points at
     /// k+1:
@@ -138,6 +165,7 @@ impl ContactTangent {
     /// δy  = δθ_A × y + A_A δŷ,   ŷ = −S Sᵀ n_A/|Sᵀ n_A|                            (G5a)
     /// ```
     ///
+    /// If the force acts at the nearest point of the predicted end, y has the rotation of that end.
     /// A change of size stretches the body alike along all axes.
     pub(super) fn ellipsoid_change(
         &self,
@@ -153,16 +181,18 @@ impl ContactTangent {
         let arm = a.rotation * one.centre;
         let core = self.contact.arm + n * radius - arm;
         // Change of the nearest point by the rotation of the plane relative to A.
-        let seen = a.rotation.tr_mul(&n);
+        let (rolled, rolled_turn) = self.rolled(point, of_a, time_step);
+        let seen = rolled.tr_mul(&n);
         let square = one.axes * one.axes.transpose();
         let width = one.half_width(&seen);
-        let change = square * a.rotation.tr_mul(&(turned - of_a.turn.cross(&n)));
+        let change = square * rolled.tr_mul(&(turned - rolled_turn.cross(&n)));
         let across_seen = square * seen * (seen.dot(&change) / (width * width));
         let stretched = |vector: &Vector3<f64>| {
             a.rotation * of_a.stretch.component_mul(&a.rotation.tr_mul(vector))
         };
-        let core_change = of_a.turn.cross(&core) + stretched(&core)
-            - a.rotation * ((change - across_seen) / width);
+        let core_stretched = rolled * of_a.stretch.component_mul(&rolled.tr_mul(&core));
+        let core_change =
+            rolled_turn.cross(&core) + core_stretched - rolled * ((change - across_seen) / width);
         let (beyond, beyond_change) = (core - n * radius, core_change - turned * radius);
         let arm_change = of_a.turn.cross(&arm) + stretched(&arm);
         // Touched point of B.

@@ -53,7 +53,7 @@ impl ContactRow {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         let features = match self.partner {
-            Partner::Ground => self.on_ground(world, &pose)?,
+            Partner::Ground => self.on_ground(world, &states[self.body])?,
             _ => self.on_piece(world, &pose, other.as_ref().map(|(_, pose)| pose))?,
         };
         let key = self.key.between(self.body, self.partner);
@@ -97,8 +97,8 @@ impl ContactRow {
         named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
     }
 
-    /// Contact point of the key, in contact with the ground, with the body at `pose`.
-    fn on_ground(&self, world: &World, pose: &Pose) -> Result<Features, Misplaced> {
+    /// Contact point of the key, in contact with the ground, with the body at `state`.
+    fn on_ground(&self, world: &World, state: &State) -> Result<Features, Misplaced> {
         let points = world.bodies()[self.body].contact_points();
         let point = points.get(self.key.point).ok_or("refers to a point that does not exist")?;
         if self.key.pair.is_some() {
@@ -109,21 +109,26 @@ impl ContactRow {
         }
         let ground = world.ground().ok_or("refers to a ground that does not exist")?;
         let mut features = Features::of_point(point, *ground.frame(), ground.offset());
-        if let Some(Curved::Ellipsoid(one)) = &mut features.curved {
+        if let Some(Curved::Ellipsoid(one)) = features.curved {
+            let pose = state.pose();
             let normal = pose.rotation.tr_mul(ground.normal());
+            let mut toward = Vector3::zeros();
             // The second point of an ellipsoid, and that of a disc that lies flat, can be anywhere.
             if point.is_second || one.shape.is_across(&normal) {
                 let core = self.point + self.normal * self.radius;
                 let core = pose.rotation.tr_mul(&(core - pose.position));
-                let toward = -one.shape.coordinates(&core);
+                toward = -one.shape.coordinates(&core);
                 let (size, centre) = (one.shape.size(), one.shape.centre);
                 let off_span = (one.shape.axes * toward + core - centre).norm() > EXACT * size;
                 let length = toward.norm();
                 if off_span || (length - 1.0).abs() > EXACT && length > EXACT {
                     return Err("has a point that its ellipsoid does not have");
                 }
-                one.toward = if length > 0.5 { toward / length } else { toward };
+                if length > 0.5 {
+                    toward /= length;
+                }
             }
+            features.roll(toward, state, world.time_step());
         }
         Ok(features)
     }
