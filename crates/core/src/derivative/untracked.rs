@@ -17,7 +17,12 @@ pub(crate) fn nearest_untracked(
     let is_seen = |key: &dyn Fn(&ContactKey) -> bool| contacts.iter().any(|c| key(&c.key));
     let mut nearest = beyond;
     for (body, state) in states.iter().enumerate() {
+        let points = world.bodies()[body].contact_points();
         for (point, height) in world.heights(body, &state.pose()).enumerate() {
+            // The second point of an ellipsoid is as high as the first.
+            if points[point].is_second {
+                continue;
+            }
             let is = |key: &ContactKey| {
                 (key.body, key.point, key.partner) == (body, point, Partner::Ground)
             };

@@ -149,7 +149,7 @@ impl ContactTangent {
     }
 
     /// True if the force acts at the nearest point of the predicted end.
-    fn is_predicted(&self, one: &EllipsoidPoint) -> bool {
+    pub(super) fn is_predicted(&self, one: &EllipsoidPoint) -> bool {
         let core = self.contact.features.point - one.shape.centre;
         let start = one.shape.axes * -one.toward;
         (core - start).norm() > 1e-14 * one.shape.size()

@@ -213,6 +213,14 @@ impl ContactTangent {
         self.rebound.is_some()
     }
 
+    /// True if the rows depend on the spin of A at k.
+    pub(crate) fn follows_spin(&self) -> bool {
+        match &self.contact.features.curved {
+            Some(Curved::Ellipsoid(one)) => self.is_predicted(one),
+            _ => false,
+        }
+    }
+
     /// Lever arms from the centres of A and of B to the impulse (m), world frame.
     pub(crate) fn arms(&self) -> [Vector3<f64>; 2] {
         let arm = self.contact.arm;

@@ -11,7 +11,7 @@ use crate::mechanics::State;
 use crate::solver::native::law::MapPiece;
 use crate::step::Step;
 use crate::world::{Constant, LawSlopes};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// Linearised contact.
 #[derive(Debug, Clone)]
@@ -155,7 +155,8 @@ impl LinearCoupling {
 
     /// Computes the pose and velocity columns one by one.
     fn set_columns(&mut self, contact: &Contact) {
-        let mut by_velocity = contact.bounces().then(|| Box::new(SMatrix::<f64, 6, 12>::zeros()));
+        let follows = contact.bounces() || self.tangent.follows_spin();
+        let mut by_velocity = follows.then(|| Box::new(RowsChange::zero()));
         for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
                 let (unit, nothing) = (Vector3::ith(k % 3, 1.0), SideChangeInput::nothing());
@@ -174,9 +175,7 @@ impl LinearCoupling {
                         0..3 => SideChangeInput { velocity: unit, ..nothing },
                         _ => SideChangeInput { spin: unit, ..nothing },
                     };
-                    let RowsChange { motion, impulse, .. } = self.changed(side, &faster);
-                    slopes.fixed_view_mut::<3, 1>(0, 6 * side + k).copy_from(&motion);
-                    slopes.fixed_view_mut::<3, 1>(3, 6 * side + k).copy_from(&impulse);
+                    slopes.set(6 * side + k, &self.changed(side, &faster));
                 }
             }
         }

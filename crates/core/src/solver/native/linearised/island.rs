@@ -156,7 +156,10 @@ impl LinearIsland {
         /// the compliance.
         const LEFT: f64 = 1e-3;
         let Self { bodies, island, points: [point, _], moved, .. } = self;
-        let bounces = point.couplings.iter().any(|coupling| coupling.tangent.bounces());
+        let bounces = point
+            .couplings
+            .iter()
+            .any(|coupling| coupling.tangent.bounces() || coupling.tangent.follows_spin());
         let mut follows = |is_pose: bool| {
             moved.clear();
             moved.resize(step.states.len(), StateChange::zero());

@@ -40,6 +40,13 @@ impl RowsChange<1> {
         }
     }
 
+    /// Adds the product of six columns of `slopes`, from index `first` on, and a vector.
+    fn add(&mut self, slopes: &RowsChange<12>, first: usize, by: &Vector6<f64>) {
+        self.motion += slopes.motion.fixed_columns::<6>(first) * by;
+        self.impulse += slopes.impulse.fixed_columns::<6>(first) * by;
+        self.torques += slopes.torques.fixed_columns::<6>(first) * by;
+    }
+
     /// Inner product of all numbers.
     pub(super) fn dot(&self, other: &Self) -> f64 {
         self.motion.dot(&other.motion)
@@ -58,6 +65,13 @@ impl RowsChange<12> {
         }
     }
 
+    /// Transposed product of six columns, from index `first` on, and a change of the rows.
+    fn pulled(&self, first: usize, by: &RowsChange<1>) -> Vector6<f64> {
+        self.motion.fixed_columns::<6>(first).tr_mul(&by.motion)
+            + self.impulse.fixed_columns::<6>(first).tr_mul(&by.impulse)
+            + self.torques.fixed_columns::<6>(first).tr_mul(&by.torques)
+    }
+
     /// Sets the columns from index `column` on.
     pub(super) fn set<const C: usize>(&mut self, column: usize, part: &RowsChange<C>) {
         self.motion.fixed_columns_mut::<C>(column).copy_from(&part.motion);
@@ -73,8 +87,8 @@ pub(super) struct LinearisedSlopes {
     pub(super) bodies: [Option<usize>; 2],
     /// Derivative with respect to δr (world) and δθ (body) of A and of B.
     pub(super) by_pose: RowsChange<12>,
-    /// Motion and impulse by δv (world) and δω (body) at k of A and of B. `None` if independent.
-    pub(super) by_velocity: Option<Box<SMatrix<f64, 6, 12>>>,
+    /// Derivative with respect to δv (world) and δω (body) at k of A and of B. `None` if independent.
+    pub(super) by_velocity: Option<Box<RowsChange<12>>>,
 }
 
 /// Stacks position and rotation, or velocity and spin.
@@ -93,14 +107,9 @@ impl LinearisedSlopes {
         let mut change = RowsChange::zero();
         for (side, body) in self.bodies.into_iter().enumerate() {
             let Some(state) = body.map(|body| &states[body]) else { continue };
-            let (first, pose) = (6 * side, six(&state.position, &state.turn));
-            change.motion += self.by_pose.motion.fixed_columns::<6>(first) * pose;
-            change.impulse += self.by_pose.impulse.fixed_columns::<6>(first) * pose;
-            change.torques += self.by_pose.torques.fixed_columns::<6>(first) * pose;
+            change.add(&self.by_pose, 6 * side, &six(&state.position, &state.turn));
             if let Some(slopes) = &self.by_velocity {
-                let faster = slopes.fixed_columns::<6>(first) * six(&state.velocity, &state.spin);
-                change.motion += faster.fixed_rows::<3>(0);
-                change.impulse += faster.fixed_rows::<3>(3);
+                change.add(slopes, 6 * side, &six(&state.velocity, &state.spin));
             }
         }
         change
@@ -110,28 +119,19 @@ impl LinearisedSlopes {
     /// for other bodies.
     pub(super) fn by_state(&self, body: usize) -> Option<(RowsChange<6>, Option<RowsChange<6>>)> {
         let first = 6 * (0..2).find(|side| self.bodies[*side] == Some(body))?;
-        let by_velocity = self.by_velocity.as_ref().map(|slopes| RowsChange {
-            motion: slopes.fixed_view::<3, 6>(0, first).into(),
-            impulse: slopes.fixed_view::<3, 6>(3, first).into(),
-            torques: SMatrix::zeros(),
-        });
+        let by_velocity = self.by_velocity.as_ref().map(|slopes| slopes.columns(first));
         Some((self.by_pose.columns(first), by_velocity))
     }
 
     /// Adds the transposed product: derivatives with respect to states.
     pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
-        let RowsChange { motion, impulse, torques } = &self.by_pose;
         for (side, body) in self.bodies.into_iter().enumerate() {
             let Some(state) = body.map(|body| &mut states[body]) else { continue };
-            let first = 6 * side;
-            let pose: Vector6<f64> = motion.fixed_columns::<6>(first).tr_mul(&by.motion)
-                + impulse.fixed_columns::<6>(first).tr_mul(&by.impulse)
-                + torques.fixed_columns::<6>(first).tr_mul(&by.torques);
+            let pose = self.by_pose.pulled(6 * side, by);
             state.position += pose.fixed_rows::<3>(0);
             state.turn += pose.fixed_rows::<3>(3);
             if let Some(slopes) = &self.by_velocity {
-                let faster: Vector6<f64> = slopes.fixed_view::<3, 6>(0, first).tr_mul(&by.motion)
-                    + slopes.fixed_view::<3, 6>(3, first).tr_mul(&by.impulse);
+                let faster = slopes.pulled(6 * side, by);
                 state.velocity += faster.fixed_rows::<3>(0);
                 state.spin += faster.fixed_rows::<3>(3);
             }

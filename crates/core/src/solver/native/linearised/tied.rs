@@ -328,7 +328,7 @@ impl LinearRows {
             let (motion, torques) = (anchors.motion, anchors.torques);
             Box::new(RowsChange { motion, impulse: SMatrix::zeros(), torques })
         });
-        let mut by_velocity = of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 6, 12>::zeros()));
+        let mut by_velocity = of.rates.as_ref().map(|_| Box::new(RowsChange::<12>::zero()));
         for (k, law) in laws.iter().enumerate() {
             let unit = AxisChange::default();
             // Adds columns `by`, and `longer` by h, through the response of row k.
@@ -362,10 +362,9 @@ impl LinearRows {
                 let (motion, impulse) = law.local_solution(&AxisChange { rate: 1.0, ..unit });
                 add((motion, impulse), rates.by_poses.row(k).into(), rates.by_time_step[k]);
                 let by = rates.by_velocities.row(k);
-                let mut row = slopes.row_mut(k);
+                let mut row = slopes.motion.row_mut(k);
                 row += by * motion;
-                let mut part = slopes.fixed_rows_mut::<3>(3);
-                part += frame.column(k) * (by * impulse);
+                slopes.impulse += frame.column(k) * (by * impulse);
             }
         }
         slopes.by_velocity = by_velocity;
