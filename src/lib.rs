@@ -1,5 +1,5 @@
-//! Rigid bodies in hard frictional contact: every time step is one optimisation problem, solved
-//! and certified.
+//! Rigid bodies in hard frictional contact: every time step is one problem, and every step has a
+//! certificate.
 //!
 //! A step of length h finds the states X⁺ and the contact forces f of all bodies at once:
 //!
