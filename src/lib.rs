@@ -1,4 +1,4 @@
-//! Rigid bodies in hard frictional contact: every time step is one problem, and every step has a
+//! Rigid bodies in hard frictional contact. Every time step is one problem, solved and judged by a
 //! certificate.
 //!
 //! A step of length h finds the states X⁺ and the contact forces f of all bodies at once:
