@@ -1,5 +1,5 @@
-//! Rigid bodies in hard frictional contact: every time step is one optimisation problem, solved
-//! and certified.
+//! Rigid bodies in hard frictional contact. Every time step is one problem, solved and judged by a
+//! certificate.
 //!
 //! A step of length h finds the states X⁺ and the contact forces f of all bodies at once:
 //!
@@ -54,25 +54,40 @@
 #![deny(unsafe_code)]
 
 pub use nalgebra;
-pub use tumble_core::contact::{Candidates, Certificate, Contact, ContactKey, Detection};
+pub use tumble_core::contact::certificate::Claim;
+pub use tumble_core::contact::{
+    Candidates, Certificate, Certifier, Contact, ContactKey, Detection, Features, KeyIndex,
+    PairFeatures, Response,
+};
 pub use tumble_core::derivative::StateChange;
 pub use tumble_core::error::Error;
 pub use tumble_core::geometry::Piece;
-pub use tumble_core::joint::{Axis, Drive, Gear, Joint, JointFrame, Motor};
-pub use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
+pub use tumble_core::geometry::mesh::Mesh;
+#[cfg(feature = "mesh")]
+pub use tumble_core::geometry::mesh::{parse_obj, parse_stl};
+pub use tumble_core::joint::{
+    Axis, Course, Drive, Gear, GearAxis, Joint, JointAxis, JointForce, JointFrame, JointLoad,
+    Knots, Motor, TurnKind,
+};
+pub use tumble_core::mechanics::body::ContactPoint;
+pub use tumble_core::mechanics::{Load, Polyline, Pose, RigidBody, Rotation, State, Wrench};
 pub use tumble_core::query;
 pub use tumble_core::simulation::random::random_attitude;
 pub use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
 pub use tumble_core::simulation::summary::RunSummary;
+pub use tumble_core::simulation::{
+    Assembly, EnergyBalance, Motion, Simulation, Squeeze, StepRecord, Stiffness, UnphysicalCause,
+};
 #[cfg(feature = "save")]
-pub use tumble_core::simulation::{Checkpoints, Run, Saved};
-pub use tumble_core::simulation::{Motion, Simulation, StepRecord};
-pub use tumble_core::solver::native::{NativeSolver, StepChange, StepDerivative};
+pub use tumble_core::simulation::{Checkpoints, Run, RunGradient, Saved};
+pub use tumble_core::solver::native::{
+    NativeSolver, Smoothing, StepChange, StepDerivative, StepGradient,
+};
 pub use tumble_core::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 pub use tumble_core::world::{
-    Constant, Fixed, Groups, Parameters, Partner, Plane, Touching, World,
+    Constant, ContactLaw, Fixed, Groups, Parameters, Partner, Plane, Touching, World,
 };
 
 pub mod problem;

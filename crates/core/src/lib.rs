@@ -5,7 +5,7 @@
 //! every step. The loop is [`Simulation::step`](simulation::Simulation::step), a good place to
 //! start reading.
 //!
-//! Programs depend on the crate `tumble`, which re-exports these modules under the same paths and
+//! Programs depend on the crate `tumble`, which re-exports the types of a program at its root and
 //! adds a guide. The core is a separate crate so that it compiles independently of the rest.
 
 #![deny(unsafe_code)]
