@@ -428,3 +428,55 @@ fn stl_cubes_are_boxes_whether_binary_or_ascii() {
     nan[96..100].copy_from_slice(&f32::NAN.to_le_bytes());
     assert!(refused(&nan).contains("coordinate of the mesh (m) is NaN"), "{}", refused(&nan));
 }
+
+/// Moments of cylinders, cones and ellipsoids are those of the hulls of many points on them. A disc
+/// of n corners has the area π r² (1 − 2 π²/(3 n²)), and the ellipsoid's hull twice that defect.
+#[test]
+fn smooth_shapes_have_the_moments_of_fine_hulls() {
+    let count = 96;
+    let defect = 2.0 * PI * PI / (3.0 * (count * count) as f64);
+    let pieces = [
+        Piece::cylinder(0.3, 0.2, 12).unwrap(),
+        Piece::cone(0.3, 0.2, 12).unwrap(),
+        Piece::ellipsoid(v(0.3, 0.2, 0.1), 12).unwrap(),
+    ];
+    let place = (turn(v(0.3, -0.8, 0.5)), v(0.4, 0.1, -0.7));
+    for piece in pieces {
+        let placed = piece.moved_by(&place.0, &place.1).unwrap();
+        let fine = Piece::hull(&placed.smooth().unwrap().samples(count), 0.0).unwrap();
+        let (own, fine) = (MassProperties::of(&placed), MassProperties::of(&fine));
+        let ratio = fine.volume / own.volume;
+        assert!((1.0 - 4.0 * defect..1.0).contains(&ratio), "{ratio}");
+        assert!((own.centre - fine.centre).norm() < 4.0 * defect * 0.3);
+        assert!((own.inertia - fine.inertia).amax() < 8.0 * defect * own.inertia.amax());
+    }
+}
+
+/// The extent of a smooth shape along any direction is that of its densest samples, and the core is
+/// inside.
+#[test]
+fn smooth_shapes_contain_their_cores() {
+    let pieces = [
+        Piece::cylinder(0.3, 0.2, 7).unwrap(),
+        Piece::cone(0.3, 0.2, 7).unwrap(),
+        Piece::ellipsoid(v(0.3, 0.2, 0.1), 9).unwrap(),
+    ];
+    for piece in pieces {
+        let smooth = *piece.smooth().unwrap();
+        let samples = smooth.samples(400);
+        for number in 0..200 {
+            let height = 1.0 - (2.0 * f64::from(number) + 1.0) / 200.0;
+            let (sine, cosine) = (2.4 * f64::from(number)).sin_cos();
+            let across = (1.0 - height * height).sqrt();
+            let n = v(across * cosine, across * sine, height);
+            let of_ellipsoids =
+                smooth.ellipsoids().iter().map(|e| n.dot(&e.centre) + e.half_width(&n));
+            let apex = piece.core().vertices().iter().map(|corner| n.dot(corner) + piece.radius());
+            let core = apex.fold(f64::NEG_INFINITY, f64::max);
+            let whole = of_ellipsoids.fold(core, f64::max);
+            let dense = samples.iter().map(|x| n.dot(x)).fold(f64::NEG_INFINITY, f64::max);
+            assert!(core <= whole + 1e-12 && dense <= whole + 1e-12);
+            assert!(whole - dense < 1e-4, "{whole} {dense}");
+        }
+    }
+}

@@ -60,22 +60,24 @@ pub(crate) struct ProgramContact {
 #[derive(Debug, Clone)]
 enum CurvedFeatures {
     /// Two round features.
-    Cores(RoundFeatures),
+    Cores(Box<RoundFeatures>),
     /// An ellipsoid against a plane.
-    Ellipsoid(EllipsoidFeatures),
+    Ellipsoid(Box<EllipsoidFeatures>),
 }
 
 impl CurvedFeatures {
     fn new(contact: &Contact, a: ContactBody<'_>, b: Option<ContactBody<'_>>) -> Option<Self> {
         Some(match contact.features.curved.as_ref()? {
-            Curved::Cores(pair) => Self::Cores(RoundFeatures::new(pair, contact.normal())),
+            Curved::Cores(pair) => {
+                Self::Cores(Box::new(RoundFeatures::new(pair, contact.normal())))
+            }
             Curved::Ellipsoid(one) => {
                 let touched = a.state.position + contact.arm;
                 let foot = b.map_or(touched, |b| {
                     rotation(&b.state.attitude).tr_mul(&(touched - b.state.position))
                 });
                 let centre = rotation(&a.state.attitude) * one.shape.centre;
-                Self::Ellipsoid(EllipsoidFeatures::new(contact, one, foot, &centre))
+                Self::Ellipsoid(Box::new(EllipsoidFeatures::new(contact, one, foot, &centre)))
             }
         })
     }
