@@ -104,10 +104,10 @@ fn a_spinning_cylinder_on_its_end_is_slowed_by_its_rim() {
 /// steeper one. The direction downhill points between two corners of the core.
 #[test]
 fn a_cylinder_topples_at_the_angle_of_its_rim() {
-    let (radius, half) = (0.1, 0.15);
+    let (radius, half) = (0.1, 0.15_f64);
     let between = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.5 * 15.0_f64.to_radians());
     for (part, stands) in [(0.97, true), (0.998, true), (1.002, false)] {
-        let slope = (part * radius / half as f64).atan();
+        let slope = (part * radius / half).atan();
         let body = solid(1.0, Piece::cylinder(half, radius, SIDES).unwrap());
         let world = world(body, 2.0, slope, 0.01);
         let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), slope);
