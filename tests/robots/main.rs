@@ -6,6 +6,7 @@ mod details;
 mod formats;
 mod found;
 mod gears;
+mod held;
 mod looks;
 mod loose;
 mod models;

@@ -75,8 +75,9 @@ pub struct Assembled {
     axes: Vec<Option<(usize, usize)>>,
     /// Gears of the scene that represent its `sums`.
     sums: Range<usize>,
-    /// Fixed pieces of the scene that come from its file.
+    /// Fixed pieces of the scene that come from its file, and the link of each.
     fixed: Range<usize>,
+    fixed_links: Vec<usize>,
     /// Joints of the scene that represent its constraints.
     ties: Range<usize>,
     /// True if the scene contains nothing else.
@@ -129,6 +130,7 @@ impl Assembled {
             axes: vec![None; robot.joints.len()],
             sums: 0..0,
             fixed: model.fixed.len()..model.fixed.len(),
+            fixed_links: Vec::new(),
             ties: 0..0,
             is_alone: placing.has_ground,
             long_names: long_names(&robot, &placing.prefix),
@@ -165,7 +167,7 @@ impl Assembled {
     fn note_names(&mut self, model: &Model) {
         let links = self.robot.links.iter().skip(1).map(|link| &link.name);
         let names = links.chain(self.robot.joints.iter().map(|joint| &joint.name));
-        let shapes = self.robot.shapes.iter().map(|shape| &shape.name);
+        let shapes = self.robot.shapes.iter().filter_map(|shape| shape.name.as_ref());
         let shapes = shapes.filter(|name| {
             let name = self.named(name);
             model.fixed[self.fixed.clone()].iter().any(|fixed| fixed.name == name)
@@ -231,6 +233,21 @@ impl Assembled {
     pub fn moves_with(&self, link: usize, body: usize) -> bool {
         let place = self.links.get(link).and_then(|(place, _)| *place);
         place.is_some_and(|place| self.bodies[place].has(body))
+    }
+
+    /// Fixed pieces of the scene that belong to a link held by the world or to links fixed to it.
+    #[must_use]
+    pub fn pieces(&self, link: usize) -> Vec<usize> {
+        let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
+        let belongs = |own: usize| std::iter::successors(Some(own), parent).any(|at| at == link);
+        let pieces = self.fixed.clone().zip(&self.fixed_links);
+        pieces.filter(|(_, own)| belongs(**own)).map(|(piece, _)| piece).collect()
+    }
+
+    /// Name of a link in the scene.
+    #[must_use]
+    pub fn link_name(&self, link: usize) -> Option<String> {
+        self.robot.links.get(link).map(|link| self.named(&link.name))
     }
 
     /// True if the body of the scene belongs to the robot.
@@ -458,7 +475,7 @@ fn fitting(prefix: &str, name: &str, middle: &str) -> String {
 fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
     let links = robot.links.iter().map(|link| &link.name);
     let names = links.chain(robot.joints.iter().map(|joint| &joint.name));
-    let names = names.chain(robot.shapes.iter().map(|shape| &shape.name));
+    let names = names.chain(robot.shapes.iter().filter_map(|shape| shape.name.as_ref()));
     let mut known = BTreeMap::new();
     let mut taken = BTreeSet::new();
     for name in names.filter(|name| prefix.chars().count() + name.chars().count() > LONGEST_NAME) {

@@ -142,7 +142,7 @@ impl MjcfReader<'_> {
         }
         let index = self.robot.shapes.len();
         self.robot.shapes.push(RobotShape {
-            name: element.own("name").map_or(format!("geom-{index}"), str::to_owned),
+            name: element.own("name").map(str::to_owned),
             link,
             form,
             frame: placed,
