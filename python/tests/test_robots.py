@@ -256,6 +256,29 @@ def test_gains_that_are_refused_change_nothing(gains, said):
     assert {(joint.stiffness, joint.damping, joint.most) for joint in robot.slides_and_hinges} == {(50.0, 1.0, 20.0)}
 
 
+HELD = """<robot name='arm'><link name='base_link'>
+<collision><origin xyz='0 0 0.1'/><geometry><box size='0.4 0.4 0.2'/></geometry></collision></link>
+<link name='fore'><inertial><mass value='1'/><inertia ixx='.1' iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial></link>
+<joint name='lift' type='prismatic'><parent link='base_link'/><child link='fore'/><origin xyz='0 3 1'/>
+<axis xyz='0 0 1'/><limit lower='0' upper='1' effort='9' velocity='1'/></joint></robot>"""
+
+
+def test_a_held_link_feels_its_contacts(tmp_path):
+    (tmp_path / "arm.urdf").write_text(HELD)
+    parcel = {"name": "parcel", "box": 0.1, "mass": 0.5, "position": [0, 0, 0.25]}
+    arm = {"file": "arm.urdf", "prefix": "arm.", "fixed": True}
+    rub = [{"between": ["parcel", "arm.base_link"], "coefficient": 0.9}]
+    scene = tumble.Scene([parcel], {"friction": 0.5}, robots=[arm], friction=rub, folder=tmp_path)
+    assert scene.fixed == ["arm.base_link"]
+    simulation = scene.simulate()
+    simulation.run(20)
+    robot, weight = simulation.robot, 0.5 * 9.81
+    forces = robot.contact_forces
+    assert list(forces) == [("arm.base_link", "parcel")]
+    np.testing.assert_allclose(forces["arm.base_link", "parcel"], [0, 0, -weight], atol=1e-6)
+    assert robot.touch("base_link", "parcel") == pytest.approx(weight, rel=1e-6)
+
+
 def test_sensors_at_rest():
     """A resting robot measures its weight: upwards in the accelerometer and in its feet."""
     simulation = standing().simulate()

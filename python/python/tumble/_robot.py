@@ -459,13 +459,15 @@ class Robot(CoreRobot):
     def contact_forces(self) -> Dict[Tuple[str, str], "Floats"]:
         """Contact forces of the last step, (3,), N, world, by pairs of names.
 
-        The force acts on the first body of the pair, which belongs to this robot. The second
-        name is a body of the scene, "ground" or a fixed piece.
+        The force acts on the first object of the pair, which belongs to this robot: a body, or
+        a fixed piece of a link held by the world. The second name is a body of the scene,
+        "ground" or a fixed piece.
         """
         import numpy as np
 
         scene, contacts = self.simulation.scene, self.simulation.contacts
         own = {scene.bodies[body] for body in self.bodies if body is not None}
+        own.update(scene.fixed[piece] for pieces in self.pieces[1:] for piece in pieces)
         forces: Dict[Tuple[str, str], Any] = {}
         for body, other, force in zip(contacts["body"], contacts["partner"], contacts["force"]):
             name = scene.bodies[body]
