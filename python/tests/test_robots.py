@@ -174,6 +174,14 @@ def test_controls_drive_actuators():
     assert simulation.joints["hip"]["coordinate"] != before
     with pytest.raises(tumble.TumbleError, match="controls"):
         robot.controls = [1.0]
+    # Controls change by assignment alone.
+    given = np.array([0.1, 0.2])
+    robot.controls = given
+    given[0] = 9.0
+    np.testing.assert_array_equal(robot.controls, [0.1, 0.2])
+    for each in (robot, copy.copy(simulation).robot, scene.simulate().robot):
+        with pytest.raises(ValueError, match="read-only"):
+            each.controls[0] = 1.0
 
 
 GRIPPER = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>

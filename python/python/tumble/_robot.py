@@ -53,6 +53,13 @@ class Inertial(NamedTuple):
     """Mean acceleration over a step minus gravity, m/s², site frame: (3,). It is g upwards at rest."""
 
 
+def _locked(values: "Floats") -> "Floats":
+    """Read-only copy of an array."""
+    copy = values.copy()
+    copy.setflags(write=False)
+    return copy
+
+
 class RobotJoint:
     """Slide or hinge of a robot in a simulation: ``robot["knee"]``.
 
@@ -184,7 +191,7 @@ class Robot(CoreRobot):
         hinges = [(joint[2], *axis, joint[4]) for joint, axis in found if axis is not None]
         self._hinges = tuple(list(column) for column in zip(*hinges)) if hinges else ([], [], [], [])
         self._handles = {}
-        self._controls = self.first_controls
+        self._controls = _locked(self.first_controls)
         return self
 
     @property
@@ -237,7 +244,7 @@ class Robot(CoreRobot):
     def _keep(self, kept: Dict[str, Any]) -> None:
         """Restores the data ``kept`` of another robot. The simulation already has the motors."""
         self._near = numbers("near", kept["near"], self._near.shape)
-        self._controls = numbers("controls", kept["controls"], self._controls.shape)
+        self._controls = _locked(numbers("controls", kept["controls"], self._controls.shape))
         for name, motor in kept["motors"].items():
             self[name]._motor = motor
 
@@ -335,7 +342,8 @@ class Robot(CoreRobot):
     def controls(self) -> "Floats":
         """Controls of its actuators, (A,), in the order of the file.
 
-        Setting them replaces all other motors of the actuated joints by the file's actuators.
+        Setting them replaces all other motors of the actuated joints by the file's actuators. The
+        array is read-only: assign a whole array to change one control.
         """
         return self._controls
 
@@ -343,7 +351,7 @@ class Robot(CoreRobot):
     def controls(self, controls: Any) -> None:
         controls = numbers("controls", controls, (len(self.actuators),))
         self.simulation.put_controls(self, controls)
-        self._controls = controls
+        self._controls = _locked(controls)
 
     @property
     def sites(self) -> Dict[str, Tuple[str, List[float], List[float]]]:
