@@ -287,6 +287,17 @@ def test_a_held_link_feels_its_contacts(tmp_path):
     assert robot.touch("base_link", "parcel") == pytest.approx(weight, rel=1e-6)
 
 
+@pytest.mark.parametrize("field", ["stiffness", "damping", "most"])
+def test_a_gain_is_refused_where_it_is_assigned(field):
+    joint = standing().simulate().robot["fl_knee"]
+    before = getattr(joint, field)
+    for value in (-5.0, float("nan"), float("inf")):
+        with pytest.raises(tumble.TumbleError, match=f"{field} of fl_knee is {value}; a number from 0"):
+            setattr(joint, field, value)
+    assert getattr(joint, field) == before
+    joint.most = None
+
+
 def test_sensors_at_rest():
     """A resting robot measures its weight: upwards in the accelerometer and in its feet."""
     simulation = standing().simulate()
