@@ -25,6 +25,12 @@ def test_a_file_is_a_scene():
     assert robot.counts == (19, 18) and robot.joints[:2] == ["root", "fl_roll"]
     assert robot["fl_knee"].range == (-2.6, -0.8) and robot["fl_knee"].most == 35.0
     assert "velocity" in " ".join(robot.notes)
+    with pytest.warns(UserWarning) as warned:
+        tumble.load(MODELS / "quadruped.urdf")
+    assert [str(one.message) for one in warned] == [f"quadruped: {note}" for note in robot.notes]
+    assert {Path(one.filename).name for one in warned} == {"test_robots.py"}
+    with pytest.warns(UserWarning, match="a.: velocity limits have no effect"):
+        standing(prefix="a.")
     with pytest.raises(tumble.TumbleError, match="fl_kne"):
         robot["fl_kne"]
     with pytest.raises(tumble.TumbleError, match="is not a slide or hinge"):
