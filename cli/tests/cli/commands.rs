@@ -40,7 +40,7 @@ fn a_new_scene_replaces_no_file_and_needs_a_name() {
     run_in(here, &["new", "mine"]).assert_refused(2, &["mine.toml", "exists", "another name"]);
     assert_eq!(fs::read_to_string(here.join("mine.toml")).unwrap(), "# mine");
     run_in(here, &["new", "robot.urdf"]).assert_refused(2, &["robot.urdf", ".toml"]);
-    run_in(here, &["new", "no/such/place"]).assert_refused(1, &["no/such/place.toml"]);
+    run_in(here, &["new", "no/such/place"]).assert_refused(2, &["no/such/place.toml"]);
     assert_eq!(everything_in(here).len(), 1);
 }
 

@@ -44,6 +44,7 @@ mod several_ipopt;
 mod several_pictures;
 mod several_tampering;
 mod simulate;
+mod slips;
 #[path = "../../../tests/common/sizes.rs"]
 mod sizes;
 mod solve;

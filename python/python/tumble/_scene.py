@@ -311,12 +311,16 @@ def load(
 
     Deviations from a robot's file are warnings; ``robot.notes`` has them too.
 
-    Raises OSError for an unreadable file, and TumbleError for an invalid scene.
+    Raises TumbleError for an unreadable file and for an invalid scene.
     """
     path = os.fsdecode(path)
     most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
-    with open(path, "rb") as stream:
-        content = stream.read(most + 1)
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(most + 1)
+    except OSError as error:
+        why = f"{path} cannot be read: {error.strerror}; give a scenario or a robot's file"
+        raise TumbleError(why) from error
     if len(content) > most:
         raise TumbleError(f"{path}: it is longer than {most} bytes")
     try:
