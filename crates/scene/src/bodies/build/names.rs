@@ -3,6 +3,7 @@
 use super::Builder;
 use crate::bodies::entries::PairEntry;
 use tumble_model::fields::Exactly;
+use tumble_model::nearest;
 use tumble_model::shown::checked_name;
 use tumble_model::{PairModel, PartnerModel};
 use tumble_robot::Assembled;
@@ -153,8 +154,14 @@ impl Builder<'_> {
             ));
         }
         if found.is_empty() {
+            let entries = self.names.iter().map(|named| &*named.name);
+            let bodies = self.model.bodies.iter().map(|body| &*body.name);
+            let fixed = self.model.fixed.iter().map(|fixed| &*fixed.name);
+            let known = entries.chain(bodies).chain(fixed).chain(["ground"]);
+            let hint = nearest::hint(name, known);
             return Err(format!(
-                "unknown name {name:?}; the name of a body or fixed piece, or \"ground\", is needed"
+                "unknown name {name:?}{hint}; the name of a body or fixed piece, or \"ground\", is \
+                 needed"
             ));
         }
         Ok(found)
