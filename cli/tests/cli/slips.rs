@@ -27,7 +27,54 @@ fn a_path_that_is_no_table_or_directory_is_answered_with_the_right_one() {
     }
     run_in(here, &["run", "--continue", "out/state.bin", "--steps", "30"])
         .assert_refused(2, &["--continue: out/state.bin is a file; give its directory, out"]);
+    run_in(here, &["rnu", "stack.toml"]).assert_refused(2, &["did you mean `run`?"]);
     let end = run_in(here, &["new", "sub/dir/x"]);
     end.assert_refused(2, &["sub/dir/x.toml", "there is no directory sub/dir; create it first"]);
     assert!(!end.stderr.contains(".tmp"), "{end:?}");
+}
+
+#[test]
+fn misspelt_names_of_bodies_and_joints_get_the_nearest_one() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let hinge = "[[joints]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"high\"]\naxis = [0, 0, 1]\n\
+                 anchor = [0, 0, 0.3]\n";
+    for (tables, word, name) in [
+        ("[[friction]]\nbetween = [\"hihg\", \"low\"]\ncoefficient = 0.1\n", "hihg", "high"),
+        ("[[surfaces]]\nof = \"grond\"\nvelocity = [1, 0, 0]\n", "grond", "ground"),
+        ("[[motors]]\njoint = \"hnige\"\nspeed = 1.0\nmost = 1.0\n", "hnige", "hinge"),
+    ] {
+        fs::write(here.join("scene.toml"), format!("{STACK}{hinge}{tables}")).unwrap();
+        let said = format!("\"{word}\"; did you mean `{name}`?");
+        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[&said]);
+    }
+}
+
+#[test]
+fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let capsule = "bodies[1].capsule: a capsule is { length = …, radius = … }, m";
+    for (shape, said) in [
+        ("capsule = [0.05, 0.3]", capsule),
+        ("capsule = 0.1", capsule),
+        ("cylinder = [0.05, 0.3]", "cylinder: a cylinder is { length = …, radius = … }, m"),
+        ("cone = [0.05, 0.3]", "cone: a cone is { height = …, radius = … }, m"),
+        ("ellipsoid = 0.1", "ellipsoid: three half axes [x, y, z], m, are needed"),
+        ("ellipsoid = [0.1, 0.2]", "ellipsoid: three half axes [x, y, z], m, are needed"),
+    ] {
+        let text = format!("{STACK}[[bodies]]\n{shape}\nmass = 1.0\nposition = [0, 0, 1]\n");
+        let text = text.replacen("[[bodies]]\nname = \"high\"\nbox = 0.2\nmass = 1.0\nposition = [0.0, 0.0, 0.3]\n", "", 1);
+        fs::write(here.join("scene.toml"), text).unwrap();
+        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[said]);
+    }
+    let bare = STACK.replace("[ground]\nfriction = 0.5\n", "ground = false\n");
+    fs::write(here.join("scene.toml"), bare).unwrap();
+    run_in(here, &["check", "scene.toml"])
+        .assert_refused(2, &["ground: no ground is `[ground]` with `none = true`"]);
+    let wall = "[[fixed]]\nbox = 0.2\nposition = [3, 0, 0]\nrestitution = 0.5\n";
+    fs::write(here.join("scene.toml"), format!("{STACK}{wall}")).unwrap();
+    let end = run_in(here, &["check", "scene.toml"]);
+    end.assert_refused(2, &["fixed[0]: for a restitution, use [[restitution]] with its name"]);
+    assert!(!end.stderr.contains("did you mean"), "{end:?}");
 }
