@@ -75,6 +75,6 @@ fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
     let wall = "[[fixed]]\nbox = 0.2\nposition = [3, 0, 0]\nrestitution = 0.5\n";
     fs::write(here.join("scene.toml"), format!("{STACK}{wall}")).unwrap();
     let end = run_in(here, &["check", "scene.toml"]);
-    end.assert_refused(2, &["fixed[0]: for a restitution, use [[restitution]] with its name"]);
+    end.assert_refused(2, &["fixed[0].restitution: use [[restitution]] with its name"]);
     assert!(!end.stderr.contains("did you mean"), "{end:?}");
 }
