@@ -68,3 +68,14 @@ fn a_held_link_feels_the_weight_upon_it() {
     assert!((felt(link("base"), Some(Partner::Body(0))) - weight).abs() < 1e-6 * weight);
     assert_eq!(felt(link("fore"), None), 0.0);
 }
+
+#[test]
+fn coordinates_beyond_the_limits_are_refused() {
+    let said = "coordinates: \"lift\" would start at 1.5, outside its range 0.0 to 1.0; give a coordinate within it";
+    let why = scene_with("coordinates = { lift = 1.5 }\n").err().unwrap();
+    assert!(why.contains(said), "{why}");
+    let scene = scene_with("coordinates = { lift = 1.0 }\n").unwrap();
+    assert_eq!(scene.robots[0].start(), [1.0]);
+    let why = scene_with("coordinates = { lfit = 0.5 }\n").err().unwrap();
+    assert!(why.contains("did you mean `lift`?"), "{why}");
+}

@@ -8,7 +8,7 @@ mod touching;
 
 use super::frame::LinkFrame;
 use super::joining::{drive, sum_drive};
-use super::model::{Key, MimicJoint, Moves, Robot, RobotShape};
+use super::model::{Key, MimicJoint, Moves, Robot, RobotJoint, RobotShape};
 use nalgebra::{Vector3, Vector4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -16,6 +16,7 @@ use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::joint::Drive;
 use tumble_core::mechanics::State;
 use tumble_model::Model;
+use tumble_model::nearest;
 use tumble_model::shape::ModelPlace;
 use tumble_model::shown;
 
@@ -375,8 +376,8 @@ struct RobotStart {
     controls: Vec<f64>,
 }
 
-/// Initial values: those of the keyframe, then the requested coordinates, clamped to the joint
-/// limits.
+/// Initial values: those of the keyframe, clamped to the joint limits, then the requested
+/// coordinates. These must be within the limits.
 fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     let mut q = robot.reference();
     let mut v = vec![0.0; robot.counts().1];
@@ -412,8 +413,10 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     }
     for (name, coordinate) in &placing.coordinates {
         let joint = robot.joint(name);
-        let joint =
-            joint.ok_or_else(|| format!("coordinates: there is no joint {name:?} in the file"))?;
+        let joint = joint.ok_or_else(|| {
+            let hint = nearest::hint(name, robot.joints.iter().map(|joint| &*joint.name));
+            format!("coordinates: there is no joint {name:?} in the file{hint}")
+        })?;
         if !matches!(robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
             return Err(format!("coordinates: {name:?} is not a slide or hinge"));
         }
@@ -422,6 +425,9 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
                 "coordinates: {name} is {coordinate:?}; a finite number is needed"
             ));
         }
+        refuse_outside(&robot.joints[joint], *coordinate).map_err(|why| {
+            format!("coordinates: {why}; give a coordinate within it")
+        })?;
         q[places[joint].0] = *coordinate;
     }
     for (joint, (place, _)) in robot.joints.iter().zip(&places) {
@@ -438,20 +444,26 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
 fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<(), String> {
     for MimicJoint { joints: [own, _], at, .. } in &robot.follows {
         let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
-        if let Some([low, high]) = joint.range
-            && !(low - AT_LIMIT..=high + AT_LIMIT).contains(&coordinate)
-        {
-            let name = &joint.name;
-            return Err(format!(
-                "{at}: {name:?} would start at {coordinate:?}, outside its range {low:?} to \
-                 {high:?}; set the coordinate of the joint it follows"
-            ));
-        }
+        refuse_outside(joint, coordinate).map_err(|why| {
+            format!("{at}: {why}; set the coordinate of the joint it follows")
+        })?;
     }
     Ok(())
 }
 
-/// Tolerance of dependent joints at their limits (m or rad).
+/// Rejects a coordinate outside the range of its joint.
+fn refuse_outside(joint: &RobotJoint, coordinate: f64) -> Result<(), String> {
+    let Some([low, high]) = joint.range else { return Ok(()) };
+    if (low - AT_LIMIT..=high + AT_LIMIT).contains(&coordinate) {
+        return Ok(());
+    }
+    let name = &joint.name;
+    Err(format!(
+        "{name:?} would start at {coordinate:?}, outside its range {low:?} to {high:?}"
+    ))
+}
+
+/// Tolerance of initial coordinates at their limits (m or rad).
 const AT_LIMIT: f64 = 1e-9;
 
 /// Valid scene name: invalid characters become `_`, and `middle` replaces the middle of a long
