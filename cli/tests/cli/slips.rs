@@ -25,6 +25,11 @@ fn a_path_that_is_no_table_or_directory_is_answered_with_the_right_one() {
         run_in(here, &[command, "out"])
             .assert_refused(2, &["out is a directory, not a file; give out/states.csv"]);
     }
+    let page = run_in(here, &["view", "out/states.csv", "-o", "pages/p.html"]);
+    assert_eq!(page.code, Some(0), "{page:?}");
+    assert!(page.stdout.contains("wrote pages/p.html") && here.join("pages/p.html").is_file());
+    run_in(here, &["view", "out/states.csv", "-o", "p.htm"])
+        .assert_refused(2, &["--out p.htm: a file name that ends in .html or a directory"]);
     run_in(here, &["run", "--continue", "out/state.bin", "--steps", "30"])
         .assert_refused(2, &["--continue: out/state.bin is a file; give its directory, out"]);
     run_in(here, &["rnu", "stack.toml"]).assert_refused(2, &["did you mean `run`?"]);
