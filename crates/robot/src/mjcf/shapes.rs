@@ -140,7 +140,6 @@ impl MjcfReader<'_> {
         if touches && matches!(form, RobotForm::Ellipsoid(_)) {
             self.notes.say("ellipsoids with contacts become inscribed rounded hulls".to_owned());
         }
-        let index = self.robot.shapes.len();
         self.robot.shapes.push(RobotShape {
             name: element.own("name").map(str::to_owned),
             link,
