@@ -11,6 +11,7 @@ mod looks;
 mod loose;
 mod models;
 mod moving;
+mod names;
 mod reading;
 mod scenes;
 mod sensors;
