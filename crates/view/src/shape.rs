@@ -207,12 +207,26 @@ impl Outline {
         }]
     }
 
-    /// Points whose convex hull is the drawn geometry, or close to it for round pieces.
+    /// Points whose convex hull contains the drawn geometry.
     pub fn span(&self) -> Vec<Vector3<f64>> {
         match self {
             Self::Points(points) => points.clone(),
             Self::Solid(piece) if piece.radius() == 0.0 => piece.core().to_vec(),
             Self::Solid(piece) => {
+                let side = |i: usize| {
+                    Vector3::from_fn(|axis, _| {
+                        if i >> axis & 1 == 1 { piece.radius() } else { -piece.radius() }
+                    })
+                };
+                piece.core().iter().flat_map(|core| (0..8).map(move |i| core + side(i))).collect()
+            }
+        }
+    }
+
+    /// Points on the drawn geometry, whose convex hull is close to it.
+    pub fn surface_points(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Solid(piece) if piece.radius() > 0.0 => {
                 let count = (MOST_WAYS / piece.core().len().max(1)).max(LEAST_WAYS);
                 let ways: Vec<_> = ways(count).collect();
                 let around = |core: &Vector3<f64>| {
@@ -221,6 +235,7 @@ impl Outline {
                 };
                 piece.core().iter().flat_map(around).collect()
             }
+            _ => self.span(),
         }
     }
 }
@@ -275,10 +290,10 @@ mod tests {
 
     /// Points on a ball: its extent in any direction is its radius, also along diagonals.
     #[test]
-    fn a_ball_spans_its_radius_in_every_direction() {
+    fn a_ball_extends_by_its_radius_in_every_direction() {
         let centre = Vector3::new(1.0, -2.0, 0.5);
         let ball = Outline::Solid(FilmPiece::Sphere { centre, radius: 0.3 });
-        let points = ball.span();
+        let points = ball.surface_points();
         for way in ways(500) {
             let extent = points.iter().map(|point| (point - centre).dot(&way)).fold(0.0, f64::max);
             assert!((0.97 * 0.3..=0.3 + 1e-12).contains(&extent), "{way}: {extent}");
