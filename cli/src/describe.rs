@@ -215,9 +215,8 @@ pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
         _ => return String::new(),
     };
     let most = summary.largest_gain.filter(|(at, _)| at != index);
-    let most = most.map_or(String::new(), |(k, energy)| {
-        format!("; largest gain {energy:.1e} J at k = {k}")
-    });
+    let most = most
+        .map_or(String::new(), |(k, energy)| format!("; largest gain {energy:.1e} J at k = {k}"));
     format!("    k = {index:<6}   {why}{most}\n")
 }
 

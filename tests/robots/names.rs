@@ -38,7 +38,8 @@ fn other_unknown_names_are_ignored_with_a_note() {
         .replace("</robot>", "<gazebo><anything/></gazebo><plugins/></robot>")
         .replace("<dynamics ", "<dynamics spring_stiffness='3' ");
     let said = notes(&odd);
-    let unknown = "unknown names are ignored: 1 <plugins> in <robot>, 1 spring_stiffness of <dynamics>";
+    let unknown =
+        "unknown names are ignored: 1 <plugins> in <robot>, 1 spring_stiffness of <dynamics>";
     assert!(said.contains(&unknown.to_owned()), "{said:?}");
     let idle = "elements without effect on the motion: 1 <gazebo>";
     assert!(said.contains(&idle.to_owned()), "{said:?}");

@@ -221,14 +221,22 @@ fn the_cause_of_an_unphysical_step_is_said() {
     let ran = run_in(directory.path(), &["run", "scene.toml"]);
     let count = |text: &str| -> u32 {
         let (_, rest) = text.split_once("wild").unwrap();
-        rest.trim_start_matches(|c: char| !c.is_ascii_digit()).split(|c: char| !c.is_ascii_digit()).next().unwrap().parse().unwrap()
+        rest.trim_start_matches(|c: char| !c.is_ascii_digit())
+            .split(|c: char| !c.is_ascii_digit())
+            .next()
+            .unwrap()
+            .parse()
+            .unwrap()
     };
     let steps = Table::parse(&fs::read_to_string(directory.path().join("out/steps.csv")).unwrap());
     let status = steps.column("status");
     let wild = steps.rows.iter().filter(|row| row[status] == "wild").count() as u32;
     assert!(wild > 1 && count(&ran.stdout) == wild, "{ran:?}");
     let verified = run_in(directory.path(), &["verify", "out/states.csv"]);
-    assert!(verified.stdout.contains(&format!("status `wild`, solved but unphysical: {wild}\n")), "{verified:?}");
+    assert!(
+        verified.stdout.contains(&format!("status `wild`, solved but unphysical: {wild}\n")),
+        "{verified:?}"
+    );
 }
 
 #[test]

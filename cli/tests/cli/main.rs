@@ -44,9 +44,9 @@ mod several_ipopt;
 mod several_pictures;
 mod several_tampering;
 mod simulate;
-mod slips;
 #[path = "../../../tests/common/sizes.rs"]
 mod sizes;
+mod slips;
 mod solve;
 mod start_index;
 mod streams;

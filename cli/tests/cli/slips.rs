@@ -69,7 +69,11 @@ fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
         ("ellipsoid = [0.1, 0.2]", "ellipsoid: three half axes [x, y, z], m, are needed"),
     ] {
         let text = format!("{STACK}[[bodies]]\n{shape}\nmass = 1.0\nposition = [0, 0, 1]\n");
-        let text = text.replacen("[[bodies]]\nname = \"high\"\nbox = 0.2\nmass = 1.0\nposition = [0.0, 0.0, 0.3]\n", "", 1);
+        let text = text.replacen(
+            "[[bodies]]\nname = \"high\"\nbox = 0.2\nmass = 1.0\nposition = [0.0, 0.0, 0.3]\n",
+            "",
+            1,
+        );
         fs::write(here.join("scene.toml"), text).unwrap();
         run_in(here, &["check", "scene.toml"]).assert_refused(2, &[said]);
     }

@@ -174,7 +174,8 @@ const REMEDIES: [(&str, &str, &str); 6] = [
 /// Prepends the path of the field to `message`, if the path is known. An unknown field gets a hint.
 pub fn named(path: &str, message: &str) -> String {
     let field = path.rsplit('.').next().unwrap_or_default();
-    let is_meant = |(of, begin, _): &&(&str, &str, &str)| *of == field && message.starts_with(begin);
+    let is_meant =
+        |(of, begin, _): &&(&str, &str, &str)| *of == field && message.starts_with(begin);
     if let Some((_, _, remedy)) = REMEDIES.iter().find(is_meant) {
         return format!("{path}: {remedy}");
     }

@@ -425,9 +425,8 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
                 "coordinates: {name} is {coordinate:?}; a finite number is needed"
             ));
         }
-        refuse_outside(&robot.joints[joint], *coordinate).map_err(|why| {
-            format!("coordinates: {why}; give a coordinate within it")
-        })?;
+        refuse_outside(&robot.joints[joint], *coordinate)
+            .map_err(|why| format!("coordinates: {why}; give a coordinate within it"))?;
         q[places[joint].0] = *coordinate;
     }
     for (joint, (place, _)) in robot.joints.iter().zip(&places) {
@@ -444,9 +443,8 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
 fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<(), String> {
     for MimicJoint { joints: [own, _], at, .. } in &robot.follows {
         let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
-        refuse_outside(joint, coordinate).map_err(|why| {
-            format!("{at}: {why}; set the coordinate of the joint it follows")
-        })?;
+        refuse_outside(joint, coordinate)
+            .map_err(|why| format!("{at}: {why}; set the coordinate of the joint it follows"))?;
     }
     Ok(())
 }
@@ -458,9 +456,7 @@ fn refuse_outside(joint: &RobotJoint, coordinate: f64) -> Result<(), String> {
         return Ok(());
     }
     let name = &joint.name;
-    Err(format!(
-        "{name:?} would start at {coordinate:?}, outside its range {low:?} to {high:?}"
-    ))
+    Err(format!("{name:?} would start at {coordinate:?}, outside its range {low:?} to {high:?}"))
 }
 
 /// Tolerance of initial coordinates at their limits (m or rad).

@@ -106,13 +106,11 @@ impl JointEntries {
         let of_entry = self.entries.iter().find(|(known, _)| known == name);
         let own = || self.models.iter().position(|joint| joint.name == name);
         let joints = of_entry.map(|(_, joints)| joints.clone());
-        joints
-            .or_else(|| own().map(|joint| vec![joint]))
-            .ok_or_else(|| {
-                let entries = self.entries.iter().map(|(known, _)| &**known);
-                let hint = nearest::hint(name, entries.chain(self.models.iter().map(|of| &*of.name)));
-                format!("unknown joint {name:?}{hint}; the name of a joint is needed")
-            })
+        joints.or_else(|| own().map(|joint| vec![joint])).ok_or_else(|| {
+            let entries = self.entries.iter().map(|(known, _)| &**known);
+            let hint = nearest::hint(name, entries.chain(self.models.iter().map(|of| &*of.name)));
+            format!("unknown joint {name:?}{hint}; the name of a joint is needed")
+        })
     }
 
     /// Joint with this name, which must be unique.
