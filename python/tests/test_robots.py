@@ -29,7 +29,7 @@ def test_a_file_is_a_scene():
         tumble.load(MODELS / "quadruped.urdf")
     assert [str(one.message) for one in warned] == [f"quadruped: {note}" for note in robot.notes]
     assert {Path(one.filename).name for one in warned} == {"test_robots.py"}
-    with pytest.warns(UserWarning, match="a.: velocity limits have no effect"):
+    with pytest.warns(UserWarning, match="a.quadruped: velocity limits have no effect"):
         standing(prefix="a.")
     with pytest.raises(tumble.TumbleError, match="fl_kne"):
         robot["fl_kne"]

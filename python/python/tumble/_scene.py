@@ -270,7 +270,7 @@ def _warn(scene: Scene) -> None:
     for index in range(len(scene.robots)):
         robot = CoreRobot(scene, index)
         for note in robot.notes:
-            warnings.warn(f"{robot.prefix or robot.name}: {note}", stacklevel=3)
+            warnings.warn(f"{robot.prefix}{robot.name}: {note}", stacklevel=3)
 
 
 def load(
