@@ -5,6 +5,7 @@ use super::args::SimulateArgs;
 use super::checkpoint::{self, Checkpoint};
 use super::input;
 use super::outcome::{Failure, refuse_flags};
+use super::output::directory_of;
 use super::recording::Recording;
 use super::run::{RunOutcome, RunResults};
 use super::scene::{Scene, on_threads};
@@ -84,6 +85,7 @@ impl<'a> Continued<'a> {
         let given = args.given();
         let flags: Vec<_> = given.iter().map(|flag| (*flag, *flag != "steps")).collect();
         refuse_flags("--continue, which reads it from run.json", &flags)?;
+        refuse_file(directory)?;
         let (run, path, state) = match checkpoint_in(directory)? {
             Some(found) => found,
             None => ended_in(directory)?,
@@ -143,6 +145,15 @@ impl<'a> Continued<'a> {
         let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
         RunResults { end: RunOutcome::Complete, summary, elapsed, overlap, joints, taut }
     }
+}
+
+/// Rejects a file instead of the directory of a run.
+fn refuse_file(path: &Path) -> Result<(), Failure> {
+    if !path.is_file() {
+        return Ok(());
+    }
+    let (file, directory) = (shown::path(path), shown::path(directory_of(None, path)));
+    Err(Failure::Input(format!("--continue: {file} is a file; give its directory, {directory}")))
 }
 
 fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {

@@ -197,7 +197,7 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
     }
 }
 
-/// First unphysical step with the test that it exceeds.
+/// First unphysical step with the test that it exceeds, and the largest gain of energy.
 pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
     let Some((index, cause)) = &summary.first_wild else { return String::new() };
     let name = |body: usize| object(scene, Partner::Body(body));
@@ -214,7 +214,10 @@ pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
         }
         _ => return String::new(),
     };
-    format!("    k = {index:<6}   {why}\n")
+    let most = summary.largest_gain.filter(|(at, _)| at != index);
+    let most = most
+        .map_or(String::new(), |(k, energy)| format!("; largest gain {energy:.1e} J at k = {k}"));
+    format!("    k = {index:<6}   {why}{most}\n")
 }
 
 /// Bodies or pieces that leave too little space for a body.

@@ -5,12 +5,10 @@ use super::directory::OutputDirectory;
 use super::file_names::ANIMATION;
 use super::film::film;
 use super::outcome::{Failure, Outcome, refuse_flags};
-use super::output::{PendingFile, Voice, directory_of, progress_bar};
+use super::output::{PendingFile, Voice, progress_bar, target};
 use super::recording::Recording;
 use super::signals::raise_on_signals;
-use std::ffi::OsStr;
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_model::shown;
@@ -24,7 +22,7 @@ pub const MOST_ROWS: usize = 500_000;
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let (out, name) = target(args)?;
+    let (out, name) = target(args.out.as_deref(), &args.file, ANIMATION)?;
     let recording = Recording::open(&args.file, &args.physics)?;
     let note = recording.note_line();
     let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
@@ -38,25 +36,6 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     };
     voice.say(&note);
     voice.end(outcome)
-}
-
-/// Directory and file name of the animation.
-fn target(args: &GifArgs) -> Result<(&Path, &str), Failure> {
-    let named = args.out.as_deref().filter(|out| {
-        let bytes = out.as_os_str().as_encoded_bytes();
-        out.extension().is_some() && !bytes.ends_with(b"/") && !out.is_dir()
-    });
-    let Some(out) = named else {
-        return Ok((directory_of(args.out.as_deref(), &args.file), ANIMATION));
-    };
-    let refused =
-        |needed: &str| Failure::Input(format!("--out {}: {needed} is needed", shown::path(out)));
-    if out.extension().and_then(OsStr::to_str) != Some("gif") {
-        return Err(refused("a file name that ends in .gif or a directory"));
-    }
-    let name = out.file_name().and_then(OsStr::to_str);
-    let name = name.ok_or_else(|| refused("a Unicode file name"))?;
-    Ok((directory_of(None, out), name))
 }
 
 /// Refuses options and sizes before a simulation of `rows` rows, instead of after it.

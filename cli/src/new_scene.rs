@@ -17,6 +17,13 @@ pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
     if path.exists() {
         return Err(Failure::Input(format!("{shown} exists; choose another name")));
     }
+    let directory = output::directory_of(None, &path);
+    if !directory.is_dir() {
+        let directory = shown::path(directory);
+        return Err(Failure::Input(format!(
+            "{shown} cannot be written: there is no directory {directory}; create it first"
+        )));
+    }
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     write(&path, &TEMPLATE.replace("NAME", &name))
         .map_err(|error| Failure::Other(format!("{shown} cannot be written: {error}")))?;

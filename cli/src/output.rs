@@ -6,6 +6,7 @@ use super::outcome::{Failure, Outcome};
 use anstream::AutoStream;
 use anstyle::AnsiColor;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -101,6 +102,30 @@ pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
     // `x.csv` has the parent "", which is not the name of a directory.
     let beside = file.parent().filter(|parent| !parent.as_os_str().is_empty());
     out.or(beside).unwrap_or(Path::new("."))
+}
+
+/// Directory and file name of a picture: the file `out` with the ending of `usual`, or else `usual`
+/// in the directory `out`, by default that of `file`.
+pub fn target<'a>(
+    out: Option<&'a Path>,
+    file: &'a Path,
+    usual: &'a str,
+) -> Result<(&'a Path, &'a str), Failure> {
+    let named = out.filter(|out| {
+        let bytes = out.as_os_str().as_encoded_bytes();
+        out.extension().is_some() && !bytes.ends_with(b"/") && !out.is_dir()
+    });
+    let Some(path) = named else { return Ok((directory_of(out, file), usual)) };
+    let refused =
+        |needed: &str| Failure::Input(format!("--out {}: {needed} is needed", shown::path(path)));
+    let ending = Path::new(usual).extension();
+    if path.extension() != ending {
+        let ending = ending.unwrap_or_default().to_string_lossy();
+        return Err(refused(&format!("a file name that ends in .{ending} or a directory")));
+    }
+    let name = path.file_name().and_then(OsStr::to_str);
+    let name = name.ok_or_else(|| refused("a Unicode file name"))?;
+    Ok((directory_of(None, path), name))
 }
 
 fn cannot_write(path: &Path, error: &io::Error) -> Failure {

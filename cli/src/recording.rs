@@ -7,7 +7,7 @@ use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
 use super::scene::of_physics;
 use super::table_file::TableSource;
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::{self, BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use tumble::solver::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL};
 use tumble::step_nlp::StepNlp;
@@ -108,7 +108,7 @@ impl<'a> Recording<'a> {
     /// Only a trajectory can lack run.json. It then has the drop scene's parameters, changed by
     /// `flags`.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
-        refuse_directory(path)?;
+        refuse_no_table(path)?;
         let run_path = path.with_file_name("run.json");
         let run = RunFile::read(input::text(&run_path, run_file::LARGEST_FILE), &run_path, || {
             refuse_lonely_table(path, &run_path)
@@ -388,18 +388,22 @@ fn table(beside: &Path, table: Table, form: TableForm) -> Result<TableSource, Fa
         .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
 }
 
-/// Refuses a directory, and names the table of the run in it.
-fn refuse_directory(path: &Path) -> Result<(), Failure> {
-    if !path.is_dir() {
-        return Ok(());
-    }
+/// Refuses a directory and a missing file, and names the table of the run there.
+fn refuse_no_table(path: &Path) -> Result<(), Failure> {
+    let (directory, fault) = match path.metadata() {
+        Ok(found) if found.is_dir() => (path, "is a directory, not a file"),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            (directory_of(None, path), "does not exist")
+        }
+        _ => return Ok(()),
+    };
     let names = ["states.csv", "trajectory.csv", "states.csv.zst", "trajectory.csv.zst"];
-    let table = names.into_iter().map(|name| path.join(name)).find(|table| table.is_file());
+    let table = names.into_iter().map(|name| directory.join(name)).find(|table| table.is_file());
     let remedy = table.map_or_else(
-        || "give a table of a run".to_owned(),
+        || "give a table of a run, DIR/states.csv".to_owned(),
         |table| format!("give {}", shown::path(&table)),
     );
-    Err(Failure::Input(format!("{} is a directory, not a file; {remedy}", shown::path(path))))
+    Err(Failure::Input(format!("{} {fault}; {remedy}", shown::path(path))))
 }
 
 /// Refuses a table of several bodies without run.json, which has the model.

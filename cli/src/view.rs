@@ -5,7 +5,7 @@ use super::directory::OutputDirectory;
 use super::file_names::VIEW;
 use super::film::film;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, directory_of, say};
+use super::output::{PendingFile, say, target};
 use super::recording::Recording;
 use super::signals::raise_on_signals;
 use std::sync::Arc;
@@ -21,6 +21,7 @@ pub const MOST_ROWS: usize = 1_000_000;
 pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
+    let (out, name) = target(args.out.as_deref(), &args.files[0], VIEW)?;
     let mut films = Vec::new();
     let mut notes = String::new();
     for path in &args.files {
@@ -36,10 +37,9 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
         }
         films.push(film);
     }
-    let directory =
-        OutputDirectory::for_pictures(directory_of(args.out.as_deref(), &args.files[0]))?;
+    let directory = OutputDirectory::for_pictures(out)?;
     let films: Vec<_> = films.iter().collect();
-    let Some(written) = write(pending(&directory)?, &films, &interrupt)? else {
+    let Some(written) = write(PendingFile::create(&directory, name)?, &films, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
     if !args.quiet {

@@ -107,6 +107,14 @@ impl PyRobot {
         (0..own.robot().links.len()).map(|link| own.body(link)).collect()
     }
 
+    /// Indices of the scene's fixed pieces of each link and of links fixed to it; empty for moving
+    /// links.
+    #[getter]
+    fn pieces(&self) -> Vec<Vec<usize>> {
+        let own = self.own();
+        (0..own.robot().links.len()).map(|link| own.pieces(link)).collect()
+    }
+
     /// Joints: name, type, first coordinate, first rate and reference coordinate.
     #[getter]
     fn joint_list(&self) -> Vec<(String, &'static str, usize, usize, f64)> {

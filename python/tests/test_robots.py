@@ -25,6 +25,12 @@ def test_a_file_is_a_scene():
     assert robot.counts == (19, 18) and robot.joints[:2] == ["root", "fl_roll"]
     assert robot["fl_knee"].range == (-2.6, -0.8) and robot["fl_knee"].most == 35.0
     assert "velocity" in " ".join(robot.notes)
+    with pytest.warns(UserWarning) as warned:
+        tumble.load(MODELS / "quadruped.urdf")
+    assert [str(one.message) for one in warned] == [f"quadruped: {note}" for note in robot.notes]
+    assert {Path(one.filename).name for one in warned} == {"test_robots.py"}
+    with pytest.warns(UserWarning, match="a.quadruped: velocity limits have no effect"):
+        standing(prefix="a.")
     with pytest.raises(tumble.TumbleError, match="fl_kne"):
         robot["fl_kne"]
     with pytest.raises(tumble.TumbleError, match="is not a slide or hinge"):
@@ -174,6 +180,14 @@ def test_controls_drive_actuators():
     assert simulation.joints["hip"]["coordinate"] != before
     with pytest.raises(tumble.TumbleError, match="controls"):
         robot.controls = [1.0]
+    # Controls change by assignment alone.
+    given = np.array([0.1, 0.2])
+    robot.controls = given
+    given[0] = 9.0
+    np.testing.assert_array_equal(robot.controls, [0.1, 0.2])
+    for each in (robot, copy.copy(simulation).robot, scene.simulate().robot):
+        with pytest.raises(ValueError, match="read-only"):
+            each.controls[0] = 1.0
 
 
 GRIPPER = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>
@@ -254,6 +268,40 @@ def test_gains_that_are_refused_change_nothing(gains, said):
     with pytest.raises(tumble.TumbleError, match=said):
         robot.set_gains(**gains)
     assert {(joint.stiffness, joint.damping, joint.most) for joint in robot.slides_and_hinges} == {(50.0, 1.0, 20.0)}
+
+
+HELD = """<robot name='arm'><link name='base_link'>
+<collision><origin xyz='0 0 0.1'/><geometry><box size='0.4 0.4 0.2'/></geometry></collision></link>
+<link name='fore'><inertial><mass value='1'/><inertia ixx='.1' iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial></link>
+<joint name='lift' type='prismatic'><parent link='base_link'/><child link='fore'/><origin xyz='0 3 1'/>
+<axis xyz='0 0 1'/><limit lower='0' upper='1' effort='9' velocity='1'/></joint></robot>"""
+
+
+def test_a_held_link_feels_its_contacts(tmp_path):
+    (tmp_path / "arm.urdf").write_text(HELD)
+    parcel = {"name": "parcel", "box": 0.1, "mass": 0.5, "position": [0, 0, 0.25]}
+    arm = {"file": "arm.urdf", "prefix": "arm.", "fixed": True}
+    rub = [{"between": ["parcel", "arm.base_link"], "coefficient": 0.9}]
+    scene = tumble.Scene([parcel], {"friction": 0.5}, robots=[arm], friction=rub, folder=tmp_path)
+    assert scene.fixed == ["arm.base_link"]
+    simulation = scene.simulate()
+    simulation.run(20)
+    robot, weight = simulation.robot, 0.5 * 9.81
+    forces = robot.contact_forces
+    assert list(forces) == [("arm.base_link", "parcel")]
+    np.testing.assert_allclose(forces["arm.base_link", "parcel"], [0, 0, -weight], atol=1e-6)
+    assert robot.touch("base_link", "parcel") == pytest.approx(weight, rel=1e-6)
+
+
+@pytest.mark.parametrize("field", ["stiffness", "damping", "most"])
+def test_a_gain_is_refused_where_it_is_assigned(field):
+    joint = standing().simulate().robot["fl_knee"]
+    before = getattr(joint, field)
+    for value in (-5.0, float("nan"), float("inf")):
+        with pytest.raises(tumble.TumbleError, match=f"{field} of fl_knee is {value}; a number from 0"):
+            setattr(joint, field, value)
+    assert getattr(joint, field) == before
+    joint.most = None
 
 
 def test_sensors_at_rest():

@@ -116,8 +116,9 @@ def test_what_is_no_scene_is_named(bodies, ground, words):
 
 
 def test_what_cannot_be_read_is_named(tmp_path, scenarios):
-    with pytest.raises(FileNotFoundError):
-        tumble.load(tmp_path / "none.toml")
+    for path in (tmp_path / "none.toml", tmp_path):
+        with pytest.raises(tumble.TumbleError, match=f"^{path} cannot be read: .*; give a scenario"):
+            tumble.load(path)
     (tmp_path / "odd.toml").write_text("[ground\n")
     with pytest.raises(tumble.TumbleError, match="odd.toml: line 1"):
         tumble.load(tmp_path / "odd.toml")

@@ -53,8 +53,9 @@ pub struct ViewArgs {
     /// and their defaults, are for a table without run.json.
     #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
     pub files: Vec<PathBuf>,
-    /// Directory for view.html; created if missing [default: directory of the first file].
-    #[arg(short, long, value_name = "DIR")]
+    /// Directory for view.html, created if missing, or a file name that ends in .html [default:
+    /// directory of the first file].
+    #[arg(short, long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
     pub physics: PhysicsArgs,

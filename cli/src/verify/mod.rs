@@ -21,6 +21,7 @@ struct VerifyFindings {
     steps: u64,
     failed: u64,
     substepped: u64,
+    wild: u64,
     inexact: u64,
     differing: u64,
     largest_overlap: f64,
@@ -34,6 +35,7 @@ impl VerifyFindings {
         self.steps += 1;
         self.failed += u64::from(step.status == StepStatus::Failed);
         self.substepped += u64::from(step.status == StepStatus::Substepped);
+        self.wild += u64::from(step.status == StepStatus::Wild);
         self.inexact += u64::from(step.inexact);
         self.differing += u64::from(step.differs.is_some());
         self.largest_overlap = self.largest_overlap.max(step.overlap);
@@ -158,6 +160,10 @@ fn report(
         "  residuals above the limit of a solved step, {:.1e} m/s: {}",
         judge.accepted, findings.inexact
     );
+    if findings.wild > 0 {
+        let count = findings.wild;
+        let _ = writeln!(text, "  status `wild`, solved but unphysical: {count}");
+    }
     if findings.substepped > 0 {
         let count = findings.substepped;
         let _ = writeln!(text, "  taken in shorter steps without rows: {count}");

@@ -46,6 +46,7 @@ mod several_tampering;
 mod simulate;
 #[path = "../../../tests/common/sizes.rs"]
 mod sizes;
+mod slips;
 mod solve;
 mod start_index;
 mod streams;

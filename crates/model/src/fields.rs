@@ -161,8 +161,24 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
 /// Text of the error for a list that should be a table.
 const ONE_TABLE: &str = "list, expected a single table";
 
+/// What to write instead of a wrong value, by the field and the beginning of the message.
+const REMEDIES: [(&str, &str, &str); 6] = [
+    ("capsule", "invalid", "a capsule is { length = …, radius = … }, m"),
+    ("cylinder", "invalid", "a cylinder is { length = …, radius = … }, m"),
+    ("cone", "invalid", "a cone is { height = …, radius = … }, m"),
+    ("ellipsoid", "invalid", "three half axes [x, y, z], m, are needed"),
+    ("ground", "invalid type: boolean", "no ground is `[ground]` with `none = true`"),
+    ("restitution", "unknown field", "use [[restitution]] with its name"),
+];
+
 /// Prepends the path of the field to `message`, if the path is known. An unknown field gets a hint.
 pub fn named(path: &str, message: &str) -> String {
+    let field = path.rsplit('.').next().unwrap_or_default();
+    let is_meant =
+        |(of, begin, _): &&(&str, &str, &str)| *of == field && message.starts_with(begin);
+    if let Some((_, _, remedy)) = REMEDIES.iter().find(is_meant) {
+        return format!("{path}: {remedy}");
+    }
     let mut message = nearest::with_hint(&plain(message));
     if path == "body" && message.ends_with(ONE_TABLE) {
         message += " (use [[bodies]] for several bodies)";

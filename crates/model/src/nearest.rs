@@ -37,12 +37,23 @@ const OTHERS: [(&str, &str); 30] = [
     ("weight", "mass"),
 ];
 
+/// Loss of similarity by a slip. It ranks a few slips above the same letters in another order.
+const SLIP: f64 = 0.05;
+
+/// Number of slips that turn `name` into `word`: wrong, missing and surplus letters, and swapped
+/// neighbours. At most one for every four letters, or one; `None` beyond and for two letters.
+fn slips(word: &str, name: &str) -> Option<usize> {
+    let (length, slips) = (name.chars().count(), strsim::osa_distance(word, name));
+    (length > 2 && slips <= (length / 4).max(1)).then_some(slips)
+}
+
 /// Name among `names` for the unknown `word`: the one for the same thing in another simulator, or
 /// else the most similar one, if it is similar enough.
 pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let of_other = |name: &str| OTHERS.contains(&(word, name));
     let similarity = |name: &str| {
-        if of_other(name) { f64::INFINITY } else { strsim::jaro_winkler(word, name) }
+        let slipped = slips(word, name).map_or(0.0, |slips| 1.0 - SLIP * slips as f64);
+        if of_other(name) { f64::INFINITY } else { strsim::jaro_winkler(word, name).max(slipped) }
     };
     names
         .into_iter()
@@ -50,6 +61,11 @@ pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Opti
         .filter(|(similarity, _)| *similarity >= SIMILAR)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, name)| name)
+}
+
+/// Name among `names` that `word` is a slip of, by few letters.
+pub fn misspelt<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearest(word, names.into_iter().filter(|name| slips(word, name).is_some()))
 }
 
 /// End of an error about the unknown `word`: a question about the nearest name, or nothing.
@@ -83,6 +99,16 @@ mod tests {
         assert_eq!(nearest("mu", ["between", "coefficient"]), Some("coefficient"));
         assert_eq!(nearest("xyzzy", ["sphere", "box"]), None);
         assert_eq!(nearest("pos", []), None);
+    }
+
+    #[test]
+    fn swapped_neighbours_are_one_slip() {
+        let commands = ["verify", "view", "run", "plan"];
+        assert_eq!(nearest("rnu", commands), Some("run"));
+        assert_eq!(nearest("veiw", commands), Some("view"));
+        assert_eq!(misspelt("colision", ["collision", "visual"]), Some("collision"));
+        assert_eq!(misspelt("sensor", ["collision", "visual", "inertial"]), None);
+        assert_eq!(misspelt("spring", ["lower", "friction", "x"]), None);
     }
 
     #[test]

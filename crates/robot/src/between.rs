@@ -87,7 +87,7 @@ fn between(
     }
     let gyration = (carried.inertia.trace() / 3.0 / carried.mass.max(f64::MIN_POSITIVE)).sqrt();
     robot.shapes.push(RobotShape {
-        name: name.clone(),
+        name: None,
         link: index,
         form: RobotForm::Sphere(SEEN * gyration.max(1e-6)),
         frame: LinkFrame { position, ..LinkFrame::identity() },

@@ -255,8 +255,8 @@ impl RobotLook {
 /// Collision geometry of a link.
 #[derive(Debug, Clone)]
 pub struct RobotShape {
-    /// Name of the shape.
-    pub name: String,
+    /// Name of the shape in the file, if it has one.
+    pub name: Option<String>,
     /// Index of the link.
     pub link: usize,
     /// Geometry.

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Default)]
 pub struct RobotNotes {
     idle: BTreeMap<String, usize>,
+    unknown: BTreeMap<String, usize>,
     soft: bool,
     /// Number of links whose visual geometry is not read, and the reason for the first.
     unseen: Option<(usize, String)>,
@@ -20,6 +21,11 @@ impl RobotNotes {
     /// Counts an element that does not affect the motion.
     pub fn idle(&mut self, tag: &str) {
         *self.idle.entry(tag.to_owned()).or_default() += 1;
+    }
+
+    /// Counts an element or attribute with an unknown name.
+    pub fn unknown(&mut self, name: String) {
+        *self.unknown.entry(name).or_default() += 1;
     }
 
     /// Records that the file has settings of soft contacts.
@@ -56,6 +62,11 @@ impl RobotNotes {
             let count = |(tag, count): (&String, &usize)| format!("{count} <{tag}>");
             let list: Vec<_> = self.idle.iter().map(count).collect();
             sentences.push(format!("elements without effect on the motion: {}", list.join(", ")));
+        }
+        if !self.unknown.is_empty() {
+            let count = |(name, count): (&String, &usize)| format!("{count} {name}");
+            let list: Vec<_> = self.unknown.iter().map(count).collect();
+            sentences.push(format!("unknown names are ignored: {}", list.join(", ")));
         }
         if self.soft {
             sentences.push(

@@ -66,7 +66,8 @@ impl RobotSite {
 }
 
 impl Assembled {
-    /// Reading of a touch sensor: sum of the normal forces (N) of a step on the bodies of a link.
+    /// Reading of a touch sensor: sum of the normal forces (N) of a step on the bodies of a link,
+    /// or on the fixed pieces of a link held by the world.
     ///
     /// - `partner` selects the contacts with one partner.
     /// - `within` selects the contacts within a radius (m) of a site. The site's position is that
@@ -88,9 +89,11 @@ impl Assembled {
             }
             None => None,
         };
+        let pieces = self.pieces(link);
         let own = |of: Partner| match of {
             Partner::Body(body) => self.moves_with(link, body),
-            Partner::Ground | Partner::Fixed(_) => false,
+            Partner::Fixed(piece) => pieces.contains(&piece),
+            Partner::Ground => false,
         };
         let mut sum = 0.0;
         for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {

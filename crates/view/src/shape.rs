@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 /// Convex piece or mesh of a body or fixed object. Lengths are in m.
 #[derive(Debug, Clone, PartialEq)]
@@ -221,6 +222,38 @@ impl Outline {
             }
         }
     }
+
+    /// Points on the drawn geometry, whose convex hull is close to it.
+    pub fn surface_points(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Solid(piece) if piece.radius() > 0.0 => {
+                let count = (MOST_WAYS / piece.core().len().max(1)).max(LEAST_WAYS);
+                let ways: Vec<_> = ways(count).collect();
+                let around = |core: &Vector3<f64>| {
+                    let core = *core;
+                    ways.iter().map(move |way| core + way * piece.radius())
+                };
+                piece.core().iter().flat_map(around).collect()
+            }
+            _ => self.span(),
+        }
+    }
+}
+
+/// Number of points on a round piece, shared by the points of its core, and least number for each.
+/// The outline of a ball then deviates by less than 3 % of its radius.
+const MOST_WAYS: usize = 128;
+const LEAST_WAYS: usize = 16;
+
+/// Directions spread evenly over the sphere, on a spiral by the golden angle.
+fn ways(count: usize) -> impl Iterator<Item = Vector3<f64>> {
+    let turn = PI * (3.0 - 5.0_f64.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / count as f64;
+        let (sin, cos) = (turn * k as f64).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        Vector3::new(across * cos, across * sin, z)
+    })
 }
 
 /// True if `points` are the corners of a box, x fastest.
@@ -253,6 +286,18 @@ mod tests {
         assert!(!is_box(&points));
         assert!(!is_box(&points[..4]));
         assert!(!is_box(&corners([edges[0]; 3])));
+    }
+
+    /// Points on a ball: its extent in any direction is its radius, also along diagonals.
+    #[test]
+    fn a_ball_extends_by_its_radius_in_every_direction() {
+        let centre = Vector3::new(1.0, -2.0, 0.5);
+        let ball = Outline::Solid(FilmPiece::Sphere { centre, radius: 0.3 });
+        let points = ball.surface_points();
+        for way in ways(500) {
+            let extent = points.iter().map(|point| (point - centre).dot(&way)).fold(0.0, f64::max);
+            assert!((0.97 * 0.3..=0.3 + 1e-12).contains(&extent), "{way}: {extent}");
+        }
     }
 
     /// Three triangles form a right-angled corner and one more extends a face in its plane. Every

@@ -53,6 +53,21 @@ class Inertial(NamedTuple):
     """Mean acceleration over a step minus gravity, m/s², site frame: (3,). It is g upwards at rest."""
 
 
+def _locked(values: "Floats") -> "Floats":
+    """Read-only copy of an array."""
+    copy = values.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+def _from_zero(name: str, value: float) -> float:
+    """Finite number that is not negative."""
+    value = real(name, value)
+    if not 0.0 <= value < inf:
+        raise TumbleError(f"{name} is {value}; a number from 0 is needed")
+    return value
+
+
 class RobotJoint:
     """Slide or hinge of a robot in a simulation: ``robot["knee"]``.
 
@@ -63,7 +78,7 @@ class RobotJoint:
 
     # Slots refuse mistyped names.
     __slots__ = (
-        *("name", "range", "stiffness", "damping", "most"),
+        *("name", "range", "_stiffness", "_damping", "_limit"),
         *("_robot", "_axis", "_at", "_rate", "_reference", "_target"),
     )
 
@@ -71,12 +86,6 @@ class RobotJoint:
     """Name in the file."""
     range: Optional[Tuple[float, float]]
     """Limits of the coordinate, or None."""
-    stiffness: float
-    """Stiffness of its position motor, used from the next target on."""
-    damping: float
-    """Damping of that motor."""
-    most: Optional[float]
-    """Force limit of its motors, from the file, or None."""
 
     def __init__(self, robot: "Robot", index: int) -> None:
         name, _, at, rate, reference = robot.joint_list[index]
@@ -86,11 +95,38 @@ class RobotJoint:
         limits, effort = robot.bounds(index)
         self.name = name
         self.range = None if limits is None else (limits[0], limits[1])
-        self.stiffness, self.damping = 0.0, 0.0
-        self.most = None if effort is None else min(-effort[0], effort[1])
+        self._stiffness, self._damping = 0.0, 0.0
+        self._limit = None if effort is None else min(-effort[0], effort[1])
         self._robot, self._axis = robot, axis
         self._at, self._rate, self._reference = at, rate, reference
         self._target: Optional[float] = None
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness of its position motor, used from the next target on."""
+        return self._stiffness
+
+    @stiffness.setter
+    def stiffness(self, stiffness: float) -> None:
+        self._stiffness = _from_zero(f"stiffness of {self.name}", stiffness)
+
+    @property
+    def damping(self) -> float:
+        """Damping of that motor."""
+        return self._damping
+
+    @damping.setter
+    def damping(self, damping: float) -> None:
+        self._damping = _from_zero(f"damping of {self.name}", damping)
+
+    @property
+    def most(self) -> Optional[float]:
+        """Force limit of its motors, from the file, or None."""
+        return self._limit
+
+    @most.setter
+    def most(self, most: Optional[float]) -> None:
+        self._limit = None if most is None else _from_zero(f"most of {self.name}", most)
 
     @property
     def coordinate(self) -> float:
@@ -126,7 +162,7 @@ class RobotJoint:
 
     @_motor.setter
     def _motor(self, motor: List[Any]) -> None:
-        self.stiffness, self.damping, self.most, self._target = motor
+        self._stiffness, self._damping, self._limit, self._target = motor
 
     def hold_speed(self, speed: float, most: Optional[float] = None) -> None:
         """Sets a speed motor with the force limit ``most``, by default the one of the file."""
@@ -184,7 +220,7 @@ class Robot(CoreRobot):
         hinges = [(joint[2], *axis, joint[4]) for joint, axis in found if axis is not None]
         self._hinges = tuple(list(column) for column in zip(*hinges)) if hinges else ([], [], [], [])
         self._handles = {}
-        self._controls = self.first_controls
+        self._controls = _locked(self.first_controls)
         return self
 
     @property
@@ -215,12 +251,11 @@ class Robot(CoreRobot):
 
         :raises TumbleError: if the stiffness is not positive, or another value is negative.
         """
-        stiffness, damping = real("stiffness", stiffness), real("damping", damping)
+        stiffness = real("stiffness", stiffness)
         if not 0.0 < stiffness < inf:
             raise TumbleError(f"stiffness is {stiffness}; a number above 0 is needed")
-        for name, value in (("damping", damping), ("most", 0.0 if most is None else real("most", most))):
-            if not 0.0 <= value < inf:
-                raise TumbleError(f"{name} is {value}; a number from 0 is needed")
+        damping = _from_zero("damping", damping)
+        most = None if most is None else _from_zero("most", most)
         for joint in self.slides_and_hinges:
             joint.stiffness, joint.damping = stiffness, damping
             joint.most = joint.most if most is None else most
@@ -237,7 +272,7 @@ class Robot(CoreRobot):
     def _keep(self, kept: Dict[str, Any]) -> None:
         """Restores the data ``kept`` of another robot. The simulation already has the motors."""
         self._near = numbers("near", kept["near"], self._near.shape)
-        self._controls = numbers("controls", kept["controls"], self._controls.shape)
+        self._controls = _locked(numbers("controls", kept["controls"], self._controls.shape))
         for name, motor in kept["motors"].items():
             self[name]._motor = motor
 
@@ -335,7 +370,8 @@ class Robot(CoreRobot):
     def controls(self) -> "Floats":
         """Controls of its actuators, (A,), in the order of the file.
 
-        Setting them replaces all other motors of the actuated joints by the file's actuators.
+        Setting them replaces all other motors of the actuated joints by the file's actuators. The
+        array is read-only: assign a whole array to change one control.
         """
         return self._controls
 
@@ -343,7 +379,7 @@ class Robot(CoreRobot):
     def controls(self, controls: Any) -> None:
         controls = numbers("controls", controls, (len(self.actuators),))
         self.simulation.put_controls(self, controls)
-        self._controls = controls
+        self._controls = _locked(controls)
 
     @property
     def sites(self) -> Dict[str, Tuple[str, List[float], List[float]]]:
@@ -459,13 +495,15 @@ class Robot(CoreRobot):
     def contact_forces(self) -> Dict[Tuple[str, str], "Floats"]:
         """Contact forces of the last step, (3,), N, world, by pairs of names.
 
-        The force acts on the first body of the pair, which belongs to this robot. The second
-        name is a body of the scene, "ground" or a fixed piece.
+        The force acts on the first object of the pair, which belongs to this robot: a body, or
+        a fixed piece of a link held by the world. The second name is a body of the scene,
+        "ground" or a fixed piece.
         """
         import numpy as np
 
         scene, contacts = self.simulation.scene, self.simulation.contacts
         own = {scene.bodies[body] for body in self.bodies if body is not None}
+        own.update(scene.fixed[piece] for pieces in self.pieces[1:] for piece in pieces)
         forces: Dict[Tuple[str, str], Any] = {}
         for body, other, force in zip(contacts["body"], contacts["partner"], contacts["force"]):
             name = scene.bodies[body]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple, Union
 
@@ -11,7 +12,7 @@ from ._checks import tables, whole
 from ._files import written
 from ._query import Queries
 from ._toml import document
-from ._tumble import CoreScene, TumbleError
+from ._tumble import CoreRobot, CoreScene, TumbleError
 
 if TYPE_CHECKING:
     from ._gradients import Derivatives
@@ -105,7 +106,9 @@ class Scene(CoreScene, Queries):
                 "apart": tables("apart", apart),
             }
         )
-        return cls.from_text(text, Path(folder) / "scene", seed=seed)
+        scene = cls.from_text(text, Path(folder) / "scene", seed=seed)
+        _warn(scene)
+        return scene
 
     @classmethod
     def from_text(
@@ -262,6 +265,14 @@ class Scene(CoreScene, Queries):
         return f"<tumble.Scene {self.name!r}: {bodies} {plural}, h = {self.time_step} s>"
 
 
+def _warn(scene: Scene) -> None:
+    """Warns of all deviations from the robot files of a scene. The caller's caller is named."""
+    for index in range(len(scene.robots)):
+        robot = CoreRobot(scene, index)
+        for note in robot.notes:
+            warnings.warn(f"{robot.prefix}{robot.name}: {note}", stacklevel=3)
+
+
 def load(
     path: Union[str, "os.PathLike[str]"],
     *,
@@ -298,19 +309,25 @@ def load(
     - ``point_contacts``: True replaces the torsional and rolling friction of condim 4 and 6
       by sliding friction.
 
-    Raises OSError for an unreadable file, and TumbleError for an invalid scene.
+    Deviations from a robot's file are warnings; ``robot.notes`` has them too.
+
+    Raises TumbleError for an unreadable file and for an invalid scene.
     """
     path = os.fsdecode(path)
     most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
-    with open(path, "rb") as stream:
-        content = stream.read(most + 1)
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(most + 1)
+    except OSError as error:
+        why = f"{path} cannot be read: {error.strerror}; give a scenario or a robot's file"
+        raise TumbleError(why) from error
     if len(content) > most:
         raise TumbleError(f"{path}: it is longer than {most} bytes")
     try:
         text = content.decode()
     except UnicodeDecodeError:
         raise TumbleError(f"{path}: cannot be read as a scenario: it is not UTF-8 text") from None
-    return Scene.from_text(
+    scene = Scene.from_text(
         text,
         path,
         seed=seed,
@@ -326,6 +343,8 @@ def load(
         leave_out=leave_out,
         point_contacts=point_contacts,
     )
+    _warn(scene)
+    return scene
 
 
 def _made(text: str, path: str, settings: Dict[str, Any]) -> Scene:

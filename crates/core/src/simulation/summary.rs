@@ -55,6 +55,8 @@ pub struct RunSummary {
     pub wild: u64,
     /// First of these steps, and its cause.
     pub first_wild: Option<(u64, UnphysicalCause)>,
+    /// Step with the largest unphysical gain of energy: index and gain (J).
+    pub largest_gain: Option<(u64, f64)>,
     /// Number of steps with [`StepStatus::Failed`].
     pub failed: u64,
     /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
@@ -108,6 +110,12 @@ impl RunSummary {
             u64::from(record.solution.contacts.iter().any(ContactForce::carries_force));
         if let Some(cause) = record.unphysical {
             self.first_wild.get_or_insert((index, cause));
+            let most = self.largest_gain.map_or(0.0, |(_, most)| most);
+            if let UnphysicalCause::Gain { energy, .. } = cause
+                && energy > most
+            {
+                self.largest_gain = Some((index, energy));
+            }
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;

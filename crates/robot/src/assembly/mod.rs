@@ -8,7 +8,7 @@ mod touching;
 
 use super::frame::LinkFrame;
 use super::joining::{drive, sum_drive};
-use super::model::{Key, MimicJoint, Moves, Robot, RobotShape};
+use super::model::{Key, MimicJoint, Moves, Robot, RobotJoint, RobotShape};
 use nalgebra::{Vector3, Vector4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -16,6 +16,7 @@ use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::joint::Drive;
 use tumble_core::mechanics::State;
 use tumble_model::Model;
+use tumble_model::nearest;
 use tumble_model::shape::ModelPlace;
 use tumble_model::shown;
 
@@ -75,8 +76,9 @@ pub struct Assembled {
     axes: Vec<Option<(usize, usize)>>,
     /// Gears of the scene that represent its `sums`.
     sums: Range<usize>,
-    /// Fixed pieces of the scene that come from its file.
+    /// Fixed pieces of the scene that come from its file, and the link of each.
     fixed: Range<usize>,
+    fixed_links: Vec<usize>,
     /// Joints of the scene that represent its constraints.
     ties: Range<usize>,
     /// True if the scene contains nothing else.
@@ -129,6 +131,7 @@ impl Assembled {
             axes: vec![None; robot.joints.len()],
             sums: 0..0,
             fixed: model.fixed.len()..model.fixed.len(),
+            fixed_links: Vec::new(),
             ties: 0..0,
             is_alone: placing.has_ground,
             long_names: long_names(&robot, &placing.prefix),
@@ -165,7 +168,7 @@ impl Assembled {
     fn note_names(&mut self, model: &Model) {
         let links = self.robot.links.iter().skip(1).map(|link| &link.name);
         let names = links.chain(self.robot.joints.iter().map(|joint| &joint.name));
-        let shapes = self.robot.shapes.iter().map(|shape| &shape.name);
+        let shapes = self.robot.shapes.iter().filter_map(|shape| shape.name.as_ref());
         let shapes = shapes.filter(|name| {
             let name = self.named(name);
             model.fixed[self.fixed.clone()].iter().any(|fixed| fixed.name == name)
@@ -231,6 +234,21 @@ impl Assembled {
     pub fn moves_with(&self, link: usize, body: usize) -> bool {
         let place = self.links.get(link).and_then(|(place, _)| *place);
         place.is_some_and(|place| self.bodies[place].has(body))
+    }
+
+    /// Fixed pieces of the scene that belong to a link held by the world or to links fixed to it.
+    #[must_use]
+    pub fn pieces(&self, link: usize) -> Vec<usize> {
+        let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
+        let belongs = |own: usize| std::iter::successors(Some(own), parent).any(|at| at == link);
+        let pieces = self.fixed.clone().zip(&self.fixed_links);
+        pieces.filter(|(_, own)| belongs(**own)).map(|(piece, _)| piece).collect()
+    }
+
+    /// Name of a link in the scene.
+    #[must_use]
+    pub fn link_name(&self, link: usize) -> Option<String> {
+        self.robot.links.get(link).map(|link| self.named(&link.name))
     }
 
     /// True if the body of the scene belongs to the robot.
@@ -358,8 +376,8 @@ struct RobotStart {
     controls: Vec<f64>,
 }
 
-/// Initial values: those of the keyframe, then the requested coordinates, clamped to the joint
-/// limits.
+/// Initial values: those of the keyframe, clamped to the joint limits, then the requested
+/// coordinates. These must be within the limits.
 fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     let mut q = robot.reference();
     let mut v = vec![0.0; robot.counts().1];
@@ -395,8 +413,10 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     }
     for (name, coordinate) in &placing.coordinates {
         let joint = robot.joint(name);
-        let joint =
-            joint.ok_or_else(|| format!("coordinates: there is no joint {name:?} in the file"))?;
+        let joint = joint.ok_or_else(|| {
+            let hint = nearest::hint(name, robot.joints.iter().map(|joint| &*joint.name));
+            format!("coordinates: there is no joint {name:?} in the file{hint}")
+        })?;
         if !matches!(robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
             return Err(format!("coordinates: {name:?} is not a slide or hinge"));
         }
@@ -405,6 +425,8 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
                 "coordinates: {name} is {coordinate:?}; a finite number is needed"
             ));
         }
+        refuse_outside(&robot.joints[joint], *coordinate)
+            .map_err(|why| format!("coordinates: {why}; give a coordinate within it"))?;
         q[places[joint].0] = *coordinate;
     }
     for (joint, (place, _)) in robot.joints.iter().zip(&places) {
@@ -421,20 +443,23 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
 fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<(), String> {
     for MimicJoint { joints: [own, _], at, .. } in &robot.follows {
         let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
-        if let Some([low, high]) = joint.range
-            && !(low - AT_LIMIT..=high + AT_LIMIT).contains(&coordinate)
-        {
-            let name = &joint.name;
-            return Err(format!(
-                "{at}: {name:?} would start at {coordinate:?}, outside its range {low:?} to \
-                 {high:?}; set the coordinate of the joint it follows"
-            ));
-        }
+        refuse_outside(joint, coordinate)
+            .map_err(|why| format!("{at}: {why}; set the coordinate of the joint it follows"))?;
     }
     Ok(())
 }
 
-/// Tolerance of dependent joints at their limits (m or rad).
+/// Rejects a coordinate outside the range of its joint.
+fn refuse_outside(joint: &RobotJoint, coordinate: f64) -> Result<(), String> {
+    let Some([low, high]) = joint.range else { return Ok(()) };
+    if (low - AT_LIMIT..=high + AT_LIMIT).contains(&coordinate) {
+        return Ok(());
+    }
+    let name = &joint.name;
+    Err(format!("{name:?} would start at {coordinate:?}, outside its range {low:?} to {high:?}"))
+}
+
+/// Tolerance of initial coordinates at their limits (m or rad).
 const AT_LIMIT: f64 = 1e-9;
 
 /// Valid scene name: invalid characters become `_`, and `middle` replaces the middle of a long
@@ -458,7 +483,7 @@ fn fitting(prefix: &str, name: &str, middle: &str) -> String {
 fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
     let links = robot.links.iter().map(|link| &link.name);
     let names = links.chain(robot.joints.iter().map(|joint| &joint.name));
-    let names = names.chain(robot.shapes.iter().map(|shape| &shape.name));
+    let names = names.chain(robot.shapes.iter().filter_map(|shape| shape.name.as_ref()));
     let mut known = BTreeMap::new();
     let mut taken = BTreeSet::new();
     for name in names.filter(|name| prefix.chars().count() + name.chars().count() > LONGEST_NAME) {

@@ -28,11 +28,11 @@ enum ShapeOwner {
 impl Assembled {
     /// Adds the fixed pieces, and lists all shapes with contacts.
     pub(super) fn add_shapes(
-        &self,
+        &mut self,
         placing: &Placing,
         model: &mut Model,
     ) -> Result<Vec<ContactRules>, String> {
-        let mut touching = Vec::new();
+        let (mut touching, mut links) = (Vec::new(), Vec::new());
         let shapes = self.robot.shapes.iter().enumerate();
         for (index, shape) in shapes.filter(|(index, _)| self.robot.touches(*index)) {
             let owner = match self.links[shape.link].0 {
@@ -64,12 +64,8 @@ impl Assembled {
                     let frame = self.world().then(&self.in_body(shape));
                     let piece = PlacedForm { form, place: place_of(&frame) };
                     piece.piece().map_err(|error| format!("{}: {error}", shape.at))?;
-                    let name = self.named(&shape.name);
-                    let taken = model.bodies.iter().any(|body| body.name == name)
-                        || model.fixed.iter().any(|fixed| fixed.name == name);
-                    let numbered =
-                        || self.named(&format!("{}-fixed-{}", shape.name, model.fixed.len()));
-                    let name = if taken { numbered() } else { name };
+                    let name = self.piece_name(shape, &links, model);
+                    links.push(shape.link);
                     let (friction, groups) = (friction_of(shape), GroupsModel::default());
                     model.fixed.push(FixedModel { name, piece, friction, groups });
                     ShapeOwner::Fixed(model.fixed.len() - 1)
@@ -77,7 +73,22 @@ impl Assembled {
             };
             touching.push(ContactRules { shape: index, owner });
         }
+        self.fixed_links = links;
         Ok(touching)
+    }
+
+    /// Free name of the fixed piece of a shape: that of the shape, or else of its link, with a
+    /// number if it is taken. `links` are the links of the pieces so far.
+    fn piece_name(&self, shape: &RobotShape, links: &[usize], model: &Model) -> String {
+        let name = shape.name.as_ref().unwrap_or(&self.robot.links[shape.link].name);
+        let before = links.iter().filter(|link| **link == shape.link).count();
+        let numbers = before.max(1)..;
+        let numbered = numbers.map(|number| self.named(&format!("{name}-{number}")));
+        let is_free = |name: &String| {
+            model.bodies.iter().all(|body| body.name != *name)
+                && model.fixed.iter().all(|fixed| fixed.name != *name)
+        };
+        std::iter::once(self.named(name)).chain(numbered).find(is_free).unwrap_or_default()
     }
 
     /// Adds exclusions and friction coefficients for all pairs of owners.

@@ -37,7 +37,8 @@ impl MjcfReader<'_> {
         }
         let find = |field: &str| {
             let name = element.needed(field)?;
-            let found = self.robot.shapes.iter().position(|shape| shape.name == name);
+            let found =
+                self.robot.shapes.iter().position(|shape| shape.name.as_deref() == Some(name));
             found.ok_or_else(|| {
                 element.wrong(format!("{field}: there is no geom {:?}", shown::line(name)))
             })

@@ -140,9 +140,8 @@ impl MjcfReader<'_> {
         if touches && matches!(form, RobotForm::Ellipsoid(_)) {
             self.notes.say("ellipsoids with contacts become inscribed rounded hulls".to_owned());
         }
-        let index = self.robot.shapes.len();
         self.robot.shapes.push(RobotShape {
-            name: element.own("name").map_or(format!("geom-{index}"), str::to_owned),
+            name: element.own("name").map(str::to_owned),
             link,
             form,
             frame: placed,

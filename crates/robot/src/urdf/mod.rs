@@ -1,6 +1,7 @@
 //! Reader of URDF, the format of ROS.
 
 mod masses;
+mod names;
 mod shapes;
 mod tree;
 
@@ -41,9 +42,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         ));
     }
     let root = &root;
-    for child in root.children.iter().filter(|child| !["link", "joint"].contains(&&*child.tag)) {
-        notes.idle(&child.tag);
-    }
+    names::check(root, &mut notes)?;
     let tree = LinkTree::of(root)?;
     let robot = Robot {
         name: root.own("name").unwrap_or("").to_owned(),
@@ -295,12 +294,6 @@ impl<'a> UrdfReader<'a> {
         joints: Vec<RobotJoint>,
     ) -> Result<usize, String> {
         let index = self.robot.links.len();
-        for child in &element.children {
-            match &*child.tag {
-                "inertial" | "collision" => {}
-                tag => self.notes.idle(tag),
-            }
-        }
         self.robot.links.push(RobotLink {
             name: element.needed("name")?.to_owned(),
             parent,
@@ -337,9 +330,6 @@ impl<'a> UrdfReader<'a> {
         let name = element.needed("name")?.to_owned();
         let frame = origin(element)?;
         let kind = element.needed("type")?;
-        for odd in element.all("safety_controller").chain(element.all("calibration")) {
-            self.notes.idle(&odd.tag);
-        }
         let axis = element.one("axis")?.map(|axis| axis.exactly::<3>("xyz")).transpose()?.flatten();
         let axis = Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0]));
         let length = axis.norm();

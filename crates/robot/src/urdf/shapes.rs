@@ -25,9 +25,8 @@ impl UrdfReader<'_> {
             }
             let frame = origin(collision)?;
             for form in self.forms(form)? {
-                let index = self.robot.shapes.len();
                 self.robot.shapes.push(RobotShape {
-                    name: collision.own("name").map_or(format!("shape-{index}"), str::to_owned),
+                    name: collision.own("name").map(str::to_owned),
                     link,
                     form,
                     frame,

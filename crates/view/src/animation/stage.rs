@@ -58,6 +58,8 @@ struct Actor {
     looks: Vec<Look>,
     /// Points that span each outline.
     spans: Vec<Vec<Vector3<f64>>>,
+    /// Points on each outline, which cast its shadow.
+    casters: Vec<Vec<Vector3<f64>>>,
     hue: Hue,
     /// Lines from its shape to joints.
     bones: Vec<Bone>,
@@ -178,13 +180,13 @@ impl Backdrop {
         let unit = f64::from(canvas.size()) / 800.0;
         let poses = || moment.poses.iter().chain([&self.to_ground]);
         if let Some(floor) = &self.floor {
-            let spans = self.actors.iter().zip(poses()).flat_map(|(actor, pose)| {
-                let places = |span: &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
-                    span.iter().map(|point| (pose * Point3::from(*point)).coords).collect()
+            let casters = self.actors.iter().zip(poses()).flat_map(|(actor, pose)| {
+                let places = |caster: &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
+                    caster.iter().map(|point| (pose * Point3::from(*point)).coords).collect()
                 };
-                actor.spans.iter().map(places).collect::<Vec<_>>()
+                actor.casters.iter().map(places).collect::<Vec<_>>()
             });
-            floor.paint_shadows(canvas, &self.camera, &spans.collect::<Vec<_>>(), self.theme);
+            floor.paint_shadows(canvas, &self.camera, &casters.collect::<Vec<_>>(), self.theme);
         }
         self.raster.clear();
         for (place, pose) in poses().copied().enumerate().collect::<Vec<_>>() {
@@ -370,9 +372,10 @@ fn framed(
 fn actors(film: &Film) -> Vec<Actor> {
     let actor = |looks: Vec<Outline>, colour: Rgb, reach, label: &str| {
         let spans = looks.iter().map(Outline::span).collect();
+        let casters = looks.iter().map(Outline::surface_points).collect();
         let looks = looks.into_iter().map(Look::of).collect();
         let (hue, label) = (Hue::of(colour), label.to_owned());
-        Actor { looks, spans, hue, bones: Vec::new(), reach, label }
+        Actor { looks, spans, casters, hue, bones: Vec::new(), reach, label }
     };
     let bodies = film.bodies.iter().zip(palette::of_bodies(film)).map(|(body, colour)| {
         actor(Outline::of(&body.pieces, &body.points), colour, body.reach(), &body.label)

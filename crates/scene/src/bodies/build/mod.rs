@@ -19,6 +19,7 @@ use crate::settings::{Settings, USUAL_SEED};
 use crate::tables::LoadTable;
 use nalgebra::{SVector, Vector3};
 use names::Named;
+use std::collections::BTreeMap;
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::{Load, Rotation, State};
 use tumble_core::simulation::random::Draws;
@@ -61,6 +62,7 @@ pub fn build(
         draws: Draws::new(settings.seed.unwrap_or(USUAL_SEED)),
         drawn: false,
         names: Vec::new(),
+        merged: BTreeMap::new(),
         model: Model {
             dt: settings.dt.unwrap_or_default(),
             rotation: settings.rotation.unwrap_or(Rotation::Momentum),
@@ -113,6 +115,7 @@ pub fn build(
     }
     builder.refuse_equal_names()?;
     builder.refuse_unknown_groups()?;
+    builder.name_links(&robots);
     for (index, entry) in file.friction.iter().enumerate() {
         let pairs = builder.coefficients(entry, 10.0);
         let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
@@ -177,8 +180,8 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
     let free = (number..).map(|number| format!("body-{number}")).find(is_free);
     entry.name = entry.name.or(free);
-    let (draws, names) = (Draws::new(USUAL_SEED), Vec::new());
-    let mut builder = Builder { files, plane, draws, drawn: false, names, model };
+    let (draws, names, merged) = (Draws::new(USUAL_SEED), Vec::new(), BTreeMap::new());
+    let mut builder = Builder { files, plane, draws, drawn: false, names, merged, model };
     builder.add_bodies("body", entry)?;
     if builder.drawn {
         return Err("body: random starts are not supported here; give numbers".to_owned());
@@ -202,6 +205,8 @@ struct Builder<'a> {
     drawn: bool,
     /// Names of entries, each with the bodies or fixed pieces that it describes.
     names: Vec<Named>,
+    /// Body of each link that is merged into another, by the name of the link.
+    merged: BTreeMap<String, String>,
     model: Model,
 }
 

@@ -3,8 +3,10 @@
 use super::Builder;
 use crate::bodies::entries::PairEntry;
 use tumble_model::fields::Exactly;
+use tumble_model::nearest;
 use tumble_model::shown::checked_name;
 use tumble_model::{PairModel, PartnerModel};
+use tumble_robot::Assembled;
 
 /// Name in the file and its owners.
 pub(super) struct Named {
@@ -22,6 +24,28 @@ impl Builder<'_> {
         checked_name(&name)?;
         self.names.push(Named { name, partners });
         Ok(())
+    }
+
+    /// Makes the links of robots known: fixed links as all their pieces, merged links as the body
+    /// that has them.
+    pub(super) fn name_links(&mut self, robots: &[Assembled]) {
+        for robot in robots {
+            for link in 1..robot.robot().links.len() {
+                let Some(name) = robot.link_name(link) else { continue };
+                if let Some(body) = robot.body(link) {
+                    let body = &self.model.bodies[body].name;
+                    if *body != name {
+                        self.merged.insert(name, body.clone());
+                    }
+                    continue;
+                }
+                let pieces = robot.pieces(link).into_iter();
+                let partners: Vec<_> = pieces.map(PartnerModel::Fixed).collect();
+                if !partners.is_empty() {
+                    self.names.push(Named { name, partners });
+                }
+            }
+        }
     }
 
     /// Checks that names of entries, bodies and fixed objects are unique.
@@ -122,9 +146,22 @@ impl Builder<'_> {
             .map(|(index, _)| PartnerModel::Body(index))
             .chain(fixed.map(|(index, _)| PartnerModel::Fixed(index)))
             .collect();
-        if found.is_empty() {
+        if found.is_empty()
+            && let Some(body) = self.merged.get(name)
+        {
             return Err(format!(
-                "unknown name {name:?}; the name of a body or fixed piece, or \"ground\", is needed"
+                "{name} is merged into {body}; use that, or `merge_fixed = false`"
+            ));
+        }
+        if found.is_empty() {
+            let entries = self.names.iter().map(|named| &*named.name);
+            let bodies = self.model.bodies.iter().map(|body| &*body.name);
+            let fixed = self.model.fixed.iter().map(|fixed| &*fixed.name);
+            let known = entries.chain(bodies).chain(fixed).chain(["ground"]);
+            let hint = nearest::hint(name, known);
+            return Err(format!(
+                "unknown name {name:?}{hint}; the name of a body or fixed piece, or \"ground\", is \
+                 needed"
             ));
         }
         Ok(found)

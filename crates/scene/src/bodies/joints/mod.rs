@@ -17,6 +17,7 @@ use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_model::BodyModel;
 use tumble_model::fields::Numbers;
 use tumble_model::joint::{JointKind, JointModel};
+use tumble_model::nearest;
 use tumble_model::shape::ModelPlace;
 
 /// Maximum number of joints of a scene.
@@ -105,9 +106,11 @@ impl JointEntries {
         let of_entry = self.entries.iter().find(|(known, _)| known == name);
         let own = || self.models.iter().position(|joint| joint.name == name);
         let joints = of_entry.map(|(_, joints)| joints.clone());
-        joints
-            .or_else(|| own().map(|joint| vec![joint]))
-            .ok_or_else(|| format!("unknown joint {name:?}; the name of a joint is needed"))
+        joints.or_else(|| own().map(|joint| vec![joint])).ok_or_else(|| {
+            let entries = self.entries.iter().map(|(known, _)| &**known);
+            let hint = nearest::hint(name, entries.chain(self.models.iter().map(|of| &*of.name)));
+            format!("unknown joint {name:?}{hint}; the name of a joint is needed")
+        })
     }
 
     /// Joint with this name, which must be unique.

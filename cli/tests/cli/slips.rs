@@ -1,0 +1,89 @@
+//! Slips in names of files, fields and bodies: the error says what to write instead.
+
+use super::support::{End, tumble};
+use std::fs;
+use std::path::Path;
+
+fn run_in(directory: &Path, args: &[&str]) -> End {
+    tumble().args(args).current_dir(directory).output().unwrap().into()
+}
+
+const STACK: &str = "steps = 20\n[ground]\nfriction = 0.5\n[[bodies]]\nname = \"low\"\nbox = 0.2\nmass = 1.0\n\
+     position = [0.0, 0.0, 0.1]\n[[bodies]]\nname = \"high\"\nbox = 0.2\nmass = 1.0\nposition = [0.0, 0.0, 0.3]\n";
+
+#[test]
+fn a_path_that_is_no_table_or_directory_is_answered_with_the_right_one() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    fs::write(here.join("stack.toml"), STACK).unwrap();
+    assert_eq!(run_in(here, &["run", "stack.toml", "-q", "-o", "out"]).code, Some(0));
+    for command in ["verify", "view", "gif", "plot"] {
+        run_in(here, &[command, "none.csv"])
+            .assert_refused(2, &["none.csv does not exist; give a table of a run"]);
+        run_in(here, &[command, "out/state.csv"])
+            .assert_refused(2, &["out/state.csv does not exist; give out/states.csv"]);
+        run_in(here, &[command, "out"])
+            .assert_refused(2, &["out is a directory, not a file; give out/states.csv"]);
+    }
+    let page = run_in(here, &["view", "out/states.csv", "-o", "pages/p.html"]);
+    assert_eq!(page.code, Some(0), "{page:?}");
+    assert!(page.stdout.contains("wrote pages/p.html") && here.join("pages/p.html").is_file());
+    run_in(here, &["view", "out/states.csv", "-o", "p.htm"])
+        .assert_refused(2, &["--out p.htm: a file name that ends in .html or a directory"]);
+    run_in(here, &["run", "--continue", "out/state.bin", "--steps", "30"])
+        .assert_refused(2, &["--continue: out/state.bin is a file; give its directory, out"]);
+    run_in(here, &["rnu", "stack.toml"]).assert_refused(2, &["did you mean `run`?"]);
+    let end = run_in(here, &["new", "sub/dir/x"]);
+    end.assert_refused(2, &["sub/dir/x.toml", "there is no directory sub/dir; create it first"]);
+    assert!(!end.stderr.contains(".tmp"), "{end:?}");
+}
+
+#[test]
+fn misspelt_names_of_bodies_and_joints_get_the_nearest_one() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let hinge = "[[joints]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = [\"high\"]\naxis = [0, 0, 1]\n\
+                 anchor = [0, 0, 0.3]\n";
+    for (tables, word, name) in [
+        ("[[friction]]\nbetween = [\"hihg\", \"low\"]\ncoefficient = 0.1\n", "hihg", "high"),
+        ("[[surfaces]]\nof = \"grond\"\nvelocity = [1, 0, 0]\n", "grond", "ground"),
+        ("[[motors]]\njoint = \"hnige\"\nspeed = 1.0\nmost = 1.0\n", "hnige", "hinge"),
+    ] {
+        fs::write(here.join("scene.toml"), format!("{STACK}{hinge}{tables}")).unwrap();
+        let said = format!("\"{word}\"; did you mean `{name}`?");
+        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[&said]);
+    }
+}
+
+#[test]
+fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let capsule = "bodies[1].capsule: a capsule is { length = …, radius = … }, m";
+    for (shape, said) in [
+        ("capsule = [0.05, 0.3]", capsule),
+        ("capsule = 0.1", capsule),
+        ("cylinder = [0.05, 0.3]", "cylinder: a cylinder is { length = …, radius = … }, m"),
+        ("cone = [0.05, 0.3]", "cone: a cone is { height = …, radius = … }, m"),
+        ("ellipsoid = 0.1", "ellipsoid: three half axes [x, y, z], m, are needed"),
+        ("ellipsoid = [0.1, 0.2]", "ellipsoid: three half axes [x, y, z], m, are needed"),
+    ] {
+        let text = format!("{STACK}[[bodies]]\n{shape}\nmass = 1.0\nposition = [0, 0, 1]\n");
+        let text = text.replacen(
+            "[[bodies]]\nname = \"high\"\nbox = 0.2\nmass = 1.0\nposition = [0.0, 0.0, 0.3]\n",
+            "",
+            1,
+        );
+        fs::write(here.join("scene.toml"), text).unwrap();
+        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[said]);
+    }
+    let bare = STACK.replace("[ground]\nfriction = 0.5\n", "ground = false\n");
+    fs::write(here.join("scene.toml"), bare).unwrap();
+    run_in(here, &["check", "scene.toml"])
+        .assert_refused(2, &["ground: no ground is `[ground]` with `none = true`"]);
+    let wall = "[[fixed]]\nbox = 0.2\nposition = [3, 0, 0]\nrestitution = 0.5\n";
+    fs::write(here.join("scene.toml"), format!("{STACK}{wall}")).unwrap();
+    let end = run_in(here, &["check", "scene.toml"]);
+    end.assert_refused(2, &["fixed[0].restitution: use [[restitution]] with its name"]);
+    assert!(!end.stderr.contains("did you mean"), "{end:?}");
+}

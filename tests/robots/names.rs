@@ -1,0 +1,46 @@
+//! Misspelt and unknown names in a URDF file.
+
+use tumble_robot::{Reading, read};
+
+const FILE: &str = "<robot name='r'>\n<link name='a'>\n<inertial><mass value='1'/>\
+    <inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>\n\
+    <collision><origin xyz='0 0 0' rpy='0 0 0'/><geometry><box size='1 1 1'/></geometry></collision>\n</link>\n\
+    <link name='b'><inertial><mass value='1'/>\
+    <inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>\n\
+    <joint name='j' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/>\n\
+    <limit lower='0' upper='1' effort='9' velocity='1'/>\n<dynamics damping='0.5' friction='0.1'/></joint>\n</robot>";
+
+#[test]
+fn misspelt_names_are_refused_with_the_nearest_one() {
+    for (right, wrong, line, tag) in [
+        ("collision", "colision", 4, "colision"),
+        ("geometry", "geomtery", 4, "geomtery"),
+        ("inertial>", "inertail>", 3, "inertail"),
+        ("damping", "dampng", 9, "dynamics"),
+        ("effort", "efort", 8, "limit"),
+        ("rpy", "ryp", 4, "origin"),
+        ("axis", "axes", 7, "axes"),
+    ] {
+        let why = read(&FILE.replace(right, wrong), &Reading::none()).unwrap_err();
+        let (right, wrong) = (right.trim_end_matches('>'), wrong.trim_end_matches('>'));
+        let said = format!("{wrong} is unknown; did you mean `{right}`?");
+        assert!(why.contains(&said), "{why}");
+        assert!(why.starts_with(&format!("line {line}, <{tag}>")), "{why}");
+    }
+}
+
+#[test]
+fn other_unknown_names_are_ignored_with_a_note() {
+    let notes = |text: &str| read(text, &Reading::none()).unwrap().notes;
+    let usual = notes(FILE);
+    assert!(usual.iter().all(|note| !note.contains("unknown")), "{usual:?}");
+    let odd = FILE
+        .replace("</robot>", "<gazebo><anything/></gazebo><plugins/></robot>")
+        .replace("<dynamics ", "<dynamics spring_stiffness='3' ");
+    let said = notes(&odd);
+    let unknown =
+        "unknown names are ignored: 1 <plugins> in <robot>, 1 spring_stiffness of <dynamics>";
+    assert!(said.contains(&unknown.to_owned()), "{said:?}");
+    let idle = "elements without effect on the motion: 1 <gazebo>";
+    assert!(said.contains(&idle.to_owned()), "{said:?}");
+}
