@@ -9,13 +9,12 @@ use robust::{Coord3D, orient3d};
 use tumble_core::error::Error;
 use tumble_core::geometry::mesh::Mesh;
 
-/// Checks that no edge passes through a triangle without a common vertex. Contact without passage
-/// is allowed. The test is exact.
+/// Checks that no edge passes through a triangle without a common vertex, from one side to the
+/// other. The test is exact. Vertices may lie on other triangles.
 pub fn refuse(mesh: &Mesh) -> Result<(), Error> {
     let (points, triangles) = arrays(mesh);
     let corners = |three: &[u32; 3]| three.map(|index| points[index as usize]);
-    let boxes: Vec<_> =
-        triangles.iter().map(|three| Aabb::from_points(corners(three))).collect();
+    let boxes: Vec<_> = triangles.iter().map(|three| Aabb::from_points(corners(three))).collect();
     let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
     for (facet, three) in triangles.iter().enumerate() {
         let [a, b, c] = *three;
@@ -44,7 +43,7 @@ pub fn refuse(mesh: &Mesh) -> Result<(), Error> {
     Ok(())
 }
 
-/// True if a segment passes through the interior of a triangle, from one side to the other.
+/// True if a segment passes through a triangle, from one side to the other.
 fn passes([p, q]: &[Vector; 2], [a, b, c]: &[Vector; 3]) -> bool {
     let side = |a: &Vector, b: &Vector, c: &Vector, d: &Vector| {
         let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
@@ -54,5 +53,5 @@ fn passes([p, q]: &[Vector; 2], [a, b, c]: &[Vector; 3]) -> bool {
         return false;
     }
     let around = [side(p, q, a, b), side(p, q, b, c), side(p, q, c, a)];
-    around.iter().all(|volume| *volume > 0.0) || around.iter().all(|volume| *volume < 0.0)
+    around.iter().all(|volume| *volume >= 0.0) || around.iter().all(|volume| *volume <= 0.0)
 }

@@ -1,16 +1,17 @@
 //! Approximate convex decomposition of closed meshes.
 //!
 //! V-HACD (Mamou) cuts the voxels of a mesh by planes until every part is nearly convex. Each part
-//! lies in a box. A piece is the convex hull of the mesh's solid within such a box, so that the
-//! pieces contain the solid and their vertices lie on it or inside. Pieces are merged while their
+//! lies in a box. A piece is the convex hull of the mesh's solid within such a box, so that its
+//! vertices lie on the surface or inside. Pieces are merged while their
 //! common hull is nearly convex and while there are too many.
 //!
 //! ```
-//! use tumble_core::geometry::mesh::parse_obj;
+//! use tumble_core::geometry::mesh::Mesh;
 //! use tumble_decompose::{DecompositionSettings, decompose};
 //!
-//! let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4";
-//! let mesh = parse_obj(tetrahedron)?;
+//! let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+//! let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+//! let mesh = Mesh::new(corners.map(Into::into).to_vec(), triangles)?;
 //! let pieces = decompose(&mesh, &DecompositionSettings::default())?;
 //! assert_eq!(pieces.len(), 1);
 //! # Ok::<(), tumble_core::error::Error>(())
@@ -40,7 +41,8 @@ const MOST_CORNERS: usize = 64;
 /// Maximum number of vertices of all pieces together, the limit of a body's contact points.
 const MOST_CORNERS_OF_ALL: usize = 1000;
 
-/// Convex pieces that together approximate the solid of a closed mesh. They can overlap.
+/// Convex pieces that together approximate the solid of a closed mesh. They can overlap. Cavities
+/// without an opening are filled.
 ///
 /// A piece has at most 64 vertices, and all pieces together have at most 1000.
 ///

@@ -10,14 +10,19 @@ use std::panic::catch_unwind;
 use tumble_core::error::Error;
 use tumble_core::geometry::mesh::Mesh;
 
+/// Ratio of the largest number of parts to that of pieces, and of the allowed concavity of a piece
+/// to that of a part. V-HACD halves parts one by one; merging small parts finds better pieces.
+const FINER: u32 = 4;
+
 /// Boxes whose interiors do not meet and that cover the mesh. Each contains one part.
 pub fn cells(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Aabb>, Error> {
     let (points, triangles) = arrays(mesh);
     let parameters = VHACDParameters {
-        concavity: settings.concavity,
+        concavity: settings.concavity / f64::from(FINER),
         resolution: settings.resolution,
-        max_convex_hulls: settings.pieces,
-        fill_mode: FillMode::FloodFill { detect_cavities: true },
+        max_convex_hulls: settings.pieces * FINER,
+        // With `detect_cavities` parry 0.31.1 leaves the inside of a mesh empty.
+        fill_mode: FillMode::FloodFill { detect_cavities: false },
         ..VHACDParameters::default()
     };
     // The convex hulls in parry can panic on degenerate voxels, see dimforge/parry#347.

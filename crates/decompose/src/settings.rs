@@ -3,27 +3,24 @@
 use serde::Deserialize;
 use tumble_core::error::{Error, in_range};
 
-/// Settings of a decomposition, with the defaults of V-HACD except for the number of pieces.
+/// Settings of a decomposition: at most 16 pieces, 64 voxels, a concavity of 0.002 by default.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(
-    default,
-    deny_unknown_fields,
-    expecting = "{ pieces = …, resolution = …, concavity = … }"
-)]
+#[serde(default, deny_unknown_fields, expecting = "{ pieces = …, resolution = …, concavity = … }")]
 #[non_exhaustive]
 pub struct DecompositionSettings {
     /// Maximum number of pieces, 1 to 32 (`max_convex_hulls`).
     pub pieces: u32,
     /// Number of voxels along the longest side of the mesh, 16 to 128.
     pub resolution: u32,
-    /// Volume by which the hull of a part may exceed the part, relative to the hull of the mesh, 0
-    /// to 1.
+    /// Volume by which a piece may exceed its parts, relative to the convex hull of the mesh, 0 to
+    /// 1. Fewer pieces are made if this allows it, and more volume is added if `pieces` requires
+    /// it.
     pub concavity: f64,
 }
 
 impl Default for DecompositionSettings {
     fn default() -> Self {
-        Self { pieces: 16, resolution: 64, concavity: 0.01 }
+        Self { pieces: 16, resolution: 64, concavity: 0.002 }
     }
 }
 

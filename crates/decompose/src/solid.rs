@@ -45,7 +45,9 @@ impl Solid {
 
     /// Distance of a point from the solid (m); 0 inside.
     pub fn distance(&self, point: &Vector3<f64>) -> f64 {
-        self.surface.distance_to_local_point(Vector::new(point.x, point.y, point.z), true)
+        let point = Vector::new(point.x, point.y, point.z);
+        let nearest = self.surface.project_local_point(point, false);
+        if nearest.is_inside { 0.0 } else { (point - nearest.point).length() }
     }
 
     /// Longest side of the bounding box (m).

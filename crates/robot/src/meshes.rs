@@ -10,7 +10,7 @@ use std::path::Path;
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::geometry::mesh::{Mesh, facets_of_obj, facets_of_stl};
-use tumble_decompose::{grown, reduced};
+use tumble_decompose::{DecompositionSettings, decompose, grown, reduced};
 use tumble_model::shown;
 
 /// Maximum size of a mesh file (bytes).
@@ -138,6 +138,22 @@ pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled
     let groups = painted(reading, name, scale)?;
     let facets: Vec<_> = groups.into_iter().flat_map(|group| group.facets).collect();
     of_facets(&facets).map_err(|why| odd(name, &why))
+}
+
+/// Reads a closed mesh file and decomposes the mesh. Returns the vertices of each piece.
+pub fn decomposed(
+    reading: &Reading<'_>,
+    name: &str,
+    scale: [f64; 3],
+    settings: &DecompositionSettings,
+) -> Result<Vec<Vec<[f64; 3]>>, String> {
+    let groups = painted(reading, name, scale)?;
+    let facets: Vec<_> = groups.into_iter().flat_map(|group| group.facets).collect();
+    let pieces = Mesh::from_facets(&facets).and_then(|mesh| decompose(&mesh, settings));
+    let pieces = pieces.map_err(|error| odd(name, &error))?;
+    let corners =
+        |piece: &Piece| piece.core().vertices().iter().map(|&corner| corner.into()).collect();
+    Ok(pieces.iter().map(corners).collect())
 }
 
 /// Hull of triangles that are counter-clockwise seen from outside. Lengths are in m.
