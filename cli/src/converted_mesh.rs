@@ -53,11 +53,11 @@ pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Fai
     let lowest = mesh.vertices().iter().map(|vertex| vertex.z).fold(f64::INFINITY, f64::min);
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
     let text = format!(
-        "[[bodies]]\nmesh = {}\nscale = {scale:?}\ndensity = {:?}\nposition = [0, 0, {:?}]\n\
+        "[ground]\nfriction = 0.5\n[[bodies]]\nmesh = {}\nscale = {scale:?}\ndensity = {:?}\nposition = [0, 0, {:?}]\n\
          decompose = {{ pieces = {}, resolution = {}, concavity = {:?} }}\n",
         quoted(&name),
         args.mesh.density.unwrap_or(USUAL_DENSITY),
-        -lowest,
+        0.0 - lowest,
         settings.pieces,
         settings.resolution,
         settings.concavity,

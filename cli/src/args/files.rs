@@ -113,17 +113,17 @@ pub struct ConvertArgs {
     pub out: PathBuf,
     #[command(flatten)]
     pub robot: RobotArgs,
-    #[command(flatten, next_help_heading = "Mesh")]
-    pub mesh: MeshArgs,
     /// Print no summary.
     #[arg(short, long)]
     pub quiet: bool,
+    #[command(flatten, next_help_heading = "Mesh")]
+    pub mesh: MeshArgs,
 }
 
 /// Settings for the conversion of a mesh.
 #[derive(Debug, Args)]
 pub struct MeshArgs {
-    /// Maximum number of convex pieces, 1 to 32 [default: 16].
+    /// Maximum number of convex pieces, 1 to 32 [default: 32].
     #[arg(long, value_name = "N")]
     pub pieces: Option<u32>,
     /// Number of voxels along the longest side, 16 to 128 [default: 64].

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use tumble_core::error::{Error, in_range};
 
-/// Settings of a decomposition: at most 16 pieces, 64 voxels, a concavity of 0.002 by default.
+/// Settings of a decomposition: at most 32 pieces, 64 voxels, a concavity of 0.002 by default.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "{ pieces = …, resolution = …, concavity = … }")]
 #[non_exhaustive]
@@ -20,7 +20,7 @@ pub struct DecompositionSettings {
 
 impl Default for DecompositionSettings {
     fn default() -> Self {
-        Self { pieces: 16, resolution: 64, concavity: 0.002 }
+        Self { pieces: 32, resolution: 64, concavity: 0.002 }
     }
 }
 
