@@ -1,4 +1,4 @@
-"""Writes bowl.obj: a bowl of 0.4 m with a flat foot, of 24 sectors. Lengths are in m."""
+"""Writes meshes/bowl.obj: a bowl of 0.4 m with a flat foot, of 24 sectors. Lengths are in m."""
 
 import math
 from pathlib import Path
@@ -22,7 +22,7 @@ for sector in range(SECTORS):
         a, b, c, d = ring + here, ring + after, ring + SECTORS + after, ring + SECTORS + here
         facets += [(a, b, c), (a, c, d)]
 
-lines = ["# Made by make.py."]
+lines = ["# Made by generate/meshes.py."]
 lines += [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in corners]
 lines += [f"f {a} {b} {c}" for a, b, c in facets]
-Path(__file__).with_name("bowl.obj").write_text("\n".join(lines) + "\n")
+(Path(__file__).parents[1] / "meshes" / "bowl.obj").write_text("\n".join(lines) + "\n")
