@@ -25,6 +25,7 @@ mod merging;
 mod parts;
 mod reduced;
 mod settings;
+mod shells;
 mod solid;
 
 pub use fit::Fit;
@@ -47,11 +48,12 @@ const MOST_CORNERS_OF_ALL: usize = 1000;
 /// A piece has at most 64 vertices, and all pieces together have at most 1000.
 ///
 /// # Errors
-/// A setting out of range; a mesh that intersects itself or is too thin for its pieces to have a
-/// volume.
+/// A setting out of range; a mesh that intersects itself, has a surface inside its solid, or is too
+/// thin for its pieces to have a volume.
 pub fn decompose(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Piece>, Error> {
     settings.check()?;
     crossing::refuse(mesh)?;
+    shells::refuse(mesh)?;
     let solid = Solid::new(mesh)?;
     let mut parts = Vec::new();
     let mut thin = None;

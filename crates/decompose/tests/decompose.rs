@@ -173,6 +173,24 @@ fn meshes_that_intersect_themselves_are_refused() {
 }
 
 #[test]
+fn separate_surfaces_are_solids_or_cavities() {
+    let (large, small) = (block([0.0; 3], [1.0; 3]), block([0.2; 3], [0.8; 3]));
+    let apart = block([2.0; 3], [2.5; 3]);
+    let pieces = decompose(&joined(&large, &apart, false).unwrap(), &settings(4)).unwrap();
+    assert_eq!(pieces.len(), 2);
+    let beside = block([1.0, 0.2, 0.2], [1.5, 0.8, 0.8]);
+    assert!(decompose(&joined(&large, &beside, false).unwrap(), &settings(4)).is_ok());
+    let cases = [
+        (joined(&large, &small, false), "inside a solid"),
+        (joined(&large, &apart, true), "inside-out and not a cavity"),
+    ];
+    for (mesh, words) in cases {
+        let why = decompose(&mesh.unwrap(), &settings(4)).unwrap_err().to_string();
+        assert!(why.contains(words) && why.contains("turn its facets"), "{why}");
+    }
+}
+
+#[test]
 fn settings_out_of_range_are_refused() {
     let mut absurd = [settings(0), settings(33), settings(4), settings(4), settings(4)];
     absurd[2].resolution = 15;
