@@ -9,9 +9,8 @@ use tumble_core::geometry::mesh::Mesh;
 /// Maximum number of separate surfaces: each is compared with all triangles.
 const MOST_SHELLS: usize = 500;
 
-/// Largest difference of a winding number from the expected one. A vertex on another surface has a
-/// fraction of it.
-const UNCLEAR: f64 = 0.75;
+/// Maximum number of vertices by which the place of a surface is judged.
+const SAMPLES: usize = 16;
 
 /// Checks that no separate surface lies in a solid, except for the surface of a cavity, which is
 /// inside-out.
@@ -25,24 +24,32 @@ pub fn refuse(mesh: &Mesh) -> Result<(), Error> {
     let vertices = mesh.vertices();
     let corners =
         |three: &[usize; 3], from: &Vector3<f64>| three.map(|index| vertices[index] - from);
-    let (mut volumes, mut samples) = (vec![0.0; count], vec![None; count]);
+    let mut volumes = vec![0.0; count];
+    let mut members = vec![Vec::new(); count];
     let from = vertices[mesh.triangles()[0][0]];
     for three in mesh.triangles() {
-        volumes[owner[three[0]]] += Matrix3::from_columns(&corners(three, &from)).determinant();
-        samples[owner[three[0]]] = Some(vertices[three[0]]);
+        let shell = owner[three[0]];
+        volumes[shell] += Matrix3::from_columns(&corners(three, &from)).determinant();
+        members[shell].push(three[0]);
     }
-    for (shell, (volume, sample)) in volumes.iter().zip(samples).enumerate() {
-        let Some(at) = sample.filter(|_| count > 1) else { continue };
-        let others = mesh.triangles().iter().filter(|three| owner[three[0]] != shell);
-        let angles = others.map(|three| solid_angle(&corners(three, &at)));
-        let winding = angles.sum::<f64>() / (2.0 * TAU);
-        let expected = if *volume < 0.0 { 1.0 } else { 0.0 };
-        if (winding - expected).abs() > UNCLEAR {
-            let (what, remedy) = if *volume < 0.0 {
+    for (shell, (volume, members)) in volumes.iter().zip(members).enumerate() {
+        let is_turned = *volume < 0.0;
+        let is_wrong = |&vertex: &usize| {
+            let at = vertices[vertex];
+            let others = mesh.triangles().iter().filter(|three| owner[three[0]] != shell);
+            let angles = others.map(|three| solid_angle(&corners(three, &at)));
+            let winding = angles.sum::<f64>() / (2.0 * TAU);
+            (winding > 0.5) != is_turned
+        };
+        // A surface that touches another has vertices away from it.
+        let spread = members.len().div_ceil(SAMPLES);
+        if count > 1 && members.iter().step_by(spread).all(is_wrong) {
+            let (what, remedy) = if is_turned {
                 ("inside-out and not a cavity of a solid", "turn its facets")
             } else {
                 ("inside a solid", "remove it, or turn its facets to make a cavity")
             };
+            let at = vertices[members[0]];
             return Err(refused(format!(
                 "has a separate surface that is {what}, near ({}, {}, {}); {remedy}",
                 at.x, at.y, at.z
