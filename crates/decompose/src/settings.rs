@@ -12,9 +12,8 @@ pub struct DecompositionSettings {
     pub pieces: u32,
     /// Number of voxels along the longest side of the mesh, 16 to 128.
     pub resolution: u32,
-    /// Volume by which a piece may exceed its parts, relative to the convex hull of the mesh, 0 to
-    /// 1. Fewer pieces are made if this allows it, and more volume is added if `pieces` requires
-    /// it.
+    /// Volume by which a piece may exceed its parts, relative to the convex hull of the mesh, from 0
+    /// to 1. Fewer pieces are made if it allows, and more volume is added if `pieces` requires it.
     pub concavity: f64,
 }
 
