@@ -1,10 +1,10 @@
-//! `tumble convert`: writes a robot, or a scenario with robots, as one scenario file.
+//! `tumble convert`: writes a robot, a scenario with robots, or a mesh as one scenario file.
 
 use super::args::ConvertArgs;
 use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, directory_of};
-use super::{input, scenario};
+use super::{converted_mesh, input, scenario};
 use std::path::Path;
 use tumble_model::shown;
 use tumble_scene::choices::SolverName;
@@ -13,9 +13,15 @@ use tumble_scene::settings::Settings;
 use tumble_scene::{LARGEST_FILE, written};
 
 pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
-    let text = scenario::read_text(&args.file)?;
     let flags = Settings { robot: args.robot.settings(), ..Settings::default() };
-    let scene = Scene::told(&text, &args.file, flags, &[], SolverName::Native, &input::bytes)?;
+    let (scene, report) = if converted_mesh::is_mesh(&args.file) {
+        let (scene, report) = converted_mesh::scene(args, flags)?;
+        (scene, Some(report))
+    } else {
+        args.mesh.refuse()?;
+        let text = scenario::read_text(&args.file)?;
+        (Scene::told(&text, &args.file, flags, &[], SolverName::Native, &input::bytes)?, None)
+    };
     let written = written::text(&scene)?;
     if written.len() as u64 > LARGEST_FILE {
         let (file, length) = (shown::path(&args.file), written.len());
@@ -41,7 +47,7 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     file.write(written.as_bytes())?;
     let path = file.publish()?;
     let mut voice = Voice::new(args.quiet);
-    for note in scene.notes() {
+    for note in scene.notes().into_iter().chain(report) {
         voice.say(&format!("{}\n", shown::line(&note)));
     }
     voice.say(&format!("wrote {}\n", shown::path(&path)));

@@ -11,6 +11,7 @@ mod checkpoint;
 mod completions;
 mod continued;
 mod convert;
+mod converted_mesh;
 mod describe;
 mod directory;
 mod exported;

@@ -21,6 +21,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Drive a joint with a motor", "docs/howto/motor.md"),
             ("Put a robot into a scene", "docs/howto/robot-in-scene.md"),
             ("Give joints limits and friction", "docs/howto/joints.md"),
+            ("Use meshes that are not convex", "docs/howto/meshes.md"),
             ("Move an obstacle along a path", "docs/howto/moving-obstacles.md"),
             ("Make bodies bounce", "docs/howto/restitution.md"),
             ("Choose what collides", "docs/howto/collision-groups.md"),
@@ -131,6 +132,7 @@ const REFERENCE_TEXT: &str = "# Reference
 const CRATES: &[(&str, &str)] = &[
     ("src/", "tumble"),
     ("crates/core/src/", "tumble_core"),
+    ("crates/decompose/src/", "tumble_decompose"),
     ("crates/film/src/", "tumble_film"),
     ("crates/model/src/", "tumble_model"),
     ("crates/plan/src/", "tumble_plan"),

@@ -174,3 +174,22 @@ def test_a_scene_is_saved_as_a_file(scenarios, tmp_path):
     with pytest.raises(tumble.TumbleError, match="friction, steps of this scene|steps, friction of"):
         tumble.load(scenarios / "drop.toml", friction=0.5, steps=9).save(str(tmp_path / "none.toml"))
     assert not (tmp_path / "none.toml").exists()
+
+
+def test_a_mesh_is_decomposed_once(root):
+    """Two scenes with the same mesh move alike. Wrong fields are named."""
+    mesh = str(root / "data" / "meshes" / "bowl.obj")
+    bowl = {"mesh": mesh, "decompose": {"pieces": 16}, "density": 700.0, "position": [0, 0, 0]}
+    ball = {"sphere": 0.04, "density": 500.0, "position": [0.08, 0, 0.2]}
+    scene = tumble.Scene([bowl, ball], {"friction": 0.5})
+    run = scene.run(400)
+    assert run.unsolved == [] and run.positions[-1, 1, 2] < 0.12
+    np.testing.assert_array_equal(tumble.Scene([bowl, ball], {"friction": 0.5}).run(400).states, run.states)
+    # A body that is added later is decomposed too.
+    late = tumble.Scene([ball], {"friction": 0.5}).simulate()
+    late.add_body({**bowl, "name": "bowl"})
+    assert late.bodies == ["body-0", "bowl"]
+    with pytest.raises(ValueError, match="decompose.*pieces: 0 given; allowed: 1 to 32"):
+        tumble.Scene([{**bowl, "decompose": {"pieces": 0}}], {"friction": 0.5})
+    with pytest.raises(ValueError, match="decompose it into convex pieces"):
+        tumble.Scene([{"mesh": mesh, "mass": 1.0, "position": [0, 0, 0]}], {"friction": 0.5})

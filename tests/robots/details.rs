@@ -321,8 +321,8 @@ fn hinges_that_meet_are_one_joint() {
     assert_eq!(scene_of(&world(&apart, "")).joints.len(), 2);
 }
 
-/// Checks that a mesh is its convex hull, or the pieces assigned to it. The file is in a package's
-/// folder or next to the robot file.
+/// Checks that a mesh is its convex hull, the pieces assigned to it, or those of its decomposition.
+/// The file is in a package's folder or next to the robot file.
 #[test]
 fn meshes_are_hulls_or_pieces() {
     let text = "<robot name='m'><link name='a'><inertial><mass value='1'/>\
@@ -345,6 +345,20 @@ fn meshes_are_hulls_or_pieces() {
     let pieces =
         "meshes = { \"package://parts/wedge.obj\" = [\"parts/wedge.obj\", \"parts/wedge.obj\"] }";
     assert_eq!(with(pieces).unwrap().world.bodies()[0].pieces().len(), 2);
+    let bowl = text.replace("package://parts/wedge.obj", "../meshes/bowl.obj");
+    let with_bowl = |fields: &str| {
+        let place =
+            "[ground]\nfriction = 0.5\n[[robots]]\nfile = \"given.file\"\nposition = [0, 0, 2]";
+        scene_with(&format!("{place}\n{fields}"), &bowl)
+    };
+    assert_eq!(with_bowl("").unwrap().world.bodies()[0].pieces().len(), 1);
+    let cut = with_bowl("meshes = { \"../meshes/bowl.obj\" = { pieces = 8 } }").unwrap();
+    assert!((4..=8).contains(&cut.world.bodies()[0].pieces().len()));
+    for wrong in ["{ pieces = 0 }", "{ hulls = 3 }", "3"] {
+        let why = with_bowl(&format!("meshes = {{ \"../meshes/bowl.obj\" = {wrong} }}"));
+        let why = why.err().unwrap_or_default();
+        assert!(why.contains("pieces"), "{why}");
+    }
     let why = with("meshes = { \"package://parts/wedge.obj\" = [\"parts/no.obj\"] }")
         .err()
         .unwrap_or_default();

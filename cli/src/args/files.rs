@@ -104,10 +104,12 @@ pub struct InspectArgs {
 
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
-    /// Robot (URDF or MJCF), or scenario of several bodies with or without robots.
+    /// Robot (URDF or MJCF), scenario of several bodies with or without robots, or closed mesh (.obj
+    /// or .stl).
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// Scenario file to write: bodies, joints and motors with all numbers.
+    /// Scenario file to write: bodies, joints and motors with all numbers. A mesh becomes one body of
+    /// convex pieces.
     #[arg(value_name = "OUT.toml")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -115,6 +117,29 @@ pub struct ConvertArgs {
     /// Print no summary.
     #[arg(short, long)]
     pub quiet: bool,
+    #[command(flatten, next_help_heading = "Mesh")]
+    pub mesh: MeshArgs,
+}
+
+/// Settings for the conversion of a mesh.
+#[derive(Debug, Args)]
+pub struct MeshArgs {
+    /// Maximum number of convex pieces, 1 to 32 [default: 32].
+    #[arg(long, value_name = "N")]
+    pub pieces: Option<u32>,
+    /// Number of voxels along the longest side, 16 to 128 [default: 64].
+    #[arg(long, value_name = "N")]
+    pub resolution: Option<u32>,
+    /// Volume by which a piece may exceed its parts, relative to the convex hull of the mesh, 0 to 1
+    /// [default: 0.002].
+    #[arg(long, value_name = "FRACTION", value_parser = values::number, allow_hyphen_values = true)]
+    pub concavity: Option<f64>,
+    /// Metres per unit of the file, 1e-6 to 1e6 [default: 1].
+    #[arg(long, value_name = "M", value_parser = values::number, allow_hyphen_values = true)]
+    pub scale: Option<f64>,
+    /// Density, kg/m³, 1e-6 to 1e9 [default: 1000].
+    #[arg(long, value_name = "KG/M³", value_parser = values::number, allow_hyphen_values = true)]
+    pub density: Option<f64>,
 }
 
 #[derive(Debug, Args)]

@@ -9,8 +9,8 @@ mod solve;
 mod validate;
 
 pub use files::{
-    CheckArgs, CompletionsArgs, ConvertArgs, GifArgs, InspectArgs, NewArgs, PlotArgs, VerifyArgs,
-    ViewArgs,
+    CheckArgs, CompletionsArgs, ConvertArgs, GifArgs, InspectArgs, MeshArgs, NewArgs, PlotArgs,
+    VerifyArgs, ViewArgs,
 };
 pub use gradient::{GradientArgs, GradientQuantity};
 pub use plan::PlanArgs;
@@ -72,7 +72,7 @@ pub enum Command {
     Plot(PlotArgs),
     /// Draw a run as an animated GIF.
     Gif(GifArgs),
-    /// Convert a robot, URDF or MJCF, to a scenario file.
+    /// Convert a robot, URDF or MJCF, or a mesh to a scenario file.
     Convert(ConvertArgs),
     /// Differentiate a quantity at the end of a run.
     ///

@@ -27,6 +27,7 @@ mod kept;
 mod leftovers;
 mod locks;
 mod mechanisms;
+mod meshes;
 mod output;
 mod picture;
 mod plan;

@@ -236,6 +236,18 @@ pub struct SolidModel {
     pub specific_inertia: Matrix3<f64>,
 }
 
+impl SolidModel {
+    /// Solid with these properties.
+    #[must_use]
+    pub fn of(properties: &MassProperties) -> Self {
+        let (volume, centre) = (properties.volume, properties.centre);
+        let inertia = properties.inertia / volume;
+        // Restores the symmetry lost by rounding.
+        let specific_inertia = 0.5 * (inertia + inertia.transpose());
+        Self { volume, centre, specific_inertia }
+    }
+}
+
 impl ModelShape {
     /// Pieces in the shape's frame; empty for points.
     pub fn pieces(&self) -> Result<Vec<Piece>, Error> {
@@ -248,26 +260,22 @@ impl ModelShape {
     /// Mass properties, with the pieces taken as disjoint; `None` for points.
     pub fn solid(&self) -> Result<Option<SolidModel>, Error> {
         let Self::Pieces(placed) = self else { return Ok(None) };
-        let properties = MassProperties::of_all(&self.pieces()?)?;
-        let (volume, mut centre) = (properties.volume, properties.centre);
-        let mut specific_inertia = properties.inertia / volume;
-        // Restores the symmetry lost by rounding.
-        specific_inertia = 0.5 * (specific_inertia + specific_inertia.transpose());
+        let mut solid = SolidModel::of(&MassProperties::of_all(&self.pieces()?)?);
         if let [PlacedForm { form, place: ModelPlace::ORIGIN }] = &placed[..] {
             // Exact values known by symmetry.
             match form {
                 ModelForm::Box { sides } => {
-                    specific_inertia = solid_box_inertia(1.0, &(0.5 * Vector3::from(*sides)));
-                    centre = Vector3::zeros();
+                    solid.specific_inertia = solid_box_inertia(1.0, &(0.5 * Vector3::from(*sides)));
+                    solid.centre = Vector3::zeros();
                 }
                 ModelForm::Sphere { .. }
                 | ModelForm::Capsule { .. }
                 | ModelForm::Cylinder { .. }
-                | ModelForm::Ellipsoid { .. } => centre = Vector3::zeros(),
+                | ModelForm::Ellipsoid { .. } => solid.centre = Vector3::zeros(),
                 ModelForm::Cone { .. } | ModelForm::Hull { .. } | ModelForm::Mesh { .. } => {}
             }
         }
-        Ok(Some(SolidModel { volume, centre, specific_inertia }))
+        Ok(Some(solid))
     }
 
     /// Rigid body of this shape with `mass` (kg).

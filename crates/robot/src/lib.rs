@@ -42,15 +42,30 @@ pub use starts::settled;
 pub use xml::LARGEST_FILE;
 
 use model::Robot;
+use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Component, Path, PathBuf};
+use tumble_decompose::DecompositionSettings;
 use tumble_model::ReadFile;
 use tumble_model::shown;
 use xml::Element;
 
-/// Files of the convex pieces that replace a mesh, by the name of the mesh.
-pub type MeshPieces = BTreeMap<String, Vec<String>>;
+/// Convex pieces that replace a mesh, by the name of the mesh.
+pub type MeshPieces = BTreeMap<String, PiecesOfMesh>;
+
+/// Source of the convex pieces of a mesh.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "a list of files or { pieces = …, resolution = …, concavity = … } is needed"
+)]
+pub enum PiecesOfMesh {
+    /// A file for each piece.
+    Files(Vec<String>),
+    /// The mesh itself, which is decomposed.
+    Decomposed(DecompositionSettings),
+}
 
 static NO_PIECES: MeshPieces = BTreeMap::new();
 
@@ -64,8 +79,8 @@ pub struct Reading<'a> {
     /// Folder of the packages: `package://name/rest` is `name/rest` in it. Without it, packages are
     /// searched beside the robot's file and then in the folders above, the nearest first.
     pub packages: Option<&'a Path>,
-    /// Files of the convex pieces of URDF meshes, by the mesh's name in the file. Other meshes
-    /// collide as their convex hull.
+    /// Convex pieces of URDF meshes, by the mesh's name in the file. Other meshes collide as their
+    /// convex hull.
     pub pieces: &'a MeshPieces,
     /// Parts of the file to ignore: `tag` or `name` of elements, `tag:name` of one element,
     /// `@attribute` of all elements.

@@ -36,6 +36,8 @@ pub use file::LARGEST_START;
 use file::{ParsedScene, ScenarioFile};
 use serde::de::DeserializeOwned;
 use std::path::Path;
+use tumble_core::geometry::mesh::Mesh;
+use tumble_model::ReadFile;
 use tumble_model::failure::Failure;
 use tumble_model::{fields, shown};
 
@@ -57,6 +59,19 @@ fn read(text: &str, path: &Path) -> Result<(String, ParsedScene), Failure> {
         return Err(odd("name: 1 to 80 characters in one line are needed".to_owned()));
     }
     Ok((name, file.said().map_err(odd)?))
+}
+
+/// Closed mesh of an OBJ or STL file, with its lengths multiplied by `scale`.
+///
+/// # Errors
+/// A file that cannot be read; a mesh that is not closed; a name that is not Unicode.
+pub fn read_mesh(path: &Path, scale: f64, read: ReadFile<'_>) -> Result<Mesh, Failure> {
+    let name = path.to_str().ok_or_else(|| {
+        let path = shown::path(path);
+        Failure::Input(format!("{path}: the name is not Unicode; rename the file"))
+    })?;
+    let files = bodies::entries::Files { folder: Path::new(""), read };
+    bodies::entries::read_mesh(&files, name, scale).map_err(Failure::Input)
 }
 
 /// True if the file is a robot's: its extension is `urdf` or `xml`, or the text begins as XML.

@@ -1,10 +1,11 @@
-//! Exact volume, centre of mass and inertia of pieces of uniform density.
+//! Exact volume, centre of mass and inertia of pieces and meshes of uniform density.
 //!
 //! A polyhedron is the sum of the tetrahedra from its centre to the triangles of its faces. A
 //! rounding of radius r adds (Steiner) a slab of thickness r on every face, a sector of a cylinder
 //! along every edge and a sector of a ball at every vertex. These parts do not overlap, and the
 //! moments of each have a closed form.
 
+use super::mesh::Mesh;
 use super::smooth::Smooth;
 use super::{Hull, Piece};
 use crate::error::Error;
@@ -47,6 +48,21 @@ impl MassProperties {
             }
         }
         sum.properties(&reference)
+    }
+
+    /// Mass properties of the solid that a closed mesh encloses, which need not be convex.
+    ///
+    /// The solid is the sum of the signed tetrahedra from one vertex to the triangles.
+    #[must_use]
+    pub fn of_mesh(mesh: &Mesh) -> Self {
+        let o = mesh.vertices().first().copied().unwrap_or_default();
+        let mut sum = Moments::default();
+        for triangle in mesh.triangles() {
+            let [a, b, c] = triangle.map(|vertex| mesh.vertices()[vertex] - o);
+            let six = Matrix3::from_columns(&[a, b, c]).determinant();
+            sum.add_corners([Vector3::zeros(), a, b, c], six / 6.0);
+        }
+        sum.properties(&o)
     }
 
     /// Mass properties of several pieces of one density, as one rigid body. The pieces must not
@@ -103,16 +119,21 @@ impl Moments {
         self.second += part.second + mixed + mixed.transpose() + place;
     }
 
-    /// Adds a tetrahedron with corners a, b, c, d. Its volume is positive for any order of the
-    /// corners:
-    ///
-    /// ```text
-    /// V = |det|/6,  ∫ x dV = V s/4,  ∫ x xᵀ dV = V/20 (Σ a aᵀ + s sᵀ),  s = a + b + c + d
-    /// ```
+    /// Adds a tetrahedron with corners a, b, c, d. Its volume |det|/6 is positive for any order of
+    /// the corners.
     fn add_tetrahedron(&mut self, corners: [Vector3<f64>; 4]) {
         let [a, b, c, d] = corners;
         let volume = Matrix3::from_columns(&[b - a, c - a, d - a]).determinant().abs() / 6.0;
-        let sum = a + b + c + d;
+        self.add_corners(corners, volume);
+    }
+
+    /// Adds a tetrahedron with corners a, b, c, d and a volume V that can be negative:
+    ///
+    /// ```text
+    /// ∫ x dV = V s/4,  ∫ x xᵀ dV = V/20 (Σ a aᵀ + s sᵀ),  s = a + b + c + d
+    /// ```
+    fn add_corners(&mut self, corners: [Vector3<f64>; 4], volume: f64) {
+        let sum: Vector3<f64> = corners.iter().sum();
         let squares: Matrix3<f64> = corners.iter().map(|x| x * x.transpose()).sum();
         self.volume += volume;
         self.first += sum * (volume / 4.0);

@@ -2,10 +2,10 @@
 
 use super::place_of;
 use crate::frame::{LinkFrame, of_matrix};
-use crate::meshes::{LEAST_CORNERS, reduced};
 use crate::model::{LinkMass, RobotForm, RobotShape};
 use nalgebra::Vector3;
 use tumble_core::error::Error;
+use tumble_decompose::{LEAST_CORNERS, reduced};
 use tumble_model::shape::{ModelForm, PlacedForm};
 
 /// Scene geometry of a shape; `None` for a plane without contacts.

@@ -136,8 +136,9 @@ struct UrdfReader<'a> {
     materials: Vec<&'a Element>,
     notes: RobotNotes,
     robot: Robot,
-    /// Vertices of the hulls of meshes, by file and bits of the scale.
-    hulls: HashMap<(String, [u64; 3]), Vec<[f64; 3]>>,
+    /// Pieces of meshes, each as its vertices, by file, bits of the scale, and whether the mesh is
+    /// decomposed.
+    hulls: HashMap<(String, [u64; 3], bool), Vec<Vec<[f64; 3]>>>,
     /// Poses of the links in the world at the reference.
     placed: Vec<LinkFrame>,
     /// Names of joints that are fixed because they move less than [`LEAST_MASS`].

@@ -2,6 +2,7 @@
 
 use super::UrdfReader;
 use super::masses::origin;
+use crate::PiecesOfMesh;
 use crate::meshes::{self, PaintedSurface, colour_of};
 use crate::model::{LookForm, RobotForm, RobotLook, RobotShape};
 use crate::xml::{Attributes, Element};
@@ -101,8 +102,8 @@ impl UrdfReader<'_> {
 
     /// Geometry of a collision shape: one primitive, or the convex hull of a mesh.
     ///
-    /// If the caller has named files of convex pieces for the mesh, it is one hull per piece. Hulls
-    /// are computed once per file and scale.
+    /// If the caller has chosen convex pieces for the mesh, it is one hull per piece. Hulls are
+    /// computed once per file and scale.
     fn forms(&mut self, element: &Element) -> Result<Vec<RobotForm>, String> {
         if element.tag != "mesh" {
             return Ok(vec![self.form(element)?]);
@@ -110,21 +111,33 @@ impl UrdfReader<'_> {
         let name = element.needed("filename")?;
         let scale = element.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
         let one = [name.to_owned()];
-        let names = self.reading.pieces.get(name).map_or(&one[..], Vec::as_slice);
+        let (names, settings) = match self.reading.pieces.get(name) {
+            None => (&one[..], None),
+            Some(PiecesOfMesh::Files(names)) => (&names[..], None),
+            Some(PiecesOfMesh::Decomposed(settings)) => (&one[..], Some(settings)),
+        };
         let mut forms = Vec::with_capacity(names.len());
         for name in names {
-            let key = (name.clone(), scale.map(f64::to_bits));
+            let key = (name.clone(), scale.map(f64::to_bits), settings.is_some());
             if !self.hulls.contains_key(&key) {
-                let hulled = meshes::read(self.reading, name, scale);
-                let hulled = hulled.map_err(|why| element.wrong(why))?;
-                if let Some(note) = hulled.note(name) {
-                    self.notes.say(note);
-                }
-                self.hulls.insert(key.clone(), hulled.corners);
+                let hulls = match settings {
+                    Some(settings) => meshes::decomposed(self.reading, name, scale, settings),
+                    None => self.hull(name, scale).map(|hull| vec![hull]),
+                };
+                self.hulls.insert(key.clone(), hulls.map_err(|why| element.wrong(why))?);
             }
-            forms.push(RobotForm::Hull(self.hulls[&key].clone()));
+            forms.extend(self.hulls[&key].iter().cloned().map(RobotForm::Hull));
         }
         Ok(forms)
+    }
+
+    /// Vertices of the convex hull of a mesh, with a note if they are not all.
+    fn hull(&mut self, name: &str, scale: [f64; 3]) -> Result<Vec<[f64; 3]>, String> {
+        let hulled = meshes::read(self.reading, name, scale)?;
+        if let Some(note) = hulled.note(name) {
+            self.notes.say(note);
+        }
+        Ok(hulled.corners)
     }
 
     /// Primitive geometry. Boxes have half sides, cylinders and capsules a half length (m).

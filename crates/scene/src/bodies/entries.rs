@@ -5,9 +5,10 @@ use crate::tables::{InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
-use tumble_core::geometry::mesh::{parse_obj, parse_stl};
+use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::quaternion::unit;
+use tumble_decompose::DecompositionSettings;
 use tumble_model::colour::{BodyLabel, Colour};
 use tumble_model::fields::{Exactly, Numbers, table_if_any};
 use tumble_model::shape::{ModelForm, ModelPlace};
@@ -87,6 +88,8 @@ with_form!(BodyEntry, "a table [[bodies]]" {
     colour: Option<Colour>,
     label: Option<BodyLabel>,
     look: Option<Vec<LookEntry>>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    decompose: Option<DecompositionSettings>,
 });
 
 with_form!(FixedEntry, "a table [[fixed]]" {
@@ -102,6 +105,8 @@ with_form!(FixedEntry, "a table [[fixed]]" {
     copies: Option<CopiesTable>,
     #[serde(default, deserialize_with = "table_if_any")]
     ring: Option<RingTable>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    decompose: Option<DecompositionSettings>,
 });
 
 with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }" {
@@ -279,9 +284,9 @@ pub struct FormFields {
     cone: Option<ConeTable>,
     ellipsoid: Option<Numbers<3>>,
     hull: Option<Vec<Numbers<3>>>,
-    mesh: Option<String>,
-    scale: Option<f64>,
-    radius: Option<f64>,
+    pub mesh: Option<String>,
+    pub scale: Option<f64>,
+    pub radius: Option<f64>,
     sides: Option<usize>,
 }
 
@@ -336,9 +341,33 @@ pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
 /// Maximum size of a mesh file (bytes).
 const LARGEST_MESH: u64 = 32 << 20;
 
+/// Convex mesh of a file.
 fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelForm, String> {
+    let mesh = read_mesh(files, name, scale)?;
+    // Checks convexity here so that the error has the name of the file.
+    mesh.hull().map_err(|error| in_mesh(files, name, &error))?;
+    Ok(surface(&mesh, radius))
+}
+
+/// Triangles of a mesh.
+pub fn surface(mesh: &Mesh, radius: f64) -> ModelForm {
+    ModelForm::Mesh {
+        vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
+        triangles: mesh.triangles().to_vec(),
+        radius,
+        colour: None,
+    }
+}
+
+/// Error message about a mesh file.
+pub fn in_mesh(files: &Files<'_>, name: &str, why: &dyn std::fmt::Display) -> String {
+    format!("mesh: {}: {why}", shown::path(&files.folder.join(name)))
+}
+
+/// Closed mesh of a file.
+pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, String> {
     let path = &files.folder.join(name);
-    let odd = |why: &dyn std::fmt::Display| format!("mesh: {}: {why}", shown::path(path));
+    let odd = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
     let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| odd(&error))?;
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     let mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
@@ -349,13 +378,5 @@ fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelF
         Some("stl") => parse_stl(&bytes),
         _ => return Err(odd(&"a file name that ends in .obj or .stl is needed")),
     };
-    let mesh = mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))?;
-    // Checks convexity here so that the error has the name of the file.
-    mesh.hull().map_err(|error| odd(&error))?;
-    Ok(ModelForm::Mesh {
-        vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
-        triangles: mesh.triangles().to_vec(),
-        radius,
-        colour: None,
-    })
+    mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))
 }

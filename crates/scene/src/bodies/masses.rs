@@ -6,7 +6,7 @@ use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::geometry::{Hint, PairScratch, Piece, overlap};
 use tumble_core::mechanics::Pose;
-use tumble_model::shape::ModelShape;
+use tumble_model::shape::{ModelShape, SolidModel};
 
 /// Inertia of a point mass per unit mass (m²). It has no effect.
 const POINT_INERTIA: f64 = 1.0;
@@ -42,13 +42,19 @@ fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<()
     Ok(())
 }
 
-/// Mass (kg), inertia tensor (kg m²) and centre of mass (m), in the shape's frame.
+/// Mass (kg), inertia tensor (kg m²) and centre of mass (m), in the shape's frame. `solid` replaces
+/// the properties of the shape's pieces.
 pub fn mass_properties(
     shape: &ModelShape,
+    solid: Option<SolidModel>,
     entry: &BodyEntry,
 ) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
-    refuse_overlapping_pieces(shape, entry)?;
-    let solid = shape.solid().map_err(|error| field_of(&error))?;
+    let solid = if solid.is_some() {
+        solid
+    } else {
+        refuse_overlapping_pieces(shape, entry)?;
+        shape.solid().map_err(|error| field_of(&error))?
+    };
     let mass = match (entry.mass, entry.density, &solid) {
         (Some(mass), None, _) => mass,
         (None, Some(density), Some(solid)) => {

@@ -11,6 +11,7 @@
 
 mod build;
 mod copies;
+mod decomposed;
 pub mod driven;
 pub mod entries;
 pub mod gears;

@@ -71,7 +71,8 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
 }
 
 /// TOML string.
-fn quoted(text: &str) -> String {
+#[must_use]
+pub fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for letter in text.chars() {
         match letter {

@@ -190,7 +190,7 @@ impl Mesh {
 }
 
 fn not_convex(what: &str) -> Error {
-    refused(format!("is not convex: {what}; cut it into convex pieces"))
+    refused(format!("is not convex: {what}; decompose it into convex pieces"))
 }
 
 fn refused(why: String) -> Error {

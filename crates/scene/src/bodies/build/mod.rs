@@ -7,6 +7,7 @@ mod names;
 
 use super::SceneEntries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
+use super::decomposed::DecomposedMesh;
 use super::driven::SurfaceEntry;
 use super::entries::{
     AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, plain,
@@ -23,6 +24,7 @@ use std::collections::BTreeMap;
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::{Load, Rotation, State};
 use tumble_core::simulation::random::Draws;
+use tumble_decompose::DecompositionSettings;
 use tumble_model::fields::Numbers;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::parameters::plane as plane_parameters;
@@ -214,10 +216,16 @@ impl Builder<'_> {
     /// Adds the bodies of one `[[bodies]]` table: one body per copy.
     fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
-        let shape = self.shape(at, &mut entry)?;
-        let (mass, inertia, centre) = mass_properties(&shape, &entry).map_err(named)?;
+        let (shape, solid, surface) = match entry.decompose.take() {
+            None => (self.shape(at, &mut entry)?, None, None),
+            Some(settings) => {
+                let mesh = self.decomposed(at, &mut entry, &settings)?;
+                (ModelShape::Pieces(mesh.pieces), Some(mesh.solid), Some(vec![mesh.surface]))
+            }
+        };
+        let (mass, inertia, centre) = mass_properties(&shape, solid, &entry).map_err(named)?;
         let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
-        let look = entry.look.take().map(|parts| self.look(at, parts)).transpose()?;
+        let look = entry.look.take().map(|parts| self.look(at, parts)).transpose()?.or(surface);
         let index = self.model.shapes.iter().position(|known| *known == shape);
         let index = index.unwrap_or(self.model.shapes.len());
         let attitude =
@@ -294,8 +302,15 @@ impl Builder<'_> {
     fn add_fixed(&mut self, at: &str, mut entry: FixedEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
         let fields = entry.take_form();
-        let pieces =
-            self.pieces(at, fields.form(&self.files).map_err(named)?, entry.pieces.take())?;
+        let pieces = match entry.decompose.take() {
+            Some(_) if entry.pieces.is_some() => return Err(named(NO_PIECES.to_owned())),
+            Some(settings) => {
+                DecomposedMesh::of(fields, &settings, &self.files).map_err(named)?.pieces
+            }
+            None => {
+                self.pieces(at, fields.form(&self.files).map_err(named)?, entry.pieces.take())?
+            }
+        };
         let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
         let room = MOST_FIXED.saturating_sub(self.model.fixed.len()) / pieces.len().max(1);
         let copies =
@@ -365,6 +380,20 @@ impl Builder<'_> {
             }
             Some(_) => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
         }
+    }
+
+    /// Decomposed mesh of a `[[bodies]]` table.
+    fn decomposed(
+        &self,
+        at: &str,
+        entry: &mut BodyEntry,
+        settings: &DecompositionSettings,
+    ) -> Result<DecomposedMesh, String> {
+        let named = |why: String| format!("{at}.{why}");
+        if entry.pieces.is_some() || entry.points.is_some() || entry.point_mass == Some(true) {
+            return Err(named(NO_PIECES.to_owned()));
+        }
+        DecomposedMesh::of(entry.take_form(), settings, &self.files).map_err(named)
     }
 
     /// Convex pieces: a single one at the origin, or the entries of the list `pieces`.
@@ -474,6 +503,8 @@ impl Builder<'_> {
 }
 
 const NO_GROUND: &str = "frame: there is no ground; use `world`";
+
+const NO_PIECES: &str = "decompose: it has no meaning with pieces or points; leave them out";
 
 const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull, mesh, pieces, \
      points or point_mass = true";

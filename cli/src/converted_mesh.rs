@@ -1,0 +1,85 @@
+//! `tumble convert` for meshes: a scene of one body of convex pieces.
+
+use super::args::{ConvertArgs, MeshArgs};
+use super::input;
+use super::outcome::Failure;
+use std::path::Path;
+use tumble_core::geometry::mesh::Mesh;
+use tumble_decompose::{DecompositionSettings, Fit};
+use tumble_model::failure::refuse_flags;
+use tumble_model::shown;
+use tumble_scene::choices::SolverName;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::written::quoted;
+
+/// Density without `--density` (kg/m³): that of water.
+const USUAL_DENSITY: f64 = 1000.0;
+
+impl MeshArgs {
+    /// Rejects these flags for a file that is not a mesh.
+    pub fn refuse(&self) -> Result<(), Failure> {
+        let flags = [
+            ("pieces", self.pieces.is_some()),
+            ("resolution", self.resolution.is_some()),
+            ("concavity", self.concavity.is_some()),
+            ("scale", self.scale.is_some()),
+            ("density", self.density.is_some()),
+        ];
+        refuse_flags("anything but a mesh file", &flags)
+    }
+
+    fn settings(&self) -> Result<DecompositionSettings, Failure> {
+        let mut settings = DecompositionSettings::default();
+        settings.pieces = self.pieces.unwrap_or(settings.pieces);
+        settings.resolution = self.resolution.unwrap_or(settings.resolution);
+        settings.concavity = self.concavity.unwrap_or(settings.concavity);
+        settings.check().map_err(|error| Failure::Input(format!("--{error}")))?;
+        Ok(settings)
+    }
+}
+
+/// True if the file is a mesh by its extension.
+pub fn is_mesh(path: &Path) -> bool {
+    let end = path.extension().map(|end| end.to_ascii_lowercase());
+    end.is_some_and(|end| end == "obj" || end == "stl")
+}
+
+/// Scene in which the mesh lies on level ground, and a report on its pieces.
+pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Failure> {
+    let settings = args.mesh.settings()?;
+    let scale = args.mesh.scale.unwrap_or(1.0);
+    let mesh = tumble_scene::read_mesh(&args.file, scale, &input::bytes)?;
+    let lowest = mesh.vertices().iter().map(|vertex| vertex.z).fold(f64::INFINITY, f64::min);
+    let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+    let text = format!(
+        "[ground]\nfriction = 0.5\n[[bodies]]\nmesh = {}\nscale = {scale:?}\ndensity = {:?}\nposition = [0, 0, {:?}]\n\
+         decompose = {{ pieces = {}, resolution = {}, concavity = {:?} }}\n",
+        quoted(&name),
+        args.mesh.density.unwrap_or(USUAL_DENSITY),
+        0.0 - lowest,
+        settings.pieces,
+        settings.resolution,
+        settings.concavity,
+    );
+    let scene = Scene::told(&text, &args.file, flags, &[], SolverName::Native, &input::bytes)?;
+    let report = report(&scene, &mesh, &args.file)?;
+    Ok((scene, report))
+}
+
+fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
+    let mut pieces = Vec::new();
+    for shape in &scene.model.shapes {
+        pieces.extend(shape.pieces()?);
+    }
+    let fit = Fit::of(&pieces, mesh)?;
+    let corners: usize = pieces.iter().map(|piece| piece.core().vertices().len()).sum();
+    Ok(format!(
+        "{}: {} pieces with {corners} corners; their volumes add up to {:.4} of the mesh's; they \
+         reach up to {:.1e} m outside it",
+        shown::path(path),
+        pieces.len(),
+        fit.volume_ratio,
+        fit.outside
+    ))
+}

@@ -1,0 +1,222 @@
+//! Decompositions of solids whose volume is known.
+
+use nalgebra::{Rotation3, Vector3};
+use std::f64::consts::TAU;
+use tumble_core::geometry::mesh::Mesh;
+use tumble_core::geometry::{MassProperties, Piece};
+use tumble_decompose::{DecompositionSettings, Fit, decompose};
+
+/// Prism of height 1 over a simple polygon in the plane z = 0 whose triangles are given,
+/// counter-clockwise.
+fn prism(polygon: &[[f64; 2]], caps: &[[usize; 3]]) -> Mesh {
+    let count = polygon.len();
+    let at = |z: f64| polygon.iter().map(move |&[x, y]| Vector3::new(x, y, z));
+    let mut triangles = Vec::new();
+    for &[a, b, c] in caps {
+        triangles.extend([[a, c, b], [a + count, b + count, c + count]]);
+    }
+    for side in 0..count {
+        let next = (side + 1) % count;
+        triangles.extend([[side, next, next + count], [side, next + count, side + count]]);
+    }
+    Mesh::new(at(0.0).chain(at(1.0)).collect(), triangles).unwrap()
+}
+
+/// An L of three unit squares, 1 m high: volume 3 m³.
+fn angle() -> Mesh {
+    let polygon = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    prism(&polygon, &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+}
+
+/// Torus about z with 48 × 24 vertices.
+fn torus(radius: f64, tube: f64) -> Mesh {
+    let (around, across) = (48, 24);
+    let mut vertices = Vec::new();
+    let mut triangles = Vec::new();
+    let index = |i: usize, j: usize| i % around * across + j % across;
+    for i in 0..around {
+        for j in 0..across {
+            let (a, b) = (TAU * i as f64 / around as f64, TAU * j as f64 / across as f64);
+            let reach = radius + tube * b.cos();
+            vertices.push(Vector3::new(reach * a.cos(), reach * a.sin(), tube * b.sin()));
+            let [p, q] = [index(i, j), index(i + 1, j)];
+            let [r, s] = [index(i + 1, j + 1), index(i, j + 1)];
+            triangles.extend([[p, q, r], [p, r, s]]);
+        }
+    }
+    Mesh::new(vertices, triangles).unwrap()
+}
+
+/// Box between two corners.
+fn block(low: [f64; 3], high: [f64; 3]) -> Mesh {
+    let mut vertices = Vec::new();
+    for corner in 0..8 {
+        let along = |axis: usize| if corner >> axis & 1 == 1 { high[axis] } else { low[axis] };
+        vertices.push(Vector3::new(along(0), along(1), along(2)));
+    }
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    Mesh::new(vertices, triangles).unwrap()
+}
+
+/// One mesh of several; `turned` reverses the triangles of the second.
+fn joined(one: &Mesh, other: &Mesh, turned: bool) -> Result<Mesh, tumble_core::error::Error> {
+    let vertices = [one.vertices(), other.vertices()].concat();
+    let first = one.vertices().len();
+    let moved = other.triangles().iter().map(|three| three.map(|index| index + first));
+    let moved = moved.map(|[a, b, c]| if turned { [a, c, b] } else { [a, b, c] });
+    Mesh::new(vertices, one.triangles().iter().copied().chain(moved).collect())
+}
+
+fn settings(pieces: u32) -> DecompositionSettings {
+    let mut settings = DecompositionSettings::default();
+    settings.pieces = pieces;
+    settings
+}
+
+fn is_in(pieces: &[Piece], point: &Vector3<f64>, tolerance: f64) -> bool {
+    pieces.iter().any(|piece| {
+        let faces = piece.core().faces();
+        faces.iter().all(|face| face.normal.dot(point) - face.offset <= tolerance)
+    })
+}
+
+#[test]
+fn an_angle_becomes_a_few_boxes() {
+    let pieces = decompose(&angle(), &settings(16)).unwrap();
+    assert!((2..=4).contains(&pieces.len()), "{}", pieces.len());
+    let fit = Fit::of(&pieces, &angle()).unwrap();
+    // A piece may exceed its parts by 0.002 of the hull, 3.5 m³. A cut misses the inner corner by
+    // up to a voxel or two, of 2/63 m.
+    let allowed = pieces.len() as f64 * 0.002 * 3.5 / 3.0;
+    assert!((1.0 - 1e-9..1.0 + allowed).contains(&fit.volume_ratio), "{fit:?}");
+    assert!(fit.outside <= 2.0 * 2.0 / 63.0, "{fit:?}");
+}
+
+#[test]
+fn a_torus_keeps_its_hole_and_its_volume() {
+    let mesh = torus(1.0, 0.3);
+    for count in [8, 16, 32] {
+        let pieces = decompose(&mesh, &settings(count)).unwrap();
+        assert!((8..=count as usize).contains(&pieces.len()), "{}", pieces.len());
+        let fit = Fit::of(&pieces, &mesh).unwrap();
+        // The hull of an arc of the inner circle, of angle a and radius 0.7, reaches
+        // 0.7 (1 − cos(a/2)) into the hole. No arc is longer than twice the mean.
+        let sagitta = 0.7 * (1.0 - (TAU / pieces.len() as f64).cos());
+        assert!(fit.outside < sagitta, "{count}: {fit:?}");
+        assert!(fit.volume_ratio > 0.98 && fit.volume_ratio < 1.07, "{count}: {fit:?}");
+        // A ball of this radius fits through.
+        assert!(!is_in(&pieces, &Vector3::zeros(), 0.45));
+    }
+}
+
+#[test]
+fn pieces_reach_the_vertices_of_the_mesh_and_have_a_limited_number_of_their_own() {
+    for mesh in [angle(), torus(1.0, 0.3), torus(1.0, 0.1)] {
+        let pieces = decompose(&mesh, &settings(32)).unwrap();
+        let corners = pieces.iter().map(|piece| piece.core().vertices().len());
+        assert!(corners.sum::<usize>() <= 1000);
+        // Hulls with 31 to 64 vertices do not reach all others: 1/50 of the radius of the torus.
+        for vertex in mesh.vertices() {
+            assert!(is_in(&pieces, vertex, 0.02), "{vertex}");
+        }
+    }
+}
+
+#[test]
+fn equal_meshes_give_equal_pieces() {
+    for mesh in [angle(), torus(1.0, 0.3)] {
+        let bits = |pieces: &[Piece]| {
+            let corners = pieces.iter().flat_map(|piece| piece.core().vertices().to_vec());
+            corners.flat_map(|corner| <[f64; 3]>::from(corner).map(f64::to_bits)).collect()
+        };
+        let [one, two]: [Vec<u64>; 2] =
+            std::array::from_fn(|_| bits(&decompose(&mesh, &settings(12)).unwrap()));
+        assert_eq!(one, two);
+    }
+}
+
+#[test]
+fn moments_of_a_mesh_are_exact() {
+    let solid = MassProperties::of_mesh(&angle());
+    let boxes = [block([0.0; 3], [2.0, 1.0, 1.0]), block([0.0, 1.0, 0.0], [1.0, 2.0, 1.0])];
+    let pieces = boxes.map(|mesh| Piece::mesh(&mesh, 0.0).unwrap());
+    let sum = MassProperties::of_all(&pieces).unwrap();
+    assert!((solid.volume - 3.0).abs() < 1e-14);
+    assert!((solid.centre - sum.centre).amax() < 1e-14);
+    assert!((solid.inertia - sum.inertia).amax() < 1e-14);
+}
+
+#[test]
+fn a_closed_cavity_is_filled() {
+    let shell = joined(&block([0.0; 3], [1.0; 3]), &block([0.2; 3], [0.8; 3]), true).unwrap();
+    let pieces = decompose(&shell, &settings(16)).unwrap();
+    assert!(is_in(&pieces, &Vector3::repeat(0.5), 0.0));
+    assert!((MassProperties::of_mesh(&shell).volume - (1.0 - 0.6_f64.powi(3))).abs() < 1e-12);
+}
+
+#[test]
+fn a_convex_mesh_stays_one_piece() {
+    let pieces = decompose(&block([0.0; 3], [1.0, 2.0, 3.0]), &settings(16)).unwrap();
+    assert_eq!(pieces.len(), 1);
+    assert!((MassProperties::of(&pieces[0]).volume - 6.0).abs() < 1e-12);
+}
+
+#[test]
+fn meshes_that_intersect_themselves_are_refused() {
+    let (one, other) = (block([0.0; 3], [1.0; 3]), block([0.5; 3], [1.5; 3]));
+    let why = decompose(&joined(&one, &other, false).unwrap(), &settings(4)).unwrap_err();
+    let why = why.to_string();
+    assert!(why.starts_with("the mesh intersects itself: an edge of facet "), "{why}");
+    assert!(why.contains("repair"), "{why}");
+}
+
+#[test]
+fn separate_surfaces_are_solids_or_cavities() {
+    let (large, small) = (block([0.0; 3], [1.0; 3]), block([0.2; 3], [0.8; 3]));
+    let apart = block([2.0; 3], [2.5; 3]);
+    let pieces = decompose(&joined(&large, &apart, false).unwrap(), &settings(4)).unwrap();
+    assert_eq!(pieces.len(), 2);
+    let beside = block([1.0, 0.2, 0.2], [1.5, 0.8, 0.8]);
+    assert!(decompose(&joined(&large, &beside, false).unwrap(), &settings(4)).is_ok());
+    let cases = [
+        (joined(&large, &small, false), "inside a solid"),
+        (joined(&large, &apart, true), "inside-out and not a cavity"),
+    ];
+    for (mesh, words) in cases {
+        let why = decompose(&mesh.unwrap(), &settings(4)).unwrap_err().to_string();
+        assert!(why.contains(words) && why.contains("turn its facets"), "{why}");
+    }
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let mut absurd = [settings(0), settings(33), settings(4), settings(4), settings(4)];
+    absurd[2].resolution = 15;
+    absurd[3].resolution = u32::MAX;
+    absurd[4].concavity = f64::NAN;
+    let fields = ["pieces", "pieces", "resolution", "resolution", "concavity"];
+    for (settings, field) in absurd.iter().zip(fields) {
+        let why = decompose(&angle(), settings).unwrap_err().to_string();
+        assert!(why.contains(field) && why.contains("allowed"), "{why}");
+    }
+}
+
+#[test]
+fn every_resolution_and_attitude_has_pieces() {
+    let meshes = [angle(), torus(1.0, 0.45), torus(1.0, 0.1)];
+    for (number, mesh) in meshes.iter().enumerate() {
+        for turn in 0..6 {
+            let axis = Vector3::new(0.3, 0.5 + turn as f64, 0.7);
+            let turned = Rotation3::new(axis * (0.1 * turn as f64));
+            let vertices = mesh.vertices().iter().map(|vertex| turned * vertex).collect();
+            let mesh = Mesh::new(vertices, mesh.triangles().to_vec()).unwrap();
+            let mut settings = settings(8);
+            settings.resolution = 32 + 5 * turn;
+            let pieces = decompose(&mesh, &settings).unwrap();
+            let fit = Fit::of(&pieces, &mesh).unwrap();
+            assert!((0.95..1.6).contains(&fit.volume_ratio), "{number} {turn}: {fit:?}");
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Meshes decomposed into convex pieces while a scene is read.
+
+use super::entries::{Files, FormFields, in_mesh, read_mesh, surface};
+use tumble_core::geometry::MassProperties;
+use tumble_decompose::{DecompositionSettings, decompose};
+use tumble_model::shape::{ModelForm, ModelPlace, PlacedForm, SolidModel};
+
+/// Pieces of a mesh, and what is taken from the mesh itself.
+pub struct DecomposedMesh {
+    /// Convex pieces, which can overlap.
+    pub pieces: Vec<PlacedForm>,
+    /// Mass properties of the mesh.
+    pub solid: SolidModel,
+    /// Triangles of the mesh, for pictures.
+    pub surface: PlacedForm,
+}
+
+impl DecomposedMesh {
+    /// Decomposes the mesh of `fields`.
+    pub fn of(
+        mut fields: FormFields,
+        settings: &DecompositionSettings,
+        files: &Files<'_>,
+    ) -> Result<Self, String> {
+        settings.check().map_err(|error| format!("decompose: {error}"))?;
+        let name = fields.mesh.take();
+        let name = name.ok_or_else(|| "decompose: it has no meaning without `mesh`".to_owned())?;
+        if fields.radius.is_some() {
+            return Err("radius: it has no meaning with `decompose`; leave it out".to_owned());
+        }
+        let scale = fields.scale.take().unwrap_or(1.0);
+        if let Some(other) = fields.form(files)? {
+            let other = other.field();
+            return Err(format!(
+                "mesh: only one shape can be given, and there is already `{other}`"
+            ));
+        }
+        let mesh = read_mesh(files, &name, scale)?;
+        let pieces = decompose(&mesh, settings).map_err(|error| in_mesh(files, &name, &error))?;
+        let here = |form: ModelForm| PlacedForm { form, place: ModelPlace::ORIGIN };
+        let pieces = pieces.iter().map(|piece| {
+            let corners = piece.core().vertices();
+            let points = corners.iter().map(|&corner| corner.into()).collect();
+            here(ModelForm::Hull { points, radius: 0.0 })
+        });
+        Ok(Self {
+            pieces: pieces.collect(),
+            solid: SolidModel::of(&MassProperties::of_mesh(&mesh)),
+            surface: here(surface(&mesh, 0.0)),
+        })
+    }
+}
