@@ -285,7 +285,6 @@ fn an_inline_table_written_as_a_list_is_refused() {
         )
     };
     for field in [
-        "capsule = [0.05, 0.3]",
         "copies = [[2, 1, 1], [0.5, 0, 0]]",
         "ring = [3, 30]",
         "load = [[0, 0, 3]]",
