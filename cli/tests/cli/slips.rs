@@ -1,6 +1,6 @@
 //! Slips in names of files, fields and bodies: the error says what to write instead.
 
-use super::support::{End, tumble};
+use super::support::{End, Table, tumble};
 use std::fs;
 use std::path::Path;
 
@@ -86,4 +86,40 @@ fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
     let end = run_in(here, &["check", "scene.toml"]);
     end.assert_refused(2, &["fixed[0].restitution: use [[restitution]] with its name"]);
     assert!(!end.stderr.contains("did you mean"), "{end:?}");
+}
+
+/// A pendulum of two rods gains energy in many steps of 20 ms. The summary has the first of them
+/// and the one with the largest gain.
+#[test]
+fn the_largest_gain_of_energy_is_said() {
+    let rod = |name: &str, y: f64, spin: f64| {
+        format!(
+            "[[bodies]]\nname = \"{name}\"\nbox = [0.1, 0.5, 0.1]\nmass = 1.0\nposition = [0, {y}, 2]\n\
+             spin = [{spin}, 0, 0]\n"
+        )
+    };
+    let hinge = |bodies: &str, y: f64| {
+        format!(
+            "[[joints]]\ntype = \"revolute\"\nbodies = [{bodies}]\naxis = [1, 0, 0]\nanchor = [0, {y}, 2]\n"
+        )
+    };
+    let text = [
+        "steps = 120\ntime_step = 0.02\n[ground]\nnone = true\nfriction = 0.5\n".to_owned(),
+        rod("a", 0.0, 0.0) + &rod("b", 0.5, 25.0),
+        hinge("\"a\"", -0.25) + &hinge("\"a\", \"b\"", 0.25),
+    ];
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    fs::write(here.join("scene.toml"), text.concat()).unwrap();
+    let end = run_in(here, &["run", "scene.toml"]);
+    let line = end.stdout.lines().find(|line| line.contains("largest gain")).unwrap_or_default();
+    let number = |before: &str| -> f64 {
+        let (_, rest) = line.split_once(before).unwrap_or_else(|| panic!("{end:?}"));
+        rest.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    assert!(number("largest gain ") > number("touches gain "), "{line}");
+    let steps = Table::parse(&fs::read_to_string(here.join("out/steps.csv")).unwrap());
+    let status = |k: f64| &steps.rows[k as usize][steps.column("status")];
+    let (first, most) = (number("k = "), number("J at k = "));
+    assert!(first < most && status(first) == "wild" && status(most) == "wild", "{line}");
 }

@@ -57,7 +57,8 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         noise: float,
         substeps: int = 1,
     ) -> None:
-        step = load(file).time_step
+        # The file's own time step. The deviations of the file are warnings of `load` alone.
+        step = Scene.from_text(Path(file).read_text("utf-8"), file).time_step
         self.scene: Scene = load(file, time_step=step / substeps)
         self.frame_skip = frame_skip * substeps
         self.noise = noise
