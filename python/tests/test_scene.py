@@ -189,7 +189,7 @@ def test_a_mesh_is_decomposed_once(root):
     late = tumble.Scene([ball], {"friction": 0.5}).simulate()
     late.add_body({**bowl, "name": "bowl"})
     assert late.bodies == ["body-0", "bowl"]
-    with pytest.raises(ValueError, match="decompose.*pieces: 0 given; allowed: 1 to 32"):
+    with pytest.raises(tumble.TumbleError, match="decompose.*pieces: 0 given; allowed: 1 to 32"):
         tumble.Scene([{**bowl, "decompose": {"pieces": 0}}], {"friction": 0.5})
-    with pytest.raises(ValueError, match="decompose it into convex pieces"):
+    with pytest.raises(tumble.TumbleError, match="decompose it into convex pieces"):
         tumble.Scene([{"mesh": mesh, "mass": 1.0, "position": [0, 0, 0]}], {"friction": 0.5})

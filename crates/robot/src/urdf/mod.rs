@@ -129,6 +129,9 @@ struct Hanging<'e> {
     frame: LinkFrame,
 }
 
+/// File of a mesh, bits of its scale, and whether it is decomposed.
+type MeshKey = (String, [u64; 3], bool);
+
 struct UrdfReader<'a> {
     reading: &'a Reading<'a>,
     tree: &'a LinkTree<'a>,
@@ -136,9 +139,8 @@ struct UrdfReader<'a> {
     materials: Vec<&'a Element>,
     notes: RobotNotes,
     robot: Robot,
-    /// Pieces of meshes, each as its vertices, by file, bits of the scale, and whether the mesh is
-    /// decomposed.
-    hulls: HashMap<(String, [u64; 3], bool), Vec<Vec<[f64; 3]>>>,
+    /// Pieces of meshes, each as its vertices.
+    hulls: HashMap<MeshKey, Vec<Vec<[f64; 3]>>>,
     /// Poses of the links in the world at the reference.
     placed: Vec<LinkFrame>,
     /// Names of joints that are fixed because they move less than [`LEAST_MASS`].
