@@ -433,7 +433,7 @@ fn stl_cubes_are_boxes_whether_binary_or_ascii() {
 /// of n corners has the area π r² (1 − 2 π²/(3 n²)), and the ellipsoid's hull twice that defect.
 #[test]
 fn smooth_shapes_have_the_moments_of_fine_hulls() {
-    let count = 96;
+    let count = 40;
     let defect = 2.0 * PI * PI / (3.0 * (count * count) as f64);
     let pieces = [
         Piece::cylinder(0.3, 0.2, 12).unwrap(),

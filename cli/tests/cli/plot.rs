@@ -193,7 +193,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     let simulated = simulate(&["--steps", "3"]);
     let file = simulated.path("trajectory.csv");
     run(&["plot"]).assert_refused(2, &["FILE.csv"]);
-    plot(Path::new("/nowhere/x.csv"), &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
+    plot(Path::new("/nowhere/x.csv"), &[]).assert_refused(2, &["/nowhere/x.csv", "does not exist"]);
     plot(&file, &["--dt", "0.001"]).assert_refused(2, &["--dt", "no meaning with a run.json"]);
     plot(&file, &["--steps", "3"]).assert_refused(2, &["--steps"]);
     plot(&simulated.path("run.json"), &[]).assert_refused(2, &["run.json", "header"]);

@@ -195,10 +195,10 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
         done.draw(command, &["--mu", "0.3"]).assert_refused(2, &["--mu", "run.json"]);
         let other = done.path("trajectory.csv");
         let end = run(&[command, text(&other)]);
-        end.assert_refused(2, &["trajectory.csv", "several bodies", "states.csv"]);
+        end.assert_refused(2, &["trajectory.csv", "does not exist", "states.csv"]);
     }
     run(&["verify", text(&done.path("trajectory.csv"))])
-        .assert_refused(2, &["trajectory.csv", "several bodies", "states.csv"]);
+        .assert_refused(2, &["trajectory.csv", "does not exist", "states.csv"]);
     done.change("contacts.csv", ",fixed,0,", ",fixed,7,");
     for command in ["plot", "gif", "view"] {
         done.draw(command, &[]).assert_refused(2, &["contact", "step 0", "run.json does not have"]);

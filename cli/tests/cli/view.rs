@@ -473,8 +473,8 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     run(&["view"]).assert_refused(2, &["FILE.csv"]);
     view(&[&file, &file, &file], &[]).assert_refused(2, &["FILE.csv"]);
     let nowhere = Path::new("/nowhere/x.csv");
-    view(&[nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
-    view(&[&file, nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
+    view(&[nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "does not exist"]);
+    view(&[&file, nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "does not exist"]);
     view(&[&file], &["--dt", "0.001"]).assert_refused(2, &["--dt", "no meaning with a run.json"]);
     view(&[&file], &["--steps", "3"]).assert_refused(2, &["--steps"]);
     view(&[&simulated.path("run.json")], &[]).assert_refused(2, &["run.json", "header"]);

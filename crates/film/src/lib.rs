@@ -143,8 +143,8 @@ fn tie(row: &JointRow) -> FilmTie {
     }
 }
 
-/// Number of corners on a drawn disc.
-const DISC_CORNERS: usize = 48;
+/// Number of corners on a drawn disc, and on each circle of latitude of an ellipsoid.
+const DISC_CORNERS: usize = 40;
 
 /// A convex piece: its core is a point, a segment or a polyhedron. A smooth shape becomes a
 /// polyhedron with many faces.

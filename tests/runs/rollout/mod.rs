@@ -358,9 +358,19 @@ fn constants_are_read_as_they_are_set() {
     assert!(refused(&afloat, Constant::Ground).starts_with("ground: "));
     let wide = world.with_constants(&[(Constant::Radius, &[1.5])]).unwrap_err().to_string();
     assert!(wide.starts_with("radius (m) is 1.5"), "{wide}");
-    let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
-    let ball = World::new(Parameters { bodies: vec![ball], ..world.parameters().clone() }).unwrap();
-    assert!(refused(&ball, Constant::Size).starts_with("size and radius: a body"));
+    let of = |pieces: &[Piece]| {
+        let bodies = vec![RigidBody::solid(1.0, pieces).unwrap().0];
+        World::new(Parameters { bodies, ..world.parameters().clone() }).unwrap()
+    };
+    let ball = Piece::sphere(0.1).unwrap();
+    let beside = ball.moved_by(&Matrix3::identity(), &Vector3::x()).unwrap();
+    let refusal = refused(&of(&[ball.clone(), beside]), Constant::Size);
+    assert!(refusal.starts_with("size and radius: a body"), "{refusal}");
+    // The radius of a ball has the factor of its size, and that of a cylinder does not exist.
+    let smaller = of(&[ball]).with_constants(&[(Constant::Size, &[0.5])]).unwrap();
+    assert_eq!(Constant::Radius.of(&smaller), [0.05]);
+    let refusal = refused(&of(&[Piece::cylinder(0.1, 0.1, 24).unwrap()]), Constant::Radius);
+    assert!(refusal.starts_with("radius: a cylinder"), "{refusal}");
 }
 
 #[test]
