@@ -138,7 +138,7 @@ pub struct JointModel {
     /// Maximum angle between the z axes of a ball joint (rad).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cone: Option<f64>,
-    /// Zero and sign of the middle angle of a gimbal, see (J13); null for [`Middle::STRAIGHT`].
+    /// Zero and sign of the middle angle of a gimbal, see (J13); null for `STRAIGHT` of [`Middle`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub middle: Option<Middle>,
     /// Drive of each driven axis: m and N for translations, rad and N m for rotations.

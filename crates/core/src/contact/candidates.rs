@@ -196,8 +196,7 @@ impl Candidates {
     }
 
     /// All overlaps at `states` deeper than rounding, the deepest first.
-    /// [`overlap_at_start`](Self::overlap_at_start) rejects one above its
-    /// [`allowed`](Overlap::allowed).
+    /// [`overlap_at_start`](Self::overlap_at_start) rejects one above its limit.
     pub fn overlaps_at_start(&mut self, world: &World, states: &[State]) -> Vec<Overlap> {
         /// Depth caused by rounding, as a fraction of the world's reach.
         const ROUNDING: f64 = 1e-12;

@@ -53,7 +53,7 @@ pub struct StepRow {
     /// Energy at k (J), see [energy](tumble_core::simulation::energy).
     pub energy: f64,
     /// Terms of the energy balance of the step (J), see
-    /// [`EnergyBalance::terms`](tumble_core::simulation::EnergyBalance::terms).
+    /// `terms` of an [`EnergyBalance`](tumble_core::simulation::EnergyBalance).
     pub works: [f64; 6],
     /// Stiffness number h ω, see
     /// [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness); 0 without joints.
@@ -96,9 +96,9 @@ pub struct JointRow {
     pub velocity: Vector3<f64>,
     /// Mean rates of the angles over the step (rad/s).
     pub spin: Vector3<f64>,
-    /// Force (N), see [`JointForce::force`](tumble_core::joint::JointForce::force).
+    /// Force (N), see `force` of [`JointForce`](tumble_core::joint::JointForce).
     pub force: Vector3<f64>,
-    /// Torque (N m), see [`JointForce::torque`](tumble_core::joint::JointForce::torque).
+    /// Torque (N m), see `torque` of [`JointForce`](tumble_core::joint::JointForce).
     pub torque: Vector3<f64>,
     /// Residual of the joint (m/s).
     pub residual: JointResidual,
