@@ -47,9 +47,8 @@ impl Detection {
             let heights = world.heights(index, &pose).zip(world.heights(index, &free));
             for (point, (now, then)) in heights.enumerate() {
                 let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
-                let found = &body.contact_points()[point];
-                if candidate && !found.is_second && !is_flat(found, ground, &pose) {
-                    contacts.push(ground_contact(world, ground, index, point, state));
+                if candidate && is_nearest(&body.contact_points()[point], ground, &pose) {
+                    contacts.push(nearest_contact(world, ground, index, point, (state, &pose)));
                 }
                 needs_contact |= candidate || then < 0.0;
             }
@@ -74,7 +73,8 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
     let Some(ground) = world.ground() else { return };
     for (index, (body, state)) in world.bodies().iter().zip(states).enumerate() {
         let points = 0..body.contact_points().len();
-        let of_point = |point| ground_contact(world, ground, index, point, state);
+        let pose = state.pose();
+        let of_point = |point| nearest_contact(world, ground, index, point, (state, &pose));
         contacts.extend(points.map(of_point));
     }
 }
@@ -121,11 +121,18 @@ pub fn admit_missed(
                     }
                     _ => Vector3::zeros(),
                 };
-                contacts.push(ground_contact_at(world, ground, (body, point), state, toward));
+                let at = (state, &pose);
+                contacts.push(ground_contact(world, ground, body, point, at, toward));
             }
         }
     }
     contacts.len() > before
+}
+
+/// True unless the point is the second one of an ellipsoid, or that of a disc that lies flat.
+#[inline]
+fn is_nearest(point: &ContactPoint, ground: &Plane, pose: &Pose) -> bool {
+    point.ellipsoid.is_none() || !point.is_second && !is_flat(point, ground, pose)
 }
 
 /// True for a disc parallel to the ground at `pose`. Corners support it, and none of its own points
@@ -135,31 +142,40 @@ fn is_flat(point: &ContactPoint, ground: &Plane, pose: &Pose) -> bool {
     point.smooth().is_some_and(|one| one.is_across(&pose.rotation.tr_mul(ground.normal())))
 }
 
-/// Contact of a body's point with the ground of the world.
+/// A state and its pose.
+type PlacedState<'a> = (&'a State, &'a Pose);
+
+/// Contact of a body's point with the ground of the world. An ellipsoid touches at its nearest
+/// point.
+#[inline]
+fn nearest_contact(
+    world: &World,
+    ground: &Plane,
+    body: usize,
+    point: usize,
+    at: PlacedState<'_>,
+) -> Contact {
+    ground_contact(world, ground, body, point, at, Vector3::zeros())
+}
+
+/// Contact of a body's point with the ground of the world. An ellipsoid touches at its point in the
+/// direction [`toward`](super::EllipsoidPoint::toward).
 fn ground_contact(
     world: &World,
     ground: &Plane,
     body: usize,
     point: usize,
-    state: &State,
-) -> Contact {
-    ground_contact_at(world, ground, (body, point), state, Vector3::zeros())
-}
-
-/// Contact of a body's point, given by both indices, with the ground of the world. An ellipsoid
-/// touches at its point in the direction [`toward`](super::EllipsoidPoint::toward).
-fn ground_contact_at(
-    world: &World,
-    ground: &Plane,
-    (body, point): (usize, usize),
-    state: &State,
+    (state, pose): PlacedState<'_>,
     toward: Vector3<f64>,
 ) -> Contact {
-    let (a, pose) = (&world.bodies()[body], state.pose());
+    let a = &world.bodies()[body];
     let found = &a.contact_points()[point];
-    let mut features = Features::of_point(found, *ground.frame(), ground.offset());
-    features.roll(toward, state, world.time_step());
+    let mut features =
+        Features::of_plane(found.position, found.radius, *ground.frame(), ground.offset());
+    if let Some(one) = found.smooth() {
+        features.roll(one, toward, state, world.time_step());
+    }
     let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
     let law = world.law_between(body, Partner::Ground);
-    Contact::new(key, features, law, (a, &pose), None)
+    Contact::new(key, features, law, (a, pose), None)
 }

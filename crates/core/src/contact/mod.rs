@@ -61,7 +61,6 @@ pub(crate) use memory::Memory;
 pub use neighbours::Overlap;
 
 use crate::geometry::{Ellipsoid, Feature};
-use crate::mechanics::body::ContactPoint;
 use crate::mechanics::quaternion::{rotation, turning_rate};
 use crate::mechanics::state::Pose;
 use crate::mechanics::{RigidBody, State};
@@ -153,32 +152,24 @@ impl Features {
     pub fn of_plane(point: Vector3<f64>, radius: f64, frame: Matrix3<f64>, offset: f64) -> Self {
         Self { point, radius, frame, offset, curved: None }
     }
-
-    /// Features of a contact point of a body against a plane.
-    #[must_use]
-    #[inline]
-    pub fn of_point(point: &ContactPoint, frame: Matrix3<f64>, offset: f64) -> Self {
-        let curved = point.smooth().map(|one| Curved::Ellipsoid(EllipsoidPoint::of(one)));
-        Self { curved, ..Self::of_plane(point.position, point.radius, frame, offset) }
-    }
 }
 
 impl Features {
-    /// Sets the direction and the point of an ellipsoid against a fixed plane, in a step of
+    /// Replaces the point by an ellipsoid against the plane, which does not turn, in a step of
     /// `time_step` (s) of A from `state`. The point is in the direction `toward`. With `toward` = 0
-    /// it follows from the [lever](EllipsoidPoint::lever). Other features stay.
-    pub fn roll(&mut self, toward: Vector3<f64>, state: &State, time_step: f64) {
-        let normal = self.frame.column(2).into_owned();
-        let Some(Curved::Ellipsoid(one)) = &mut self.curved else { return };
+    /// it follows from the [lever](EllipsoidPoint::lever).
+    #[inline(never)]
+    pub fn roll(&mut self, shape: Ellipsoid, toward: Vector3<f64>, state: &State, time_step: f64) {
+        let mut one = EllipsoidPoint { shape, toward };
         if toward != Vector3::zeros() {
-            one.toward = toward;
-            self.point = one.shape.centre - one.shape.axes * toward;
-            return;
+            self.point = shape.centre - shape.axes * toward;
+        } else {
+            let normal = self.frame.column(2).into_owned();
+            let turn = rotation(&state.attitude);
+            one.toward = shape.direction(&turn.tr_mul(&normal));
+            self.point = shape.centre + turn.tr_mul(&one.lever(&normal, state, time_step));
         }
-        let turn = rotation(&state.attitude);
-        one.toward = one.shape.direction(&turn.tr_mul(&normal));
-        let beyond = one.lever(&normal, state, time_step);
-        self.point = one.shape.centre + turn.tr_mul(&beyond);
+        self.curved = Some(Curved::Ellipsoid(one));
     }
 }
 

@@ -42,7 +42,7 @@ pub struct ContactPoint {
     pub radius: f64,
     /// Half axes S of the [ellipsoid](Ellipsoid) about the position, as columns (m, body frame). It
     /// touches a plane at its nearest point. `None` for a point of the body.
-    pub ellipsoid: Option<Matrix3<f64>>,
+    pub ellipsoid: Option<Box<Matrix3<f64>>>,
     /// True for the second point of the ellipsoid before it. A step takes it if the ellipsoid also
     /// comes down elsewhere.
     pub is_second: bool,
@@ -58,15 +58,20 @@ impl ContactPoint {
     /// Both contact points of an ellipsoid.
     #[must_use]
     pub fn of_ellipsoid(one: &Ellipsoid) -> [Self; 2] {
-        let ellipsoid = Some(one.axes);
-        let point = |is_second| Self { position: one.centre, radius: 0.0, ellipsoid, is_second };
+        let point = |is_second| Self {
+            position: one.centre,
+            radius: 0.0,
+            ellipsoid: Some(Box::new(one.axes)),
+            is_second,
+        };
         [point(false), point(true)]
     }
 
     /// The ellipsoid, if the point has one.
     #[must_use]
     pub fn smooth(&self) -> Option<Ellipsoid> {
-        self.ellipsoid.map(|axes| Ellipsoid { centre: self.position, axes })
+        let axes = self.ellipsoid.as_ref()?;
+        Some(Ellipsoid { centre: self.position, axes: **axes })
     }
 
     /// Largest coordinates of the point's surface relative to the position (m).
@@ -375,7 +380,7 @@ impl RigidBody {
         let contact_points = self.contact_points.iter().map(|point| {
             let position = point.position / length;
             let radius = point.radius / length;
-            let ellipsoid = point.ellipsoid.map(|axes| axes / length);
+            let ellipsoid = point.ellipsoid.as_ref().map(|axes| Box::new(**axes / length));
             ContactPoint { position, radius, ellipsoid, is_second: point.is_second }
         });
         let own = &self.matter;

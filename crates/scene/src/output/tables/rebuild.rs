@@ -13,7 +13,7 @@
 use super::ContactRow;
 use super::named::{self, BAND, EXACT, Misplaced, size};
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::contact::{Contact, Curved, Features, PairFeatures, Partner, Plane, round};
+use tumble_core::contact::{Contact, Features, PairFeatures, Partner, Plane, round};
 use tumble_core::geometry::{Feature, Piece};
 use tumble_core::mechanics::{Pose, State};
 use tumble_core::world::World;
@@ -108,18 +108,19 @@ impl ContactRow {
             return Err("has a radius that its point does not have");
         }
         let ground = world.ground().ok_or("refers to a ground that does not exist")?;
-        let mut features = Features::of_point(point, *ground.frame(), ground.offset());
-        if let Some(Curved::Ellipsoid(one)) = features.curved {
+        let (frame, offset) = (*ground.frame(), ground.offset());
+        let mut features = Features::of_plane(point.position, point.radius, frame, offset);
+        if let Some(one) = point.smooth() {
             let pose = state.pose();
             let normal = pose.rotation.tr_mul(ground.normal());
             let mut toward = Vector3::zeros();
             // The second point of an ellipsoid, and that of a disc that lies flat, can be anywhere.
-            if point.is_second || one.shape.is_across(&normal) {
+            if point.is_second || one.is_across(&normal) {
                 let core = self.point + self.normal * self.radius;
                 let core = pose.rotation.tr_mul(&(core - pose.position));
-                toward = -one.shape.coordinates(&core);
-                let (size, centre) = (one.shape.size(), one.shape.centre);
-                let off_span = (one.shape.axes * toward + core - centre).norm() > EXACT * size;
+                toward = -one.coordinates(&core);
+                let (size, centre) = (one.size(), one.centre);
+                let off_span = (one.axes * toward + core - centre).norm() > EXACT * size;
                 let length = toward.norm();
                 if off_span || (length - 1.0).abs() > EXACT && length > EXACT {
                     return Err("has a point that its ellipsoid does not have");
@@ -128,7 +129,7 @@ impl ContactRow {
                     toward /= length;
                 }
             }
-            features.roll(toward, state, world.time_step());
+            features.roll(one, toward, state, world.time_step());
         }
         Ok(features)
     }
