@@ -100,10 +100,12 @@ fn the_widest_cones_are_solved_or_said() {
     assert!(solved >= 64, "{solved} of 80");
 }
 
-/// Checks problems without a solution: the reported residual is at most that of zero impulses.
+/// Checks problems of which most have no solution: the reported residual is at most that of zero
+/// impulses, and a point that is called solved obeys the law.
 #[test]
 #[ignore = "slow"]
 fn the_best_point_is_no_worse_than_none() {
+    let mut unsolved = 0;
     for seed in 0..20 {
         let (response, free) = drawn(seed, 4);
         // Impulses change only one row. The other contacts approach or slide for any impulses.
@@ -113,7 +115,10 @@ fn the_best_point_is_no_worse_than_none() {
         let problem = (singular, free);
         let found = solve(&problem, &friction);
         let none = missed(&problem, &friction, &[0.0; 12]);
-        assert!(!found.is_solved(), "{seed}");
+        let missed_by = missed(&problem, &friction, &found.impulses);
+        assert_eq!(found.is_solved(), missed_by < 1e-8, "{seed}: {missed_by}");
         assert!(found.residual <= none.max(1e-9), "{seed}: {} {none}", found.residual);
+        unsolved += usize::from(!found.is_solved());
     }
+    assert!(unsolved > 10, "{unsolved}");
 }
