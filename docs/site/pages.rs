@@ -183,7 +183,8 @@ fn is_file_of_site(file: &Path) -> bool {
     })
 }
 
-/// Where a link of the page `from` leads on the site, from there; `None` where the site has nothing of it.
+/// Address on the site of a link in the page `from`, relative to this page. `None` if the site lacks
+/// the target.
 fn target(from: &Path, link: &str, rust: &Path) -> Option<String> {
     let (file, fragment) = link.split_once('#').unwrap_or((link, ""));
     let path = beside(from, file)?;

@@ -161,7 +161,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
 /// Text of the error for a list that should be a table.
 const ONE_TABLE: &str = "list, expected a single table";
 
-/// What to write instead of a wrong value, by the field and the beginning of the message.
+/// Correct forms of fields. Each has the field, the beginning of the message it replaces, and the form.
 const REMEDIES: [(&str, &str, &str); 6] = [
     ("capsule", "invalid", "a capsule is { length = …, radius = … }, m"),
     ("cylinder", "invalid", "a cylinder is { length = …, radius = … }, m"),

@@ -103,9 +103,11 @@ fn ellipsoid() -> impl Strategy<Value = Features> {
     let own = (vector(1.0), quaternion(), half, prop_oneof![Just(0.0), 0.05..0.3]);
     (own, quaternion(), -1.0..1.0).prop_map(|((centre, turn, half, radius), frame, offset)| {
         let half = Matrix3::from_diagonal(&Vector3::new(half.0, half.1, half.2));
-        let one = Ellipsoid { centre, axes: rotation(&turn.normalize()) * half };
+        let shape = Ellipsoid { centre, axes: rotation(&turn.normalize()) * half };
+        // Set once the bodies have states.
+        let one = EllipsoidPoint { shape, toward: Vector3::zeros() };
         let plane = Features::of_plane(centre, radius, rotation(&frame.normalize()), offset);
-        Features { curved: Some(Curved::Ellipsoid(EllipsoidPoint::of(one))), ..plane }
+        Features { curved: Some(Curved::Ellipsoid(one)), ..plane }
     })
 }
 
@@ -209,7 +211,14 @@ fn pose(
             let law = ContactLaw::plastic(meeting.friction);
             let placed = |index: usize| (&world.bodies()[index], &poses[index]);
             let (a, b) = (placed(meeting.body), meeting.partner.map(placed));
-            let contact = Contact::new(key, meeting.features, law, a, b);
+            let mut features = meeting.features;
+            if let Some(Curved::Ellipsoid(one)) = &mut features.curved {
+                let normal = features.frame.column(2).into_owned();
+                let normal = b.map_or(normal, |(_, b)| b.rotation * normal);
+                one.toward = one.shape.direction(&a.1.rotation.tr_mul(&normal));
+                features.point = one.shape.centre - one.shape.axes * one.toward;
+            }
+            let contact = Contact::new(key, features, law, a, b);
             Contact { rebound: meeting.rebound, ..contact }
         })
         .collect();

@@ -8,18 +8,19 @@
 //!
 //! in the frame of the ellipsoid. The nearest point is c − S u with u = Sᵀ n/|Sᵀ n|. Its force acts
 //! at one place of the step. So u may turn by 60° in a step, as the direction of D in eq. 4b below.
-//! Then |·|_u is the norm. A disc that claps flat has other contacts on the other side.
+//! Up to there |·|_u is the norm. A disc that claps flat has other contacts on the other side.
 //!
-//! Let y be the vector from the centre to the nearest point. The power of a force at y differs from
-//! the rate of the gap, because y moves over the surface within the step. A force at the y of the
-//! start adds energy if φ is concave along the rotation, and a force at the y of the end does if φ is
-//! convex. The force acts at the y, of the start or of the [predicted end](EllipsoidPoint::lever),
-//! with the smaller rate n·(ω × y), so that it adds none. The derivative of φ with respect to the bodies' motion is that of the
-//! nearest point, because this point is optimal. The slip combines the motion of
-//! the centre with the rotation of the vector from the centre to the point that is nearest at k, so
-//! that rolling has no slip.
+//! The derivative of φ with respect to the bodies' motion is that of the nearest point, because this
+//! point is optimal. Let y be the vector from the centre to it. The slip combines the motion of the
+//! centre with the rotation of y, so that rolling has no slip.
 //!
-//! Two rounded features are a vertex or an edge each. A feature is a [`Core`] (a point or a segment) with a radius. Let D be the shortest vector from
+//! The power of a force at y differs from the rate of the gap, because y moves over the surface
+//! within the step. A force at the y of the start adds energy if φ is concave along the rotation. A
+//! force at the y of the end does if φ is convex. So the force acts at the y of the start or of the
+//! [predicted end](EllipsoidPoint::lever), whichever has the smaller rate n·(ω × y).
+//!
+//! Two rounded features are a vertex or an edge each. A feature is a [`Core`] (a point or a segment)
+//! with a radius. Let D be the shortest vector from
 //! the core of B to the core of A. The gap has a closed form at every pose:
 //!
 //! ```text
@@ -118,21 +119,17 @@ impl Curved {
 pub struct EllipsoidPoint {
     /// The ellipsoid.
     pub shape: Ellipsoid,
-    /// u at k (unit): the point is c − S u. With u = 0, [`Contact::new`](super::Contact::new)
-    /// chooses the nearest point.
+    /// u (unit): the point is c − S u. Zero for a disc that lies flat at k.
     pub toward: Vector3<f64>,
 }
 
 impl EllipsoidPoint {
-    /// An ellipsoid whose nearest point is not known yet.
-    #[must_use]
-    pub fn of(shape: Ellipsoid) -> Self {
-        Self { shape, toward: Vector3::zeros() }
-    }
-
     /// y: vector from the centre to the point where the force acts (m, world), in a step of
     /// `time_step` (s) of A from `state`. `normal` is the normal of a plane that does not turn
-    /// (world). It belongs to the start, or to the end where A turns with its spin at the start.
+    /// (world).
+    ///
+    /// It is the nearest point of the start or of the predicted end. The prediction turns A with its
+    /// spin at the start.
     #[must_use]
     pub fn lever(&self, normal: &Vector3<f64>, state: &State, time_step: f64) -> Vector3<f64> {
         let turn = rotation(&state.attitude);

@@ -104,23 +104,21 @@ pub fn admit_missed(
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
             if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {
                 let (pose, found) = (state.pose(), &world.bodies()[body].contact_points()[point]);
-                let is_known = |point: usize| {
-                    let key = ContactKey { point, ..key };
-                    contacts.iter().any(|contact| contact.key == key)
-                };
-                // An ellipsoid that comes down away from its nearest point has a second one there.
-                // A disc that lies flat has no nearest point, and corners support it.
-                if found.is_second && !is_known(point - 1)
-                    || is_flat(found, ground, &pose) && is_flat(found, ground, &end)
-                {
-                    continue;
-                }
-                let toward = match found.smooth() {
-                    Some(one) if found.is_second || is_flat(found, ground, &pose) => {
-                        one.direction(&end.rotation.tr_mul(ground.normal()))
+                let mut toward = Vector3::zeros();
+                if let Some(one) = found.smooth() {
+                    let first = ContactKey { point: point - usize::from(found.is_second), ..key };
+                    let is_known = contacts[..before].iter().any(|known| known.key == first);
+                    let is_flat = is_flat(found, ground, &pose);
+                    // An ellipsoid that comes down away from its nearest point has a second one
+                    // there. A disc that lies flat has no nearest point: it turns about the point
+                    // that comes lowest. One that ends flat is supported by corners.
+                    if found.is_second || is_flat {
+                        toward = one.direction(&end.rotation.tr_mul(ground.normal()));
                     }
-                    _ => Vector3::zeros(),
-                };
+                    if found.is_second && !is_known || is_flat && toward == Vector3::zeros() {
+                        continue;
+                    }
+                }
                 let at = (state, &pose);
                 contacts.push(ground_contact(world, ground, body, point, at, toward));
             }

@@ -509,25 +509,12 @@ fn slip_and_gap(normal: &Vector3<f64>, moved: &Vector3<f64>, gap: f64) -> Vector
     moved - normal * normal.dot(moved) + normal * gap
 }
 
-/// Features with the point, frame and offset of the tangent plane, with A at `a` and B at `b`.
-/// Features without a gap of their own are returned unchanged. Coincident cores keep their frame.
+/// Two round features with the point, frame and offset of the tangent plane, with A at `a` and B at
+/// `b`. Other features are returned unchanged. Coincident cores keep their frame.
 fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
     /// Relative distance below which the direction between the cores is undefined.
     const NO_DIRECTION: f64 = 1e-8;
-    let mut curved = match features.curved {
-        None => return features,
-        Some(Curved::Cores(pair)) => pair,
-        Some(Curved::Ellipsoid(one)) => {
-            let (normal, shape) = (plane_in_a(&features.frame, a, b), one.shape);
-            // A disc that lies flat has no nearest point.
-            if one.toward != Vector3::zeros() || shape.is_across(&normal) {
-                return features;
-            }
-            let toward = shape.direction(&normal);
-            let curved = Some(Curved::Ellipsoid(EllipsoidPoint { shape, toward }));
-            return Features { point: shape.centre - shape.axes * toward, curved, ..features };
-        }
-    };
+    let Some(Curved::Cores(mut curved)) = features.curved else { return features };
     let (shares, trajectory) = way_between(&curved, a, b);
     curved.shares = shares;
     let (point, foot, distance) = (curved.point(), curved.foot(), trajectory.norm());

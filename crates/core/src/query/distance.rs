@@ -259,10 +259,14 @@ fn height(point: &Vector3<f64>, plane: &Plane) -> f64 {
     plane.normal().dot(point) - plane.offset()
 }
 
-/// Support point of a piece against the unit vector `up` (m, world).
+/// Lowest point of a piece along the unit vector `up` (m, world). Planes touch smooth shapes
+/// themselves.
 fn lowest(piece: &Piece, pose: &Pose, up: &Vector3<f64>) -> Vector3<f64> {
     let axis = pose.rotation.tr_mul(up);
-    let below = |a: &&Vector3<f64>, b: &&Vector3<f64>| axis.dot(a).total_cmp(&axis.dot(b));
-    let vertex = piece.core().vertices().iter().min_by(below).copied().unwrap_or_default();
-    pose.position + pose.rotation * vertex - up * piece.radius()
+    let points = piece.contact_points().map(|point| {
+        let away = point.smooth().map_or(Vector3::zeros(), |one| one.farthest(&axis));
+        point.position - away - axis * point.radius
+    });
+    let lowest = points.min_by(|a, b| axis.dot(a).total_cmp(&axis.dot(b)));
+    pose.position + pose.rotation * lowest.unwrap_or_default()
 }
