@@ -231,3 +231,34 @@ fn excluded_pairs_can_be_left_out() {
     let touching = query.pairs_within(0.2, |body, of| world.may_touch(body, of)).unwrap();
     assert!(touching.iter().all(|pair| pair.partner == Partner::Ground) && touching.len() == 2);
 }
+
+/// The ground is touched by smooth shapes themselves, so distances to it are those of their surfaces:
+/// φ = n·r − d − (h |cos θ| + R sin θ) for a cylinder whose axis is tilted by θ.
+#[test]
+fn the_ground_is_as_far_as_the_surface_of_a_smooth_shape() {
+    let (half, radius) = (0.3, 0.2);
+    for number in 0..30 {
+        let tilt = 0.1 * f64::from(number);
+        let rotation = turn(tilt, 0.0, 0.0) * turn(0.0, 0.0, 0.37);
+        let cylinder = Piece::cylinder(half, radius, 12).unwrap();
+        let ellipsoid = Piece::ellipsoid(v(0.1, 0.2, 0.3), 12).unwrap();
+        let up = rotation.tr_mul(&V::z());
+        let extents = [
+            half * tilt.cos().abs() + radius * tilt.sin().abs(),
+            v(0.1, 0.2, 0.3).component_mul(&up).norm(),
+        ];
+        for (piece, extent) in [cylinder, ellipsoid].into_iter().zip(extents) {
+            let world = world(vec![body(vec![piece])], Some(Plane::level()), Vec::new());
+            let pose = Pose { position: v(1.0, -2.0, 2.0), rotation };
+            let states = [state_at(&pose)];
+            let found = Query::new(&world, &states).unwrap();
+            let found = found.distance(Partner::Body(0), Partner::Ground).unwrap();
+            assert!(
+                (found.distance - (2.0 - extent)).abs() < ROUNDING,
+                "{tilt}: {}",
+                found.distance
+            );
+            assert!((found.points[0].z - found.distance).abs() < ROUNDING);
+        }
+    }
+}
