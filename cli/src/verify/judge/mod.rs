@@ -277,7 +277,8 @@ impl StepJudge {
             let gap_lost = self.world.time_step() * speed_lost
                 + rounding::gap(&normal, &next[0].position, contact.features.offset, &contact.arm);
             let of_law = (1.0 + contact.law.friction) * size;
-            let stretch = if slip > 0.0 { found.slip_speed / slip } else { 1.0 };
+            let of_speed = program_columns(&self.world, contact, states, next, force, 1.0);
+            let stretch = of_speed.slip_speed;
             let of_slip = speed_lost * stretch.max(1.0);
             let columns = [
                 ("s1_", found.normal, has.normal, size * gap_lost),
