@@ -20,7 +20,7 @@ use super::between::Between;
 use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
 use super::key_index::{KeyEnd, PieceIndex, ends_of};
 use super::owner::plane_of;
-use super::{Contact, ContactKey, Partner};
+use super::{Contact, ContactKey, Curved, Partner};
 use crate::geometry::{
     Advance, Feature, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold,
     separation, stays_clear, travel,
@@ -398,8 +398,8 @@ impl CollisionSearch<'_> {
         contacts: &mut Vec<Contact>,
     ) {
         let least = under - self.same_gap(colliders);
-        let (world, start) = (self.world, self.start);
-        let between = Between { world, colliders, at: self.between, start };
+        let (world, start, states) = (self.world, self.start, self.states);
+        let between = Between { world, colliders, at: self.between, start, states };
         for touch in &*self.touches {
             if !matches!(touch.feature, Feature::Round(..)) {
                 continue;
@@ -432,8 +432,8 @@ impl CollisionSearch<'_> {
     /// True if all geometric contact points found last, at the end, have their planes among
     /// `contacts`.
     fn knows(&mut self, colliders: [Collider; 2], contacts: &[Contact]) -> bool {
-        let (world, start) = (self.world, self.start);
-        let between = Between { world, colliders, at: self.end, start };
+        let (world, start, states) = (self.world, self.start, self.states);
+        let between = Between { world, colliders, at: self.end, start, states };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
         found.all(|contact| unknown_plane(&contact, contacts, self.index).is_none())
     }
@@ -456,8 +456,9 @@ impl CollisionSearch<'_> {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let least = under - self.same_gap(colliders);
-        let (world, start) = (self.world, self.start);
-        let between = Between { world, colliders, at: at.of(start, self.end, self.between), start };
+        let (world, start, states) = (self.world, self.start, self.states);
+        let poses = at.of(start, self.end, self.between);
+        let between = Between { world, colliders, at: poses, start, states };
         let mut fits = false;
         for touch in &*self.touches {
             let Some(contact) = between.contact(touch, 0) else { continue };
@@ -490,6 +491,16 @@ fn is_between(key: &ContactKey, a: Collider, b: Collider) -> bool {
         || (of(b, owners.0, first) && of(a, owners.1, second))
 }
 
+/// True unless two contacts of an ellipsoid are too far apart on it for one of them.
+fn reaches(known: &Contact, other: &Contact) -> bool {
+    match (&known.features.curved, &other.features.curved) {
+        (Some(Curved::Ellipsoid(known)), Some(Curved::Ellipsoid(other))) => {
+            known.reaches(&other.toward)
+        }
+        _ => true,
+    }
+}
+
 /// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for
 /// them, or too many others.
 fn unknown_plane(contact: &Contact, contacts: &[Contact], index: &mut PieceIndex) -> Option<u32> {
@@ -500,7 +511,7 @@ fn unknown_plane(contact: &Contact, contacts: &[Contact], index: &mut PieceIndex
             && known.key.pair.map(|pair| (pair.pieces, pair.feature))
                 == contact.key.pair.map(|pair| (pair.pieces, pair.feature));
         if same {
-            if known.normal().dot(&contact.normal()) >= SAME_PLANE {
+            if known.normal().dot(&contact.normal()) >= SAME_PLANE && reaches(known, contact) {
                 return None;
             }
             planes += 1;

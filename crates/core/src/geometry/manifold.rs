@@ -12,6 +12,7 @@ use super::overlap::PolygonCorner;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
 use super::segment::{nearest, span};
 use super::separation::across_cores;
+use super::smooth_manifold::smooth_manifold;
 use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
 use nalgebra::Vector3;
 
@@ -19,7 +20,7 @@ use nalgebra::Vector3;
 ///
 /// Along the axis such a face is foreshortened by 1 − cos 0.03 = 0.05 %. A corner lifted by this
 /// tilt (3 % of the face) is beyond any sensible reach, so contacts do not jump at the limit angle.
-const NEARLY_ACROSS: f64 = 0.999_55;
+pub(super) const NEARLY_ACROSS: f64 = 0.999_55;
 
 /// Sine below which two edges meet in the ends of their common part. Each end has its own exact
 /// plane, so the value matters little.
@@ -69,6 +70,18 @@ pub fn manifold(
         return quick;
     }
     pair.place(scratch);
+    if pair.is_smooth() {
+        let axis = pair.smooth_axis();
+        hint.set(Some(axis), None);
+        let gap = pair.gap_along(&axis) - radii;
+        if gap <= reach {
+            smooth_manifold(
+                ManifoldPair { pair, scratch, reach, plane_of, out, points: None },
+                &axis,
+            );
+        }
+        return gap;
+    }
     let tie = TieBreak { within: MERGE * pair.size(), to: plane_of };
     let axis = best_axis(&pair, scratch, reach + radii, tie);
     hint.set(axis.map(|axis| axis.normal), axis.map(|axis| axis.kind));
@@ -95,13 +108,13 @@ pub(crate) fn edges_across(a: PlacedPiece<'_>, b: PlacedPiece<'_>) -> Option<(us
 }
 
 /// Two pieces and the state of the search for their contacts.
-struct ManifoldPair<'a, 's> {
-    pair: PiecePair<'a>,
-    scratch: &'s mut PairScratch,
-    reach: f64,
+pub(super) struct ManifoldPair<'a, 's> {
+    pub pair: PiecePair<'a>,
+    pub scratch: &'s mut PairScratch,
+    pub reach: f64,
     /// Piece that owns the plane if no other rule decides.
-    plane_of: PieceSide,
-    out: &'s mut Vec<ManifoldPoint>,
+    pub plane_of: PieceSide,
+    pub out: &'s mut Vec<ManifoldPoint>,
     /// Closest points of the cores, if they were computed.
     points: Option<Points>,
 }
@@ -164,7 +177,7 @@ impl ManifoldPair<'_, '_> {
     }
 
     /// Adds the contacts of two faces, or of a face and the features above it.
-    fn faces(&mut self, axis: &SeparatingAxis) {
+    pub fn faces(&mut self, axis: &SeparatingAxis) {
         let normal = self.normal(Some(*axis));
         let (pair, scratch) = (self.pair, &mut *self.scratch);
         let normals_a = || pair.a.faces().iter().map(|face| face.normal);
@@ -416,7 +429,7 @@ impl ManifoldPair<'_, '_> {
     }
 
     /// Adds a contact if its features have none yet.
-    fn push_new(&mut self, touch: ManifoldPoint) {
+    pub fn push_new(&mut self, touch: ManifoldPoint) {
         if self.out.iter().all(|other| other.feature != touch.feature) {
             self.push(Some(touch));
         }

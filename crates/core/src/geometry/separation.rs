@@ -19,6 +19,9 @@ pub struct Separation {
 
 /// Computes the separation of two pieces at two poses, exact to rounding.
 ///
+/// With a smooth shape, the distance is exact for pieces that touch. Otherwise it is a lower bound
+/// ([`portal`](super::portal)).
+///
 /// If the cores of two pieces without faces (spheres, capsules) overlap, the distance is minus the
 /// sum of the radii.
 pub fn separation(
@@ -28,7 +31,13 @@ pub fn separation(
     scratch: &mut PairScratch,
 ) -> Separation {
     let pair = PiecePair::new(a, b);
-    let (distance, axis, kind) = exact(&pair, scratch);
+    let (distance, axis, kind) = match pair.is_smooth() {
+        true => {
+            let axis = pair.smooth_axis();
+            (pair.gap_along(&axis), axis, None)
+        }
+        false => exact(&pair, scratch),
+    };
     hint.set(Some(axis), kind);
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }

@@ -130,7 +130,7 @@ impl Neighbours {
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces.0, pieces.1, touches, size) {
-                let between = Between { world, colliders: [a, b], at: poses, start: poses };
+                let between = Between { world, colliders: [a, b], at: poses, start: poses, states };
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
             moved_pairs.push((index, first..moved.len()));
