@@ -185,7 +185,9 @@ impl ContactTangent {
     ) -> RowChange {
         let (a, b, h, one) = (&self.a, &self.b, self.time_step, &point.shape);
         let n = self.contact.normal();
-        let turned = of_b.turn.cross(&n);
+        // The plane changes with the size of B.
+        let plane = self.placed.placement.change(&self.contact, &a.change(of_a), &b.change(of_b));
+        let turned = of_b.turn.cross(&n) + b.rotation * plane.normal;
         let radius = self.contact.features.radius;
         let arm = a.rotation * one.centre;
         let core = self.contact.arm + n * radius - arm;
@@ -233,7 +235,8 @@ impl ContactTangent {
         let gap_change = normal_end.dot(
             &(apart + relative * time_step + turn_a.cross(&nearest) + end_stretched(&nearest)
                 - turn_b.cross(&apart_end)),
-        );
+        ) + (b.turned * plane.normal).dot(&apart_end)
+            - plane.offset;
         let opening_change = (gap_change - gap_end * (time_step / h)) / h;
         let motion = across(&n, &slip_change) - turned * n.dot(&slip) - n * turned.dot(&slip)
             + turned * (gap_end / h)
