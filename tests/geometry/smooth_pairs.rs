@@ -2,7 +2,9 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
-use tumble_core::geometry::{Hint, PairScratch, Piece, PieceSide, manifold, separation};
+use tumble_core::geometry::{
+    Hint, PairScratch, Piece, PieceSide, RayCaster, closest_points, manifold, separation,
+};
 use tumble_core::mechanics::Pose;
 
 /// A source of numbers from −1 to 1.
@@ -117,4 +119,59 @@ fn touching_pairs_have_the_gap_of_the_best_direction() {
         assert!(least < found + 1e-4, "{at}, {least:e}");
     }
     assert!(tested > 250 && inside < 5, "{tested} {inside}");
+}
+
+/// The gap along the axis is a lower bound on the distance, and the length between a point of A and
+/// a point of B is an upper bound. Both are equal.
+#[test]
+fn pairs_that_are_apart_have_their_distance() {
+    let (mut draw, mut scratch) = (Draw(rand_mt::Mt::new(31)), PairScratch::default());
+    let mut tested = 0;
+    for number in 0..3600 {
+        let kinds = (number % 6, number / 6 % 6);
+        let (a, b) = (draw.piece(kinds.0), draw.piece(kinds.1));
+        let (of_a, of_b) = (draw.pose(), draw.pose());
+        let found = closest_points((&a, &of_a), (&b, &of_b), &mut Hint::default(), &mut scratch);
+        let (distance, axis) = (found.separation.distance, found.separation.axis);
+        if kinds.0 < 3 && kinds.1 < 3 || distance < 1e-3 {
+            continue;
+        }
+        tested += 1;
+        let at = format!("pair {number}, kinds {kinds:?}: {distance:e}");
+        let bound = -extent(&a, &of_a, &axis) - extent(&b, &of_b, &-axis);
+        assert!((bound - distance).abs() < 1e-12, "{at}, {bound:e}");
+        assert!(((found.b - found.a).norm() - distance).abs() < 1e-9, "{at}");
+        // A point of a convex piece is not beyond its extent along any direction.
+        for _ in 0..20 {
+            let n = draw.vector().normalize();
+            assert!(n.dot(&found.a) < extent(&a, &of_a, &n) + 1e-9, "{at}");
+            assert!(n.dot(&found.b) < extent(&b, &of_b, &n) + 1e-9, "{at}");
+        }
+    }
+    assert!(tested > 1500, "{tested}");
+}
+
+/// Rays enter the lateral surface and the end of a cylinder, and an ellipsoid, where they should.
+#[test]
+fn rays_enter_smooth_shapes_at_their_surface() {
+    let pose = Pose { position: Vector3::zeros(), rotation: nalgebra::Matrix3::identity() };
+    let mut caster = RayCaster::new().unwrap();
+    let mut enter = |piece: &Piece, from: Vector3<f64>, along: Vector3<f64>| {
+        caster.enter(piece, &pose, &from, &along).map(|entry| entry.distance)
+    };
+    let cylinder = Piece::cylinder(0.5, 0.2, 24).unwrap();
+    let along = Vector3::new(-1.0, 0.0, 0.0);
+    for angle in [0.0_f64, 0.05, 0.13, 0.4] {
+        let from = Vector3::new(2.0, 0.2 * angle.sin(), 0.3);
+        let found = enter(&cylinder, from, along).unwrap();
+        assert!((found - (2.0 - 0.2 * angle.cos())).abs() < 1e-12, "{found}");
+    }
+    assert_eq!(enter(&cylinder, Vector3::new(2.0, 0.2001, 0.3), along), None);
+    let down = -Vector3::z();
+    let found = enter(&cylinder, Vector3::new(0.1, 0.17, 3.0), down).unwrap();
+    assert!((found - 2.5).abs() < 1e-12, "{found}");
+    let egg = Piece::ellipsoid(Vector3::new(0.3, 0.2, 0.4), 24).unwrap();
+    let found = enter(&egg, Vector3::new(0.1, 0.05, 3.0), down).unwrap();
+    let height = 0.4 * (1.0_f64 - (0.1_f64 / 0.3).powi(2) - (0.05_f64 / 0.2).powi(2)).sqrt();
+    assert!((found - (3.0 - height)).abs() < 1e-12, "{found}");
 }

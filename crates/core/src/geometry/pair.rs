@@ -142,9 +142,9 @@ impl<'a> PiecePair<'a> {
         self.smooth_a.is_some() || self.smooth_b.is_some()
     }
 
-    /// The difference b − a of points of both pieces that is farthest along a unit vector (m, frame
-    /// of A).
-    pub fn difference(&self, along: &Vector3<f64>) -> Vector3<f64> {
+    /// The point of A and the point of B whose difference b − a is farthest along a unit vector (m,
+    /// frame of A).
+    pub fn extremes(&self, along: &Vector3<f64>) -> [Vector3<f64>; 2] {
         let farthest =
             |hull: &Hull, radius: f64, smooth: Option<&Smooth>, n: &Vector3<f64>| match smooth {
                 Some(smooth) => smooth.farthest(n),
@@ -153,7 +153,13 @@ impl<'a> PiecePair<'a> {
         let along_b = self.rotation.tr_mul(along);
         let of_b = farthest(self.b, self.radius_b, self.smooth_b, &along_b);
         let of_a = farthest(self.a, self.radius_a, self.smooth_a, &-along);
-        self.rotation * of_b + self.shift - of_a
+        [of_a, self.rotation * of_b + self.shift]
+    }
+
+    /// The difference b − a that is farthest along a unit vector (m, frame of A).
+    pub fn difference(&self, along: &Vector3<f64>) -> Vector3<f64> {
+        let [a, b] = self.extremes(along);
+        b - a
     }
 
     /// Lower bound on the distance of the cores (m), from their bounding balls and the cached axis.

@@ -19,9 +19,6 @@ pub struct Separation {
 
 /// Computes the separation of two pieces at two poses, exact to rounding.
 ///
-/// With a smooth shape, the distance is exact for pieces that touch. Otherwise it is a lower bound
-/// ([`portal`](super::portal)).
-///
 /// If the cores of two pieces without faces (spheres, capsules) overlap, the distance is minus the
 /// sum of the radii.
 pub fn separation(
@@ -33,7 +30,7 @@ pub fn separation(
     let pair = PiecePair::new(a, b);
     let (distance, axis, kind) = match pair.is_smooth() {
         true => {
-            let axis = pair.smooth_axis();
+            let axis = pair.smooth_nearest().map_or_else(|| pair.smooth_axis(), |near| near.axis);
             (pair.gap_along(&axis), axis, None)
         }
         false => exact(&pair, scratch),

@@ -11,7 +11,9 @@
 //! | lateral surface of a cone, and an edge or a vertex | the place where they cross against the tangent plane of the cone |
 
 use super::axes::{AxisSource, SeparatingAxis};
+use super::hull::Corner;
 use super::manifold::ManifoldPair;
+use super::nearest::{Nearest, nearest};
 use super::pair::PiecePair;
 use super::portal::portal_axis;
 use super::segment::nearest_shares;
@@ -27,7 +29,17 @@ const PARALLEL: f64 = 2e-3;
 /// Fraction of a straight feature up to which a place on it is its end.
 const AT_END: f64 = 1e-7;
 
+/// Distance above which pieces do not touch, relative to the smaller one.
+const APART: f64 = 1e-6;
+
 impl PiecePair<'_> {
+    /// Nearest points of a pair with a smooth shape. `None` if the pieces touch or overlap.
+    pub(super) fn smooth_nearest(&self) -> Option<Nearest> {
+        let axis = portal_axis(self);
+        let is_apart = self.gap_along(&axis) - self.radii() > APART * self.size();
+        is_apart.then(|| nearest(self, &axis))?
+    }
+
     /// Axis of separation (unit, frame of A, from A to B) of a pair with a smooth shape.
     ///
     /// If straight features or faces are farthest along it, the axis is exactly perpendicular to
@@ -145,15 +157,14 @@ fn over_sides(found: &mut ManifoldPair<'_, '_>, line: &Straight, of: &SmoothSide
     let along = of.seen(&line.along);
     let normal = of.hull.faces()[face].normal;
     let corners = of.hull.face_loop(face);
-    let at = |corner: usize| of.hull.vertices()[corners[corner % corners.len()].vertex as usize];
+    let at = |corner: &Corner| of.hull.vertices()[corner.vertex as usize];
     // Part of the axis inside the sides, and the edges that bound it.
     let (mut low, mut high) = ((AT_END, None), (1.0 - AT_END, None));
-    for corner in 0..corners.len() {
-        let side = at(corner + 1) - at(corner);
-        let inward = normal.cross(&side);
+    for (corner, next) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let inward = normal.cross(&(at(next) - at(corner)));
         let (height, rate) = (inward.dot(&(from - at(corner))), inward.dot(&along));
         let share = -height / rate;
-        let edge = Some(corners[corner].edge);
+        let edge = Some(corner.edge);
         if rate > 0.0 && share > low.0 {
             low = (share, edge);
         } else if rate < 0.0 && share < high.0 {
