@@ -83,6 +83,18 @@ impl Ellipsoid {
         self.half_width(n) <= FLAT * self.axes.amax()
     }
 
+    /// Second derivative of the extent n·c + |Sᵀ n| by n (m). With M = S Sᵀ and w = |Sᵀ n|,
+    ///
+    /// ```text
+    /// (M − (M n)(M n)ᵀ/w²)/w
+    /// ```
+    #[must_use]
+    pub fn bend(&self, n: &Vector3<f64>) -> Matrix3<f64> {
+        let square = self.axes * self.axes.transpose();
+        let (seen, width) = (square * n, self.half_width(n));
+        (square - seen * seen.transpose() / (width * width)) / width
+    }
+
     /// Unit normal of a disc.
     #[must_use]
     pub fn normal(&self) -> Vector3<f64> {

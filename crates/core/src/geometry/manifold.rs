@@ -71,7 +71,7 @@ pub fn manifold(
     }
     pair.place(scratch);
     if pair.is_smooth() {
-        let axis = pair.smooth_axis();
+        let axis = pair.smooth_axis(hint);
         hint.set(Some(axis), None);
         let gap = pair.gap_along(&axis) - radii;
         if gap <= reach {

@@ -32,6 +32,7 @@ mod ray;
 mod segment;
 pub mod separation;
 pub mod smooth;
+mod smooth_axis;
 mod smooth_manifold;
 mod smooth_side;
 pub mod sweep;

@@ -25,7 +25,8 @@ pub struct PairScratch {
     pub(super) overlap: super::overlap::FaceOverlap,
 }
 
-/// Cache of one pair from step to step. It makes queries faster and does not change their results.
+/// Cache of one pair from step to step. It makes queries faster and does not change their results,
+/// except for the last digits of smooth shapes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hint {
@@ -40,6 +41,11 @@ impl Hint {
     #[must_use]
     pub fn axis_from(&self, pose: &Pose) -> Option<Vector3<f64>> {
         self.axis.map(|axis| pose.rotation * axis)
+    }
+
+    /// Last axis (unit, frame of A at that time, from A to B).
+    pub(super) fn axis(&self) -> Option<Vector3<f64>> {
+        self.axis
     }
 
     /// The cached axis (unit, world), recomputed from the same features at the given poses.

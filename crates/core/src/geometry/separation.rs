@@ -30,7 +30,8 @@ pub fn separation(
     let pair = PiecePair::new(a, b);
     let (distance, axis, kind) = match pair.is_smooth() {
         true => {
-            let axis = pair.smooth_nearest().map_or_else(|| pair.smooth_axis(), |near| near.axis);
+            let axis =
+                pair.smooth_nearest().map_or_else(|| pair.smooth_axis(hint), |near| near.axis);
             (pair.gap_along(&axis), axis, None)
         }
         false => exact(&pair, scratch),

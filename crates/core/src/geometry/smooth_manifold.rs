@@ -1,6 +1,6 @@
-//! Axis and contact points of two pieces, at least one with a smooth shape.
+//! Contact points of two pieces, at least one with a smooth shape.
 //!
-//! The axis comes from [portals](super::portal). The features that are farthest along it touch:
+//! The features that are farthest along the [axis](super::smooth_axis) touch:
 //!
 //! | features | contact |
 //! |---|---|
@@ -13,9 +13,6 @@
 use super::axes::{AxisSource, SeparatingAxis};
 use super::hull::Corner;
 use super::manifold::ManifoldPair;
-use super::nearest::{Nearest, nearest};
-use super::pair::PiecePair;
-use super::portal::portal_axis;
 use super::segment::nearest_shares;
 use super::smooth_side::{SmoothSide, SupportFeature};
 use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
@@ -25,54 +22,9 @@ use nalgebra::Vector3;
 const NEARLY_PARALLEL: f64 = 0.03;
 /// Sine of the angle below which two straight features touch at both ends of their common part.
 /// Beyond it they cross. At this angle, the ends are off by 2 × 10⁻⁶ of the radius.
-const PARALLEL: f64 = 2e-3;
+pub(super) const PARALLEL: f64 = 2e-3;
 /// Fraction of a straight feature up to which a place on it is its end.
 const AT_END: f64 = 1e-7;
-
-/// Distance above which pieces do not touch, relative to the smaller one.
-const APART: f64 = 1e-6;
-
-impl PiecePair<'_> {
-    /// Nearest points of a pair with a smooth shape. `None` if the pieces touch or overlap.
-    pub(super) fn smooth_nearest(&self) -> Option<Nearest> {
-        let axis = portal_axis(self);
-        let is_apart = self.gap_along(&axis) - self.radii() > APART * self.size();
-        is_apart.then(|| nearest(self, &axis))?
-    }
-
-    /// Axis of separation (unit, frame of A, from A to B) of a pair with a smooth shape.
-    ///
-    /// If straight features or faces are farthest along it, the axis is exactly perpendicular to
-    /// them.
-    pub(super) fn smooth_axis(&self) -> Vector3<f64> {
-        let found = portal_axis(self);
-        let [a, b] = self.sides();
-        let (n_a, n_b) = (found, -b.seen(&found));
-        let face = |side: &SmoothSide<'_>, n: &Vector3<f64>, sign: f64| {
-            let face = side.face_across(n)?;
-            Some(side.rotation * side.hull.faces()[face].normal * sign)
-        };
-        let (along_a, along_b) = (a.along(a.support(&n_a)), b.along(b.support(&n_b)));
-        let across = match (along_a, along_b) {
-            (Some(u), Some(v)) => u.cross(&v).try_normalize(PARALLEL * u.norm() * v.norm()),
-            _ => None,
-        };
-        let across = across.or_else(|| {
-            let along = along_a.or(along_b)?.normalize();
-            (found - along * along.dot(&found)).try_normalize(0.5)
-        });
-        let across = across.map(|n| if n.dot(&found) < 0.0 { -n } else { n });
-        let others = [across, face(&a, &n_a, 1.0), face(&b, &n_b, -1.0)];
-        let mut best = (found, self.gap_along(&found));
-        for axis in others.into_iter().flatten() {
-            let gap = self.gap_along(&axis);
-            if gap >= best.1 - 1e-14 * self.size() {
-                best = (axis, gap.max(best.1));
-            }
-        }
-        best.0
-    }
-}
 
 /// Adds the contact points of two pieces with the `axis` of separation (unit, frame of A).
 pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f64>) {
@@ -237,27 +189,21 @@ struct Straight {
 impl Straight {
     /// Straight feature of a piece that is farthest along the unit vector `n` (own frame).
     fn of(side: &SmoothSide<'_>, feature: SupportFeature, n: &Vector3<f64>) -> Option<Self> {
-        let round_ends = [CorePart::End(0), CorePart::End(1)];
-        let (whole, ends, at, radius) = match feature {
-            SupportFeature::Lateral => {
-                let smooth = side.smooth?;
-                (CorePart::Lateral, round_ends, smooth.axis()?, smooth.radius()?)
-            }
-            SupportFeature::Cone => {
-                let (base, (_, apex)) = (side.ellipsoid(0)?, side.smooth?.apex()?);
-                (CorePart::Lateral, round_ends, [base.centre + base.farthest(n), apex], 0.0)
+        let (whole, ends) = match feature {
+            SupportFeature::Lateral | SupportFeature::Cone => {
+                (CorePart::Lateral, [CorePart::End(0), CorePart::End(1)])
             }
             SupportFeature::Edge(edge) => {
                 let ends = side.hull.edges()[edge as usize].vertices;
-                let at = ends.map(|vertex| side.hull.vertices()[vertex as usize]);
-                (CorePart::Edge(edge), ends.map(CorePart::Vertex), at, side.radius)
+                (CorePart::Edge(edge), ends.map(CorePart::Vertex))
             }
             SupportFeature::Vertex(vertex) => {
                 let part = CorePart::Vertex(vertex);
-                (part, [part; 2], [side.hull.vertices()[vertex as usize]; 2], side.radius)
+                (part, [part; 2])
             }
             SupportFeature::Ellipsoid(_) | SupportFeature::Face => return None,
         };
+        let (at, radius) = side.ends(feature, n)?;
         let [from, to] = at.map(|point| side.placed(&point));
         let is_cone = feature == SupportFeature::Cone;
         Some(Self { side: side.side, whole, ends, from, along: to - from, radius, is_cone })

@@ -147,16 +147,38 @@ impl SmoothSide<'_> {
         (best.1 > NEARLY_ACROSS).then_some(best.0)
     }
 
-    /// Direction of a straight feature in the frame of A. `None` for another feature.
-    pub fn along(&self, feature: SupportFeature) -> Option<Vector3<f64>> {
-        let [from, to] = match feature {
-            SupportFeature::Lateral => self.smooth?.axis()?,
+    /// Ends of a straight feature, or a vertex twice (m, own frame), and its radius (m). The line of
+    /// a cone is the one that is farthest along the unit vector `n` (own frame). `None` for another
+    /// feature.
+    pub fn ends(
+        &self,
+        feature: SupportFeature,
+        n: &Vector3<f64>,
+    ) -> Option<([Vector3<f64>; 2], f64)> {
+        let vertex = |at: u32| self.hull.vertices()[at as usize];
+        match feature {
+            SupportFeature::Lateral => Some((self.smooth?.axis()?, self.smooth?.radius()?)),
+            SupportFeature::Cone => {
+                let base = self.ellipsoid(0)?;
+                Some(([base.centre + base.farthest(n), self.smooth?.apex()?.1], 0.0))
+            }
             SupportFeature::Edge(edge) => {
                 let ends = self.hull.edges()[edge as usize].vertices;
-                ends.map(|vertex| self.hull.vertices()[vertex as usize])
+                Some((ends.map(vertex), self.radius))
             }
-            _ => return None,
-        };
-        Some(self.rotation * (to - from))
+            SupportFeature::Vertex(at) => {
+                // The core of an ellipsoid has a radius, and an apex has none.
+                Some(([vertex(at); 2], if self.smooth.is_some() { 0.0 } else { self.radius }))
+            }
+            SupportFeature::Ellipsoid(_) | SupportFeature::Face => None,
+        }
+    }
+
+    /// The point that is farthest along the unit vector `n` (m, own frame).
+    pub fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        match self.smooth {
+            Some(smooth) => smooth.farthest(n),
+            None => self.hull.vertices()[highest(self.hull.vertices(), n).0] + n * self.radius,
+        }
     }
 }
