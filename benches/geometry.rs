@@ -28,6 +28,9 @@ fn pairs(criterion: &mut Criterion) {
         .collect();
     let drum = &Piece::hull(&points, 0.0).expect("a hull");
     let half = std::f64::consts::FRAC_PI_4;
+    let wheel = &Piece::cylinder(0.5, 0.5, 24).expect("a cylinder");
+    let cone = &Piece::cone(0.5, 0.5, 24).expect("a cone");
+    let egg = &Piece::ellipsoid(V::new(0.4, 0.4, 0.5), 24).expect("an ellipsoid");
     let cases = [
         ("box on box, aligned", cube, cube, pose([0.0, 0.0, 1.0], [0.0; 3])),
         ("box in box by 1e-9, turned", cube, cube, pose([0.1, 0.2, 1.0 - 1e-9], [1e-9, 0.0, 0.4])),
@@ -40,6 +43,17 @@ fn pairs(criterion: &mut Criterion) {
         ("capsule on capsule", rod, rod, pose([0.4, 0.0, 0.1], [0.0; 3])),
         ("sphere on sphere", ball, ball, pose([0.6, 0.8, 0.0], [0.0; 3])),
         ("drum of 16 sides on box", cube, drum, pose([0.1, 0.2, 1.0], [0.0; 3])),
+        ("cylinder on box, on its end", cube, wheel, pose([0.1, 0.2, 1.0], [0.0; 3])),
+        (
+            "cylinder on box, on its side",
+            cube,
+            wheel,
+            pose([0.1, 0.2, 1.0], [half * 2.0, 0.0, 0.0]),
+        ),
+        ("cylinder on cylinder, parallel", wheel, wheel, pose([0.8, 0.6, 0.1], [0.0; 3])),
+        ("cone on box", cube, cone, pose([0.1, 0.2, 1.0], [0.0; 3])),
+        ("ellipsoid on box", cube, egg, pose([0.1, 0.2, 1.0], [0.0; 3])),
+        ("ellipsoid on ellipsoid", egg, egg, pose([0.48, 0.64, 0.0], [0.0; 3])),
     ];
     let ground = Pose { position: V::zeros(), rotation: Matrix3::identity() };
     let mut scratch = PairScratch::default();
