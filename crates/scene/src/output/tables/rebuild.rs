@@ -197,9 +197,15 @@ impl ContactRow {
         let centre = self.point + self.normal * self.radius;
         let point = pose.rotation.tr_mul(&(centre - pose.position));
         let normal = other.rotation.tr_mul(&self.normal);
-        let seen = other.rotation.tr_mul(&(centre - other.position));
-        let offset = normal.dot(&seen) - self.radius - self.gap;
         let key = self.key.between(self.body, self.partner);
+        let one = ellipsoid(own, pair.feature).filter(|_| !named::may_be_turned(&key, &pair));
+        // The gap of an ellipsoid is that of its nearest point, where the force need not act.
+        let lowest = one.map_or(centre, |one| {
+            let nearest = one.centre - one.farthest(&pose.rotation.tr_mul(&self.normal));
+            pose.position + pose.rotation * nearest
+        });
+        let seen = other.rotation.tr_mul(&(lowest - other.position));
+        let offset = normal.dot(&seen) - self.radius - self.gap;
         let sharp = own.radius() + theirs.radius() == 0.0;
         let near = BAND * size(theirs).min(size(own));
         let turned = named::may_be_turned(&key, &pair);
@@ -210,7 +216,6 @@ impl ContactRow {
             (false, true) => (0.0, EXACT * size(theirs)),
             (false, false) => (0.0, near),
         };
-        let one = ellipsoid(own, pair.feature).filter(|_| !turned);
         if matches!(pair.feature, Feature::Ellipsoid(..)) && one.is_none() && !turned {
             return Err("refers to features that its pieces do not have");
         }
