@@ -93,6 +93,15 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     Ok(page)
 }
 
+/// Bodies, fixed objects and ground of a `film` in the form that the scripts of the page draw, as
+/// JSON.
+///
+/// # Errors
+/// Failure to serialise the data, in words.
+pub fn drawing(film: &Film) -> Result<String, String> {
+    serde_json::to_string(&data::RunData::of(film)).map_err(|error| error.to_string())
+}
+
 /// First frame of a run as an image, hidden unless the page shows it.
 fn still(run: usize, film: &Film) -> String {
     let picture = crate::animation::still(film, STILL);
