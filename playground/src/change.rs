@@ -63,13 +63,13 @@ impl Session {
     pub fn changed(&self, change: Change) -> Result<Self, String> {
         let scene = self.present().map_err(|failure| failure.to_string())?;
         let scene = changed(scene, change).map_err(|failure| failure.to_string())?;
-        Self::reopen(written::text(&scene).map_err(|failure| failure.to_string())?)
+        self.continued(written::text(&scene).map_err(|failure| failure.to_string())?)
     }
 
     /// Session of the same scene from the present state on, in a text of the page.
     pub(crate) fn rewritten(&self) -> Result<Self, String> {
         let scene = self.present().map_err(|failure| failure.to_string())?;
-        Self::reopen(written::text(&scene).map_err(|failure| failure.to_string())?)
+        self.continued(written::text(&scene).map_err(|failure| failure.to_string())?)
     }
 
     /// Scene whose start is the present state, in the notation `[[bodies]]`.

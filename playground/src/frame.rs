@@ -23,7 +23,7 @@ pub fn write(session: &Session, contacts: bool, numbers: &mut Vec<f64>) {
     let total = energy::total(world, states);
     let bodies = world.bodies().iter().zip(states);
     let kinetic: f64 = bodies.map(|(body, state)| energy::kinetic(world, body, state)).sum();
-    let first = summary.first_failures.first();
+    let unsolved = session.unsolved();
     let grab = session.pulls().grabbed();
     let start = numbers.len();
     numbers.extend([
@@ -34,9 +34,9 @@ pub fn write(session: &Session, contacts: bool, numbers: &mut Vec<f64>) {
         kinetic,
         total,
         record.map_or(0.0, |record| f64::from(record.report.iterations)),
-        summary.failed as f64,
-        summary.wild as f64,
-        first.map_or(-1.0, |failed| failed.index as f64),
+        unsolved.failed as f64,
+        unsolved.wild as f64,
+        unsolved.first.map_or(-1.0, |index| index as f64),
         summary.worst.as_ref().map_or(0.0, |(_, residual, _)| *residual),
         states.len() as f64,
         0.0,

@@ -45,6 +45,12 @@ impl History {
         earlier.or_else(|| self.kept.front().filter(|kept| kept.saved.index() == index))
     }
 
+    /// Forgets all but the last states.
+    pub fn shorten(&mut self) {
+        let surplus = self.kept.len().saturating_sub(2);
+        self.kept.drain(..surplus);
+    }
+
     /// Forgets the states after step `index`.
     pub fn forget_after(&mut self, index: u64) {
         self.kept.retain(|kept| kept.saved.index() <= index);

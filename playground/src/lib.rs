@@ -31,3 +31,6 @@ pub mod pull;
 pub mod request;
 pub mod scenes;
 pub mod session;
+
+#[cfg(not(target_arch = "wasm32"))]
+pub mod page;

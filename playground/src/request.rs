@@ -36,10 +36,13 @@ pub enum Request {
         /// True to add the contacts.
         contacts: bool,
     },
-    /// Body on a ray.
-    Hit(Aim),
     /// Grabs the body on a ray.
     Grab(Aim),
+    /// Grabs a body at its centre of mass.
+    Hold {
+        /// Index of the body.
+        body: usize,
+    },
     /// Moves the target of the grabbed point.
     Pull {
         /// Target (m, world).
@@ -69,6 +72,10 @@ pub struct Aim {
 #[derive(Default)]
 pub struct Program {
     session: Option<Session>,
+    /// Sessions before a change, the last at the end.
+    past: Vec<Session>,
+    /// The scene at its start, with all changes.
+    origin: Option<Session>,
     /// JSON of the last answer.
     pub text: String,
     /// Numbers of the last answer; see [`frame`].
@@ -89,13 +96,18 @@ impl Program {
         let answer = match request {
             Request::Scenes => return Ok(list()),
             Request::Open { text } => {
-                self.session = Some(Session::open(&text)?);
+                self.past.clear();
+                self.session = None;
+                let session = Session::open(&text)?;
+                self.origin = Some(session.restarted()?);
+                self.session = Some(session);
                 self.look()?
             }
             Request::Restart => {
-                let session = self.session()?;
-                *session = session.restarted()?;
-                json!({})
+                let origin = self.origin.as_ref().ok_or_else(no_scene)?;
+                self.session = Some(origin.restarted()?);
+                self.past.clear();
+                self.look()?
             }
             Request::Step { count, contacts: wanted } => {
                 contacts = wanted;
@@ -105,24 +117,26 @@ impl Program {
             }
             Request::Back { contacts: wanted } => {
                 contacts = wanted;
-                self.session()?.back()?;
-                json!({})
-            }
-            Request::Hit(aim) => {
-                let hit = self.session()?.hit(aim.origin.into(), aim.direction.into());
-                json!({ "body": hit.map(|hit| hit.body) })
-            }
-            Request::Grab(aim) => {
-                let session = self.session()?;
-                let hit = session.hit(aim.origin.into(), aim.direction.into());
-                match hit {
-                    None => json!({ "body": null }),
-                    Some(hit) => {
-                        session.grab(&hit)?;
-                        let Hit { body, point } = hit;
-                        json!({ "body": body, "point": <[f64; 3]>::from(point) })
+                match (self.session()?.back(), self.past.pop()) {
+                    (Err(_), Some(before)) => {
+                        self.session = Some(before);
+                        self.look()?
+                    }
+                    (done, before) => {
+                        self.past.extend(before);
+                        done?;
+                        json!({})
                     }
                 }
+            }
+            Request::Grab(aim) => {
+                let hit = self.session()?.hit(aim.origin.into(), aim.direction.into());
+                self.grab(hit)?
+            }
+            Request::Hold { body } => {
+                let state = self.session()?.simulation().states().get(body);
+                let hit = state.map(|state| Hit { body, point: state.position });
+                self.grab(hit)?
             }
             Request::Pull { target } => {
                 self.session()?.pull(Vector3::from(target));
@@ -133,8 +147,10 @@ impl Program {
                 json!({})
             }
             Request::Change { change } => {
-                let session = self.session()?;
-                *session = session.changed(change)?;
+                let changed = self.session()?.changed(change)?;
+                let origin = self.origin.as_ref().ok_or_else(no_scene)?;
+                self.origin = Some(origin.changed(change)?);
+                self.replace(changed);
                 self.look()?
             }
             Request::Export => json!({ "text": export::text(self.session()?) }),
@@ -146,7 +162,29 @@ impl Program {
     }
 
     fn session(&mut self) -> Result<&mut Session, String> {
-        self.session.as_mut().ok_or_else(|| "No scene is open.".to_owned())
+        self.session.as_mut().ok_or_else(no_scene)
+    }
+
+    /// Continues with another session. The one before stays for the way back.
+    fn replace(&mut self, session: Session) {
+        if let Some(mut before) = self.session.replace(session) {
+            before.release();
+            before.shorten();
+            self.past.push(before);
+        }
+        if self.past.len() > MOST_PAST {
+            self.past.remove(0);
+        }
+    }
+
+    /// Grabs the body of a hit.
+    fn grab(&mut self, hit: Option<Hit>) -> Result<Value, String> {
+        let Some(hit) = hit else { return Ok(json!({ "body": null })) };
+        if let Some(session) = self.session()?.for_pulls()? {
+            self.replace(session);
+        }
+        self.session()?.grab(&hit)?;
+        Ok(json!({ "body": hit.body, "point": <[f64; 3]>::from(hit.point) }))
     }
 
     /// What the page draws and what its controls show.
@@ -166,6 +204,13 @@ impl Program {
             "masses": world.bodies().iter().map(|body| body.mass()).collect::<Vec<_>>(),
         }))
     }
+}
+
+/// Number of sessions for the way back.
+const MOST_PAST: usize = 20;
+
+fn no_scene() -> String {
+    "No scene is open.".to_owned()
 }
 
 fn list() -> Value {

@@ -19,6 +19,8 @@ pub struct Session {
     simulation: Simulation<'static>,
     record: StepRecord,
     summary: RunSummary,
+    /// Unsolved steps of the sessions before a change.
+    earlier: Unsolved,
     pulls: Pulls,
     history: History,
     /// True if the page wrote the text, in which every body has its own table.
@@ -36,12 +38,9 @@ impl Session {
         Self::of(text.to_owned(), false)
     }
 
-    /// Session of a text that the page wrote.
-    ///
-    /// # Errors
-    /// The first fault of the text.
-    pub(crate) fn reopen(text: String) -> Result<Self, String> {
-        Self::of(text, true)
+    /// Session that continues this one with a text of the page.
+    pub(crate) fn continued(&self, text: String) -> Result<Self, String> {
+        Ok(Self { earlier: self.unsolved(), ..Self::of(text, true)? })
     }
 
     fn of(text: String, is_own: bool) -> Result<Self, String> {
@@ -54,6 +53,7 @@ impl Session {
             simulation,
             record: StepRecord::new(),
             summary: RunSummary::default(),
+            earlier: Unsolved::default(),
             pulls: Pulls::default(),
             history: History::default(),
             is_own,
@@ -123,14 +123,11 @@ impl Session {
 
     /// Grabs the body of a `hit`. It is pulled until [`Session::release`].
     ///
-    /// The pulls belong to the text of the scene, and a text with one table per body can hold them.
-    /// Another text is therefore replaced: the present state becomes the start of a new session.
-    ///
     /// # Errors
-    /// A body with a load of its own; a scene that no text can hold at this state.
+    /// A text that cannot hold pulls, see [`Session::for_pulls`]; a body with a load of its own.
     pub fn grab(&mut self, hit: &Hit) -> Result<(), String> {
         if !self.is_own {
-            *self = self.rewritten()?;
+            return Err("The text of the scene cannot hold a pull.".to_owned());
         }
         if self.scene.loads.get(hit.body).is_none_or(|load| !load.is_none()) {
             let name = self.scene.bodies.get(hit.body).map_or("The body", String::as_str);
@@ -148,6 +145,34 @@ impl Session {
     /// Lets the grabbed body go.
     pub fn release(&mut self) {
         self.pulls.release(self.simulation.index());
+    }
+
+    /// Session whose text can hold pulls: one with a table per body. `None` if this one has it.
+    /// The present state is the start of the new session.
+    ///
+    /// # Errors
+    /// A scene that no text can hold at this state.
+    pub fn for_pulls(&self) -> Result<Option<Self>, String> {
+        if self.is_own { Ok(None) } else { self.rewritten().map(Some) }
+    }
+
+    /// Forgets most of the past, to save memory.
+    pub(crate) fn shorten(&mut self) {
+        self.history.shorten();
+    }
+
+    /// Steps that were not solved, including those before a change.
+    #[must_use]
+    pub fn unsolved(&self) -> Unsolved {
+        let summary = &self.summary;
+        let first_wild = summary.first_wild.map(|(index, _)| index);
+        let first_failed = summary.first_failures.first().map(|failed| failed.index);
+        let first = first_wild.into_iter().chain(first_failed).min();
+        Unsolved {
+            failed: self.earlier.failed + summary.failed,
+            wild: self.earlier.wild + summary.wild,
+            first: self.earlier.first.or(first),
+        }
     }
 
     /// Text of the scene, without the pulls.
@@ -185,6 +210,17 @@ impl Session {
     pub fn pulls(&self) -> &Pulls {
         &self.pulls
     }
+}
+
+/// Counts of steps that did not converge or are unphysical.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Unsolved {
+    /// Number of failed steps.
+    pub failed: u64,
+    /// Number of unphysical steps.
+    pub wild: u64,
+    /// Index of the first of them.
+    pub first: Option<u64>,
 }
 
 /// Body that a ray hits.
