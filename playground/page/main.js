@@ -449,6 +449,7 @@ new ResizeObserver(repaint).observe($("stages"));
 
 (async () => {
   try {
+    await load($("drawer").textContent);
     const module = await WebAssembly.compile(await unpacked($("program").textContent));
     program = new Program(module);
     const answer = await program.ask({ do: "scenes" });

@@ -20,8 +20,13 @@ function drawingOf(film, former) {
     overlays: null,
     newOverlays: () => new LiveOverlays(stage, run),
     free: () => freeStage(stage),
-    // Points that the first view shows.
-    extent: () => places.concat(feet),
+    // Points that a fitted view shows: bodies and fixed objects, and their feet on the ground.
+    extent: () => {
+      const now = visited(run);
+      const [ground] = grounds;
+      const foot = (point) => subtract(point, times(ground.normal, ground.height(point)));
+      return ground === null ? now : now.concat(now.map(foot));
+    },
     middle: () => middleOf(runs, 0, []),
   };
 }

@@ -33,4 +33,6 @@ pub mod scenes;
 pub mod session;
 
 #[cfg(not(target_arch = "wasm32"))]
+mod packed;
+#[cfg(not(target_arch = "wasm32"))]
 pub mod page;
