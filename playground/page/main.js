@@ -105,7 +105,7 @@ function describe(answer, request) {
   $("remove").disabled = names.length < 2;
   if (kind !== "mass") bodyMass = answer.masses[touched];
   touch(touched);
-  put($("notes"), answer.notes.join(" "));
+  put($("notes"), answer.notes.map((note) => `${note}.`).join(" "));
 }
 
 // Makes the drawing of a film. `isNew` starts from the first view.

@@ -6,6 +6,8 @@ use tumble_core::simulation::{Saved, Simulation};
 
 /// Number of bodies in all kept states. One takes up to 10 kB.
 const MOST_KEPT: usize = 6000;
+/// The same of a session before a change.
+const MOST_KEPT_BEFORE: usize = 600;
 /// Maximum number of kept states.
 const MOST_STATES: usize = 1000;
 
@@ -45,9 +47,10 @@ impl History {
         earlier.or_else(|| self.kept.front().filter(|kept| kept.saved.index() == index))
     }
 
-    /// Forgets all but the last states.
-    pub fn shorten(&mut self) {
-        let surplus = self.kept.len().saturating_sub(2);
+    /// Forgets all but the last states of a simulation of as many `bodies`.
+    pub fn shorten(&mut self, bodies: usize) {
+        let most = (MOST_KEPT_BEFORE / bodies.max(1)).clamp(2, MOST_STATES);
+        let surplus = self.kept.len().saturating_sub(most);
         self.kept.drain(..surplus);
     }
 

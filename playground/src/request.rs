@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use tumble_core::step::StepStatus;
 use tumble_film::{Cast, Role};
 use tumble_model::failure::Failure;
+use tumble_view::FilmGround;
 
 /// A request of the page.
 #[derive(Debug, Deserialize)]
@@ -118,7 +119,9 @@ impl Program {
             Request::Back { contacts: wanted } => {
                 contacts = wanted;
                 match (self.session()?.back(), self.past.pop()) {
-                    (Err(_), Some(before)) => {
+                    (Err(_), Some(mut before)) => {
+                        // It ends where the later one starts.
+                        let _ = before.back();
                         self.session = Some(before);
                         self.look()?
                     }
@@ -241,5 +244,8 @@ fn drawing(session: &Session) -> Result<String, Failure> {
     let frame = tumble_film::still(&scene.world, states, simulation.index(), time, end);
     let mut film = tumble_film::film(cast, vec![frame]);
     tumble_film::dress(&scene.model, &mut film)?;
+    // A recorded run hides a ground that its bodies do not reach. Here they may still fall to it.
+    let ground = scene.world.ground().filter(|_| scene.contact.is_some());
+    film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
     tumble_view::view::drawing(&film).map_err(Failure::Other)
 }

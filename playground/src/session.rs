@@ -158,7 +158,7 @@ impl Session {
 
     /// Forgets most of the past, to save memory.
     pub(crate) fn shorten(&mut self) {
-        self.history.shorten();
+        self.history.shorten(self.scene.bodies.len());
     }
 
     /// Steps that were not solved, including those before a change.
