@@ -95,10 +95,9 @@ impl Session {
     /// # Errors
     /// The first step that is kept.
     pub fn back(&mut self) -> Result<(), String> {
-        let wanted = self.simulation.index().saturating_sub(1);
-        let Some(kept) = self.history.before(wanted) else {
-            return Err("There is no earlier step: older ones are not kept.".to_owned());
-        };
+        let first = || "There is no earlier step: older ones are not kept.".to_owned();
+        let wanted = self.simulation.index().checked_sub(1).ok_or_else(first)?;
+        let kept = self.history.before(wanted).ok_or_else(first)?;
         self.simulation.restore(&kept.saved).map_err(|error| error.to_string())?;
         self.summary = kept.summary.clone();
         self.has_step = false;
