@@ -447,9 +447,11 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
 addEventListener("hashchange", openAddress);
 new ResizeObserver(repaint).observe($("stages"));
 
+// Requests from the console of the browser or a test.
+globalThis.playground = { ask: asked };
+
 (async () => {
   try {
-    await load($("drawer").textContent);
     const module = await WebAssembly.compile(await unpacked($("program").textContent));
     program = new Program(module);
     const answer = await program.ask({ do: "scenes" });

@@ -6,7 +6,7 @@ use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use std::io::{self, Write as _};
 
-/// Characters that have no meaning in markup and scripts; `page/program.js` has the same.
+/// Characters that have no meaning in markup and scripts; `page/loader.js` has the same.
 fn alphabet() -> Vec<u8> {
     (b'!'..=b'~').filter(|letter| !b"\"&'<>\\`".contains(letter)).take(85).collect()
 }
@@ -41,7 +41,7 @@ fn text(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
 
-    /// Inverse of [`text`], as in `page/program.js`.
+    /// Inverse of [`text`], as in `page/loader.js`.
     fn bytes(text: &str) -> Vec<u8> {
         let alphabet = alphabet();
         let digit = |letter: &u8| alphabet.iter().position(|other| other == letter).unwrap() as u64;

@@ -5,6 +5,7 @@ use tumble_view::view::{LiveParts, live_parts};
 
 const TEMPLATE: &str = include_str!("../page/index.html");
 const STYLE: &str = include_str!("../page/style.css");
+const LOADER: &str = include_str!("../page/loader.js");
 const WORKER: &str = include_str!("../page/worker.js");
 /// Drawing of one scene, with marks for the scripts that it needs.
 const SCENE: &str = include_str!("../page/scene.js");
@@ -29,10 +30,9 @@ pub fn page(program: &[u8]) -> Result<String, String> {
             "the program is not WebAssembly; build it for wasm32-unknown-unknown".to_owned()
         );
     }
-    let program = packed(program).map_err(|error| error.to_string())?;
-    let drawer = live_parts().drawer;
-    let drawer = packed(drawer.as_bytes()).map_err(|error| error.to_string())?;
-    let LiveParts { style, base, stage, drawer_licence, .. } = live_parts();
+    let text = |bytes: &[u8]| packed(bytes).map_err(|error| error.to_string());
+    let program = text(program)?;
+    let LiveParts { style, base, stage, drawer, drawer_licence } = live_parts();
     let scene = SCENE.replace("  // STAGE\n", &stage).replace("  // OVERLAYS\n", OVERLAYS);
     let scripts = [&base, LIVE, &scene].into_iter().chain(SCRIPTS);
     let script = scripts.collect::<Vec<_>>().join("\n");
@@ -42,8 +42,9 @@ pub fn page(program: &[u8]) -> Result<String, String> {
         ("program", program),
         ("worker", WORKER.to_owned()),
         ("drawer-licence", drawer_licence.to_owned()),
-        ("drawer", drawer),
-        ("script", script),
+        ("drawer", text(drawer.as_bytes())?),
+        ("script", text(script.as_bytes())?),
+        ("loader", LOADER.to_owned()),
     ];
     filled(&parts)
 }
@@ -70,7 +71,9 @@ mod tests {
     #[test]
     fn the_page_is_whole_and_no_part_ends_its_element() {
         let page = page(b"\0asm").unwrap();
-        assert!(!page.contains("// STAGE") && !page.contains("// OVERLAYS"));
+        for mark in ["  // STAGE\n", "  // OVERLAYS\n"] {
+            assert_eq!(SCENE.matches(mark).count(), 1);
+        }
         assert_eq!(page.matches("<script").count(), page.matches("</script>").count());
         assert_eq!(page.matches("</style").count(), 1);
         assert!(super::page(b"text").is_err());
