@@ -7,6 +7,11 @@ const OF_CONTACT = 15;
 class LiveRun extends Run {
   constructor(film) {
     super(film, 0);
+    // Poses of the film, until there is a moment.
+    this.start = this.bodies.map((_, body) => ({
+      place: super.position(0, body),
+      attitude: super.attitude(0, body),
+    }));
     // The present moment is not the last row.
     this.count = 2;
     // Bodies may be thrown farther than the start shows.
@@ -28,13 +33,13 @@ class LiveRun extends Run {
   }
 
   position(frame, body) {
-    if (this.numbers === null) return super.position(0, body);
+    if (this.numbers === null) return this.start[body].place;
     const at = HEAD + OF_BODY * body;
     return [this.numbers[at], this.numbers[at + 1], this.numbers[at + 2]];
   }
 
   attitude(frame, body) {
-    if (this.numbers === null) return super.attitude(0, body);
+    if (this.numbers === null) return this.start[body].attitude;
     const at = HEAD + OF_BODY * body + 3;
     return [0, 1, 2, 3].map((part) => this.numbers[at + part]);
   }

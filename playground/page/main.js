@@ -388,8 +388,11 @@ const massSlider = new Slider(MASS, change);
 $("sliders").append(...sliders.map(({ label }) => label));
 $("mass-place").append(massSlider.label);
 for (const value of SPEEDS) $("speed").append(element("option", { value: String(value) }, `${value}×`));
+let keyList = $("keys-run");
 for (const { name, words: text } of KEYS.filter((binding) => binding.name)) {
-  $("keys").append(element("dt", {}, name), element("dd", {}, text));
+  // Keys from the forces on change the view.
+  if (name === "f") keyList = $("keys-view");
+  keyList.append(element("dt", {}, name), element("dd", {}, text));
 }
 setSpeed(1);
 

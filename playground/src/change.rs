@@ -4,6 +4,7 @@ use crate::session::Session;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
+use tumble_core::mechanics::RigidBody;
 use tumble_model::BodyModel;
 use tumble_model::failure::Failure;
 use tumble_scene::scene::Scene;
@@ -147,6 +148,16 @@ fn body_of(body: Option<&mut BodyModel>) -> Result<&mut BodyModel, Failure> {
     body.ok_or_else(|| Failure::Input("Touch a body first.".to_owned()))
 }
 
+/// Radius of a ball about the centre of mass that contains a body (m).
+fn radius(body: &RigidBody) -> f64 {
+    let points = body.contact_points().iter().map(|point| point.position.norm() + point.radius);
+    let pieces = body.pieces().iter().map(|piece| {
+        let corners = piece.core().vertices().iter().map(|vertex| vertex.norm());
+        corners.fold(0.0, f64::max) + piece.radius()
+    });
+    points.chain(pieces).fold(0.0, f64::max)
+}
+
 /// Table of a new body, above all bodies and near their middle.
 fn new_body(scene: &Scene, shape: NewShape) -> String {
     let bodies = scene.world.bodies();
@@ -154,12 +165,12 @@ fn new_body(scene: &Scene, shape: NewShape) -> String {
         numbers.sort_by(f64::total_cmp);
         numbers[numbers.len() / 2]
     };
-    let reach = NEW_SIZE * median(bodies.iter().map(|body| body.reach()).collect());
+    let reach = NEW_SIZE * median(bodies.iter().map(radius).collect());
     let mass = median(bodies.iter().map(|body| body.mass()).collect());
     let starts: Vec<_> =
         scene.model.bodies.iter().map(|body| body.start.state().position).collect();
     let middle = starts.iter().sum::<Vector3<f64>>() / starts.len() as f64;
-    let tops = starts.iter().zip(bodies).map(|(start, body)| start[2] + body.reach());
+    let tops = starts.iter().zip(bodies).map(|(start, body)| start[2] + radius(body));
     let height = tops.fold(f64::NEG_INFINITY, f64::max) + (1.0 + NEW_GAP) * reach;
     let form = match shape {
         NewShape::Box => format!("box = {:?}", 2.0 * reach / 3.0_f64.sqrt()),
