@@ -155,6 +155,7 @@ function accept(numbers) {
     put($("say"), `Step ${head.index - 1} was not solved. Residual ${number(head.residual, 2)} metres per second.`);
   }
   if (head.failed === 0) isAnnounced = false;
+  settle();
   repaint();
 }
 let isAnnounced = false;
@@ -241,6 +242,7 @@ function play(wanted) {
   $("play").setAttribute("aria-label", isPlaying ? "Pause" : "Run");
   owed = 0;
   lastTick = performance.now();
+  settle();
   repaint();
 }
 

@@ -1,7 +1,9 @@
 // Bodies under the pointer: touch, pull and throw.
 
-// The body in the hand: pointer, grabbed point, and whether it has moved.
+// The body in the hand: pointer, grabbed point and its time, and whether it has moved.
 let drag = null;
+// Longest time for which a body that was let go is still pulled (s).
+const LONGEST_FLICK = 0.2;
 
 // Ray through a point of the picture, in the world.
 function rayAt([x, y]) {
@@ -30,6 +32,7 @@ function placeIn(canvas, event) {
 async function grab(event) {
   const { canvas } = drawing.stage;
   const at = placeIn(canvas, event);
+  if (drag?.held >= 0) drop();
   if (drag !== null || event.button !== 0 || event.shiftKey || event.target !== canvas) return;
   if (drawing.stage.bodyAt(at) < 0) return;
   // The camera does not move with the body.
@@ -38,17 +41,18 @@ async function grab(event) {
   canvas.focus({ preventScroll: true });
   canvas.classList.add("holding");
   const mine = { pointer: event.pointerId, from: at, at, point: null, hasMoved: false };
+  Object.assign(mine, { began: performance.now(), time: 0, held: -1 });
   drag = mine;
   const answer = await asked({ do: "grab", ...rayAt(at) });
   if (answer.body == null || drag !== mine) {
-    // Let go before the answer.
     if (drag === mine) drop();
     else if (answer.body != null) await asked({ do: "release" });
     return;
   }
-  mine.point = answer.point;
+  [mine.point, mine.time] = [answer.point, head.time];
   touch(answer.body);
   follow(mine);
+  settle();
 }
 
 // Sets the target of the pull.
@@ -65,7 +69,7 @@ function move(event) {
     }
     return;
   }
-  if (event.pointerId !== drag.pointer) return;
+  if (event.pointerId !== drag.pointer || drag.held >= 0) return;
   event.stopPropagation();
   drag.at = placeIn(canvas, event);
   drag.hasMoved ||= Math.hypot(drag.at[0] - drag.from[0], drag.at[1] - drag.from[1]) > STILL;
@@ -75,7 +79,16 @@ function move(event) {
 function letGo(event) {
   if (drag === null || event.pointerId !== drag.pointer) return;
   event.stopPropagation();
-  drop();
+  drag.held = (performance.now() - drag.began) / 1000;
+  settle();
+}
+
+// Lets a body go after its pointer did. The simulation may be behind: it gets the time of the pull,
+// so that a quick throw is not lost between two pictures.
+function settle() {
+  if (drag === null || drag.held < 0) return;
+  const isPulled = drag.point !== null && head.time >= drag.time + Math.min(LONGEST_FLICK, drag.held * speed);
+  if (isPulled || (drag.point !== null && !isPlaying)) drop();
 }
 
 // Lets the body in the hand go.

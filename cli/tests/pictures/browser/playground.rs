@@ -112,8 +112,9 @@ fn a_body_is_thrown_in_the_playground_and_the_file_repeats_it() {
     // The middle of the tower to the right.
     let from = browser.place(".stage canvas", 0.5, 0.5);
     browser.drag("mouse", &[[from, (from.0 + 150.0, from.1 - 20.0)]]);
-    browser.wait_beyond(100);
+    browser.wait_beyond(20);
     browser.press(SPACE, None);
+    browser.wait_for("!document.querySelector('.holding')");
     let thrown = browser.text_of("kinetic");
     assert!(!thrown.starts_with("0 J") && !browser.is_alarmed(), "{thrown}");
     assert_eq!(browser.text_of("failed"), "none");
