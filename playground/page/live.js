@@ -14,6 +14,8 @@ class LiveRun extends Run {
     }));
     // The present moment is not the last row.
     this.count = 2;
+    // A heap of many bodies has its arrows in front.
+    this.mostTests = 3e5;
     // Bodies may be thrown farther than the start shows.
     this.roam = 5;
     this.numbers = null;

@@ -97,10 +97,9 @@ function describe(answer, request) {
   const kind = Object.keys(request.change ?? { scene: 1 })[0];
   const isNew = request.do === "open";
   touched = Math.min(touched, answer.masses.length - 1);
-  if (drawing === null || request.do !== "change" || kind === "add" || kind === "remove") {
-    draw(answer.film, isNew);
-  }
   const names = answer.film.bodies.map(({ name }) => name);
+  const isOther = String(names) !== String(drawing?.run.bodies.map(({ name }) => name));
+  if (isNew || isOther || kind === "add" || kind === "remove") draw(answer.film, isNew);
   $("body").replaceChildren(...names.map((name, body) => element("option", { value: String(body) }, name)));
   $("remove").disabled = names.length < 2;
   if (kind !== "mass") bodyMass = answer.masses[touched];
@@ -110,14 +109,16 @@ function describe(answer, request) {
 
 // Makes the drawing of a film. `isNew` starts from the first view.
 function draw(film, isNew) {
-  const former = drawing;
+  const former = drawing?.stage;
   if (!hasGraphics) {
     put($("wait"), "This browser has no WebGL, so there is no picture. The numbers are live.");
     drawing = null;
     return;
   }
-  former?.free();
-  drawing = drawingOf(film, former?.stage ?? null);
+  // A stage that was never painted still has the renderer of the one before.
+  const { canvas, renderer = former?.former?.renderer } = former ?? {};
+  if (former?.renderer) drawing.free();
+  drawing = drawingOf(film, former ? { canvas, renderer } : null);
   const { stage, run } = drawing;
   $("stages").replaceChildren(stage.figure);
   if (camera === null) {

@@ -118,6 +118,8 @@ class Run {
   constructor(data, index) {
     const { frames } = data;
     this.index = index;
+    // Largest number of tests whether a piece hides a contact, in one picture.
+    this.mostTests = Infinity;
     // Radius of the ground over that of a recorded motion.
     this.roam = 1;
     this.name = NAMES[index];

@@ -269,10 +269,11 @@ class Stage {
       const since = Math.min(run.frame(before), frame - 1);
       const found = shownForces(run, frame, since, show);
       if (!isPlaying) this.fading[i].clear();
+      const isTested = found.length * occluders.pieces.length <= run.mostTests;
       const fading = this.fading[i].update(found, performance.now() / 1000);
       for (const one of isPlaying ? fading : found) {
         const at = local(one.point);
-        const isHidden = occluders.hides(eye, at, run.reaches[one.body]);
+        const isHidden = isTested && occluders.hides(eye, at, run.reaches[one.body]);
         const among = isHidden ? "hidden" : "seen";
         if (show.forces) addArrows(run, one, at, one.share ?? 1, forces[among]);
         if ((one.share ?? 1) < 1) continue;
