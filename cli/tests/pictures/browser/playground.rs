@@ -214,3 +214,38 @@ fn the_playground_fits_a_phone_and_both_modes() {
     assert_eq!(nameless, serde_json::json!([]));
     browser.assert_quiet();
 }
+
+/// Prints the times of pictures (`-- --include-ignored --nocapture pictures_of_the_playground`).
+#[test]
+#[ignore = "a browser, and a build for WebAssembly"]
+fn pictures_of_the_playground_go_on_while_many_bodies_move() {
+    let browser = Browser::start(1400, 900);
+    for (name, steps) in [("fifty", 100), ("thousand", 10)] {
+        let scene = Path::new(ROOT).join(format!("playground/measure/{name}.toml"));
+        let text = serde_json::to_string(&std::fs::read_to_string(scene).unwrap()).unwrap();
+        browser.open_playground("");
+        browser.run(&format!("document.getElementById('text').value = {text}"));
+        browser.run("document.getElementById('run-text').click()");
+        browser.wait_for("document.querySelectorAll('#body option').length >= 50");
+        browser.asked(&format!("{{ do: 'step', count: {steps}, contacts: false }}"));
+        for forces in ["with forces", "without forces"] {
+            browser.press(SPACE, None);
+            browser.run(
+                "globalThis.times = []; let last = performance.now(); const end = last + 8000; \
+                 const next = (now) => { times.push(now - last); last = now; \
+                 if (now < end) requestAnimationFrame(next); else globalThis.isTimed = true; }; \
+                 globalThis.isTimed = false; requestAnimationFrame(next)",
+            );
+            browser.wait_for("isTimed");
+            browser.press(SPACE, None);
+            let times = browser.run("return times.slice(1).sort((a, b) => a - b)");
+            let times: Vec<_> =
+                times.as_array().unwrap().iter().map(|time| time.as_f64().unwrap()).collect();
+            let (median, longest) = (times[times.len() / 2], times[times.len() - 1]);
+            println!("{name} {forces}: median {median:.0} ms, longest {longest:.0} ms");
+            assert!(longest < 10_000.0, "{name} {forces}: {longest} ms");
+            browser.press("f", None);
+        }
+    }
+    browser.assert_quiet();
+}
