@@ -6,7 +6,7 @@ use tumble_core::simulation::{Saved, Simulation};
 
 /// Number of bodies in all kept states. One takes up to 10 kB.
 const MOST_KEPT: usize = 6000;
-/// The same of a session before a change.
+/// Number of bodies in the kept states of a session before a change.
 const MOST_KEPT_BEFORE: usize = 600;
 /// Maximum number of kept states.
 const MOST_STATES: usize = 1000;

@@ -12,9 +12,12 @@ const SCENE: &str = include_str!("../page/scene.js");
 const OVERLAYS: &str = include_str!("../page/drawing.js");
 const LIVE: &str = include_str!("../page/live.js");
 /// Scripts of the program and the controls, in order of their dependencies.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("../page/program.js"),
     include_str!("../page/controls.js"),
+    include_str!("../page/state.js"),
+    include_str!("../page/picture.js"),
+    include_str!("../page/keys.js"),
     include_str!("../page/share.js"),
     include_str!("../page/touch.js"),
     include_str!("../page/main.js"),

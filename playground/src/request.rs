@@ -97,11 +97,10 @@ impl Program {
         let answer = match request {
             Request::Scenes => return Ok(list()),
             Request::Open { text } => {
-                self.past.clear();
-                self.session = None;
                 let session = Session::open(&text)?;
                 self.origin = Some(session.restarted()?);
                 self.session = Some(session);
+                self.past.clear();
                 self.look()?
             }
             Request::Restart => {
@@ -190,7 +189,7 @@ impl Program {
         Ok(json!({ "body": hit.body, "point": <[f64; 3]>::from(hit.point) }))
     }
 
-    /// What the page draws and what its controls show.
+    /// Description of the scene for the drawing and the controls.
     fn look(&mut self) -> Result<Value, String> {
         let session = self.session()?;
         let (scene, world) = (session.scene(), &session.scene().world);

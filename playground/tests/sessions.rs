@@ -245,6 +245,8 @@ fn requests_have_the_answers_that_the_page_reads() {
         assert_eq!(program.numbers[0], f64::from(index));
     }
     assert!(answer(&mut program, &json!({ "do": "back", "contacts": false }))["error"].is_string());
+    // A text with a fault changes nothing.
+    assert!(answer(&mut program, &json!({ "do": "open", "text": "steps" }))["error"].is_string());
     // A restart keeps changes.
     answer(&mut program, &json!({ "do": "change", "change": { "friction": 0.25 } }));
     answer(&mut program, &json!({ "do": "step", "count": 5, "contacts": false }));

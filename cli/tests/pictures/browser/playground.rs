@@ -215,6 +215,19 @@ fn the_playground_fits_a_phone_and_both_modes() {
     browser.assert_quiet();
 }
 
+#[test]
+#[ignore = "a browser, and a build for WebAssembly"]
+fn the_playground_computes_without_webgl() {
+    let browser = Browser::without_graphics(800, 600);
+    browser.open_playground("");
+    browser.press(RIGHT, None);
+    browser.wait_for("document.getElementById('index').textContent === '0'");
+    assert!(browser.text_of("stages").contains("no WebGL"));
+    browser.press(SPACE, None);
+    browser.wait_beyond(50);
+    browser.assert_quiet();
+}
+
 /// Prints the times of pictures (`-- --include-ignored --nocapture pictures_of_the_playground`).
 #[test]
 #[ignore = "a browser, and a build for WebAssembly"]
