@@ -66,7 +66,9 @@ function stopped(why) {
 
 // Shows a failure.
 function alarm(text) {
-  const sentence = /[.!?]$/.test(text) ? text : `${text}.`;
+  // The program reads the text as a file of this name.
+  const plain = text.replace(/^scenarios\/scene\.toml: /, "");
+  const sentence = /[.!?]$/.test(plain) ? plain : `${plain}.`;
   put($("alert").querySelector("span"), sentence);
   $("alert").hidden = false;
 }
