@@ -10,7 +10,11 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
     ("", &[("Overview", "README.md"), ("Gallery", GALLERY)]),
     (
         "Getting started",
-        &[("Ten minutes", "docs/start.md"), ("Notebooks", "docs/notebooks/README.md")],
+        &[
+            ("Ten minutes", "docs/start.md"),
+            ("The playground", "docs/playground.md"),
+            ("Notebooks", "docs/notebooks/README.md"),
+        ],
     ),
     (
         "How-to",

@@ -221,7 +221,7 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
         residual: row.residual,
         contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
         ties: step.joints.iter().map(tie).collect(),
-        ..moving(world, &step.states, row.index, row.time, row.status)
+        ..still(world, &step.states, row.index, row.time, row.status)
     }
 }
 
@@ -244,7 +244,7 @@ pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> FilmFrame {
         iterations: row.iterations,
         residual: row.residual,
         contacts: (0..count).map(contact).filter(says_something).collect(),
-        ..moving(world, &[row.state], row.index, row.time, row.status)
+        ..still(world, &[row.state], row.index, row.time, row.status)
     }
 }
 
@@ -254,8 +254,9 @@ fn says_something(contact: &FilmContact) -> bool {
     contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
 }
 
-/// A frame of bodies that touch nothing.
-fn moving(world: &World, states: &[State], index: u64, time: f64, end: StepStatus) -> FilmFrame {
+/// A frame of bodies at `states` that touch nothing, at the step `index` and `time` (s).
+#[must_use]
+pub fn still(world: &World, states: &[State], index: u64, time: f64, end: StepStatus) -> FilmFrame {
     let each = |energy: fn(&World, &RigidBody, &State) -> f64| {
         let bodies = world.bodies().iter().zip(states);
         bodies.map(|(body, state)| energy(world, body, state)).sum()

@@ -1,7 +1,7 @@
 //! Shapes of scenario files and run.json, and the core's bodies made of them.
 
 use crate::colour::Colour;
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, Vector4};
+use nalgebra::{Matrix3, Quaternion, Vector3, Vector4};
 use serde::{Deserialize, Serialize};
 use tumble_core::error::{Error, in_range};
 use tumble_core::geometry::mesh::Mesh;
@@ -207,8 +207,8 @@ impl ModelPlace {
     /// Unit quaternion w, x, y, z of the rotation about `axis` by `degrees`.
     pub fn turn(axis: Vector3<f64>, degrees: f64) -> [f64; 4] {
         let axis = nalgebra::Unit::new_normalize(axis);
-        let q = UnitQuaternion::from_axis_angle(&axis, degrees.to_radians());
-        [q.w, q.i, q.j, q.k]
+        let (sine, cosine) = libm::sincos(0.5 * degrees.to_radians());
+        [cosine, sine * axis[0], sine * axis[1], sine * axis[2]]
     }
 }
 

@@ -61,7 +61,7 @@ pub fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
 
 /// Quaternion of the rotation about the unit vector `axis` by `angle` (rad).
 pub fn about(axis: &Vector3<f64>, angle: f64) -> Vector4<f64> {
-    let (sine, cosine) = (0.5 * angle).sin_cos();
+    let (sine, cosine) = libm::sincos(0.5 * angle);
     Vector4::new(cosine, axis[0] * sine, axis[1] * sine, axis[2] * sine)
 }
 

@@ -229,7 +229,7 @@ fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     if sine == 0.0 {
         Vector3::zeros()
     } else {
-        along * (sign * 2.0 * sine.atan2(turn[0].abs()) / sine)
+        along * (sign * 2.0 * libm::atan2(sine, turn[0].abs()) / sine)
     }
 }
 

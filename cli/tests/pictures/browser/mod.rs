@@ -7,6 +7,7 @@ mod choices;
 mod driver;
 mod meshes;
 mod pages;
+mod playground;
 mod runs;
 
 use driver::Browser;

@@ -245,13 +245,13 @@ fn cylinder_sector(along: &Vector3<f64>, m: &Vector3<f64>, n: &Vector3<f64>, r: 
     let e = along / length;
     let b = (m + n).normalize();
     let c = e.cross(&b);
-    let angle = m.cross(n).norm().atan2(m.dot(n));
+    let angle = libm::atan2(m.cross(n).norm(), m.dot(n));
     let volume = length * angle * r * r / 2.0;
-    let (wide, narrow) = (angle + angle.sin(), angle - angle.sin());
+    let (wide, narrow) = (angle + libm::sin(angle), angle - libm::sin(angle));
     let across = b * b.transpose() * wide + c * c.transpose() * narrow;
     Moments {
         volume,
-        first: b * (length * 2.0 / 3.0 * r.powi(3) * (angle / 2.0).sin()),
+        first: b * (length * 2.0 / 3.0 * r.powi(3) * libm::sin(angle / 2.0)),
         second: e * e.transpose() * (volume * length * length / 12.0)
             + across * (length * r.powi(4) / 8.0),
     }
@@ -284,11 +284,11 @@ impl Tip {
             let cross = a.cross(b);
             let (sin, cos) = (cross.norm(), a.dot(b));
             let normal = cross / sin;
-            first += normal * (sin.atan2(cos) / 2.0);
+            first += normal * (libm::atan2(sin, cos) / 2.0);
             let arc = a * sin + normal.cross(a) * (1.0 - cos);
             second += normal * arc.transpose();
             let triple = middle.dot(&cross);
-            solid_angle += 2.0 * triple.atan2(1.0 + cos + middle.dot(a) + middle.dot(b));
+            solid_angle += 2.0 * libm::atan2(triple, 1.0 + cos + middle.dot(a) + middle.dot(b));
         }
         second = (second + second.transpose()) / 2.0 + Matrix3::identity() * solid_angle;
         Moments {

@@ -196,7 +196,7 @@ pub(super) fn ellipsoid(half_axes: &Vector3<f64>, sides: usize) -> Result<Inscri
 /// Points on the unit sphere: the poles, and points on `meridians` that divide them into `parts`.
 fn on_sphere(meridians: usize, parts: usize) -> impl Iterator<Item = Vector3<f64>> {
     let on_ring = move |ring: usize| {
-        let (across, height) = (PI * ring as f64 / parts as f64).sin_cos();
+        let (across, height) = libm::sincos(PI * ring as f64 / parts as f64);
         rim(across, height, meridians)
     };
     (1..parts).flat_map(on_ring).chain([Vector3::z(), -Vector3::z()])
@@ -205,7 +205,7 @@ fn on_sphere(meridians: usize, parts: usize) -> impl Iterator<Item = Vector3<f64
 /// Points on a circle about z: `sides` points with `radius` (m) at `height` (m).
 fn rim(radius: f64, height: f64, sides: usize) -> impl Iterator<Item = Vector3<f64>> {
     (0..sides).map(move |side| {
-        let (sine, cosine) = (TAU * side as f64 / sides as f64).sin_cos();
+        let (sine, cosine) = libm::sincos(TAU * side as f64 / sides as f64);
         Vector3::new(radius * cosine, radius * sine, height)
     })
 }

@@ -138,7 +138,7 @@ impl AxisPair {
     }
 
     fn size(&self) -> f64 {
-        self.at[0].hypot(self.at[1])
+        libm::hypot(self.at[0], self.at[1])
     }
 
     /// Twice the argument of the pair.

@@ -326,7 +326,7 @@ impl RigidMotion {
     fn moved(&self, world: &World, state: &State) -> State {
         let h = world.time_step();
         let (angle, arm) = (h * self.spin.norm(), state.position - self.centre);
-        let (sine, cosine) = (0.5 * angle).sin_cos();
+        let (sine, cosine) = libm::sincos(0.5 * angle);
         let axis = if angle > 0.0 { self.spin / self.spin.norm() } else { Vector3::zeros() };
         let turn = Vector4::new(cosine, sine * axis[0], sine * axis[1], sine * axis[2]);
         let attitude = product(&turn, &state.attitude).normalize();

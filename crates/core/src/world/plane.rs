@@ -85,8 +85,8 @@ impl Plane {
     /// # Errors
     /// [`Error::OutOfRange`] if the slope is beyond ±180°.
     pub fn sloping(slope: f64) -> Result<Self, Error> {
-        let (sin, cos) =
-            in_range("slope (°)", slope, -180.0, 180.0, "-180 to 180")?.to_radians().sin_cos();
+        let slope = in_range("slope (°)", slope, -180.0, 180.0, "-180 to 180")?;
+        let (sin, cos) = libm::sincos(slope.to_radians());
         Self::new(Vector3::new(sin, 0.0, cos).normalize(), 0.0)
     }
 

@@ -196,7 +196,7 @@ impl Assembled {
                 let fits = start.links()[link].frame.then(&a.1);
                 let there = self.world().then(&b.1);
                 let off = (fits.position - there.position).norm();
-                let turned = 2.0 * fits.attitude.dot(&there.attitude).abs().min(1.0).acos();
+                let turned = 2.0 * libm::acos(fits.attitude.dot(&there.attitude).abs().min(1.0));
                 let is_whole = matches!(tie, RobotTie::Whole { .. });
                 if off > JOINT_AT_THE_START || is_whole && turned > JOINT_AT_THE_START {
                     b.1 = fits.seen_from(self.world());

@@ -23,7 +23,7 @@ pub struct PageData {
 }
 
 #[derive(Serialize)]
-struct RunData {
+pub struct RunData {
     title: String,
     facts: Vec<Fact>,
     rows: usize,
@@ -238,7 +238,7 @@ impl MeshData {
 }
 
 impl RunData {
-    fn of(film: &Film) -> Self {
+    pub fn of(film: &Film) -> Self {
         let counts = Status::ALL[1..].iter().map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.status == *status).count())
         });

@@ -9,7 +9,10 @@ mod data;
 mod distance;
 mod encode;
 mod facts;
+mod live;
 mod poses;
+
+pub use live::{LiveParts, live_parts};
 
 use crate::film::Film;
 use crate::markup::escape;
@@ -25,10 +28,12 @@ const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 const DRAWER_LICENCE: &str = include_str!("vendor/LICENSE-three");
 const DRAWER: &str = include_str!("vendor/three.iife.min.js");
 /// Scripts in order of their dependencies.
-const SCRIPTS: [&str; 26] = [
+const SCRIPTS: [&str; 28] = [
     include_str!("page/vectors.js"),
     include_str!("page/numbers.js"),
+    include_str!("page/run.js"),
     include_str!("page/runs.js"),
+    include_str!("page/graphics.js"),
     include_str!("page/colours.js"),
     include_str!("page/camera.js"),
     include_str!("page/ground.js"),
@@ -91,6 +96,15 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     }
     page.push_str(rest);
     Ok(page)
+}
+
+/// Bodies, fixed objects and ground of a `film` in the form that the scripts of the page draw, as
+/// JSON.
+///
+/// # Errors
+/// Failure to serialise the data, in words.
+pub fn drawing(film: &Film) -> Result<String, String> {
+    serde_json::to_string(&data::RunData::of(film)).map_err(|error| error.to_string())
 }
 
 /// First frame of a run as an image, hidden unless the page shows it.

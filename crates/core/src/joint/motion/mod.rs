@@ -360,12 +360,12 @@ pub(super) fn twist(turning: TurnKind, turn: &Vector4<f64>) -> Vector4<f64> {
 
 /// Angle between the z axes, σ = 2 atan2(√(x² + y²), √(w² + z²)).
 pub(super) fn swing(turn: &Vector4<f64>) -> f64 {
-    2.0 * libm::atan2(turn[1].hypot(turn[2]), turn[0].hypot(turn[3]))
+    2.0 * libm::atan2(libm::hypot(turn[1], turn[2]), libm::hypot(turn[0], turn[3]))
 }
 
 /// Half the gradient of σ with respect to (w, x, y, z). At σ = 0 the direction of x is used.
 pub(super) fn swinging(turn: &Vector4<f64>) -> Vector4<f64> {
-    let (aside, along) = (turn[1].hypot(turn[2]), turn[0].hypot(turn[3]));
+    let (aside, along) = (libm::hypot(turn[1], turn[2]), libm::hypot(turn[0], turn[3]));
     let (x, y) = if aside > 0.0 { (turn[1] / aside, turn[2] / aside) } else { (1.0, 0.0) };
     let size = aside * aside + along * along;
     let back = if along > 0.0 { -aside / (along * size) } else { 0.0 };

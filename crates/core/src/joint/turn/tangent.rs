@@ -63,7 +63,7 @@ impl Jet {
 
     /// Norm √(x² + y²). If both vanish, the gradient in the direction of x is used.
     fn size(x: &Self, y: &Self) -> Self {
-        let value = x.value.hypot(y.value);
+        let value = libm::hypot(x.value, y.value);
         if value < LEAST {
             return Self { value, slope: x.slope, bend: Matrix4::zeros() };
         }

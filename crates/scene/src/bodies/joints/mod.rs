@@ -381,7 +381,7 @@ impl JointEntry {
         // Inverse rotation from A: about x, z and y; a hinge only rotates about z.
         let mut attitude = of_a.attitude;
         for axis in [3, 5, 4].into_iter().filter(|axis| at[*axis] != 0.0) {
-            let (sine, cosine) = (-0.5 * at[axis]).sin_cos();
+            let (sine, cosine) = libm::sincos(-0.5 * at[axis]);
             let mut back = Vector4::new(cosine, 0.0, 0.0, 0.0);
             back[axis - 2] = sine;
             attitude = left(&attitude) * back;

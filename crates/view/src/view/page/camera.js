@@ -21,13 +21,14 @@ function axesOf({ azimuth, elevation }) {
 }
 
 class Camera {
-  constructor() {
+  // `view` is the first direction.
+  constructor(view) {
+    this.view = view;
     this.reset();
   }
 
   reset() {
-    // The direction of the animation.
-    Object.assign(this, runs[0].data.view);
+    Object.assign(this, this.view);
     Object.assign(this, { target: [0, 0, 0], distance: 10 });
     // True to show everything, and key of the view that is fitted.
     Object.assign(this, { isFitted: true, fittedTo: null });

@@ -89,7 +89,7 @@ function groundOf(run) {
   append(feet, below);
   const ends = axes.map((axis) => extremes(below.map((foot) => dot(axis, foot))));
   const [wide, high] = ends.map(([low, top]) => top - low);
-  const radius = Math.max(1e-9, GROUND_REACH * 0.5 * Math.hypot(wide, high));
+  const radius = Math.max(1e-9, GROUND_REACH * run.roam * 0.5 * Math.hypot(wide, high));
   const size = Math.max(1e-9, wide, high);
   // If the camera follows, cells have the size of the group, within the limit of lines.
   const cell = followedReach > 0 ? Math.min(size / LINES, followedReach) : size / LINES;

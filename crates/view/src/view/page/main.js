@@ -37,7 +37,8 @@ const show = {
   // True if a selection extends the list.
   several: false,
 };
-const camera = new Camera();
+// The first direction is that of the animation.
+const camera = new Camera(runs[0].data.view);
 const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "contacts", "cones", "joints", "only", "several"];
 // Body whose plots and state are shown: without a choice, the first.
 const lastChosen = () => show.chosen.at(-1) ?? 0;

@@ -83,3 +83,7 @@ function element(name, attributes = {}, ...children) {
   made.append(...children);
   return made;
 }
+
+const put = (place, text) => {
+  if (place.textContent !== text) place.textContent = text;
+};

@@ -117,10 +117,6 @@ function fillState() {
   });
 }
 
-const put = (place, text) => {
-  if (place.textContent !== text) place.textContent = text;
-};
-
 // Display choices of fixed objects by name, and one for all of them.
 function fillFixed(changed) {
   const names = Array.from(new Set(runs.flatMap((run) => run.data.fixed.map(({ name }) => name))));

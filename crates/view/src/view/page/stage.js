@@ -14,14 +14,13 @@ const JOINT_ARM = 0.22;
 const BASE = runs[0].origin;
 const local = (point) => subtract(point, BASE);
 
-// True if WebGL is available, tested once on a separate canvas.
-const hasGraphics = document.createElement("canvas").getContext("webgl2") !== null;
-
 class Stage {
-  // `members` are the runs shown.
-  constructor(members, label) {
+  // `members` are the runs shown. A stage can take over the canvas of a `former` one.
+  constructor(members, label, former = null) {
     this.members = members;
-    this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": label });
+    this.former = former;
+    this.canvas = former?.canvas ?? element("canvas", { tabindex: "0", role: "img" });
+    this.canvas.setAttribute("aria-label", label);
     this.caption = element("figcaption");
     this.labels = new Labels();
     this.compass = new Compass();
@@ -67,12 +66,8 @@ class Stage {
 
   // Creates all three.js objects, at first use.
   prepare() {
-    const context = this.canvas.getContext("webgl2", {
-      antialias: true,
-      // Needed to save the picture from the browser's menu.
-      preserveDrawingBuffer: true,
-    });
-    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, context });
+    this.renderer = this.former?.renderer ?? this.newRenderer();
+    this.former = null;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.scene = new THREE.Scene();
@@ -90,6 +85,15 @@ class Stage {
     }
     this.prepareActors();
     this.prepareOverlays();
+  }
+
+  newRenderer() {
+    const context = this.canvas.getContext("webgl2", {
+      antialias: true,
+      // Needed to save the picture from the browser's menu.
+      preserveDrawingBuffer: true,
+    });
+    return new THREE.WebGLRenderer({ canvas: this.canvas, context });
   }
 
   // Bodies, fixed objects and trails of each run.
@@ -265,10 +269,11 @@ class Stage {
       const since = Math.min(run.frame(before), frame - 1);
       const found = shownForces(run, frame, since, show);
       if (!isPlaying) this.fading[i].clear();
+      const isTested = found.length * occluders.pieces.length <= run.mostTests;
       const fading = this.fading[i].update(found, performance.now() / 1000);
       for (const one of isPlaying ? fading : found) {
         const at = local(one.point);
-        const isHidden = occluders.hides(eye, at, run.reaches[one.body]);
+        const isHidden = isTested && occluders.hides(eye, at, run.reaches[one.body]);
         const among = isHidden ? "hidden" : "seen";
         if (show.forces) addArrows(run, one, at, one.share ?? 1, forces[among]);
         if ((one.share ?? 1) < 1) continue;

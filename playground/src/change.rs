@@ -1,0 +1,183 @@
+//! Changes of a running scene: a new text that starts at the present state.
+
+use crate::session::Session;
+use nalgebra::Vector3;
+use serde::Deserialize;
+use std::path::Path;
+use tumble_core::mechanics::RigidBody;
+use tumble_model::BodyModel;
+use tumble_model::failure::Failure;
+use tumble_scene::scene::Scene;
+use tumble_scene::written;
+
+/// A change of a scene.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Change {
+    /// Coefficient of friction of everything.
+    Friction(f64),
+    /// Coefficient of restitution of everything.
+    Restitution(f64),
+    /// Gravity, tilted as on a slope.
+    Gravity {
+        /// Size (m/s²).
+        size: f64,
+        /// Slope towards +x (°).
+        slope: f64,
+    },
+    /// Time step (s).
+    TimeStep(f64),
+    /// Mass of a body, with its inertia.
+    Mass {
+        /// Index of the body.
+        body: usize,
+        /// Mass (kg).
+        mass: f64,
+    },
+    /// A new body above all others.
+    Add(NewShape),
+    /// Removal of a body with its joints.
+    Remove(usize),
+}
+
+/// Shape of a new body.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NewShape {
+    /// Cube.
+    Box,
+    /// Ball.
+    Ball,
+    /// Cylinder.
+    Cylinder,
+}
+
+/// Size of new bodies over the median of the others, and gap above them.
+const NEW_SIZE: f64 = 0.8;
+const NEW_GAP: f64 = 0.25;
+
+impl Session {
+    /// Session of the changed scene, from the present state on.
+    ///
+    /// # Errors
+    /// A value out of range; a scene that no text can hold at this state.
+    pub fn changed(&self, change: Change) -> Result<Self, String> {
+        let scene = self.present().map_err(|failure| failure.to_string())?;
+        let scene = changed(scene, change).map_err(|failure| failure.to_string())?;
+        self.continued(written::text(&scene).map_err(|failure| failure.to_string())?)
+    }
+
+    /// Session of the same scene from the present state on, in a text of the page.
+    pub(crate) fn rewritten(&self) -> Result<Self, String> {
+        let scene = self.present().map_err(|failure| failure.to_string())?;
+        self.continued(written::text(&scene).map_err(|failure| failure.to_string())?)
+    }
+
+    /// Scene whose start is the present state, in the notation `[[bodies]]`.
+    fn present(&self) -> Result<Scene, Failure> {
+        let (mut scene, simulation) = (self.scene().clone(), self.simulation());
+        let time = simulation.index() as f64 * scene.world.time_step();
+        scene.model.start_at(simulation.states(), time)?;
+        scene.start_index = simulation.index();
+        if scene.contact.is_none() {
+            // The plane of a floating body has no effect.
+            scene.model.plane = None;
+        }
+        scene.trajectory = false;
+        for body in &mut scene.model.bodies {
+            if body.load.as_ref().is_some_and(|load| has_ended(load, time)) {
+                body.load = None;
+            }
+        }
+        Ok(scene)
+    }
+}
+
+/// True if a load is zero from `time` (s) on.
+fn has_ended(load: &tumble_model::parameters::LoadParameters, time: f64) -> bool {
+    let mut last = [&load.force, &load.torque].into_iter().filter_map(|knots| knots.last());
+    last.all(|knot| knot.0[0] <= time && knot.0[1..].iter().all(|part| *part == 0.0))
+}
+
+fn changed(mut scene: Scene, change: Change) -> Result<Scene, Failure> {
+    let model = &mut scene.model;
+    match change {
+        Change::Friction(friction) => {
+            model.mu = friction;
+            model.bodies.iter_mut().for_each(|body| body.friction = None);
+            model.fixed.iter_mut().for_each(|fixed| fixed.friction = None);
+            model.frictions.clear();
+        }
+        Change::Restitution(restitution) => {
+            model.restitution = restitution;
+            model.bodies.iter_mut().for_each(|body| body.restitution = None);
+            model.restitutions.clear();
+        }
+        Change::Gravity { size, slope } => {
+            let slope = slope.to_radians();
+            model.gravity = [size * slope.sin(), 0.0, -size * slope.cos()];
+        }
+        Change::TimeStep(time_step) => {
+            let time = scene.start_index as f64 * model.dt;
+            model.dt = time_step;
+            // Loads and prescribed motions follow the time.
+            scene.start_index = (time / time_step).round().clamp(0.0, 1e15) as u64;
+        }
+        Change::Mass { body, mass } => {
+            let body = body_of(model.bodies.get_mut(body))?;
+            let share = mass / body.mass;
+            body.mass = mass;
+            body.inertia = body.inertia.map(|row| row.map(|entry| share * entry));
+        }
+        Change::Add(shape) => {
+            let table = new_body(&scene, shape);
+            return scene.with_body(&table, Path::new(""), &|_, _| Ok(Vec::new()));
+        }
+        Change::Remove(body) => {
+            body_of(model.bodies.get_mut(body))?;
+            if model.bodies.len() == 1 {
+                return Err(Failure::Input("The last body cannot be removed.".to_owned()));
+            }
+            model.leave_out(body);
+        }
+    }
+    Ok(scene)
+}
+
+fn body_of(body: Option<&mut BodyModel>) -> Result<&mut BodyModel, Failure> {
+    body.ok_or_else(|| Failure::Input("Touch a body first.".to_owned()))
+}
+
+/// Radius of a ball about the centre of mass that contains a body (m).
+fn radius(body: &RigidBody) -> f64 {
+    let points = body.contact_points().iter().map(|point| point.position.norm() + point.radius);
+    let pieces = body.pieces().iter().map(|piece| {
+        let corners = piece.core().vertices().iter().map(|vertex| vertex.norm());
+        corners.fold(0.0, f64::max) + piece.radius()
+    });
+    points.chain(pieces).fold(0.0, f64::max)
+}
+
+/// Table of a new body, above all bodies and near their middle.
+fn new_body(scene: &Scene, shape: NewShape) -> String {
+    let bodies = scene.world.bodies();
+    let median = |mut numbers: Vec<f64>| {
+        numbers.sort_by(f64::total_cmp);
+        numbers[numbers.len() / 2]
+    };
+    let reach = NEW_SIZE * median(bodies.iter().map(radius).collect());
+    let mass = median(bodies.iter().map(|body| body.mass()).collect());
+    let starts: Vec<_> =
+        scene.model.bodies.iter().map(|body| body.start.state().position).collect();
+    let middle = starts.iter().sum::<Vector3<f64>>() / starts.len() as f64;
+    let tops = starts.iter().zip(bodies).map(|(start, body)| start[2] + radius(body));
+    let height = tops.fold(f64::NEG_INFINITY, f64::max) + (1.0 + NEW_GAP) * reach;
+    let form = match shape {
+        NewShape::Box => format!("box = {:?}", 2.0 * reach / 3.0_f64.sqrt()),
+        NewShape::Ball => format!("sphere = {:?}", 0.7 * reach),
+        NewShape::Cylinder => {
+            format!("cylinder = {{ length = {:?}, radius = {:?} }}", 1.2 * reach, 0.6 * reach)
+        }
+    };
+    format!("{form}\nmass = {mass:?}\nposition = {:?}\n", [middle[0], middle[1], height])
+}

@@ -1,0 +1,77 @@
+//! Text of a session, with the pulls as loads.
+
+use crate::pull::Segment;
+use crate::scenes;
+use crate::session::Session;
+use std::fmt::Write as _;
+use tumble_core::mechanics::Wrench;
+
+/// Scenario text that repeats the session from its start: the command line gives the same bits.
+#[must_use]
+pub fn text(session: &Session) -> String {
+    let scene = session.scene();
+    let pulled = session.pulls().segments();
+    if !pulled.is_empty() {
+        let (now, h) = (session.simulation().index(), scene.world.time_step());
+        return with_loads(session.text(), |body| {
+            pulled.get(&body).and_then(|segments| load(segments, now, h))
+        });
+    }
+    // The notation [body] has Ipopt as its usual solver on the command line.
+    if scene.trajectory && scene.usual_solver && scene.contact.is_some() {
+        return with_native_solver(session.text());
+    }
+    session.text().to_owned()
+}
+
+/// Text with the native solver, or the same text if it cannot be added.
+fn with_native_solver(text: &str) -> String {
+    const NAME: &str = "name = \"native\"\n";
+    let table = text.lines().find(|line| line.trim() == "[solver]");
+    let named = match table {
+        Some(table) => text.replacen(table, &format!("{table}\n{}", NAME.trim_end()), 1),
+        None => format!("{}\n\n[solver]\n{NAME}", text.trim_end()),
+    };
+    if scenes::read(&named).is_ok() { named } else { text.to_owned() }
+}
+
+/// Text of the page with a load in the table of some bodies. Their first field is the name.
+fn with_loads(text: &str, load: impl Fn(usize) -> Option<String>) -> String {
+    let (mut out, mut bodies, mut begins) = (String::new(), 0, false);
+    for line in text.lines() {
+        out.push_str(line);
+        out.push('\n');
+        if begins {
+            if let Some(load) = load(bodies) {
+                let _ = writeln!(out, "load = {load}");
+            }
+            bodies += 1;
+        }
+        begins = line == "[[bodies]]";
+    }
+    out
+}
+
+/// Load of pulls until step `now` of length `h` (s), as an inline table; `None` without a force.
+fn load(segments: &[Segment], now: u64, h: f64) -> Option<String> {
+    let (mut force, mut torque) = (Vec::new(), Vec::new());
+    let mut before = Wrench::zero();
+    let end = Segment { from: now, wrench: Wrench::zero() };
+    // The force is constant between two knots and jumps at their times.
+    for segment in segments.iter().filter(|segment| segment.from < now).chain([&end]) {
+        if segment.wrench == before {
+            continue;
+        }
+        let time = segment.from as f64 * h;
+        for wrench in [&before, &segment.wrench] {
+            let knot =
+                |v: &nalgebra::Vector3<f64>| format!("[{time:?}, {}, {}, {}]", v[0], v[1], v[2]);
+            force.push(knot(&wrench.force));
+            torque.push(knot(&wrench.torque));
+        }
+        before = segment.wrench;
+    }
+    let table =
+        || format!("{{ force = [{}], torque = [{}] }}", force.join(", "), torque.join(", "));
+    (!force.is_empty()).then(table)
+}

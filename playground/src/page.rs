@@ -1,0 +1,84 @@
+//! The page: one HTML file from its parts.
+
+use crate::packed::packed;
+use tumble_view::view::{LiveParts, live_parts};
+
+const TEMPLATE: &str = include_str!("../page/index.html");
+const STYLE: &str = include_str!("../page/style.css");
+const LOADER: &str = include_str!("../page/loader.js");
+const WORKER: &str = include_str!("../page/worker.js");
+/// Drawing of one scene, with marks for the scripts that it needs.
+const SCENE: &str = include_str!("../page/scene.js");
+const OVERLAYS: &str = include_str!("../page/drawing.js");
+const LIVE: &str = include_str!("../page/live.js");
+/// Scripts of the program and the controls, in order of their dependencies.
+const SCRIPTS: [&str; 8] = [
+    include_str!("../page/program.js"),
+    include_str!("../page/controls.js"),
+    include_str!("../page/state.js"),
+    include_str!("../page/picture.js"),
+    include_str!("../page/keys.js"),
+    include_str!("../page/share.js"),
+    include_str!("../page/touch.js"),
+    include_str!("../page/main.js"),
+];
+
+/// Page with the `program`, the WebAssembly of this crate.
+///
+/// # Errors
+/// A file that is not WebAssembly; a mark of the template without a part.
+pub fn page(program: &[u8]) -> Result<String, String> {
+    if !program.starts_with(b"\0asm") {
+        return Err(
+            "the program is not WebAssembly; build it for wasm32-unknown-unknown".to_owned()
+        );
+    }
+    let text = |bytes: &[u8]| packed(bytes).map_err(|error| error.to_string());
+    let program = text(program)?;
+    let LiveParts { style, base, stage, drawer, drawer_licence } = live_parts();
+    let scene = SCENE.replace("  // STAGE\n", &stage).replace("  // OVERLAYS\n", OVERLAYS);
+    let scripts = [&base, LIVE, &scene].into_iter().chain(SCRIPTS);
+    let script = scripts.collect::<Vec<_>>().join("\n");
+    let script = format!("(() => {{\n\"use strict\";\n{script}}})();\n");
+    let parts = [
+        ("style", style + STYLE),
+        ("program", program),
+        ("worker", WORKER.to_owned()),
+        ("drawer-licence", drawer_licence.to_owned()),
+        ("drawer", text(drawer.as_bytes())?),
+        ("script", text(script.as_bytes())?),
+        ("loader", LOADER.to_owned()),
+    ];
+    filled(&parts)
+}
+
+/// Template with its parts. Only the template is searched, since parts may contain braces.
+fn filled(parts: &[(&str, String)]) -> Result<String, String> {
+    let (mut page, mut rest) = (String::new(), TEMPLATE);
+    while let Some((before, after)) = rest.split_once("{{") {
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        let part = parts.iter().find(|(other, _)| *other == name);
+        let (_, part) = part.ok_or_else(|| format!("the page has no part {name:?}"))?;
+        page.push_str(before);
+        page.push_str(part);
+        rest = after;
+    }
+    page.push_str(rest);
+    Ok(page)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_is_whole_and_no_part_ends_its_element() {
+        let page = page(b"\0asm").unwrap();
+        for mark in ["  // STAGE\n", "  // OVERLAYS\n"] {
+            assert_eq!(SCENE.matches(mark).count(), 1);
+        }
+        assert_eq!(page.matches("<script").count(), page.matches("</script>").count());
+        assert_eq!(page.matches("</style").count(), 1);
+        assert!(super::page(b"text").is_err());
+    }
+}

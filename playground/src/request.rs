@@ -1,0 +1,250 @@
+//! Requests of the page and their answers, as JSON and numbers.
+
+use crate::change::Change;
+use crate::scenes::SCENES;
+use crate::session::{Hit, Session};
+use crate::{export, frame};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tumble_core::step::StepStatus;
+use tumble_film::{Cast, Role};
+use tumble_model::failure::Failure;
+use tumble_view::FilmGround;
+
+/// A request of the page.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "kebab-case")]
+pub enum Request {
+    /// Titles and texts of the scenes, and names of the statuses.
+    Scenes,
+    /// A scene from its text.
+    Open {
+        /// Text of the scenario file.
+        text: String,
+    },
+    /// The scene from its start.
+    Restart,
+    /// Steps.
+    Step {
+        /// Number of steps.
+        count: u32,
+        /// True to add the contacts.
+        contacts: bool,
+    },
+    /// One step back.
+    Back {
+        /// True to add the contacts.
+        contacts: bool,
+    },
+    /// Grabs the body on a ray.
+    Grab(Aim),
+    /// Grabs a body at its centre of mass.
+    Hold {
+        /// Index of the body.
+        body: usize,
+    },
+    /// Moves the target of the grabbed point.
+    Pull {
+        /// Target (m, world).
+        target: [f64; 3],
+    },
+    /// Lets the grabbed body go.
+    Release,
+    /// A change of the scene.
+    Change {
+        /// The change.
+        change: Change,
+    },
+    /// Text with the pulls.
+    Export,
+}
+
+/// A ray into the picture.
+#[derive(Debug, Deserialize)]
+pub struct Aim {
+    /// Eye (m, world).
+    origin: [f64; 3],
+    /// Direction of the view, of any length.
+    direction: [f64; 3],
+}
+
+/// The program behind the page: its session, and the last answer.
+#[derive(Default)]
+pub struct Program {
+    session: Option<Session>,
+    /// Sessions before a change, the last at the end.
+    past: Vec<Session>,
+    /// The scene at its start, with all changes.
+    origin: Option<Session>,
+    /// JSON of the last answer.
+    pub text: String,
+    /// Numbers of the last answer; see [`frame`].
+    pub numbers: Vec<f64>,
+}
+
+impl Program {
+    /// Answers a request in JSON.
+    pub fn answer(&mut self, request: &[u8]) {
+        self.numbers.clear();
+        let request = serde_json::from_slice(request).map_err(|error| error.to_string());
+        let answer = request.and_then(|request| self.answered(request));
+        self.text = answer.unwrap_or_else(|error| json!({ "error": error })).to_string();
+    }
+
+    fn answered(&mut self, request: Request) -> Result<Value, String> {
+        let mut contacts = false;
+        let answer = match request {
+            Request::Scenes => return Ok(list()),
+            Request::Open { text } => {
+                let session = Session::open(&text)?;
+                self.origin = Some(session.restarted()?);
+                self.session = Some(session);
+                self.past.clear();
+                self.look()?
+            }
+            Request::Restart => {
+                let origin = self.origin.as_ref().ok_or_else(no_scene)?;
+                self.session = Some(origin.restarted()?);
+                self.past.clear();
+                self.look()?
+            }
+            Request::Step { count, contacts: wanted } => {
+                contacts = wanted;
+                let session = self.session()?;
+                (0..count).try_for_each(|_| session.step())?;
+                json!({})
+            }
+            Request::Back { contacts: wanted } => {
+                contacts = wanted;
+                match (self.session()?.back(), self.past.pop()) {
+                    (Err(_), Some(mut before)) => {
+                        // It ends where the later one starts.
+                        let _ = before.back();
+                        self.session = Some(before);
+                        self.look()?
+                    }
+                    (done, before) => {
+                        self.past.extend(before);
+                        done?;
+                        json!({})
+                    }
+                }
+            }
+            Request::Grab(aim) => {
+                let hit = self.session()?.hit(aim.origin.into(), aim.direction.into());
+                self.grab(hit)?
+            }
+            Request::Hold { body } => {
+                let state = self.session()?.simulation().states().get(body);
+                let hit = state.map(|state| Hit { body, point: state.position });
+                self.grab(hit)?
+            }
+            Request::Pull { target } => {
+                self.session()?.pull(Vector3::from(target));
+                json!({})
+            }
+            Request::Release => {
+                self.session()?.release();
+                json!({})
+            }
+            Request::Change { change } => {
+                let changed = self.session()?.changed(change)?;
+                let origin = self.origin.as_ref().ok_or_else(no_scene)?;
+                self.origin = Some(origin.changed(change)?);
+                self.replace(changed);
+                self.look()?
+            }
+            Request::Export => json!({ "text": export::text(self.session()?) }),
+        };
+        if let Some(session) = &self.session {
+            frame::write(session, contacts, &mut self.numbers);
+        }
+        Ok(answer)
+    }
+
+    fn session(&mut self) -> Result<&mut Session, String> {
+        self.session.as_mut().ok_or_else(no_scene)
+    }
+
+    /// Continues with another session. The one before stays for the way back.
+    fn replace(&mut self, session: Session) {
+        if let Some(mut before) = self.session.replace(session) {
+            before.release();
+            before.shorten();
+            self.past.push(before);
+        }
+        if self.past.len() > MOST_PAST {
+            self.past.remove(0);
+        }
+    }
+
+    /// Grabs the body of a hit.
+    fn grab(&mut self, hit: Option<Hit>) -> Result<Value, String> {
+        let Some(hit) = hit else { return Ok(json!({ "body": null })) };
+        if let Some(session) = self.session()?.for_pulls()? {
+            self.replace(session);
+        }
+        self.session()?.grab(&hit)?;
+        Ok(json!({ "body": hit.body, "point": <[f64; 3]>::from(hit.point) }))
+    }
+
+    /// Description of the scene for the drawing and the controls.
+    fn look(&mut self) -> Result<Value, String> {
+        let session = self.session()?;
+        let (scene, world) = (session.scene(), &session.scene().world);
+        let drawing = drawing(session).map_err(|failure| failure.to_string())?;
+        let film: Value = serde_json::from_str(&drawing).map_err(|error| error.to_string())?;
+        Ok(json!({
+            "film": film,
+            "name": scene.name,
+            "notes": scene.notes(),
+            "friction": world.friction(),
+            "restitution": world.restitution(),
+            "gravity": <[f64; 3]>::from(*world.gravity()),
+            "timeStep": world.time_step(),
+            "masses": world.bodies().iter().map(|body| body.mass()).collect::<Vec<_>>(),
+        }))
+    }
+}
+
+/// Number of sessions for the way back.
+const MOST_PAST: usize = 20;
+
+fn no_scene() -> String {
+    "No scene is open.".to_owned()
+}
+
+fn list() -> Value {
+    let scenes = SCENES.map(|scene| json!({ "title": scene.title, "text": scene.text }));
+    let statuses = StepStatus::ALL.map(StepStatus::name);
+    json!({ "scenes": scenes, "statuses": statuses })
+}
+
+/// Bodies, fixed pieces and ground as the page draws them, as JSON.
+fn drawing(session: &Session) -> Result<String, Failure> {
+    let (scene, simulation) = (session.scene(), session.simulation());
+    let roles: Vec<_> = scene.model.bodies.iter().map(Role::from).collect();
+    let names = |names: &[String]| names.to_vec();
+    let (fixed, joints) = (names(&scene.fixed), names(&scene.joints));
+    let (fixed, joints): (Vec<_>, Vec<_>) =
+        (fixed.iter().map(String::as_str).collect(), joints.iter().map(String::as_str).collect());
+    let cast = Cast {
+        world: &scene.world,
+        bodies: &roles,
+        fixed: &fixed,
+        joints: &joints,
+        loads: &scene.loads,
+        floating: scene.contact.is_none(),
+    };
+    let time = simulation.index() as f64 * scene.world.time_step();
+    let end = StepStatus::End;
+    let states = simulation.states();
+    let frame = tumble_film::still(&scene.world, states, simulation.index(), time, end);
+    let mut film = tumble_film::film(cast, vec![frame]);
+    tumble_film::dress(&scene.model, &mut film)?;
+    // A recorded run hides a ground that its bodies do not reach. Here they may still fall to it.
+    let ground = scene.world.ground().filter(|_| scene.contact.is_some());
+    film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
+    tumble_view::view::drawing(&film).map_err(Failure::Other)
+}

@@ -1,0 +1,77 @@
+//! Scenes of the page, and the files that they read.
+
+use std::io;
+use std::path::{Component, Path, PathBuf};
+use tumble_model::failure::Failure;
+use tumble_scene::run_file;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+
+/// A scene of the page.
+#[derive(Debug, Clone, Copy)]
+pub struct PageScene {
+    /// Title in the list.
+    pub title: &'static str,
+    /// Text of the scenario file.
+    pub text: &'static str,
+}
+
+/// Scenes of the page, the first of which it opens.
+pub const SCENES: [PageScene; 8] = [
+    PageScene {
+        title: "Thrown cube",
+        // Without a solver, the command line solves this notation by Ipopt.
+        text: concat!(include_str!("../../scenarios/drop.toml"), "\n[solver]\nname = \"native\"\n"),
+    },
+    PageScene { title: "Arch", text: include_str!("../../scenarios/arch.toml") },
+    PageScene { title: "House of cards", text: include_str!("../../scenarios/card-house.toml") },
+    PageScene { title: "Dominoes", text: include_str!("../../scenarios/dominoes.toml") },
+    PageScene { title: "Marbles", text: include_str!("../../scenarios/marbles.toml") },
+    PageScene { title: "Tower", text: include_str!("../../scenarios/stack.toml") },
+    PageScene { title: "Robot", text: include_str!("../../scenarios/quadruped.toml") },
+    PageScene { title: "Conveyor", text: include_str!("../../scenarios/tray-and-conveyor.toml") },
+];
+
+/// Place of all scenes in the tree of the page's files.
+const PLACE: &str = "scenarios/scene.toml";
+
+/// Files that scenes of the page can read.
+const FILES: [(&str, &[u8]); 1] =
+    [("data/robots/quadruped.urdf", include_bytes!("../../data/robots/quadruped.urdf"))];
+
+/// Scene of a text, with the native solver and the seed of its file.
+///
+/// # Errors
+/// The first fault of the text, as on the command line.
+pub fn read(text: &str) -> Result<Scene, Failure> {
+    let scene = Scene::of_text(text, Path::new(PLACE), Settings::default(), &file)?;
+    run_file::refuse_large(&scene.model)?;
+    Ok(scene)
+}
+
+/// Content of a file of the page.
+fn file(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let path = plain(path);
+    let found = FILES.iter().find(|(name, _)| Path::new(name) == path);
+    let (_, bytes) = found
+        .ok_or_else(|| io::Error::other("the page has no files; write the shape into the scene"))?;
+    if bytes.len() as u64 > most {
+        return Err(io::Error::other("the file is too large"));
+    }
+    Ok(bytes.to_vec())
+}
+
+/// Path without `.` and `..`.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir => {
+                plain.pop();
+            }
+            Component::CurDir => {}
+            other => plain.push(other),
+        }
+    }
+    plain
+}

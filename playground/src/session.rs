@@ -1,0 +1,232 @@
+//! A running scene: steps, and the way back.
+
+use crate::history::History;
+use crate::pull::{Grab, Pulls};
+use crate::scenes;
+use nalgebra::Vector3;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble_core::contact::Partner;
+use tumble_core::query::{Query, Ray};
+use tumble_core::simulation::summary::RunSummary;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_scene::scene::Scene;
+
+/// A scene with its simulation. The text of the scene gives the same bits on the command line.
+pub struct Session {
+    text: String,
+    scene: Scene,
+    simulation: Simulation<'static>,
+    record: StepRecord,
+    summary: RunSummary,
+    /// Unsolved steps of the sessions before a change.
+    earlier: Unsolved,
+    pulls: Pulls,
+    history: History,
+    /// True if the page wrote the text, in which every body has its own table.
+    is_own: bool,
+    /// False until the first step.
+    has_step: bool,
+}
+
+impl Session {
+    /// Session of a scenario text, before its first step.
+    ///
+    /// # Errors
+    /// The first fault of the text.
+    pub fn open(text: &str) -> Result<Self, String> {
+        Self::of(text.to_owned(), false)
+    }
+
+    /// Session that continues this one with a text of the page.
+    pub(crate) fn continued(&self, text: String) -> Result<Self, String> {
+        Ok(Self { earlier: self.unsolved(), ..Self::of(text, true)? })
+    }
+
+    fn of(text: String, is_own: bool) -> Result<Self, String> {
+        let scene = scenes::read(&text).map_err(|failure| failure.to_string())?;
+        let never = Arc::new(AtomicBool::new(false));
+        let simulation = scene.simulation(&never).map_err(|failure| failure.to_string())?;
+        let mut session = Self {
+            text,
+            scene,
+            simulation,
+            record: StepRecord::new(),
+            summary: RunSummary::default(),
+            earlier: Unsolved::default(),
+            pulls: Pulls::default(),
+            history: History::default(),
+            is_own,
+            has_step: false,
+        };
+        session.history.store(&session.simulation, &session.summary);
+        Ok(session)
+    }
+
+    /// Advances by one step. The pull on a body is a load of this step.
+    ///
+    /// # Errors
+    /// A step that cannot be posed. The state then stays.
+    pub fn step(&mut self) -> Result<(), String> {
+        self.pulls.renew(&self.simulation);
+        self.advance()
+    }
+
+    /// Advances by one step with the recorded pulls.
+    fn advance(&mut self) -> Result<(), String> {
+        self.pulls.apply(&mut self.simulation).map_err(|error| error.to_string())?;
+        self.simulation.step(&mut self.record).map_err(|error| error.to_string())?;
+        self.has_step = true;
+        self.summary.add(&self.record);
+        self.history.store(&self.simulation, &self.summary);
+        Ok(())
+    }
+
+    /// The session from its start, without its pulls.
+    ///
+    /// # Errors
+    /// Never for a text that was opened.
+    pub fn restarted(&self) -> Result<Self, String> {
+        Self::of(self.text.clone(), self.is_own)
+    }
+
+    /// Goes back by one step. Pulls after it are forgotten.
+    ///
+    /// # Errors
+    /// The first step that is kept.
+    pub fn back(&mut self) -> Result<(), String> {
+        let first = || "There is no earlier step: older ones are not kept.".to_owned();
+        let wanted = self.simulation.index().checked_sub(1).ok_or_else(first)?;
+        let kept = self.history.before(wanted).ok_or_else(first)?;
+        self.simulation.restore(&kept.saved).map_err(|error| error.to_string())?;
+        self.summary = kept.summary.clone();
+        self.has_step = false;
+        self.history.forget_after(self.simulation.index());
+        self.pulls.forget_from(wanted);
+        while self.simulation.index() < wanted {
+            self.advance()?;
+        }
+        Ok(())
+    }
+
+    /// Body that a ray from `origin` (m) along `direction` hits first, and the point (m, world).
+    #[must_use]
+    pub fn hit(&self, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<Hit> {
+        let query = Query::new(self.simulation.world(), self.simulation.states()).ok()?;
+        let hit = query.cast_ray(&Ray::new(origin, direction).ok()?, |_| true)?;
+        match hit.owner {
+            Partner::Body(body) => Some(Hit { body, point: hit.point }),
+            Partner::Ground | Partner::Fixed(_) => None,
+        }
+    }
+
+    /// Grabs the body of a `hit`. It is pulled until [`Session::release`].
+    ///
+    /// # Errors
+    /// A text that cannot hold pulls, see [`Session::for_pulls`]; a body with a load of its own.
+    pub fn grab(&mut self, hit: &Hit) -> Result<(), String> {
+        if !self.is_own {
+            return Err("The text of the scene cannot hold a pull.".to_owned());
+        }
+        if self.scene.loads.get(hit.body).is_none_or(|load| !load.is_none()) {
+            let name = self.scene.bodies.get(hit.body).map_or("The body", String::as_str);
+            return Err(format!("{name} has a load of its own, so it cannot be pulled."));
+        }
+        self.pulls.grab(Grab::new(&self.simulation, hit));
+        Ok(())
+    }
+
+    /// Moves the target of the grabbed point (m, world).
+    pub fn pull(&mut self, target: Vector3<f64>) {
+        self.pulls.pull(target);
+    }
+
+    /// Lets the grabbed body go.
+    pub fn release(&mut self) {
+        self.pulls.release(self.simulation.index());
+    }
+
+    /// Session whose text can hold pulls: one with a table per body. `None` if this one has it.
+    /// The present state is the start of the new session.
+    ///
+    /// # Errors
+    /// A scene that no text can hold at this state.
+    pub fn for_pulls(&self) -> Result<Option<Self>, String> {
+        if self.is_own { Ok(None) } else { self.rewritten().map(Some) }
+    }
+
+    /// Forgets most of the past, to save memory.
+    pub(crate) fn shorten(&mut self) {
+        self.history.shorten(self.scene.bodies.len());
+    }
+
+    /// Steps that were not solved, including those before a change.
+    #[must_use]
+    pub fn unsolved(&self) -> Unsolved {
+        let summary = &self.summary;
+        let first_wild = summary.first_wild.map(|(index, _)| index);
+        let first_failed = summary.first_failures.first().map(|failed| failed.index);
+        let first = first_wild.into_iter().chain(first_failed).min();
+        Unsolved {
+            failed: self.earlier.failed + summary.failed,
+            wild: self.earlier.wild + summary.wild,
+            first: self.earlier.first.or(first),
+        }
+    }
+
+    /// Text of the scene, without the pulls.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The simulation.
+    #[must_use]
+    pub fn simulation(&self) -> &Simulation<'static> {
+        &self.simulation
+    }
+
+    /// Record of the last step; `None` before the first.
+    #[must_use]
+    pub fn record(&self) -> Option<&StepRecord> {
+        self.has_step.then_some(&self.record)
+    }
+
+    /// Counts of the steps since the start of the session.
+    #[must_use]
+    pub fn summary(&self) -> &RunSummary {
+        &self.summary
+    }
+
+    /// The pulls since the start of the session.
+    #[must_use]
+    pub fn pulls(&self) -> &Pulls {
+        &self.pulls
+    }
+}
+
+/// Counts of steps that did not converge or are unphysical.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Unsolved {
+    /// Number of failed steps.
+    pub failed: u64,
+    /// Number of unphysical steps.
+    pub wild: u64,
+    /// Index of the first of them.
+    pub first: Option<u64>,
+}
+
+/// Body that a ray hits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Index of the body.
+    pub body: usize,
+    /// Point on its surface (m, world).
+    pub point: Vector3<f64>,
+}

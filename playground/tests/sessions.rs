@@ -1,0 +1,255 @@
+//! Sessions of the playground: bits, pulls, changes, the way back, and requests.
+
+use nalgebra::Vector3;
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
+use tumble_playground::change::{Change, NewShape};
+use tumble_playground::export;
+use tumble_playground::frame::{HEAD, OF_BODY, OF_CONTACT};
+use tumble_playground::request::Program;
+use tumble_playground::scenes::{self, SCENES};
+use tumble_playground::session::{Hit, Session};
+
+/// States of the scene of a text after `steps` steps, as the command line computes them.
+fn run(text: &str, steps: usize) -> Vec<State> {
+    let scene = scenes::read(text).unwrap();
+    let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+    let mut record = StepRecord::new();
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+    }
+    simulation.states().to_vec()
+}
+
+fn states(session: &Session) -> &[State] {
+    session.simulation().states()
+}
+
+fn stepped(session: &mut Session, steps: usize) {
+    for _ in 0..steps {
+        session.step().unwrap();
+    }
+}
+
+/// Bits of all coordinates.
+fn bits(states: &[State]) -> Vec<u64> {
+    states.iter().flat_map(|state| state.to_vector().map(f64::to_bits).data.0[0]).collect()
+}
+
+/// The tower with its fifth box pulled to the side and let go.
+fn thrown() -> Session {
+    let mut session = Session::open(SCENES[5].text).unwrap();
+    stepped(&mut session, 25);
+    let mut session = session.for_pulls().unwrap().unwrap();
+    let hit = session.hit(Vector3::new(5.0, 0.1, 0.95), -Vector3::x()).unwrap();
+    assert_eq!(hit.body, 4);
+    assert!((hit.point - Vector3::new(0.2, 0.1, 0.95)).norm() < 1e-9, "{}", hit.point);
+    session.grab(&hit).unwrap();
+    for k in 0..60 {
+        session.pull(hit.point + Vector3::new(0.02, 0.01, 0.002) * f64::from(k));
+        session.step().unwrap();
+    }
+    session.release();
+    session
+}
+
+#[test]
+fn every_scene_of_the_page_runs_with_the_bits_of_its_text() {
+    for scene in SCENES {
+        let mut session = Session::open(scene.text).unwrap();
+        stepped(&mut session, 60);
+        let text = export::text(&session);
+        assert_eq!(bits(states(&session)), bits(&run(&text, 60)), "{}", scene.title);
+        assert_eq!(session.unsolved().first, None, "{}", scene.title);
+    }
+}
+
+/// The pull is a load of the step: the certificate covers it, and the exported text has it.
+#[test]
+fn a_thrown_body_has_the_same_bits_in_the_exported_text() {
+    let mut session = thrown();
+    let moved = states(&session)[4].velocity.norm();
+    assert!(moved > 0.2, "{moved}");
+    assert!(session.record().unwrap().certificate.residual() < 1e-8);
+    stepped(&mut session, 200);
+    let text = export::text(&session);
+    assert!(text.contains("load = "));
+    assert_eq!(bits(states(&session)), bits(&run(&text, 260)));
+    // The text itself can be opened, and the body thrown again.
+    let mut again = Session::open(&text).unwrap();
+    stepped(&mut again, 260);
+    assert_eq!(bits(states(&again)), bits(states(&session)));
+    let mut again = again.for_pulls().unwrap().unwrap();
+    again.grab(&Hit { body: 4, point: states(&again)[4].position }).unwrap();
+}
+
+#[test]
+fn a_pulled_body_comes_to_rest_at_the_pointer() {
+    let mut session = Session::open(SCENES[5].text).unwrap().for_pulls().unwrap().unwrap();
+    let place = states(&session)[9].position;
+    session.grab(&Hit { body: 9, point: place }).unwrap();
+    let target = place + Vector3::new(0.4, -0.2, 0.5);
+    session.pull(target);
+    stepped(&mut session, 1500);
+    // Forces have five digits, of a weight of 9.81 N and a stiffness of 144 N/m.
+    assert!((states(&session)[9].position - target).norm() < 1e-4);
+    assert_eq!(session.pulls().grabbed().unwrap().body(), 9);
+}
+
+#[test]
+fn a_step_back_is_exact_and_ends_the_pull() {
+    let mut session = thrown();
+    let before = bits(states(&session));
+    stepped(&mut session, 13);
+    for _ in 0..13 {
+        session.back().unwrap();
+    }
+    assert_eq!(bits(states(&session)), before);
+    for _ in 0..30 {
+        session.back().unwrap();
+    }
+    let middle = session.simulation().index();
+    assert_eq!(middle, 25 + 30);
+    stepped(&mut session, 40);
+    assert_eq!(bits(states(&session)), bits(&run(&export::text(&session), 70)));
+    while session.back().is_ok() {}
+    assert_eq!(session.simulation().index(), 25);
+}
+
+#[test]
+fn changes_start_at_the_present_state_and_have_the_bits_of_their_text() {
+    let mut session = Session::open(SCENES[0].text).unwrap();
+    stepped(&mut session, 100);
+    let changes = [
+        Change::Friction(0.1),
+        Change::Restitution(0.6),
+        Change::Gravity { size: 5.0, slope: 20.0 },
+        Change::Mass { body: 0, mass: 3.0 },
+        Change::TimeStep(0.004),
+        Change::Add(NewShape::Ball),
+        Change::Add(NewShape::Cylinder),
+        Change::Add(NewShape::Box),
+        Change::Remove(1),
+    ];
+    for change in changes {
+        let before = states(&session)[0];
+        session = session.changed(change).unwrap();
+        assert_eq!(states(&session)[0], before, "{change:?}");
+        stepped(&mut session, 30);
+        assert_eq!(bits(states(&session)), bits(&run(&export::text(&session), 30)), "{change:?}");
+    }
+    let world = session.simulation().world();
+    assert_eq!((world.friction(), world.restitution(), world.time_step()), (0.1, 0.6, 0.004));
+    assert_eq!((world.bodies().len(), world.bodies()[0].mass()), (3, 3.0));
+    let tilted = Vector3::new(20_f64.to_radians().sin(), 0.0, -20_f64.to_radians().cos());
+    assert!((world.gravity() - 5.0 * tilted).norm() < 1e-15);
+}
+
+#[test]
+fn hard_throws_at_extreme_friction_stay_counted_and_finite() {
+    for friction in [0.0, 2.0] {
+        let session = Session::open(SCENES[3].text).unwrap();
+        let mut session = session.changed(Change::Friction(friction)).unwrap();
+        for k in 0..40 {
+            let body = (7 * k) % states(&session).len();
+            let point = states(&session)[body].position + Vector3::new(0.0, 0.0, 0.02);
+            session.grab(&Hit { body, point }).unwrap();
+            let side = f64::from(u32::try_from(k % 5).unwrap()) - 2.0;
+            session.pull(point + Vector3::new(9.0 * side, 5.0, -4.0));
+            stepped(&mut session, 12);
+            session.release();
+        }
+        assert!(
+            states(&session).iter().all(|state| state.to_vector().iter().all(|x| x.is_finite()))
+        );
+        let summary = session.summary();
+        let unsolved = session.unsolved();
+        assert_eq!((unsolved.failed, unsolved.wild), (summary.failed, summary.wild));
+    }
+}
+
+#[test]
+fn odd_values_are_refused_and_change_nothing() {
+    let session = Session::open(SCENES[1].text).unwrap();
+    for change in [
+        Change::Friction(-1.0),
+        Change::Friction(f64::NAN),
+        Change::Restitution(2.0),
+        Change::TimeStep(0.0),
+        Change::Gravity { size: f64::INFINITY, slope: 0.0 },
+        Change::Mass { body: 99, mass: 1.0 },
+        Change::Mass { body: 0, mass: 0.0 },
+        Change::Remove(99),
+    ] {
+        let refused = session.changed(change).err();
+        assert!(refused.is_some_and(|why| !why.is_empty()), "{change:?}");
+    }
+    let one = Session::open(SCENES[0].text).unwrap();
+    assert!(one.changed(Change::Remove(0)).is_err());
+    for text in [
+        "",
+        "steps = 3",
+        "[[bodies]]",
+        "<robot/>",
+        "\u{0}",
+        "name = \"a\"\n[[robots]]\nfile = \"b\"",
+    ] {
+        assert!(Session::open(text).is_err(), "{text:?}");
+    }
+}
+
+fn answer(program: &mut Program, request: &Value) -> Value {
+    program.answer(request.to_string().as_bytes());
+    serde_json::from_str(&program.text).unwrap()
+}
+
+#[test]
+fn requests_have_the_answers_that_the_page_reads() {
+    let mut program = Program::default();
+    let list = answer(&mut program, &json!({ "do": "scenes" }));
+    assert_eq!(list["scenes"].as_array().unwrap().len(), SCENES.len());
+    for odd in
+        [json!({ "do": "step", "count": 1, "contacts": true }), json!({ "do": "dance" }), json!(3)]
+    {
+        assert!(answer(&mut program, &odd)["error"].is_string(), "{odd}");
+    }
+    let opened = answer(&mut program, &json!({ "do": "open", "text": SCENES[5].text }));
+    assert_eq!(opened["film"]["bodies"].as_array().unwrap().len(), 10);
+    assert_eq!(program.numbers.len(), HEAD + 10 * OF_BODY);
+    answer(&mut program, &json!({ "do": "step", "count": 50, "contacts": true }));
+    assert_eq!(program.numbers[0], 50.0);
+    let contacts = (program.numbers.len() - HEAD - 10 * OF_BODY) / OF_CONTACT;
+    assert_eq!(contacts, 40, "four at each of ten boxes");
+    assert_eq!(program.numbers[12], 40.0);
+    let weight: f64 =
+        (0..4).map(|k| program.numbers[HEAD + 10 * OF_BODY + k * OF_CONTACT + 10]).sum();
+    assert!((weight - 98.1).abs() < 1e-6, "{weight}");
+
+    let aim = json!({ "do": "grab", "origin": [5.0, 0.0, 1.9], "direction": [-1.0, 0.0, 0.0] });
+    assert_eq!(answer(&mut program, &aim)["body"], 9);
+    answer(&mut program, &json!({ "do": "pull", "target": [3.0, 0.0, 3.0] }));
+    answer(&mut program, &json!({ "do": "step", "count": 20, "contacts": false }));
+    assert_eq!(program.numbers[13], 9.0, "the body in the hand");
+    answer(&mut program, &json!({ "do": "release" }));
+    assert_eq!(program.numbers[13], -1.0);
+    let away = json!({ "do": "grab", "origin": [5.0, 0.0, 9.0], "direction": [1.0, 0.0, 0.0] });
+    assert_eq!(answer(&mut program, &away)["body"], Value::Null);
+
+    // The way back leads through the grab to the start of the scene.
+    for index in (0..70).rev() {
+        let back = answer(&mut program, &json!({ "do": "back", "contacts": false }));
+        assert_eq!(back["error"], Value::Null, "{index}");
+        assert_eq!(program.numbers[0], f64::from(index));
+    }
+    assert!(answer(&mut program, &json!({ "do": "back", "contacts": false }))["error"].is_string());
+    // A text with a fault changes nothing.
+    assert!(answer(&mut program, &json!({ "do": "open", "text": "steps" }))["error"].is_string());
+    // A restart keeps changes.
+    answer(&mut program, &json!({ "do": "change", "change": { "friction": 0.25 } }));
+    answer(&mut program, &json!({ "do": "step", "count": 5, "contacts": false }));
+    let restarted = answer(&mut program, &json!({ "do": "restart" }));
+    assert_eq!((restarted["friction"].as_f64(), program.numbers[0]), (Some(0.25), 0.0));
+}
