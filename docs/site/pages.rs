@@ -29,6 +29,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Move an obstacle along a path", "docs/howto/moving-obstacles.md"),
             ("Make bodies bounce", "docs/howto/restitution.md"),
             ("Choose what collides", "docs/howto/collision-groups.md"),
+            ("Add drag and force fields", "docs/howto/drag.md"),
             ("Sum contact forces by pair", "docs/howto/contact-forces.md"),
             ("Cast rays and measure distances", "docs/howto/queries.md"),
             ("Export tables and pictures", "docs/howto/export.md"),
