@@ -1,7 +1,7 @@
 //! Cylinders, cones and ellipsoids on the ground, against closed forms.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector4};
-use tumble_core::contact::Plane;
+use tumble_core::contact::{Contact, Plane};
 use tumble_core::geometry::{MassProperties, Piece};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -334,4 +334,48 @@ fn drops_of_all_sizes_are_solved() {
     assert!(wild.is_empty(), "{}", wild.join("\n"));
     // One in a hundred thousand.
     assert!(failed.len() * 100_000 <= steps, "{}", failed.join("\n"));
+}
+
+/// A tippe top is a ball whose centre of mass is below its centre by a. Sliding friction turns it
+/// over: the centre of mass ends above the centre, because the inequalities of Ciocci and Langerock
+/// ("Dynamics of the tippe top via Routhian reduction", 2007) hold for fast spins,
+/// (1 − a/R) < I/C < (1 + a/R).
+#[test]
+fn a_tippe_top_turns_over() {
+    let (radius, offset, mass, h) = (0.02, 0.006, 0.02, 0.0002);
+    let ball = Piece::sphere(radius).unwrap();
+    let ball = ball.moved_by(&Matrix3::identity(), &(Vector3::z() * offset)).unwrap();
+    let moment = 0.4 * mass * radius * radius;
+    let inertia = Matrix3::from_diagonal(&Vector3::new(moment, moment, moment));
+    let body = RigidBody::of_pieces(mass, inertia, vec![ball]).unwrap();
+    let world = world(body, 0.3, 0.0, h);
+    let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), 0.1);
+    let mut start = on_ground(&world, &turn);
+    start.spin = turn.inverse() * Vector3::z() * 180.0;
+    let states = states(&world, start, 20_000);
+    let rises = |state: &State| state.position.z - radius;
+    assert!(rises(&start) < -0.9 * offset);
+    let highest = states.iter().map(rises).fold(f64::NEG_INFINITY, f64::max);
+    assert!(highest > 0.9 * offset, "{highest}");
+}
+
+/// The contacts of a cylinder at rest stay at the same places of the ground, to the last bit.
+#[test]
+fn the_contacts_of_a_resting_cylinder_stay() {
+    let world = world(solid(1.0, Piece::cylinder(0.1, 0.05, SIDES).unwrap()), 0.5, 0.0, 0.002);
+    let start = on_ground(&world, &quarter_turn());
+    let mut run = Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
+    let mut record = StepRecord::new();
+    let mut places = || {
+        run.step(&mut record).unwrap();
+        let position = record.solution.states[0].position;
+        let of = |contact: &Contact| position + contact.arm;
+        record.contacts.iter().map(of).collect::<Vec<_>>()
+    };
+    let first = places();
+    assert!(first.len() >= 2);
+    for _ in 0..500 {
+        let moved = places().iter().zip(&first).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(moved < 1e-15, "{moved:e}");
+    }
 }
