@@ -141,11 +141,12 @@ fn pairs_that_are_apart_have_their_distance() {
         let bound = -extent(&a, &of_a, &axis) - extent(&b, &of_b, &-axis);
         assert!((bound - distance).abs() < 1e-12, "{at}, {bound:e}");
         assert!(((found.b - found.a).norm() - distance).abs() < 1e-9, "{at}");
-        // A point of a convex piece is not beyond its extent along any direction.
+        // A point of a convex piece is not beyond its extent along any direction. Along the surface
+        // the points are off by the square root of the rounding error of the distance.
         for _ in 0..20 {
             let n = draw.vector().normalize();
-            assert!(n.dot(&found.a) < extent(&a, &of_a, &n) + 1e-9, "{at}");
-            assert!(n.dot(&found.b) < extent(&b, &of_b, &n) + 1e-9, "{at}");
+            assert!(n.dot(&found.a) < extent(&a, &of_a, &n) + 1e-7, "{at}");
+            assert!(n.dot(&found.b) < extent(&b, &of_b, &n) + 1e-7, "{at}");
         }
     }
     assert!(tested > 1500, "{tested}");

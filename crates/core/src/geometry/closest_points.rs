@@ -48,7 +48,7 @@ pub fn closest_points(
     let pair = PiecePair::new(a, (b.0, &moved));
     let axis = a.1.rotation.tr_mul(&separation.axis);
     let on_a = if pair.is_smooth() {
-        pair.smooth_nearest().map_or_else(|| pair.extremes(&-axis)[0], |near| near.a)
+        pair.smooth_nearest(&axis).map_or_else(|| pair.extremes(&-axis)[0], |near| near.a)
     } else {
         pair.place(scratch);
         closest(&pair, scratch, Some(&axis)).a + axis * a.0.radius()

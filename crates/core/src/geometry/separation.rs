@@ -28,13 +28,12 @@ pub fn separation(
     scratch: &mut PairScratch,
 ) -> Separation {
     let pair = PiecePair::new(a, b);
-    let (distance, axis, kind) = match pair.is_smooth() {
-        true => {
-            let axis =
-                pair.smooth_nearest().map_or_else(|| pair.smooth_axis(hint), |near| near.axis);
-            (pair.gap_along(&axis), axis, None)
-        }
-        false => exact(&pair, scratch),
+    let (distance, axis, kind) = if pair.is_smooth() {
+        let axis = pair.smooth_axis(hint);
+        let axis = pair.smooth_nearest(&axis).map_or(axis, |near| near.axis);
+        (pair.gap_along(&axis), axis, None)
+    } else {
+        exact(&pair, scratch)
     };
     hint.set(Some(axis), kind);
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }

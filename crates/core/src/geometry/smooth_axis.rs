@@ -39,18 +39,11 @@ const MOST_STEPS: u32 = 8;
 const PROVED: f64 = 1e-8;
 
 impl PiecePair<'_> {
-    /// Nearest points of a pair with a smooth shape. `None` if the pieces touch or overlap.
-    pub(super) fn smooth_nearest(&self) -> Option<Nearest> {
-        let axis = Portal::new(self).axis(ROUGH * self.size());
-        let is_apart =
-            |axis: &Vector3<f64>| self.gap_along(axis) - self.radii() > APART * self.size();
-        match is_apart(&axis) {
-            true => nearest(self, &axis),
-            false => {
-                let axis = Some(self.smooth_axis(&Hint::default()));
-                axis.filter(is_apart).and_then(|axis| nearest(self, &axis))
-            }
-        }
+    /// Nearest points of a pair with a smooth shape that has the axis of separation `axis`. `None` if
+    /// the pieces touch or overlap.
+    pub(super) fn smooth_nearest(&self, axis: &Vector3<f64>) -> Option<Nearest> {
+        let is_apart = self.gap_along(axis) - self.radii() > APART * self.size();
+        if is_apart { nearest(self, axis) } else { None }
     }
 
     /// Axis of separation (unit, frame of A, from A to B) of a pair with a smooth shape.
