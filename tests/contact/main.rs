@@ -18,6 +18,7 @@ mod restitution;
 mod rounded_points;
 mod smooth_balls;
 mod smooth_shapes;
+mod terrain;
 #[path = "../common/toss.rs"]
 mod toss;
 mod whose_plane;

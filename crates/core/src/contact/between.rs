@@ -139,11 +139,11 @@ fn part_of(touch: &ManifoldPoint) -> CorePart {
     }
 }
 
-/// Piece `number` of a body, or the only piece of a fixed owner. `None` if it does not exist.
+/// Piece `number` of an owner. `None` if it does not exist.
 pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&Piece> {
     match owner {
         PieceOwner::Body(index) => world.bodies().get(index)?.pieces().get(number),
-        PieceOwner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+        PieceOwner::Fixed(index) => world.fixed_piece(index, number),
     }
 }
 

@@ -18,8 +18,9 @@
 
 use super::between::Between;
 use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
-use super::key_index::{KeyEnd, PieceIndex, ends_of};
+use super::key_index::{KeyEnd, PieceIndex, end_of, ends_of};
 use super::owner::plane_of;
+use super::seams::{is_same, is_triangle, lies_in};
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{
     Advance, Feature, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold,
@@ -156,7 +157,13 @@ impl CollisionSearch<'_> {
         let ends = (placed(self.world, self.end, a), placed(self.world, self.end, b));
         *pair.gap = bound(ends.0, ends.1, pair.hint);
         *pair.is_bound = true;
-        let extents = indices.map(|index| self.extents[index]);
+        let extents = [
+            self.extents[indices[0]],
+            match self.extents.get(indices[1]) {
+                Some(extent) => *extent,
+                None => PieceExtent::of(ends.1.0),
+            },
+        ];
         let moving = [self.moving(a, extents[0]), self.moving(b, extents[1])];
         if *pair.gap - travel(&moving[0], &moving[1]) >= -self.depth {
             return None;
@@ -190,7 +197,7 @@ impl CollisionSearch<'_> {
                 return None;
             }
             let mut known = self.index.between(contacts, pieces([a, b]));
-            let is_known = known.any(|place| is_between(&contacts[place].key, a, b));
+            let is_known = known.any(|place| is_held(self.world, &contacts[place], a, b));
             drop(known);
             // A pair without contacts is not held by anything.
             let most = if is_known { passing } else { fine };
@@ -313,8 +320,8 @@ impl CollisionSearch<'_> {
     fn lift(&mut self, colliders: [Collider; 2], contacts: &[Contact]) {
         let mut lift: Option<(usize, Vector3<f64>, f64)> = None;
         let known = self.index.between(contacts, pieces(colliders)).map(|place| &contacts[place]);
-        for contact in known.filter(|contact| is_between(&contact.key, colliders[0], colliders[1]))
-        {
+        let [a, b] = colliders;
+        for contact in known.filter(|contact| is_held(self.world, contact, a, b)) {
             let a = &self.between[contact.key.body];
             let b = match contact.key.partner {
                 Partner::Body(other) => Some(&self.between[other]),
@@ -435,7 +442,7 @@ impl CollisionSearch<'_> {
         let (world, start) = (self.world, self.start);
         let between = Between { world, colliders, at: self.end, start };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
-        found.all(|contact| unknown_plane(&contact, contacts, self.index).is_none())
+        found.all(|contact| unknown_plane(world, &contact, contacts, self.index).is_none())
     }
 
     /// True if a pair has the same direction at its collision as at its end.
@@ -465,7 +472,7 @@ impl CollisionSearch<'_> {
                 continue;
             }
             fits = true;
-            if let Some(plane) = unknown_plane(&contact, contacts, self.index) {
+            if let Some(plane) = unknown_plane(world, &contact, contacts, self.index) {
                 contacts.extend(between.contact(touch, plane));
             }
         }
@@ -475,7 +482,7 @@ impl CollisionSearch<'_> {
 
 /// Identifiers of the two pieces in the index of contacts.
 fn pieces(colliders: [Collider; 2]) -> [KeyEnd; 2] {
-    colliders.map(|collider| (collider.owner.partner(), collider.piece))
+    colliders.map(|collider| end_of(collider.owner.partner(), collider.piece))
 }
 
 /// True if a contact is between two given pieces.
@@ -490,12 +497,25 @@ fn is_between(key: &ContactKey, a: Collider, b: Collider) -> bool {
         || (of(b, owners.0, first) && of(a, owners.1, second))
 }
 
+/// True if a contact is between two given pieces, or its plane contains the second one, a triangle.
+fn is_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
+    is_between(&contact.key, a, b) || is_triangle(world, b) && lies_in(world, contact, a, b)
+}
+
 /// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for
 /// them, or too many others.
-fn unknown_plane(contact: &Contact, contacts: &[Contact], index: &mut PieceIndex) -> Option<u32> {
+fn unknown_plane(
+    world: &World,
+    contact: &Contact,
+    contacts: &[Contact],
+    index: &mut PieceIndex,
+) -> Option<u32> {
     let mut planes = 0;
     let between = index.between(contacts, ends_of(&contact.key));
     for known in between.map(|place| &contacts[place]) {
+        if is_same(world, known, contact) {
+            return None;
+        }
         let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key
             && known.key.pair.map(|pair| (pair.pieces, pair.feature))
                 == contact.key.pair.map(|pair| (pair.pieces, pair.feature));

@@ -81,7 +81,7 @@ impl Placement {
         let body = &world.bodies()[contact.key.body];
         let other = match contact.key.partner {
             Partner::Ground => return (Self::Fixed, ENDLESS),
-            Partner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+            Partner::Fixed(index) => world.fixed_piece(index, pair.pieces.1),
             Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
         };
         let (Some(of_a), Some(of_b)) = (body.pieces().get(pair.pieces.0), other) else {

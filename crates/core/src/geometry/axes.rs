@@ -5,6 +5,7 @@
 //! The gap along it is exact if the cores overlap. If they are apart it is a lower bound on their
 //! distance, which is exact if a face or two crossing edges are closest.
 
+use super::facet;
 use super::pair::{PairScratch, PiecePair, highest, lowest};
 use super::segment::span;
 use super::touch::PieceSide;
@@ -73,7 +74,10 @@ pub(super) fn best_axis(
     if best.gap >= 0.0 && meets_face(pair, scratch, &best, tie.within) {
         return Some(SeparatingAxis { exact: true, ..best });
     }
-    let best = best_edges(pair, scratch, best);
+    let best = match pair.b.rim() {
+        Some(rim) => facet::best_edges(pair, rim, scratch, best),
+        None => best_edges(pair, scratch, best),
+    };
     Some(SeparatingAxis { exact: best.gap <= 0.0, ..best })
 }
 

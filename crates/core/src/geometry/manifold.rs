@@ -7,6 +7,7 @@
 
 use super::Hull;
 use super::axes::{AxisSource, SeparatingAxis, TieBreak, best_axis};
+use super::facet::{self, Rim};
 use super::closest::{On, Points, closest, of_edges};
 use super::overlap::PolygonCorner;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
@@ -75,7 +76,8 @@ pub fn manifold(
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
     }
-    let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None };
+    let rim = pair.b.rim();
+    let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None, rim };
     let gap = meeting.find(axis);
     let spanned = meeting.shortest().is_none();
     hint.set(Some(meeting.normal(axis)), axis.filter(|_| spanned).map(|axis| axis.kind));
@@ -104,6 +106,8 @@ struct ManifoldPair<'a, 's> {
     out: &'s mut Vec<ManifoldPoint>,
     /// Closest points of the cores, if they were computed.
     points: Option<Points>,
+    /// Surroundings of B, if it is a facet of a surface.
+    rim: Option<&'a Rim>,
 }
 
 impl ManifoldPair<'_, '_> {
@@ -115,6 +119,16 @@ impl ManifoldPair<'_, '_> {
             self.edges(None);
             return gap;
         };
+        if let Some(rim) = self.rim
+            && axis.gap <= 0.0
+            && !facet::leaves(&self.pair, rim, &axis)
+        {
+            // Beyond the facet is more of the surface. Its normal is left as a direction.
+            if let Some(upright) = facet::upright(&self.pair) {
+                self.faces(&upright);
+            }
+            return axis.gap;
+        }
         // Rounded pieces meet along the shortest line, which is the axis if the axis is exact.
         let mut gap = axis.gap;
         if radii > 0.0 && !axis.exact {
@@ -211,6 +225,8 @@ impl ManifoldPair<'_, '_> {
         // Cores of rounded pieces are far apart at contact. A corner meets a face only if it is
         // exactly over that face.
         let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
+        // Facets have no rims: beside one is another.
+        let (has_rims, border) = if self.rim.is_some() { (false, merge) } else { (is_round, 0.0) };
         for &at in &overlap.corners {
             let (side, point, feature) = match at {
                 PolygonCorner::A(i) => {
@@ -236,24 +252,26 @@ impl ManifoldPair<'_, '_> {
                 let between = points.a - point;
                 (between - normal * normal.dot(&between)).norm() <= 4.0 * merge
             };
-            if let Some(points) = self.points.filter(is_shortest) {
+            if let Some(points) = self.points.filter(is_shortest)
+                && self.rim.is_none()
+            {
                 self.push_shortest(&points, &normal);
                 continue;
             }
             let touch = match side {
                 PieceSide::A => face_b.and_then(|face| {
-                    let is_over = || pair.b.is_over(face, &pair.in_b(&point), 0.0);
+                    let is_over = || pair.b.is_over(face, &pair.in_b(&point), border);
                     if (across_b && !is_round) || is_over() {
                         return Some(pair.on_face_b(face, &point, feature));
                     }
-                    let rim = is_round.then(|| overlap.b.nearest(&point))?;
+                    let rim = has_rims.then(|| overlap.b.nearest(&point))?;
                     Some(pair.a_against(&point, &rim, &normal, feature))
                 }),
                 PieceSide::B => face_a.and_then(|face| {
                     if (across_a && !is_round) || pair.a.is_over(face, &point, 0.0) {
                         return Some(pair.on_face_a(face, &point, feature));
                     }
-                    let rim = is_round.then(|| overlap.a.nearest(&point))?;
+                    let rim = has_rims.then(|| overlap.a.nearest(&point))?;
                     Some(pair.b_against(&point, &rim, &normal, feature))
                 }),
             };
@@ -423,7 +441,11 @@ impl ManifoldPair<'_, '_> {
     }
 
     fn push(&mut self, touch: Option<ManifoldPoint>) {
-        self.out.extend(touch.filter(|touch| touch.gap <= self.reach));
+        let slack = MERGE * self.pair.size();
+        let may = |touch: &ManifoldPoint| {
+            self.rim.is_none_or(|rim| facet::permits(&self.pair, rim, touch, slack))
+        };
+        self.out.extend(touch.filter(|touch| touch.gap <= self.reach && may(touch)));
     }
 }
 

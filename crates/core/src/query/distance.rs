@@ -182,7 +182,7 @@ impl Query<'_> {
                 let none = Error::Unsupported { what: "distance", why };
                 return self.world.ground().map(Solid::Ground).ok_or(none);
             }
-            Partner::Fixed(index) => (self.world.fixed().len(), "fixed piece", index),
+            Partner::Fixed(index) => (self.world.fixed_count(), "fixed piece", index),
             Partner::Body(index) => (self.world.bodies().len(), "body", index),
         };
         if count >= known {

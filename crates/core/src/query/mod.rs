@@ -40,7 +40,6 @@
 
 mod distance;
 mod ray;
-mod tree;
 
 pub use distance::{Distance, Nearby, PairDistance};
 pub use ray::{Ray, RayHit};
@@ -48,11 +47,10 @@ pub use ray::{Ray, RayHit};
 use crate::contact::Partner;
 use crate::contact::collider::{Collider, colliders_of, placed};
 use crate::error::Error;
-use crate::geometry::{Aabb, Piece, RayCaster};
+use crate::geometry::{Aabb, Piece, RayCaster, Tree};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::Vector3;
-use tree::Tree;
 
 /// A world at given states, prepared for queries.
 ///

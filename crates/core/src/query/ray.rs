@@ -133,7 +133,8 @@ impl Query<'_> {
         self.tree.visit(
             &mut (limit, self.caster.clone()),
             |(limit, _), around| {
-                ray.enters(around, margin).is_some_and(|entry| entry <= limit + margin)
+                let entry = around.entry(&ray.origin, &ray.direction, ray.length, margin);
+                entry.is_some_and(|(from, _)| from <= limit + margin)
             },
             |(limit, caster), index| {
                 let owner = self.owner(index);

@@ -11,11 +11,12 @@ mod pairs;
 mod places;
 
 use super::between::Between;
-use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
+use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
 use super::key_index::{PieceIndex, ends_of};
 use super::meeting::{BAND, CollisionSearch, Meeting};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
+use super::seams::{is_same, is_triangle};
 use super::shared_edge::shares_a_line_only;
 use super::{Contact, Partner};
 use crate::geometry::{ManifoldPoint, PairScratch, PieceSide, Sweep, bound, manifold};
@@ -48,7 +49,7 @@ pub struct Overlap {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     memory: Memory,
-    colliders: Vec<Collider>,
+    colliders: Colliders,
     extents: Vec<PieceExtent>,
     /// Body of each box.
     bodies: Vec<usize>,
@@ -116,8 +117,10 @@ impl Neighbours {
             PieceOwner::Fixed(_) => true,
             PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
         };
+        // First contact of the current piece with its terrains.
+        let (mut piece, mut first_of_piece) = (usize::MAX, 0);
         for (index, pair) in pairs.iter_mut().enumerate() {
-            let [a, b] = pair.colliders.map(|at| colliders[at]);
+            let [a, b] = pair.colliders.map(|at| colliders.at(at));
             if still(a.owner) && still(b.owner) {
                 continue;
             }
@@ -129,8 +132,21 @@ impl Neighbours {
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
-            if pair.gap <= TOUCH * size && !shares_a_line_only(pieces.0, pieces.1, touches, size) {
-                let between = Between { world, colliders: [a, b], at: poses, start: poses };
+            let between = Between { world, colliders: [a, b], at: poses, start: poses };
+            if is_triangle(world, b) {
+                if piece != pair.colliders[0] {
+                    (piece, first_of_piece) = (pair.colliders[0], first);
+                }
+                let touches = touches.iter().filter(|_| pair.gap <= TOUCH * size);
+                for contact in touches.filter_map(|touch| between.contact(touch, 0)) {
+                    let known = &moved[first_of_piece..];
+                    if !known.iter().any(|known| is_same(world, known, &contact)) {
+                        moved.push(contact);
+                    }
+                }
+            } else if pair.gap <= TOUCH * size
+                && !shares_a_line_only(pieces.0, pieces.1, touches, size)
+            {
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
             moved_pairs.push((index, first..moved.len()));
@@ -313,7 +329,7 @@ impl Neighbours {
         }
         let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
         for pair in &mut memory.pairs {
-            let [a, b] = pair.colliders.map(|at| colliders[at]);
+            let [a, b] = pair.colliders.map(|at| colliders.at(at));
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
                 pair.gap = bound(pieces.0, pieces.1, &pair.hint);
@@ -324,7 +340,10 @@ impl Neighbours {
                 pair.gap = manifold(pieces.0, pieces.1, 0.0, PieceSide::A, hint, scratch, touches);
                 pair.is_bound = false;
             }
-            let extents = pair.colliders.map(|at| extents[at]);
+            let extents = pair.colliders.map(|at| match extents.get(at) {
+                Some(extent) => *extent,
+                None => PieceExtent::of(pieces.1.0),
+            });
             visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
         }
     }
@@ -364,7 +383,7 @@ impl Neighbours {
 /// True if `world` has at least two objects whose pieces could touch.
 #[inline]
 pub(super) fn has_pairs(world: &World) -> bool {
-    world.bodies().len() + world.fixed().len() >= 2
+    world.bodies().len() + world.fixed_count() >= 2
 }
 
 /// Records that two owners collided at the fraction `share` of the trajectory.

@@ -1,0 +1,1 @@
+//! Slopes, ridges and valleys.
