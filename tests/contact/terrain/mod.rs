@@ -73,14 +73,10 @@ fn run(name: &str, world: &World, start: State, steps: usize) -> Vec<State> {
         .collect()
 }
 
-/// Largest difference of two states: places (m), attitudes, velocities (m/s), spins (rad/s).
+/// Largest difference of two places (m) and attitudes.
 fn apart(a: &State, b: &State) -> f64 {
     let attitude = (a.attitude - b.attitude).amax().min((a.attitude + b.attitude).amax());
-    (a.position - b.position)
-        .amax()
-        .max(attitude)
-        .max((a.velocity - b.velocity).amax())
-        .max((a.spin - b.spin).amax())
+    (a.position - b.position).amax().max(attitude)
 }
 
 fn uniform(random: &mut Mt64) -> f64 {

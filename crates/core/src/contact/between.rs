@@ -6,11 +6,15 @@
 
 use super::collider::{Collider, PieceOwner, placed};
 use super::curved::{Core, CorePair, Curved};
+use super::seams::is_triangle;
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
 use crate::geometry::{CorePart, Feature, ManifoldPoint, Piece, PieceSide};
 use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::Vector3;
+
+/// Cosine above which a plane is that of a face of a triangle.
+const SAME_PLANE: f64 = 1.0 - 1e-12;
 
 /// Converts the geometric contact points of two colliders to contacts.
 pub(super) struct Between<'a> {
@@ -67,6 +71,10 @@ impl Between<'_> {
         }
         match (of_point.owner, of_plane.owner) {
             (PieceOwner::Body(body), owner) => {
+                let (mut features, mut plane) = (features, (touch.normal, touch.offset));
+                if is_triangle(self.world, of_plane) {
+                    plane = self.plane_of_patch(touch, &mut features).unwrap_or(plane);
+                }
                 let corner = self.corner(body, of_point, part_of(touch));
                 let key = ContactKey {
                     body,
@@ -79,8 +87,8 @@ impl Between<'_> {
                     Features::of_plane(
                         touch.point,
                         touch.point_radius,
-                        frame_along(&touch.normal),
-                        touch.offset,
+                        frame_along(&plane.0),
+                        plane.1,
                     ),
                 ))
             }
@@ -98,6 +106,22 @@ impl Between<'_> {
             }
             (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => None,
         }
+    }
+
+    /// Normal and offset (m) of the plane of a whole patch of triangles, if a vertex of the body
+    /// touches the face of a triangle. The features then name the first triangle of the patch.
+    fn plane_of_patch(
+        &self,
+        touch: &ManifoldPoint,
+        features: &mut PairFeatures,
+    ) -> Option<(Vector3<f64>, f64)> {
+        let PieceOwner::Fixed(index) = self.colliders[1].owner else { return None };
+        let Feature::Vertex(PieceSide::A, _) = touch.feature else { return None };
+        let first = self.world.terrain(index)?.patch(features.pieces.1);
+        let faces = self.world.fixed_piece(index, first)?.core().faces();
+        let face = faces.iter().find(|face| face.normal.dot(&touch.normal) > SAME_PLANE)?;
+        features.pieces.1 = first;
+        Some((face.normal, face.offset))
     }
 
     /// Index of the contact point of a body at a part of its piece: the vertex, or the first end of

@@ -89,7 +89,11 @@ impl Placement {
         };
         let seen = PlacedPair { pair, pieces: (of_a, of_b), contact, poses: (a, b) };
         let placement = seen.placement();
-        (placement, seen.room(&placement))
+        // A plane of a terrain goes on beyond its triangle.
+        let is_endless = matches!(placement, Self::Fixed)
+            && matches!(contact.key.partner, Partner::Fixed(index) if world.terrain(index).is_some());
+        let room = if is_endless { ENDLESS } else { seen.room(&placement) };
+        (placement, room)
     }
 
     /// Differentials of the features for the differentials of both sides.

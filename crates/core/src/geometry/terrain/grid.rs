@@ -138,6 +138,28 @@ impl HeightField {
         }
     }
 
+    /// Calls `visit` on the triangles at the sides of a triangle.
+    pub(super) fn each_beside(&self, triangle: usize, visit: &mut dyn FnMut(usize)) {
+        let (cell, wide) = (triangle / 2, self.columns - 1);
+        let (row, column) = (cell / wide, cell % wide);
+        visit(triangle ^ 1);
+        if triangle % 2 == 0 {
+            if row > 0 {
+                visit(2 * (cell - wide) + 1);
+            }
+            if column + 1 < wide {
+                visit(2 * (cell + 1) + 1);
+            }
+        } else {
+            if row + 1 < self.rows() - 1 {
+                visit(2 * (cell + wide));
+            }
+            if column > 0 {
+                visit(2 * (cell - 1));
+            }
+        }
+    }
+
     /// Calls `visit` on the triangles with a grid point.
     pub(super) fn each_around(&self, vertex: usize, visit: &mut dyn FnMut(usize)) {
         let (row, column) = (vertex / self.columns, vertex % self.columns);

@@ -112,6 +112,19 @@ impl Surface {
         &self.triangles
     }
 
+    /// Calls `visit` on the triangles at the sides of a triangle.
+    pub(super) fn each_beside(&self, triangle: usize, visit: &mut dyn FnMut(usize)) {
+        let own = self.triangles[triangle];
+        for (from, to) in [(own[0], own[1]), (own[1], own[2]), (own[2], own[0])] {
+            for other in self.around(from as usize) {
+                if *other as usize != triangle && self.triangles[*other as usize].contains(&to) {
+                    visit(*other as usize);
+                }
+            }
+        }
+    }
+
+    /// Triangles at a vertex.
     pub(super) fn around(&self, vertex: usize) -> &[u32] {
         &self.around[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }

@@ -8,6 +8,7 @@
 mod cache;
 mod grid;
 mod mesh;
+mod patches;
 
 pub use grid::HeightField;
 pub use mesh::Surface;
@@ -24,6 +25,8 @@ pub struct Terrain {
     shape: TerrainShape,
     bounds: Aabb,
     pieces: Cache,
+    /// First triangle of each triangle's patch; empty if all triangles are alone.
+    patches: Vec<u32>,
 }
 
 /// Geometry of a terrain.
@@ -51,7 +54,11 @@ impl From<TerrainShape> for Terrain {
             TerrainShape::Field(field) => field.count(),
             TerrainShape::Mesh(mesh) => mesh.triangles().len(),
         };
-        Self { shape, bounds, pieces: Cache::new(count) }
+        let mut terrain = Self { shape, bounds, pieces: Cache::new(count), patches: Vec::new() };
+        let corners = |triangle| terrain.corners(triangle);
+        let beside = |triangle, visit: &mut dyn FnMut(usize)| terrain.each_beside(triangle, visit);
+        terrain.patches = patches::patches(count, corners, beside);
+        terrain
     }
 }
 
@@ -99,6 +106,12 @@ impl Terrain {
     #[must_use]
     pub fn piece(&self, triangle: usize) -> Option<&Piece> {
         self.pieces.get(triangle, || self.make(triangle).ok())
+    }
+
+    /// First triangle of the patch of `triangle`: of the connected triangles in its plane.
+    #[must_use]
+    pub fn patch(&self, triangle: usize) -> usize {
+        self.patches.get(triangle).map_or(triangle, |first| *first as usize)
     }
 
     fn make(&self, triangle: usize) -> Result<Piece, Error> {
@@ -184,6 +197,14 @@ impl Terrain {
         match &self.shape {
             TerrainShape::Field(field) => field.vertex(vertex),
             TerrainShape::Mesh(mesh) => mesh.vertices()[vertex],
+        }
+    }
+
+    /// Calls `visit` on the triangles at the sides of a triangle.
+    fn each_beside(&self, triangle: usize, visit: &mut dyn FnMut(usize)) {
+        match &self.shape {
+            TerrainShape::Field(field) => field.each_beside(triangle, visit),
+            TerrainShape::Mesh(mesh) => mesh.each_beside(triangle, visit),
         }
     }
 
