@@ -22,8 +22,8 @@ pub(super) fn is_triangle(world: &World, collider: Collider) -> bool {
 pub(super) fn is_same(world: &World, known: &Contact, contact: &Contact) -> bool {
     let (key, other) = (&contact.key, &known.key);
     let (Some(pair), Some(known_pair)) = (key.pair, other.pair) else { return false };
-    let is_of_pair = (key.body, key.partner, pair.pieces.0)
-        == (other.body, other.partner, known_pair.pieces.0);
+    let is_of_pair =
+        (key.body, key.partner, pair.pieces.0) == (other.body, other.partner, known_pair.pieces.0);
     if !is_of_pair || !matches!(key.partner, Partner::Fixed(index) if index >= world.fixed().len())
     {
         return false;

@@ -95,19 +95,16 @@ impl Rim {
         let wings = &self.wings[edge];
         let level = |w: &&Vector3<f64>| out.dot(w) >= -LEVEL;
         wings.iter().all(|w| out.dot(w) <= LEVEL)
-            && wings.iter().filter(level).all(|w| wings.iter().filter(level).all(|v| v.dot(w) > 0.0))
+            && wings
+                .iter()
+                .filter(level)
+                .all(|w| wings.iter().filter(level).all(|v| v.dot(w) > 0.0))
     }
 
     /// True if the surface falls away on the side of `out`, a normal of the facet, at one of its
     /// edges, and `point` (m, frame of the facet) is less deep below the other triangle there than
     /// `depth` (m).
-    fn is_beside(
-        &self,
-        hull: &Hull,
-        out: &Vector3<f64>,
-        point: &Vector3<f64>,
-        depth: f64,
-    ) -> bool {
+    fn is_beside(&self, hull: &Hull, out: &Vector3<f64>, point: &Vector3<f64>, depth: f64) -> bool {
         hull.edges().iter().zip(&self.wings).any(|(edge, wings)| {
             let (from, along) = span(hull.vertices(), edge);
             let falls = |w: &&Vector3<f64>| out.dot(w) < -LEVEL;

@@ -7,8 +7,8 @@
 
 use super::Hull;
 use super::axes::{AxisSource, SeparatingAxis, TieBreak, best_axis};
-use super::facet::{self, Rim};
 use super::closest::{On, Points, closest, of_edges};
+use super::facet::{self, Rim};
 use super::overlap::PolygonCorner;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
 use super::segment::{nearest, span};

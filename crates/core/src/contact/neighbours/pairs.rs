@@ -68,9 +68,8 @@ impl Neighbours {
         let list = self.colliders.list();
         // Positions of the bodies are not used.
         let poses = &self.poses;
-        let extents = list
-            .iter()
-            .map(|collider| PieceExtent::of(placed(world, poses, *collider).0));
+        let extents =
+            list.iter().map(|collider| PieceExtent::of(placed(world, poses, *collider).0));
         self.extents.clear();
         self.extents.extend(extents);
         self.bodies.clear();
@@ -78,9 +77,8 @@ impl Neighbours {
             PieceOwner::Body(index) => Some(index),
             PieceOwner::Fixed(_) => None,
         }));
-        let fixed = list[self.bodies.len()..]
-            .iter()
-            .map(|collider| placed(world, poses, *collider));
+        let fixed =
+            list[self.bodies.len()..].iter().map(|collider| placed(world, poses, *collider));
         let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
         self.sweep.set_fixed(&fixed);
         self.separate(world);

@@ -52,9 +52,9 @@ impl HeightField {
             let extent = (points - 1) as f64 * spacing;
             in_range("extent of the height field (m)", extent, 1e-6, 2e4, "1e-6 to 2e4")?;
         }
-        let range = heights.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| {
-            [low.min(*h), high.max(*h)]
-        });
+        let range = heights
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(*h), high.max(*h)]);
         let (rotation, position) = (Matrix3::identity(), Vector3::zeros());
         Ok(Self { heights, columns, spacing, rotation, position, range })
     }
