@@ -1,6 +1,7 @@
 //! Terrain: surfaces of triangles behave like the shapes that they form.
 
 mod flat;
+mod rough;
 mod slopes;
 
 use nalgebra::{Matrix3, Vector3, Vector4};

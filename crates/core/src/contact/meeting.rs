@@ -197,7 +197,7 @@ impl CollisionSearch<'_> {
                 return None;
             }
             let mut known = self.index.between(contacts, pieces([a, b]));
-            let is_known = known.any(|place| is_held(self.world, &contacts[place], a, b));
+            let is_known = known.any(|place| is_near_held(self.world, &contacts[place], a, b));
             drop(known);
             // A pair without contacts is not held by anything.
             let most = if is_known { passing } else { fine };
@@ -495,6 +495,16 @@ fn is_between(key: &ContactKey, a: Collider, b: Collider) -> bool {
     let (first, second) = features.pieces;
     (of(a, owners.0, first) && of(b, owners.1, second))
         || (of(b, owners.0, first) && of(a, owners.1, second))
+}
+
+/// True if a contact is between two given pieces, or between the first one and the terrain of the
+/// second. A body on a terrain is held by contacts with some of the triangles that it touches.
+fn is_near_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
+    let key = &contact.key;
+    is_between(key, a, b)
+        || is_triangle(world, b)
+            && (Partner::Body(key.body), key.partner) == (a.owner.partner(), b.owner.partner())
+            && key.pair.is_some_and(|pair| pair.pieces.0 == a.piece)
 }
 
 /// True if a contact is between two given pieces, or its plane contains the second one, a triangle.
