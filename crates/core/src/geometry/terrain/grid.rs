@@ -97,6 +97,18 @@ impl HeightField {
         self.spacing
     }
 
+    /// Rotation from the frame of the field to the world.
+    #[must_use]
+    pub fn rotation(&self) -> &Matrix3<f64> {
+        &self.rotation
+    }
+
+    /// Origin of the frame of the field (m, world).
+    #[must_use]
+    pub fn position(&self) -> &Vector3<f64> {
+        &self.position
+    }
+
     /// Number of triangles.
     pub(super) fn count(&self) -> usize {
         2 * (self.columns - 1) * (self.rows() - 1)
