@@ -152,6 +152,18 @@ impl HeightGrid {
         Self::of_rows(&rows)
     }
 
+    /// Grid of packed heights: little-endian bytes, compressed by deflate, in Base64.
+    ///
+    /// # Errors
+    /// Another text.
+    pub fn of_packed(text: &str, columns: usize) -> Result<Self, String> {
+        let values = crate::packed::unpack_floats(text)?;
+        if columns == 0 || values.len() % columns != 0 {
+            return Err(format!("{} heights are not rows of {columns}", values.len()));
+        }
+        Self { values, columns }.checked()
+    }
+
     /// The grid with its rows in the opposite order.
     #[must_use]
     pub fn upside_down(self) -> Self {
@@ -221,7 +233,8 @@ mod tests {
     /// An array as `numpy.save` writes it.
     fn npy(kind: &str, by_columns: bool, shape: &str, data: &[u8]) -> Vec<u8> {
         let order = if by_columns { "True" } else { "False" };
-        let header = format!("{{'descr': '{kind}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let header =
+            format!("{{'descr': '{kind}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
         let length = (header.len() as u16).to_le_bytes();
         [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
     }

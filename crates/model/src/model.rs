@@ -16,11 +16,11 @@ use crate::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
+use std::sync::Arc;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
-use std::sync::Arc;
 use tumble_core::world::{Fixed, FixedTerrain, Parameters, World};
 
 /// Constants of a run and its initial state, in SI units.
@@ -202,7 +202,6 @@ pub enum PartnerModel {
     Body(usize),
 }
 
-
 impl Model {
     /// Partner in the world of the model. Its terrains are numbered after the fixed geometry.
     #[must_use]
@@ -253,10 +252,9 @@ impl Model {
         let world = self.surfaces.iter().try_fold(world, |world, surface| {
             world.with_surface(self.partner(surface.of), surface.velocity.into())
         })?;
-        let world = self
-            .apart
-            .iter()
-            .try_fold(world, |world, pair| world.with_apart(pair.body, self.partner(pair.partner)))?;
+        let world = self.apart.iter().try_fold(world, |world, pair| {
+            world.with_apart(pair.body, self.partner(pair.partner))
+        })?;
         let untouched = self.bodies.iter().enumerate().filter(|(_, body)| !body.touches);
         let world = untouched.map(|(index, _)| index).try_fold(world, World::with_untouched)?;
         self.tied(self.grouped(world)?)

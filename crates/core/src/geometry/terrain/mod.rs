@@ -125,6 +125,10 @@ impl Terrain {
         if !around.meets(&self.bounds) {
             return;
         }
+        let around = &Aabb {
+            low: around.low.sup(&self.bounds.low),
+            high: around.high.inf(&self.bounds.high),
+        };
         let mut meets = |triangle: usize| {
             if self.box_of(triangle).meets(around) {
                 visit(triangle);

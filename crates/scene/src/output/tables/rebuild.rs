@@ -38,7 +38,7 @@ impl ContactRow {
         let body = bodies.get(self.body).ok_or("refers to a body that does not exist")?;
         let known = match self.partner {
             Partner::Ground => world.ground().is_some(),
-            Partner::Fixed(index) => index < world.fixed().len(),
+            Partner::Fixed(index) => index < world.fixed_count(),
             Partner::Body(index) => index < bodies.len() && index != self.body,
         };
         if !known || states.len() != bodies.len() {
@@ -144,10 +144,8 @@ impl ContactRow {
         let own = own.ok_or("refers to a piece that does not exist")?;
         let theirs = match self.partner {
             Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
-            Partner::Fixed(index) if pair.pieces.1 == 0 => {
-                world.fixed().get(index).map(|fixed| &fixed.piece)
-            }
-            Partner::Fixed(_) | Partner::Ground => None,
+            Partner::Fixed(index) => world.fixed_piece(index, pair.pieces.1),
+            Partner::Ground => None,
         };
         Ok((own, theirs.ok_or("refers to a partner piece that does not exist")?))
     }
