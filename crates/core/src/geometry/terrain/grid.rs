@@ -109,6 +109,16 @@ impl HeightField {
         &self.position
     }
 
+    /// Point of the surface at a grid point (m, world).
+    ///
+    /// # Panics
+    /// If there is no such row or column.
+    #[must_use]
+    pub fn point(&self, row: usize, column: usize) -> Vector3<f64> {
+        assert!(column < self.columns, "column {column} of {}", self.columns);
+        self.vertex(row * self.columns + column)
+    }
+
     /// Number of triangles.
     pub(super) fn count(&self) -> usize {
         2 * (self.columns - 1) * (self.rows() - 1)
