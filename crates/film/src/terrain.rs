@@ -33,14 +33,14 @@ pub(crate) fn terrain(name: &str, terrain: &Terrain) -> pictures::FilmFixed {
 /// Mesh of every n-th row and column and of the last ones, with n.
 fn drawn_field(field: &HeightField) -> (FilmMesh, usize) {
     let cells = |points: usize, stride: usize| (points - 1).div_ceil(stride);
-    let count =
-        |stride: usize| 2 * cells(field.rows(), stride) * cells(field.columns(), stride);
+    let count = |stride: usize| 2 * cells(field.rows(), stride) * cells(field.columns(), stride);
     let stride = (1..).find(|stride| count(*stride) <= MOST_TRIANGLES).unwrap_or(1);
     let places = |points: usize| -> Vec<usize> {
         (0..points - 1).step_by(stride).chain([points - 1]).collect()
     };
     let (rows, columns) = (places(field.rows()), places(field.columns()));
-    let vertices = rows.iter().flat_map(|row| columns.iter().map(|column| field.point(*row, *column)));
+    let vertices =
+        rows.iter().flat_map(|row| columns.iter().map(|column| field.point(*row, *column)));
     let vertices = vertices.collect();
     let mut triangles = Vec::new();
     for row in 0..rows.len() - 1 {

@@ -2,10 +2,10 @@
 
 use super::frame::LinkFrame;
 use nalgebra::{Matrix3, Vector3};
-use std::sync::Arc;
-use tumble_core::geometry::terrain::HeightField;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use tumble_core::geometry::terrain::HeightField;
 use tumble_core::joint::Drive;
 
 /// A robot as described by its URDF or MJCF file. The world is link 0.

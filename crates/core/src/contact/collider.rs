@@ -114,6 +114,11 @@ impl Colliders {
         starts.iter().enumerate().map(|(index, first)| (self.fixed + index, *first))
     }
 
+    #[inline]
+    pub(crate) fn has_terrains(&self) -> bool {
+        self.terrains.len() > 1
+    }
+
     /// Collider `number`.
     #[inline]
     pub(crate) fn at(&self, number: usize) -> Collider {

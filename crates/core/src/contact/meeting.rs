@@ -17,8 +17,9 @@
 //! the plane across their shortest line.
 
 use super::between::Between;
-use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
+use super::collider::{Collider, Colliders, PieceExtent, PieceOwner, placed, size};
 use super::key_index::{KeyEnd, PieceIndex, end_of, ends_of};
+use super::memory::Neighbour;
 use super::owner::plane_of;
 use super::seams::{is_same, is_triangle, lies_in};
 use super::{Contact, ContactKey, Partner};
@@ -137,6 +138,23 @@ impl CollisionSearch<'_> {
             PieceOwner::Body(index) => self.start[index] == self.end[index],
             PieceOwner::Fixed(_) => true,
         }
+    }
+
+    /// True if a pair with a triangle of a terrain has so much room at the start that it does not
+    /// collide. Its gap becomes a bound for the end.
+    pub fn stays_in_room(&self, pair: &mut Neighbour, colliders: &Colliders) -> bool {
+        let [number, other] = pair.colliders;
+        let PieceOwner::Body(body) = colliders.at(number).owner else { return false };
+        if !is_triangle(self.world, colliders.at(other)) {
+            return false;
+        }
+        let (trajectory, arm) = (&self.trajectories[body], self.extents[number].arm);
+        let least = pair.room.0 - trajectory.shift().norm() - arm * trajectory.angle().min(2.0);
+        if least < -self.depth {
+            return false;
+        }
+        (pair.gap, pair.is_bound) = (least, true);
+        true
     }
 
     /// Finds the collision of a pair that its contacts do not prevent.

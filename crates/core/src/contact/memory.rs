@@ -30,6 +30,20 @@ pub(super) struct Neighbour {
     pub(super) is_bound: bool,
     /// Range of the pair's contacts at the last step's start in [`Memory::kept`].
     pub(super) kept: Range<usize>,
+    /// Room at the last step's start, for a triangle of a terrain.
+    #[cfg_attr(feature = "save", serde(skip))]
+    pub(super) room: Room,
+}
+
+/// Lower bound on the separation of a pair at some poses (m). It makes searches faster and does not
+/// change their results, so it is not saved, and all are equal.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Room(pub(super) f64);
+
+impl PartialEq for Room {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl Neighbour {

@@ -70,8 +70,10 @@ pub(super) fn best_axis(
         (Some(a), Some(b)) => better_face(pair, a, b, tie),
         (a, b) => a.or(b)?,
     };
-    // If the deepest vertex is over the face itself, no other axis has a larger gap.
-    if best.gap >= 0.0 && meets_face(pair, scratch, &best, tie.within) {
+    // If the deepest vertex is over the face itself, no other axis has a larger gap. Facets are not
+    // left sideways from an overlap within the tolerance.
+    let least = if pair.b.rim().is_some() { -tie.within } else { 0.0 };
+    if best.gap >= least && meets_face(pair, scratch, &best, tie.within) {
         return Some(SeparatingAxis { exact: true, ..best });
     }
     let best = match pair.b.rim() {

@@ -15,7 +15,6 @@
 
 use super::Hull;
 use super::axes::{AxisSource, SeparatingAxis};
-use super::hull::Edge;
 use super::pair::{PairScratch, PiecePair, highest};
 use super::segment::span;
 use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
@@ -185,18 +184,18 @@ pub(super) fn upright(pair: &PiecePair<'_>) -> Option<SeparatingAxis> {
 pub(super) fn best_edges(
     pair: &PiecePair<'_>,
     rim: &Rim,
-    scratch: &PairScratch,
+    scratch: &mut PairScratch,
     mut best: SeparatingAxis,
 ) -> SeparatingAxis {
+    let PairScratch { vertices, products, .. } = scratch;
     for (index_b, edge_b) in pair.b.edges().iter().enumerate() {
-        let (from_b, along_b) = span(&scratch.vertices, edge_b);
+        let (from_b, along_b) = span(vertices, edge_b);
+        products.clear();
+        products.extend(pair.a.faces().iter().map(|face| face.normal.dot(&along_b)));
         let outward = -(pair.rotation * rim.wings[index_b][0]);
         for (index_a, edge_a) in pair.a.edges().iter().enumerate() {
-            let normals = |edge: &Edge| {
-                edge.faces.map(|faces| faces.map(|face| pair.a.faces()[face as usize].normal))
-            };
-            let faces = normals(edge_a);
-            if faces.is_some_and(|[l, r]| l.dot(&along_b) * r.dot(&along_b) >= 0.0) {
+            if edge_a.faces.is_some_and(|[l, r]| products[l as usize] * products[r as usize] >= 0.0)
+            {
                 continue;
             }
             let (from_a, along_a) = span(pair.a.vertices(), edge_a);
@@ -206,7 +205,8 @@ pub(super) fn best_edges(
                 continue;
             }
             let normal = across * (-across.dot(&outward).signum() / norm);
-            if faces.is_some_and(|[l, r]| (l + r).dot(&normal) <= 0.0) {
+            let between = |faces: [u32; 2]| faces.map(|face| pair.a.faces()[face as usize].normal);
+            if edge_a.faces.map(between).is_some_and(|[l, r]| (l + r).dot(&normal) <= 0.0) {
                 continue;
             }
             let gap = normal.dot(&(from_b - from_a));

@@ -99,7 +99,7 @@ impl Neighbours {
         if !self.stand(world, states) {
             return;
         }
-        let Self { memory, colliders, poses, scratch, touches, .. } = self;
+        let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
         let Memory { pairs, start, kept, joined, .. } = memory;
         if start == poses {
             // Nothing has moved.
@@ -117,14 +117,29 @@ impl Neighbours {
             PieceOwner::Fixed(_) => true,
             PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
         };
-        // First contact of the current piece with its terrains.
-        let (mut piece, mut first_of_piece) = (usize::MAX, 0);
+        // First contact of the current piece with its terrains, and how far the piece has moved.
+        let (mut piece, mut first_of_piece, mut moved_by) = (usize::MAX, 0, 0.0);
         for (index, pair) in pairs.iter_mut().enumerate() {
             let [a, b] = pair.colliders.map(|at| colliders.at(at));
             if still(a.owner) && still(b.owner) {
                 continue;
             }
             let first = moved.len();
+            let is_triangle = is_triangle(world, b);
+            if is_triangle {
+                if piece != pair.colliders[0] {
+                    (piece, first_of_piece) = (pair.colliders[0], first);
+                    moved_by = displacement(a.owner, extents[piece].arm, before, poses);
+                }
+                pair.room.0 -= moved_by;
+                if pair.room.0 > TOUCH * extents[piece].size {
+                    (pair.gap, pair.is_bound) = (pair.room.0, true);
+                    if !pair.kept.is_empty() {
+                        moved_pairs.push((index, first..first));
+                    }
+                    continue;
+                }
+            }
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             let size = size(pieces.0.0).min(size(pieces.1.0));
             let plane_of = plane_of(world, states, poses, a, b);
@@ -133,10 +148,8 @@ impl Neighbours {
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             let between = Between { world, colliders: [a, b], at: poses, start: poses };
-            if is_triangle(world, b) {
-                if piece != pair.colliders[0] {
-                    (piece, first_of_piece) = (pair.colliders[0], first);
-                }
+            if is_triangle {
+                pair.room.0 = pair.gap;
                 let touches = touches.iter().filter(|_| pair.gap <= TOUCH * size);
                 for contact in touches.filter_map(|touch| between.contact(touch, 0)) {
                     let known = &moved[first_of_piece..];
@@ -254,7 +267,11 @@ impl Neighbours {
         meetings.clear();
         met.clear();
         met.resize(states.len(), f64::INFINITY);
+        let is_from_start = colliders.has_terrains() && *look.start == memory.start[..];
         for (index, pair) in pairs.iter_mut().enumerate() {
+            if is_from_start && look.stays_in_room(pair, colliders) {
+                continue;
+            }
             let (before, at) = (contacts.len(), pair.colliders);
             meetings.extend(look.meeting(index, at, &mut pair.looked(colliders), contacts));
             if contacts.len() > before {
@@ -384,6 +401,14 @@ impl Neighbours {
 #[inline]
 pub(super) fn has_pairs(world: &World) -> bool {
     world.bodies().len() + world.fixed_count() >= 2
+}
+
+/// Bound on the displacement of a piece's points from one pose to another (m). `arm` is the largest
+/// distance of the points from the centre of mass (m).
+fn displacement(owner: PieceOwner, arm: f64, from: &[Pose], to: &[Pose]) -> f64 {
+    let PieceOwner::Body(index) = owner else { return 0.0 };
+    let (Some(from), Some(to)) = (from.get(index), to.get(index)) else { return f64::INFINITY };
+    (to.position - from.position).norm() + arm * (to.rotation - from.rotation).norm()
 }
 
 /// Records that two owners collided at the fraction `share` of the trajectory.

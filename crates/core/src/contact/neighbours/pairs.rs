@@ -3,12 +3,14 @@
 use super::Neighbours;
 use crate::contact::Partner;
 use crate::contact::collider::{Colliders, PieceExtent, PieceOwner, placed};
-use crate::contact::memory::{Memory, Neighbour};
+use crate::contact::memory::{Memory, Neighbour, Room};
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
 
 /// Margin of a box in the broad phase, as a fraction of the piece's reach.
 const MARGIN: f64 = 0.1;
+/// Margin in a world with terrains, where a search is slower than a few pairs more.
+const MARGIN_ON_TERRAIN: f64 = 0.3;
 
 impl Neighbours {
     /// Recomputes the boxes and pairs if a piece leaves its box. If `begun`, the starts of the
@@ -35,7 +37,11 @@ impl Neighbours {
             (&self.poses[body], &self.memory.searched[body], &self.extents[index]);
         let moved = (pose.position - before.position).norm()
             + extent.arm * (pose.rotation - before.rotation).norm();
-        moved + bulge(extent.arm, self.trajectories[body].angle()) <= MARGIN * extent.size
+        moved + bulge(extent.arm, self.trajectories[body].angle()) <= self.margin() * extent.size
+    }
+
+    fn margin(&self) -> f64 {
+        if self.colliders.has_terrains() { MARGIN_ON_TERRAIN } else { MARGIN }
     }
 
     /// Box around the trajectory of a piece, or around its end alone if `begun`. In that case the
@@ -115,7 +121,7 @@ impl Neighbours {
         self.memory.searched.clone_from(&self.poses);
         for index in 0..self.bodies.len() {
             let around = self.around(world, index, false);
-            self.memory.boxes.push(around.grown(MARGIN * self.extents[index].size));
+            self.memory.boxes.push(around.grown(self.margin() * self.extents[index].size));
         }
         let Self { memory, colliders, spare_pairs: spare, sweep, .. } = self;
         let Memory { boxes, pairs, .. } = memory;
@@ -152,6 +158,7 @@ fn known_or_new(pairs: &[Neighbour], colliders: [usize; 2]) -> Neighbour {
             gap: f64::INFINITY,
             is_bound: true,
             kept: 0..0,
+            room: Room::default(),
         },
         |place| pairs[place].clone(),
     )

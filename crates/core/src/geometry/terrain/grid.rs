@@ -210,11 +210,20 @@ impl HeightField {
             (from.max(0.0) as usize)..((to + 1.0).clamp(0.0, count as f64) as usize)
         };
         let wide = self.columns - 1;
+        // The box in the frame of the field; a little more covers the rounding.
+        let slack = 1e-12 * (middle.amax() + half.amax() + self.position.amax());
+        let (low, high) = (middle.z - half.z - slack, middle.z + half.z + slack);
         for row in cells(1, self.rows() - 1) {
             for column in cells(0, wide) {
-                let cell = row * wide + column;
-                visit(2 * cell);
-                visit(2 * cell + 1);
+                let corner = row * self.columns + column;
+                let near = [corner, corner + 1, corner + self.columns, corner + self.columns + 1];
+                let [a, b, c, d] = near.map(|at| self.heights[at]);
+                let (lower, upper) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+                if lower <= high && upper >= low {
+                    let cell = row * wide + column;
+                    visit(2 * cell);
+                    visit(2 * cell + 1);
+                }
             }
         }
     }

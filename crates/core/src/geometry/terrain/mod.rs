@@ -119,8 +119,8 @@ impl Terrain {
         Ok(Piece::of_core(facet(self.corners(triangle), &around)?, 0.0))
     }
 
-    /// Calls `visit` on the triangles whose boxes meet `around` (m), in an order that depends on the
-    /// terrain alone.
+    /// Calls `visit` on the triangles that may meet the box `around` (m): on those whose boxes meet it,
+    /// and on some beside them. The order depends on the terrain alone.
     pub fn visit(&self, around: &Aabb, mut visit: impl FnMut(usize)) {
         if !around.meets(&self.bounds) {
             return;
@@ -129,16 +129,17 @@ impl Terrain {
             low: around.low.sup(&self.bounds.low),
             high: around.high.inf(&self.bounds.high),
         };
-        let mut meets = |triangle: usize| {
-            if self.box_of(triangle).meets(around) {
-                visit(triangle);
-            }
-        };
         match &self.shape {
-            TerrainShape::Field(field) => field.visit(around, &mut meets),
-            TerrainShape::Mesh(mesh) => {
-                mesh.visit(&mut (), |(), bounds| around.meets(bounds), |(), index| meets(index));
-            }
+            TerrainShape::Field(field) => field.visit(around, &mut visit),
+            TerrainShape::Mesh(mesh) => mesh.visit(
+                &mut (),
+                |(), bounds| around.meets(bounds),
+                |(), triangle| {
+                    if self.box_of(triangle).meets(around) {
+                        visit(triangle);
+                    }
+                },
+            ),
         }
     }
 
