@@ -17,6 +17,7 @@ mod pairs;
 mod restitution;
 mod rounded_points;
 mod smooth_balls;
+mod smooth_pairs;
 mod smooth_shapes;
 mod terrain;
 #[path = "../common/toss.rs"]

@@ -269,6 +269,8 @@ fn swapped(feature: Feature) -> Feature {
         Feature::Edges(a, b) => Feature::Edges(b, a),
         Feature::Vertices(a, b) => Feature::Vertices(b, a),
         Feature::Round(a, b) => Feature::Round(b, a),
+        Feature::Ellipsoid(PieceSide::A, one) => Feature::Ellipsoid(PieceSide::B, one),
+        Feature::Ellipsoid(PieceSide::B, one) => Feature::Ellipsoid(PieceSide::A, one),
     }
 }
 

@@ -10,4 +10,5 @@ mod queried;
 mod rays;
 mod rays_in_worlds;
 mod shapes;
+mod smooth_pairs;
 mod sweep;

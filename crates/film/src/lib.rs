@@ -186,7 +186,7 @@ fn name(smooth: &Smooth) -> String {
             let length = size((to.centre - from.centre).norm());
             format!("cylinder of radius {} m and length {length} m", radius(from))
         }
-        Smooth::Cone { base, apex } => {
+        Smooth::Cone { base, apex: (_, apex) } => {
             let height = size((apex - base.centre).norm());
             format!("cone of radius {} m and height {height} m", radius(base))
         }

@@ -1,6 +1,8 @@
 //! Terrain: surfaces of triangles behave like the shapes that they form.
 
+mod files;
 mod flat;
+mod queries;
 mod rough;
 mod slopes;
 

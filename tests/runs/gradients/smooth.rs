@@ -7,6 +7,7 @@ use rand_mt::Mt;
 use tumble_core::contact::Plane;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::step::{ContactForce, StepStatus};
 use tumble_core::world::{Parameters, World};
 
 /// A body of every smooth shape, of about 0.2 m.
@@ -66,4 +67,57 @@ fn smooth_shapes_on_the_ground() {
     );
     assert!(tally.missed.is_empty(), "{:#?}", tally.missed);
     assert!(tally.compared > 1000, "{}", tally.compared);
+}
+
+/// Drawn bodies fly against the face of a box that moves and turns as well. Both are arguments.
+/// Steps that are replaced by shorter ones change their contacts within, and are left out.
+#[test]
+fn smooth_shapes_on_a_moving_face() {
+    let mut draw = Draw(Mt::new(23));
+    let mut tally = Tally::default();
+    for number in 0..30 {
+        let piece = piece(&mut draw, number);
+        let face = Piece::cuboid(Vector3::new(1.0, 1.0, 0.2)).unwrap();
+        let parameters = Parameters {
+            bodies: vec![
+                RigidBody::solid(4.0, &[face]).unwrap().0,
+                RigidBody::solid(1.5, &[piece]).unwrap().0,
+            ],
+            ground: None,
+            gravity: Vector3::zeros(),
+            friction: draw.within(0.0, 1.0),
+            time_step: 0.001,
+            rotation: Rotation::Momentum,
+        };
+        let world = World::new(parameters).unwrap();
+        let mut drawn = |position: Vector3<f64>, attitude: Vector4<f64>, spin: f64| State {
+            position,
+            attitude,
+            velocity: draw.vector(1.0),
+            spin: draw.vector(spin),
+        };
+        let flat = drawn(Vector3::zeros(), Vector4::x(), 1.0);
+        let mut state = drawn(Vector3::z() * 0.6, Vector4::x(), 8.0);
+        state.attitude = Vector4::from_fn(|_, _| draw.within(-1.0, 1.0)).normalize();
+        state.velocity.z -= 6.0;
+        let (mut now, mut found) = (vec![flat, state], 0);
+        for _ in 0..150 {
+            let Some((_, record)) = step(&world, &now, &[]) else { break };
+            let is_one_step = record.report.status == StepStatus::Converged;
+            if is_one_step && record.solution.contacts.iter().any(ContactForce::carries_force) {
+                found += 1;
+                if found % 3 == 1 && found < 30 {
+                    let at = format!("body {number}, touch {found}");
+                    compare(&world, &now, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
+                }
+            }
+            now = record.solution.states;
+        }
+    }
+    println!(
+        "{} compared, {} left out, {} kinks, worst {:.1e}",
+        tally.compared, tally.left_out, tally.kinks, tally.worst
+    );
+    assert!(tally.missed.is_empty(), "{:#?}", tally.missed);
+    assert!(tally.compared > 200, "{}", tally.compared);
 }

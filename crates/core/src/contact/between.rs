@@ -8,8 +8,8 @@ use super::collider::{Collider, PieceOwner, placed};
 use super::curved::{Core, CorePair, Curved};
 use super::seams::is_triangle;
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
-use crate::geometry::{CorePart, Feature, ManifoldPoint, Piece, PieceSide};
-use crate::mechanics::{Pose, RigidBody};
+use crate::geometry::{CorePart, Ellipsoid, Feature, ManifoldPoint, Piece, PieceSide};
+use crate::mechanics::{Pose, RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -26,6 +26,8 @@ pub(super) struct Between<'a> {
     pub(super) at: &'a [Pose],
     /// Poses of the bodies at the start of the step.
     pub(super) start: &'a [Pose],
+    /// States of the bodies at the start of the step.
+    pub(super) states: &'a [State],
 }
 
 impl Between<'_> {
@@ -45,29 +47,11 @@ impl Between<'_> {
             feature: touch.feature,
             plane,
         };
-        if let Feature::Round(part_a, part_b) = touch.feature
+        if let Feature::Round(..) = touch.feature
             && plane == 0
+            && let Some(contact) = self.round_contact(touch, features)
         {
-            let [a, b] = self.colliders;
-            let PieceOwner::Body(body) = a.owner else { return None };
-            let key = ContactKey {
-                body,
-                point: self.corner(body, a, part_a),
-                partner: b.owner.partner(),
-                pair: Some(PairFeatures { pieces: (a.piece, b.piece), ..features }),
-            };
-            let pieces =
-                [piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?];
-            let normal = match touch.point_of {
-                PieceSide::A => touch.normal,
-                // The plane belongs to A: its normal is in A's frame and points away from A.
-                PieceSide::B => {
-                    let [a, b] =
-                        [a, b].map(|collider| placed(self.world, self.at, collider).1.rotation);
-                    -b.tr_mul(&(a * touch.normal))
-                }
-            };
-            return Some(self.make(key, round(pieces, [part_a, part_b], &normal)?));
+            return Some(contact);
         }
         match (of_point.owner, of_plane.owner) {
             (PieceOwner::Body(body), owner) => {
@@ -75,22 +59,23 @@ impl Between<'_> {
                 if is_triangle(self.world, of_plane) {
                     plane = self.plane_of_patch(touch, &mut features).unwrap_or(plane);
                 }
-                let corner = self.corner(body, of_point, part_of(touch));
                 let key = ContactKey {
                     body,
-                    point: corner,
+                    point: self.corner(body, of_point, part_of(touch)),
                     partner: owner.partner(),
                     pair: Some(features),
                 };
-                Some(self.make(
-                    key,
-                    Features::of_plane(
-                        touch.point,
-                        touch.point_radius,
-                        frame_along(&plane.0),
-                        plane.1,
-                    ),
-                ))
+                let mut features = Features::of_plane(
+                    touch.point,
+                    touch.point_radius,
+                    frame_along(&plane.0),
+                    plane.1,
+                );
+                let piece = &self.world.bodies()[body].pieces()[of_point.piece];
+                if let Some(one) = ellipsoid(piece, touch.feature) {
+                    self.roll(&mut features, one, (body, owner));
+                }
+                Some(self.make(key, features))
             }
             (fixed @ PieceOwner::Fixed(_), PieceOwner::Body(body)) => {
                 // The fixed piece owns the point. A contact needs a point on the body. The key
@@ -108,15 +93,19 @@ impl Between<'_> {
         }
     }
 
-    /// Normal and offset (m) of the plane of a whole patch of triangles, if a vertex of the body
-    /// touches the face of a triangle. The features then name the first triangle of the patch.
+    /// Normal and offset (m) of the plane of a whole patch of triangles, if a vertex or an
+    /// ellipsoid of the body touches the face of a triangle. The features then name the first triangle of the patch.
     fn plane_of_patch(
         &self,
         touch: &ManifoldPoint,
         features: &mut PairFeatures,
     ) -> Option<(Vector3<f64>, f64)> {
         let PieceOwner::Fixed(index) = self.colliders[1].owner else { return None };
-        let Feature::Vertex(PieceSide::A, _) = touch.feature else { return None };
+        let (Feature::Vertex(PieceSide::A, _) | Feature::Ellipsoid(PieceSide::A, _)) =
+            touch.feature
+        else {
+            return None;
+        };
         let first = self.world.terrain(index)?.patch(features.pieces.1);
         let faces = self.world.fixed_piece(index, first)?.core().faces();
         let face = faces.iter().find(|face| face.normal.dot(&touch.normal) > SAME_PLANE)?;
@@ -124,15 +113,60 @@ impl Between<'_> {
         Some((face.normal, face.offset))
     }
 
-    /// Index of the contact point of a body at a part of its piece: the vertex, or the first end of
-    /// the edge.
+    /// Contact with the exact gap of two round features. `None` for the lateral surface of a cone.
+    fn round_contact(&self, touch: &ManifoldPoint, features: PairFeatures) -> Option<Contact> {
+        let Feature::Round(part_a, part_b) = touch.feature else { return None };
+        let [a, b] = self.colliders;
+        let PieceOwner::Body(body) = a.owner else { return None };
+        let key = ContactKey {
+            body,
+            point: self.corner(body, a, part_a),
+            partner: b.owner.partner(),
+            pair: Some(PairFeatures { pieces: (a.piece, b.piece), ..features }),
+        };
+        let pieces = [piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?];
+        let normal = match touch.point_of {
+            PieceSide::A => touch.normal,
+            // The plane belongs to A: its normal is in A's frame and points away from A.
+            PieceSide::B => {
+                let [a, b] =
+                    [a, b].map(|collider| placed(self.world, self.at, collider).1.rotation);
+                -b.tr_mul(&(a * touch.normal))
+            }
+        };
+        Some(self.make(key, round(pieces, [part_a, part_b], &normal)?))
+    }
+
+    /// Index of the contact point of a body at a part of its piece: the vertex, the first end of the
+    /// edge, or the rim.
     fn corner(&self, body: usize, collider: Collider, part: CorePart) -> usize {
         let body = &self.world.bodies()[body];
         let vertex = match part {
             CorePart::Vertex(vertex) => vertex,
             CorePart::Edge(edge) => first_end(body, collider, edge),
+            CorePart::Lateral => return body.ellipsoid_point(collider.piece, 0),
+            CorePart::End(end) => return body.ellipsoid_point(collider.piece, end as usize),
         };
         body.point_of(collider.piece, vertex as usize)
+    }
+
+    /// Replaces the point by the ellipsoid `one` of a body against the plane of its partner.
+    ///
+    /// The force acts at the [nearest point](Features::roll). If the found point is beyond the reach
+    /// of that one in a step, it acts at the found point.
+    fn roll(&self, features: &mut Features, one: Ellipsoid, (body, partner): (usize, PieceOwner)) {
+        let other = match partner {
+            PieceOwner::Body(other) => Some(&self.states[other]),
+            PieceOwner::Fixed(_) => None,
+        };
+        let found = -one.coordinates(&features.point);
+        let at = (&self.states[body], other);
+        let h = self.world.time_step();
+        features.roll(one, Vector3::zeros(), at, h);
+        let Some(Curved::Ellipsoid(nearest)) = features.curved else { return };
+        if !nearest.reaches(&found) {
+            features.roll(one, found.normalize(), at, h);
+        }
     }
 
     /// Contact of `features` with the poses at the start of the step.
@@ -159,8 +193,16 @@ fn part_of(touch: &ManifoldPoint) -> CorePart {
         (Feature::Vertices(vertex, _), PieceSide::A)
         | (Feature::Vertices(_, vertex), PieceSide::B) => CorePart::Vertex(vertex),
         (Feature::Round(part, _), PieceSide::A) | (Feature::Round(_, part), PieceSide::B) => part,
-        (Feature::Vertex(..), _) => CorePart::Vertex(0),
+        (Feature::Ellipsoid(side, one), of) if side == of => CorePart::End(one),
+        (Feature::Vertex(..) | Feature::Ellipsoid(..), _) => CorePart::Vertex(0),
     }
+}
+
+/// Ellipsoid of `feature`, which is of `piece`. `None` for another feature.
+#[must_use]
+pub fn ellipsoid(piece: &Piece, feature: Feature) -> Option<Ellipsoid> {
+    let Feature::Ellipsoid(_, one) = feature else { return None };
+    piece.smooth()?.ellipsoids().get(one as usize).copied()
 }
 
 /// Piece `number` of an owner. `None` if it does not exist.
@@ -171,22 +213,27 @@ pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&
     }
 }
 
-/// Contact features of a vertex or edge of A and a vertex or edge of B, at least one rounded.
+/// Contact features of a part of A and a part of B, at least one rounded.
 ///
 /// `None` if the pieces lack these parts or if both have radius 0. If the cores coincide, the plane
 /// is perpendicular to `normal` (unit, frame of B).
 #[must_use]
 pub fn round(pieces: [&Piece; 2], parts: [CorePart; 2], normal: &Vector3<f64>) -> Option<Features> {
-    if pieces.iter().all(|piece| piece.radius() == 0.0) {
+    let radius = |at: usize| match parts[at] {
+        CorePart::Lateral | CorePart::End(_) => pieces[at].smooth()?.radius(),
+        CorePart::Vertex(_) | CorePart::Edge(_) => Some(pieces[at].radius()),
+    };
+    let radii = (radius(0)?, radius(1)?);
+    if radii == (0.0, 0.0) {
         return None;
     }
     let (of_a, of_b) = (core(pieces[0], parts[0])?, core(pieces[1], parts[1])?);
-    let pair = CorePair { of_a, of_b, radius: pieces[1].radius(), shares: (0.0, 0.0) };
-    let plane = Features::of_plane(of_a.from, pieces[0].radius(), frame_along(normal), 0.0);
+    let pair = CorePair { of_a, of_b, radius: radii.1, shares: (0.0, 0.0) };
+    let plane = Features::of_plane(of_a.from, radii.0, frame_along(normal), 0.0);
     Some(Features { curved: Some(Curved::Cores(pair)), ..plane })
 }
 
-/// Vertex or edge of a piece's core (m, body frame).
+/// Vertex, edge, axis or end of a piece (m, body frame).
 fn core(piece: &Piece, part: CorePart) -> Option<Core> {
     let vertices = piece.core().vertices();
     let vertex = |number: u32| vertices.get(number as usize).copied();
@@ -196,6 +243,14 @@ fn core(piece: &Piece, part: CorePart) -> Option<Core> {
             let [from, to] = piece.core().edges().get(number as usize)?.vertices;
             let from = vertex(from)?;
             Some(Core { from, along: vertex(to)? - from })
+        }
+        CorePart::Lateral => {
+            let [from, to] = piece.smooth()?.axis()?;
+            Some(Core { from, along: to - from })
+        }
+        CorePart::End(number) => {
+            let end = *piece.smooth()?.axis()?.get(number as usize)?;
+            Some(Core { from: end, along: Vector3::zeros() })
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Colliders: the pieces of a world and their poses.
 
 use super::Partner;
-use crate::geometry::Piece;
+use crate::geometry::{Piece, Smooth};
 use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -34,7 +34,7 @@ pub(crate) struct Collider {
 pub(crate) struct PieceExtent {
     /// ℓ: reach of the piece from its own centre (m).
     pub(crate) size: f64,
-    /// Largest distance of its core from the body's centre of mass (m).
+    /// Bound on the distance of its core and its smooth shape from the body's centre of mass (m).
     pub(crate) arm: f64,
     /// Radius of the largest ball about its centre inside the piece (m).
     pub(crate) inner: f64,
@@ -44,6 +44,9 @@ impl PieceExtent {
     pub(crate) fn of(piece: &Piece) -> Self {
         let core = piece.core();
         let arm = core.vertices().iter().map(Vector3::norm).fold(0.0, f64::max);
+        let smooth = piece.smooth().map_or(&[][..], Smooth::ellipsoids);
+        let farthest = smooth.iter().map(|one| one.centre.norm() + one.longest());
+        let arm = farthest.fold(arm, f64::max);
         let depth = core.faces().iter().map(|face| face.offset - face.normal.dot(core.centre()));
         let depth = depth.fold(f64::INFINITY, f64::min);
         let depth = if depth.is_finite() { depth } else { 0.0 };

@@ -124,22 +124,38 @@ pub struct EllipsoidPoint {
 }
 
 impl EllipsoidPoint {
-    /// y: vector from the centre to the point where the force acts (m, world), in a step of
-    /// `time_step` (s) of A from `state`. `normal` is the normal of a plane that does not turn
-    /// (world).
+    /// y: vector from the centre to the point where the force acts (m, frame of B, or world without
+    /// B), in a step of `time_step` (s) from the states of A and B. `normal` is the normal of the
+    /// plane (same frame).
     ///
-    /// It is the nearest point of the start or of the predicted end. The prediction turns A with its
-    /// spin at the start.
+    /// It is the nearest point of the start or of the predicted end. The prediction turns the bodies
+    /// with their spins at the start.
     #[must_use]
-    pub fn lever(&self, normal: &Vector3<f64>, state: &State, time_step: f64) -> Vector3<f64> {
-        let turn = rotation(&state.attitude);
-        let end = rotation(&advance(&state.attitude, &state.spin, time_step));
+    pub fn lever(
+        &self,
+        normal: &Vector3<f64>,
+        (a, b): (&State, Option<&State>),
+        time_step: f64,
+    ) -> Vector3<f64> {
+        let ahead_of = |state: &State| rotation(&advance(&state.attitude, &state.spin, time_step));
+        let turn = turn_from(&rotation(&a.attitude), b.map(|b| rotation(&b.attitude)));
+        let end = turn_from(&ahead_of(a), b.map(ahead_of));
         let start = -(turn * (self.shape.axes * self.toward));
         let ahead = self.shape.direction(&end.tr_mul(normal));
         let predicted = -(end * (self.shape.axes * ahead));
-        let across = normal.cross(&(turn * state.spin));
+        let mut spin = turn * a.spin;
+        if let Some(b) = b {
+            spin -= b.spin;
+        }
+        let across = normal.cross(&spin);
         let is_ahead = ahead.dot(&self.toward) >= COSINE && across.dot(&(predicted - start)) < 0.0;
         if is_ahead { predicted } else { start }
+    }
+
+    /// True if the nearest point may turn to the direction `toward` in a step: by at most 60°.
+    #[must_use]
+    pub fn reaches(&self, toward: &Vector3<f64>) -> bool {
+        toward.dot(&self.toward) >= COSINE * toward.norm()
     }
 
     /// |Sᵀ n|_u (m) for the normal `n` in the frame of A, with u at its maximum.
@@ -147,6 +163,11 @@ impl EllipsoidPoint {
     pub fn width(&self, n: &Vector3<f64>) -> Reach {
         Reach::of(&self.shape.axes.tr_mul(n), &self.toward)
     }
+}
+
+/// Rotation from the frame of A to the frame of B, or to the world without B.
+pub(super) fn turn_from(a: &Matrix3<f64>, b: Option<Matrix3<f64>>) -> Matrix3<f64> {
+    b.map_or(*a, |b| b.tr_mul(a))
 }
 
 /// Two rounded features.

@@ -22,7 +22,7 @@ use super::key_index::{KeyEnd, PieceIndex, end_of, ends_of};
 use super::memory::Neighbour;
 use super::owner::plane_of;
 use super::seams::{is_same, is_triangle, lies_in};
-use super::{Contact, ContactKey, Partner};
+use super::{Contact, ContactKey, Curved, Partner};
 use crate::geometry::{
     Advance, Feature, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold,
     separation, stays_clear, travel,
@@ -200,6 +200,10 @@ impl CollisionSearch<'_> {
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
+        if is_deep && self.touches.is_empty() && is_triangle(self.world, b) {
+            // The surface goes on beyond the triangle, and the triangle there is met deeper.
+            return None;
+        }
         // The searches below move the hint.
         let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
         let mut goes_through = !is_deep;
@@ -423,8 +427,8 @@ impl CollisionSearch<'_> {
         contacts: &mut Vec<Contact>,
     ) {
         let least = under - self.same_gap(colliders);
-        let (world, start) = (self.world, self.start);
-        let between = Between { world, colliders, at: self.between, start };
+        let (world, start, states) = (self.world, self.start, self.states);
+        let between = Between { world, colliders, at: self.between, start, states };
         for touch in &*self.touches {
             if !matches!(touch.feature, Feature::Round(..)) {
                 continue;
@@ -457,8 +461,8 @@ impl CollisionSearch<'_> {
     /// True if all geometric contact points found last, at the end, have their planes among
     /// `contacts`.
     fn knows(&mut self, colliders: [Collider; 2], contacts: &[Contact]) -> bool {
-        let (world, start) = (self.world, self.start);
-        let between = Between { world, colliders, at: self.end, start };
+        let (world, start, states) = (self.world, self.start, self.states);
+        let between = Between { world, colliders, at: self.end, start, states };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
         found.all(|contact| unknown_plane(world, &contact, contacts, self.index).is_none())
     }
@@ -481,8 +485,9 @@ impl CollisionSearch<'_> {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let least = under - self.same_gap(colliders);
-        let (world, start) = (self.world, self.start);
-        let between = Between { world, colliders, at: at.of(start, self.end, self.between), start };
+        let (world, start, states) = (self.world, self.start, self.states);
+        let poses = at.of(start, self.end, self.between);
+        let between = Between { world, colliders, at: poses, start, states };
         let mut fits = false;
         for touch in &*self.touches {
             let Some(contact) = between.contact(touch, 0) else { continue };
@@ -530,6 +535,16 @@ fn is_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
     is_between(&contact.key, a, b) || is_triangle(world, b) && lies_in(world, contact, a, b)
 }
 
+/// True unless two contacts of an ellipsoid are too far apart on it for one of them.
+fn reaches(known: &Contact, other: &Contact) -> bool {
+    match (&known.features.curved, &other.features.curved) {
+        (Some(Curved::Ellipsoid(known)), Some(Curved::Ellipsoid(other))) => {
+            known.reaches(&other.toward)
+        }
+        _ => true,
+    }
+}
+
 /// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for
 /// them, or too many others.
 fn unknown_plane(
@@ -548,7 +563,7 @@ fn unknown_plane(
             && known.key.pair.map(|pair| (pair.pieces, pair.feature))
                 == contact.key.pair.map(|pair| (pair.pieces, pair.feature));
         if same {
-            if known.normal().dot(&contact.normal()) >= SAME_PLANE {
+            if known.normal().dot(&contact.normal()) >= SAME_PLANE && reaches(known, contact) {
                 return None;
             }
             planes += 1;

@@ -51,7 +51,7 @@ mod seams;
 mod shared_edge;
 
 pub use crate::world::{ContactLaw, Partner, Plane};
-pub use between::round;
+pub use between::{ellipsoid, round};
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
 pub use curved::{CorePair, Curved, EllipsoidPoint};
@@ -66,7 +66,7 @@ use crate::mechanics::quaternion::{rotation, turning_rate};
 use crate::mechanics::state::Pose;
 use crate::mechanics::{RigidBody, State};
 use crate::world::World;
-use curved::Reach;
+use curved::{Reach, turn_from};
 use nalgebra::{Matrix3, Vector3};
 
 /// Identity of the touching features of two pieces.
@@ -159,19 +159,25 @@ impl Features {
 }
 
 impl Features {
-    /// Replaces the point by an ellipsoid against the plane, which does not turn, in a step of
-    /// `time_step` (s) of A from `state`. The point is in the direction `toward`. With `toward` = 0
-    /// it follows from the [lever](EllipsoidPoint::lever).
+    /// Replaces the point by an ellipsoid against the plane, in a step of `time_step` (s) from the
+    /// states `at` of A and B; `None` for a plane that does not move. The point is in the direction
+    /// `toward`. With `toward` = 0 it follows from the [lever](EllipsoidPoint::lever).
     #[inline(never)]
-    pub fn roll(&mut self, shape: Ellipsoid, toward: Vector3<f64>, state: &State, time_step: f64) {
+    pub fn roll(
+        &mut self,
+        shape: Ellipsoid,
+        toward: Vector3<f64>,
+        at: (&State, Option<&State>),
+        time_step: f64,
+    ) {
         let mut one = EllipsoidPoint { shape, toward };
         if toward != Vector3::zeros() {
             self.point = shape.centre - shape.axes * toward;
         } else {
             let normal = self.frame.column(2).into_owned();
-            let turn = rotation(&state.attitude);
+            let turn = turn_from(&rotation(&at.0.attitude), at.1.map(|b| rotation(&b.attitude)));
             one.toward = shape.direction(&turn.tr_mul(&normal));
-            self.point = shape.centre + turn.tr_mul(&one.lever(&normal, state, time_step));
+            self.point = shape.centre + turn.tr_mul(&one.lever(&normal, at, time_step));
         }
         self.curved = Some(Curved::Ellipsoid(one));
     }

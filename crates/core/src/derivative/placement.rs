@@ -96,6 +96,31 @@ impl Placement {
         (placement, room)
     }
 
+    /// Placement of a contact whose point follows from its plane, and the distance of the point from
+    /// the sides of the face (m). The plane is fixed in B if it is a face or the ground.
+    pub(super) fn of_plane(
+        world: &World,
+        contact: &Contact,
+        a: &Pose,
+        b: Option<&Pose>,
+    ) -> (Self, f64) {
+        let Some(pair) = contact.key.pair else { return (Self::Fixed, f64::INFINITY) };
+        let other = match contact.key.partner {
+            Partner::Ground => None,
+            Partner::Fixed(index) => world.fixed_piece(index, pair.pieces.1),
+            Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
+        };
+        let (point, plane) = (a.position + contact.arm, &contact.features.frame);
+        let normal = plane.column(2).into_owned();
+        match other.filter(|piece| has_face(piece, &normal, contact.features.offset)) {
+            Some(piece) => {
+                let seen = b.map_or(point, |b| b.rotation.tr_mul(&(point - b.position)));
+                (Self::Fixed, inside(piece, &normal, &seen))
+            }
+            None => (Self::Unknown, 0.0),
+        }
+    }
+
     /// Differentials of the features for the differentials of both sides.
     pub(super) fn change(
         &self,

@@ -46,9 +46,13 @@ pub fn closest_points(
     let shift = if cores > TOUCHING * size { 0.0 } else { size - cores };
     let moved = Pose { position: b.1.position + separation.axis * shift, ..*b.1 };
     let pair = PiecePair::new(a, (b.0, &moved));
-    pair.place(scratch);
     let axis = a.1.rotation.tr_mul(&separation.axis);
-    let core = a.1.rotation * closest(&pair, scratch, Some(&axis)).a + a.1.position;
-    let on_a = core + separation.axis * a.0.radius();
+    let on_a = if pair.is_smooth() {
+        pair.smooth_nearest().map_or_else(|| pair.extremes(&-axis)[0], |near| near.a)
+    } else {
+        pair.place(scratch);
+        closest(&pair, scratch, Some(&axis)).a + axis * a.0.radius()
+    };
+    let on_a = a.1.rotation * on_a + a.1.position;
     ClosestPoints { separation, a: on_a, b: on_a + separation.axis * separation.distance }
 }

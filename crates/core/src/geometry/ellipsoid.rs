@@ -83,6 +83,12 @@ impl Ellipsoid {
         self.half_width(n) <= FLAT * self.axes.amax()
     }
 
+    /// Unit normal of a disc.
+    #[must_use]
+    pub fn normal(&self) -> Vector3<f64> {
+        self.axes.column(0).cross(&self.axes.column(1)).normalize()
+    }
+
     /// True for a disc or a segment.
     #[must_use]
     pub fn is_thin(&self) -> bool {
@@ -93,6 +99,12 @@ impl Ellipsoid {
     #[must_use]
     pub fn half_extents(&self) -> Vector3<f64> {
         Vector3::from_fn(|axis, _| self.axes.row(axis).norm())
+    }
+
+    /// Longest half axis (m).
+    #[must_use]
+    pub fn longest(&self) -> f64 {
+        self.axes.column_iter().map(|axis| axis.norm()).fold(0.0, f64::max)
     }
 
     /// Longest half axis, to a factor of √3 (m).

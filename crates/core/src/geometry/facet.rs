@@ -125,16 +125,18 @@ pub(super) fn permits(pair: &PiecePair<'_>, rim: &Rim, touch: &ManifoldPoint, sl
         PieceSide::B => -pair.rotation.tr_mul(&touch.normal),
     };
     let part = match touch.feature {
-        Feature::Vertex(PieceSide::A, _) => None,
+        Feature::Vertex(PieceSide::A, _) | Feature::Ellipsoid(PieceSide::A, _) => None,
         Feature::Vertex(PieceSide::B, vertex) | Feature::Vertices(_, vertex) => {
             Some(CorePart::Vertex(vertex))
         }
         Feature::Edges(_, edge) => Some(CorePart::Edge(edge)),
         Feature::Round(_, part) => Some(part),
+        Feature::Ellipsoid(PieceSide::B, _) => return false,
     };
     match part {
         Some(CorePart::Vertex(vertex)) => rim.has_end(vertex as usize, &out),
         Some(CorePart::Edge(edge)) => rim.has_side(edge as usize, &out),
+        Some(CorePart::Lateral | CorePart::End(_)) => false,
         None => match pair.b.faces().iter().position(|face| face.normal.dot(&out) > SAME) {
             Some(face) => {
                 let point = pair.in_b(&touch.point);
@@ -169,6 +171,13 @@ pub(super) fn upright(pair: &PiecePair<'_>) -> Option<SeparatingAxis> {
     };
     let axes = pair.b.faces().iter().enumerate().map(axis);
     axes.max_by(|one, other| one.gap.total_cmp(&other.gap))
+}
+
+/// The same axis with the index of the face.
+pub(super) fn upright_face(pair: &PiecePair<'_>) -> Option<(SeparatingAxis, usize)> {
+    let axis = upright(pair)?;
+    let AxisSource::FaceB(face) = axis.kind else { return None };
+    Some((axis, face))
 }
 
 /// The axis across an edge of A and an edge of facet B with the largest gap, or `best` if its gap is

@@ -13,6 +13,7 @@ use super::overlap::PolygonCorner;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
 use super::segment::{nearest, span};
 use super::separation::across_cores;
+use super::smooth_manifold::smooth_manifold;
 use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
 use nalgebra::Vector3;
 
@@ -20,7 +21,7 @@ use nalgebra::Vector3;
 ///
 /// Along the axis such a face is foreshortened by 1 − cos 0.03 = 0.05 %. A corner lifted by this
 /// tilt (3 % of the face) is beyond any sensible reach, so contacts do not jump at the limit angle.
-const NEARLY_ACROSS: f64 = 0.999_55;
+pub(super) const NEARLY_ACROSS: f64 = 0.999_55;
 
 /// Sine below which two edges meet in the ends of their common part. Each end has its own exact
 /// plane, so the value matters little.
@@ -28,7 +29,7 @@ const NEARLY_PARALLEL: f64 = 0.03;
 
 /// Relative distance below which corners coincide and face axes are equal; see [`manifold`].
 /// Solvers leave drifts of about 1e-9.
-const MERGE: f64 = 1e-7;
+pub(super) const MERGE: f64 = 1e-7;
 
 /// Fills `out` with the contact points of two pieces whose gap is at most `reach` (m), and returns
 /// the separation of the pieces (m).
@@ -70,6 +71,26 @@ pub fn manifold(
         return quick;
     }
     pair.place(scratch);
+    if pair.is_smooth() {
+        let axis = pair.smooth_axis();
+        hint.set(Some(axis), None);
+        let gap = pair.gap_along(&axis) - radii;
+        if gap <= reach {
+            smooth_manifold(
+                ManifoldPair {
+                    pair,
+                    scratch,
+                    reach,
+                    plane_of,
+                    out,
+                    points: None,
+                    rim: pair.b.rim(),
+                },
+                &axis,
+            );
+        }
+        return gap;
+    }
     let tie = TieBreak { within: MERGE * pair.size(), to: plane_of };
     let axis = best_axis(&pair, scratch, reach + radii, tie);
     hint.set(axis.map(|axis| axis.normal), axis.map(|axis| axis.kind));
@@ -97,17 +118,17 @@ pub(crate) fn edges_across(a: PlacedPiece<'_>, b: PlacedPiece<'_>) -> Option<(us
 }
 
 /// Two pieces and the state of the search for their contacts.
-struct ManifoldPair<'a, 's> {
-    pair: PiecePair<'a>,
-    scratch: &'s mut PairScratch,
-    reach: f64,
+pub(super) struct ManifoldPair<'a, 's> {
+    pub pair: PiecePair<'a>,
+    pub scratch: &'s mut PairScratch,
+    pub reach: f64,
     /// Piece that owns the plane if no other rule decides.
-    plane_of: PieceSide,
-    out: &'s mut Vec<ManifoldPoint>,
+    pub plane_of: PieceSide,
+    pub out: &'s mut Vec<ManifoldPoint>,
     /// Closest points of the cores, if they were computed.
     points: Option<Points>,
     /// Surroundings of B, if it is a facet of a surface.
-    rim: Option<&'a Rim>,
+    pub rim: Option<&'a Rim>,
 }
 
 impl ManifoldPair<'_, '_> {
@@ -178,7 +199,7 @@ impl ManifoldPair<'_, '_> {
     }
 
     /// Adds the contacts of two faces, or of a face and the features above it.
-    fn faces(&mut self, axis: &SeparatingAxis) {
+    pub fn faces(&mut self, axis: &SeparatingAxis) {
         let normal = self.normal(Some(*axis));
         let (pair, scratch) = (self.pair, &mut *self.scratch);
         let normals_a = || pair.a.faces().iter().map(|face| face.normal);
@@ -434,7 +455,7 @@ impl ManifoldPair<'_, '_> {
     }
 
     /// Adds a contact if its features have none yet.
-    fn push_new(&mut self, touch: ManifoldPoint) {
+    pub fn push_new(&mut self, touch: ManifoldPoint) {
         if self.out.iter().all(|other| other.feature != touch.feature) {
             self.push(Some(touch));
         }

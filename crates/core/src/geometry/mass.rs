@@ -158,7 +158,7 @@ fn of_smooth(smooth: &Smooth) -> MassProperties {
             let second = square(&from.axes) / 4.0 + along * along.transpose() / 12.0;
             (area(&from.axes) * along.norm(), (from.centre + to.centre) / 2.0, second)
         }
-        Smooth::Cone { base, apex } => {
+        Smooth::Cone { base, apex: (_, apex) } => {
             let along = apex - base.centre;
             let second = square(&base.axes) * 0.15 + along * along.transpose() * 0.0375;
             (area(&base.axes) * along.norm() / 3.0, base.centre + along / 4.0, second)

@@ -3,7 +3,7 @@
 
 use super::axes::{AxisSource, PARALLEL};
 use super::segment::span;
-use super::{Hull, Piece};
+use super::{Hull, Piece, Smooth};
 use crate::mechanics::Pose;
 use nalgebra::{Matrix3, Vector3};
 
@@ -82,6 +82,8 @@ pub(super) struct PiecePair<'a> {
     pub b: &'a Hull,
     pub radius_a: f64,
     pub radius_b: f64,
+    pub smooth_a: Option<&'a Smooth>,
+    pub smooth_b: Option<&'a Smooth>,
     /// Rotation from the frame of B to the frame of A.
     pub rotation: Matrix3<f64>,
     /// Origin of B (m, frame of A).
@@ -95,6 +97,8 @@ impl<'a> PiecePair<'a> {
             b: b.core(),
             radius_a: a.radius(),
             radius_b: b.radius(),
+            smooth_a: a.smooth(),
+            smooth_b: b.smooth(),
             rotation: pose_a.rotation.tr_mul(&pose_b.rotation),
             shift: pose_a.rotation.tr_mul(&(pose_b.position - pose_a.position)),
         }
@@ -118,11 +122,44 @@ impl<'a> PiecePair<'a> {
         scratch.normals.extend(self.b.faces().iter().map(|face| self.rotation * face.normal));
     }
 
-    /// Gap of the cores in m along a unit vector (frame of A): a lower bound on their distance.
+    /// Gap in m along a unit vector (frame of A) plus the radii: a lower bound on the distance of
+    /// the cores. A smooth shape is taken as it is.
     pub fn gap_along(&self, axis: &Vector3<f64>) -> f64 {
         let axis_b = self.rotation.tr_mul(axis);
-        lowest(self.b.vertices(), &axis_b).1 + axis.dot(&self.shift)
-            - highest(self.a.vertices(), axis).1
+        let low_b = match self.smooth_b {
+            None => lowest(self.b.vertices(), &axis_b).1,
+            Some(smooth) => self.radius_b - smooth.extent(&-axis_b),
+        };
+        let high_a = match self.smooth_a {
+            None => highest(self.a.vertices(), axis).1,
+            Some(smooth) => smooth.extent(axis) - self.radius_a,
+        };
+        low_b + axis.dot(&self.shift) - high_a
+    }
+
+    /// True if a piece has a smooth shape.
+    pub fn is_smooth(&self) -> bool {
+        self.smooth_a.is_some() || self.smooth_b.is_some()
+    }
+
+    /// The point of A and the point of B whose difference b − a is farthest along a unit vector (m,
+    /// frame of A).
+    pub fn extremes(&self, along: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        let farthest =
+            |hull: &Hull, radius: f64, smooth: Option<&Smooth>, n: &Vector3<f64>| match smooth {
+                Some(smooth) => smooth.farthest(n),
+                None => hull.vertices()[highest(hull.vertices(), n).0] + n * radius,
+            };
+        let along_b = self.rotation.tr_mul(along);
+        let of_b = farthest(self.b, self.radius_b, self.smooth_b, &along_b);
+        let of_a = farthest(self.a, self.radius_a, self.smooth_a, &-along);
+        [of_a, self.rotation * of_b + self.shift]
+    }
+
+    /// The difference b − a that is farthest along a unit vector (m, frame of A).
+    pub fn difference(&self, along: &Vector3<f64>) -> Vector3<f64> {
+        let [a, b] = self.extremes(along);
+        b - a
     }
 
     /// Lower bound on the distance of the cores (m), from their bounding balls and the cached axis.

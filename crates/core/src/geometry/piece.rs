@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, Vector3};
 /// All points within a radius of a convex core (m, body frame): a sphere (core a point), a capsule
 /// (core a segment), a box or another polyhedron (radius 0), or a rounded polyhedron.
 ///
-/// A piece can also have a [smooth shape](Smooth). Planes touch this shape itself. Other pieces
-/// touch its inscribed core.
+/// A piece can also have a [smooth shape](Smooth), which touches planes and other pieces. The core
+/// is then inscribed in it, and its flat ends stand on the corners of the core.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     core: Hull,

@@ -57,8 +57,8 @@ impl RayCaster {
     /// First point at which the ray from `origin` (m, world) along the unit vector `direction`
     /// enters `piece` at `pose`; `None` if it misses.
     ///
-    /// Balls, capsules and polyhedra have closed forms. A rounded polyhedron is approached by
-    /// tangent planes.
+    /// Balls, capsules and polyhedra have closed forms. A rounded polyhedron and a smooth shape are
+    /// approached by tangent planes.
     pub fn enter(
         &mut self,
         piece: &Piece,
@@ -72,6 +72,7 @@ impl RayCaster {
         };
         let radius = piece.radius();
         let entry = match piece.core().vertices() {
+            _ if piece.smooth().is_some() => self.approach(piece, &ray),
             [centre] => ray.ball(centre, radius),
             [from, to] => ray.capsule(from, to, radius),
             _ if radius == 0.0 => ray.polyhedron(piece.core()),

@@ -28,7 +28,13 @@ pub fn separation(
     scratch: &mut PairScratch,
 ) -> Separation {
     let pair = PiecePair::new(a, b);
-    let (distance, axis, kind) = exact(&pair, scratch);
+    let (distance, axis, kind) = match pair.is_smooth() {
+        true => {
+            let axis = pair.smooth_nearest().map_or_else(|| pair.smooth_axis(), |near| near.axis);
+            (pair.gap_along(&axis), axis, None)
+        }
+        false => exact(&pair, scratch),
+    };
     hint.set(Some(axis), kind);
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }

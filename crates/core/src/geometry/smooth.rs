@@ -14,8 +14,8 @@ pub enum Smooth {
     Cone {
         /// The disc.
         base: Ellipsoid,
-        /// The point.
-        apex: Vector3<f64>,
+        /// The point, and its index among the vertices of the core.
+        apex: (u32, Vector3<f64>),
     },
     /// One ellipsoid.
     Ellipsoid(Ellipsoid),
@@ -36,9 +36,63 @@ impl Smooth {
         let scaled = |one: &Ellipsoid| one.scaled(factor);
         match self {
             Self::Cylinder([from, to]) => Self::Cylinder([scaled(from), scaled(to)]),
-            Self::Cone { base, apex } => Self::Cone { base: scaled(base), apex: apex * factor },
+            Self::Cone { base, apex: (vertex, apex) } => {
+                Self::Cone { base: scaled(base), apex: (*vertex, apex * factor) }
+            }
             Self::Ellipsoid(one) => Self::Ellipsoid(scaled(one)),
         }
+    }
+
+    /// The apex of a cone (m), and its index among the vertices of the core.
+    #[must_use]
+    pub fn apex(&self) -> Option<(u32, Vector3<f64>)> {
+        match self {
+            Self::Cone { apex, .. } => Some(*apex),
+            Self::Cylinder(_) | Self::Ellipsoid(_) => None,
+        }
+    }
+
+    /// Centres of both ends of a cylinder (m).
+    #[must_use]
+    pub fn axis(&self) -> Option<[Vector3<f64>; 2]> {
+        match self {
+            Self::Cylinder(discs) => Some(discs.map(|disc| disc.centre)),
+            Self::Cone { .. } | Self::Ellipsoid(_) => None,
+        }
+    }
+
+    /// Radius of a cylinder (m).
+    #[must_use]
+    pub fn radius(&self) -> Option<f64> {
+        match self {
+            Self::Cylinder([disc, _]) => Some(disc.axes.column(0).norm()),
+            Self::Cone { .. } | Self::Ellipsoid(_) => None,
+        }
+    }
+
+    /// The point of the shape that is farthest along the unit vector `n` (m).
+    #[must_use]
+    pub fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        let (mut best, mut height) = match self.apex() {
+            Some((_, apex)) => (apex, n.dot(&apex)),
+            None => (Vector3::zeros(), f64::NEG_INFINITY),
+        };
+        for one in self.ellipsoids() {
+            let half = one.half_width(n);
+            if n.dot(&one.centre) + half > height {
+                (best, height) = (one.centre + one.farthest(n), n.dot(&one.centre) + half);
+            }
+        }
+        best
+    }
+
+    /// Largest n·x over the shape for a unit vector `n` (m).
+    #[must_use]
+    pub fn extent(&self, n: &Vector3<f64>) -> f64 {
+        let of_one = |one: &Ellipsoid| n.dot(&one.centre) + one.half_width(n);
+        let ellipsoids = self.ellipsoids().iter().map(of_one);
+        let apex = self.apex().map(|(_, apex)| n.dot(&apex));
+        ellipsoids.chain(apex).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Points on the surface whose hull is close to the shape (m): `count` on each disc, and
@@ -50,7 +104,7 @@ impl Smooth {
             |one: &Ellipsoid| -> Vec<_> { rim(1.0, 0.0, count).map(|y| place(one, y)).collect() };
         match self {
             Self::Cylinder(discs) => discs.iter().flat_map(around).collect(),
-            Self::Cone { base, apex } => around(base).into_iter().chain([*apex]).collect(),
+            Self::Cone { base, apex } => around(base).into_iter().chain([apex.1]).collect(),
             Self::Ellipsoid(one) => on_sphere(count, count / 2).map(|y| place(one, y)).collect(),
         }
     }
@@ -60,8 +114,9 @@ impl Smooth {
         let moved = |one: &Ellipsoid| one.moved_by(rotation, translation);
         match self {
             Self::Cylinder([from, to]) => Self::Cylinder([moved(from), moved(to)]),
-            Self::Cone { base, apex } => {
-                Self::Cone { base: moved(base), apex: rotation * apex + translation }
+            Self::Cone { base, apex: (vertex, apex) } => {
+                let apex = (*vertex, rotation * apex + translation);
+                Self::Cone { base: moved(base), apex }
             }
             Self::Ellipsoid(one) => Self::Ellipsoid(moved(one)),
         }
@@ -105,7 +160,8 @@ pub(super) fn cone(
     check_sides(sides)?;
     let apex = Vector3::z() * half_height;
     let corners = rim(radius, -half_height, sides).chain([apex]).collect();
-    Ok((Smooth::Cone { base: Ellipsoid::disc(-apex, &Vector3::z(), radius), apex }, corners))
+    let base = Ellipsoid::disc(-apex, &Vector3::z(), radius);
+    Ok((Smooth::Cone { base, apex: (sides as u32, apex) }, corners))
 }
 
 /// Hull inscribed in an ellipsoid; without corners for a sphere.

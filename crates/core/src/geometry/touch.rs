@@ -31,6 +31,9 @@ pub enum Feature {
     /// A vertex or edge of A and a vertex or edge of B, at least one of them rounded. The distance
     /// of these features has a closed form at every pose.
     Round(CorePart, CorePart),
+    /// An ellipsoid of the smooth shape on this side, by its index, against a face of the other
+    /// piece.
+    Ellipsoid(PieceSide, u32),
 }
 
 /// A vertex or an edge of a core.
@@ -41,6 +44,10 @@ pub enum CorePart {
     Vertex(u32),
     /// Edge with this index.
     Edge(u32),
+    /// Lateral surface of a cylinder or a cone.
+    Lateral,
+    /// End of a cylinder: its rim.
+    End(u32),
 }
 
 /// A contact point: a point of one piece against a plane of the other. The gap is n·w − d − ρ, with

@@ -345,6 +345,19 @@ impl RigidBody {
         self.first_points[piece] + if is_one { 0 } else { vertex }
     }
 
+    /// Index of the first contact point of ellipsoid `one` of the smooth piece `piece`.
+    ///
+    /// # Panics
+    /// If the piece does not exist.
+    #[must_use]
+    pub fn ellipsoid_point(&self, piece: usize, one: usize) -> usize {
+        let vertices = match self.pieces[piece].smooth() {
+            Some(Smooth::Ellipsoid(_)) => 0,
+            _ => self.pieces[piece].core().vertices().len(),
+        };
+        self.first_points[piece] + vertices + 2 * one
+    }
+
     /// Own coefficient of friction, if any.
     #[must_use]
     pub fn friction(&self) -> Option<f64> {

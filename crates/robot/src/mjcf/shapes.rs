@@ -136,9 +136,6 @@ impl MjcfReader<'_> {
         if !touches && link > 0 {
             self.read_look(&read, link, placed, &form);
         }
-        if touches && matches!(form, RobotForm::Ellipsoid(_)) {
-            self.notes.say("ellipsoids with contacts become inscribed rounded hulls".to_owned());
-        }
         self.robot.shapes.push(RobotShape {
             name: element.own("name").map(str::to_owned),
             link,

@@ -147,7 +147,7 @@ impl Neighbours {
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
-            let between = Between { world, colliders: [a, b], at: poses, start: poses };
+            let between = Between { world, colliders: [a, b], at: poses, start: poses, states };
             if is_triangle {
                 pair.room.0 = pair.gap;
                 let touches = touches.iter().filter(|_| pair.gap <= TOUCH * size);

@@ -135,17 +135,26 @@ impl ContactTangent {
         &self,
         one: &EllipsoidPoint,
         of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
         time_step: f64,
     ) -> (Matrix3<f64>, Vector3<f64>) {
-        let (a, h) = (&self.a, self.time_step);
-        let predicted = a.impact.as_ref().filter(|_| self.is_predicted(one));
-        let Some(motion) = predicted else { return (a.rotation, of_a.turn) };
-        // Cayley map of a = h ω/2: δS Sᵀ = [2 (δa + a × δa)/(1 + |a|²)]×.
-        let half = motion.old * (0.5 * h);
-        let change = of_a.spin * (0.5 * h) + motion.old * (0.5 * time_step);
-        let turned = (change + half.cross(&change)) * (2.0 / (1.0 + half.norm_squared()));
-        let turn = rotation(&Vector4::new(1.0, half.x, half.y, half.z).normalize());
-        (a.rotation * turn, of_a.turn + a.rotation * turned)
+        let (a, b, h) = (&self.a, &self.b, self.time_step);
+        if !self.is_predicted(one) {
+            return (a.rotation, of_a.turn);
+        }
+        let ahead = |side: &StepSide, given: &SideChangeInput| {
+            let Some(motion) = &side.impact else { return (side.rotation, given.turn) };
+            // Cayley map of a = h ω/2: δS Sᵀ = [2 (δa + a × δa)/(1 + |a|²)]×.
+            let half = motion.old * (0.5 * h);
+            let change = given.spin * (0.5 * h) + motion.old * (0.5 * time_step);
+            let turned = (change + half.cross(&change)) * (2.0 / (1.0 + half.norm_squared()));
+            let turn = rotation(&Vector4::new(1.0, half.x, half.y, half.z).normalize());
+            (side.rotation * turn, given.turn + side.rotation * turned)
+        };
+        // Relative to B, which has turned as well.
+        let ((end_a, change_a), (end_b, change_b)) = (ahead(a, of_a), ahead(b, of_b));
+        let back = b.rotation * end_b.transpose();
+        (back * end_a, of_b.turn + back * (change_a - change_b))
     }
 
     /// True if the force acts at the nearest point of the predicted end.
@@ -176,12 +185,14 @@ impl ContactTangent {
     ) -> RowChange {
         let (a, b, h, one) = (&self.a, &self.b, self.time_step, &point.shape);
         let n = self.contact.normal();
-        let turned = of_b.turn.cross(&n);
+        // The plane changes with the size of B.
+        let plane = self.placed.placement.change(&self.contact, &a.change(of_a), &b.change(of_b));
+        let turned = of_b.turn.cross(&n) + b.rotation * plane.normal;
         let radius = self.contact.features.radius;
         let arm = a.rotation * one.centre;
         let core = self.contact.arm + n * radius - arm;
         // Change of the nearest point by the rotation of the plane relative to A.
-        let (rolled, rolled_turn) = self.rolled(point, of_a, time_step);
+        let (rolled, rolled_turn) = self.rolled(point, of_a, of_b, time_step);
         let seen = rolled.tr_mul(&n);
         let square = one.axes * one.axes.transpose();
         let width = one.half_width(&seen);
@@ -224,7 +235,8 @@ impl ContactTangent {
         let gap_change = normal_end.dot(
             &(apart + relative * time_step + turn_a.cross(&nearest) + end_stretched(&nearest)
                 - turn_b.cross(&apart_end)),
-        );
+        ) + (b.turned * plane.normal).dot(&apart_end)
+            - plane.offset;
         let opening_change = (gap_change - gap_end * (time_step / h)) / h;
         let motion = across(&n, &slip_change) - turned * n.dot(&slip) - n * turned.dot(&slip)
             + turned * (gap_end / h)

@@ -49,7 +49,12 @@ impl PlacedFeatures {
                 let pose = |body: usize| states[body].pose();
                 let other = contact.key.partner.body().map(pose);
                 let a = pose(contact.key.body);
-                (Placement::Fixed, curved::room(curved, contact, &a, other.as_ref()))
+                let room = curved::room(curved, contact, &a, other.as_ref());
+                let (placement, inside) = match curved {
+                    Curved::Ellipsoid(_) => Placement::of_plane(world, contact, &a, other.as_ref()),
+                    Curved::Cores(_) => (Placement::Fixed, f64::INFINITY),
+                };
+                (placement, room.min(inside))
             }
             None if contact.key.pair.is_none() => (Placement::Fixed, f64::INFINITY),
             None => {
@@ -216,7 +221,7 @@ impl ContactTangent {
         self.rebound.is_some()
     }
 
-    /// True if the rows depend on the spin of A at k.
+    /// True if the rows depend on the spins of A and B at k.
     pub(crate) fn follows_spin(&self) -> bool {
         match &self.contact.features.curved {
             Some(Curved::Ellipsoid(one)) => self.is_predicted(one),

@@ -22,6 +22,8 @@ use tumble_core::geometry::{CorePart, Feature, PieceSide};
 /// | `E3x7` | edge 3 of A and edge 7 of B |
 /// | `V3x7` | vertex 3 of A and vertex 7 of B |
 /// | `Rv3xe7` | vertex 3 of A and edge 7 of B; at least one is rounded |
+/// | `Rsxc1` | lateral surface of cylinder A and the rim at end 1 of cylinder B |
+/// | `SA1` | ellipsoid or disc 1 of piece A against a plane of B |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyText {
     /// Contact point, see [`ContactKey::point`].
@@ -79,15 +81,27 @@ fn feature_of(text: &str) -> Option<Feature> {
             let (a, b) = number.split_once('x')?;
             Some(Feature::Round(part_of(a)?, part_of(b)?))
         }
+        b'S' => {
+            let one = number.get(1..)?.parse().ok()?;
+            match number.as_bytes().first()? {
+                b'A' => Some(Feature::Ellipsoid(PieceSide::A, one)),
+                b'B' => Some(Feature::Ellipsoid(PieceSide::B, one)),
+                _ => None,
+            }
+        }
         _ => None,
     }
 }
 
 fn part_of(text: &str) -> Option<CorePart> {
+    if text == "s" {
+        return Some(CorePart::Lateral);
+    }
     let number = text.get(1..)?.parse().ok()?;
     match text.as_bytes().first()? {
         b'v' => Some(CorePart::Vertex(number)),
         b'e' => Some(CorePart::Edge(number)),
+        b'c' => Some(CorePart::End(number)),
         _ => None,
     }
 }
@@ -96,6 +110,8 @@ fn word(part: CorePart) -> String {
     match part {
         CorePart::Vertex(vertex) => format!("v{vertex}"),
         CorePart::Edge(edge) => format!("e{edge}"),
+        CorePart::Lateral => "s".into(),
+        CorePart::End(end) => format!("c{end}"),
     }
 }
 
@@ -109,6 +125,8 @@ impl fmt::Display for KeyText {
             Feature::Edges(a, b) => write!(f, "E{a}x{b}")?,
             Feature::Vertices(a, b) => write!(f, "V{a}x{b}")?,
             Feature::Round(a, b) => write!(f, "R{}x{}", word(a), word(b))?,
+            Feature::Ellipsoid(PieceSide::A, one) => write!(f, "SA{one}")?,
+            Feature::Ellipsoid(PieceSide::B, one) => write!(f, "SB{one}")?,
         }
         write!(f, ".{}", pair.plane)
     }
@@ -128,6 +146,10 @@ mod tests {
             Feature::Vertices(0, 1),
             Feature::Round(CorePart::Vertex(3), CorePart::Edge(11)),
             Feature::Round(CorePart::Edge(0), CorePart::Vertex(12)),
+            Feature::Round(CorePart::Lateral, CorePart::End(1)),
+            Feature::Round(CorePart::Edge(5), CorePart::Lateral),
+            Feature::Ellipsoid(PieceSide::A, 0),
+            Feature::Ellipsoid(PieceSide::B, 1),
         ];
         let keys = features.map(|feature| KeyText { point: 12, pair: pair(feature) });
         for key in keys.into_iter().chain([KeyText { point: 7, pair: None }]) {

@@ -39,6 +39,8 @@ fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<CorePart>, Option<Cor
         Feature::Edges(a, b) => (Some(CorePart::Edge(a)), Some(CorePart::Edge(b))),
         Feature::Vertices(a, b) => (Some(CorePart::Vertex(a)), Some(CorePart::Vertex(b))),
         Feature::Round(a, b) => (Some(a), Some(b)),
+        Feature::Ellipsoid(PieceSide::A, one) => (Some(CorePart::End(one)), None),
+        Feature::Ellipsoid(PieceSide::B, one) => (None, Some(CorePart::End(one))),
     };
     // The pieces of a pair are in the order of the bodies; fixed pieces are last.
     match key.partner {
@@ -52,6 +54,10 @@ fn ends(piece: &Piece, part: CorePart) -> Option<[Vector3<f64>; 2]> {
     let vertices = match part {
         CorePart::Vertex(vertex) => [vertex; 2],
         CorePart::Edge(edge) => piece.core().edges().get(edge as usize)?.vertices,
+        CorePart::Lateral => return piece.smooth()?.axis(),
+        CorePart::End(end) => {
+            return piece.smooth()?.ellipsoids().get(end as usize).map(|one| [one.centre; 2]);
+        }
     };
     let [from, to] = vertices.map(|vertex| piece.core().vertices().get(vertex as usize).copied());
     Some([from?, to?])
@@ -73,8 +79,13 @@ fn distance(piece: &Piece, part: CorePart, point: &Vector3<f64>) -> f64 {
 ///
 /// The plane is offset by the radius of the piece.
 fn heights(piece: &Piece, part: CorePart, features: &Features) -> [f64; 2] {
-    let normal = features.frame.column(2);
+    let normal = features.frame.column(2).into_owned();
     let height = |end: Vector3<f64>| normal.dot(&end) + piece.radius() - features.offset;
+    if let (CorePart::End(end), Some(smooth)) = (part, piece.smooth()) {
+        let one = smooth.ellipsoids().get(end as usize);
+        let extent = one.map(|one| normal.dot(&one.centre) + one.half_width(&normal));
+        return [extent.map_or(f64::INFINITY, |extent| extent - features.offset); 2];
+    }
     ends(piece, part).map_or([f64::INFINITY; 2], |ends| ends.map(height))
 }
 
@@ -128,12 +139,16 @@ fn check_point(
     body: &RigidBody,
     may_be_first: bool,
 ) -> Result<(), Misplaced> {
-    let first = |part| match part {
-        CorePart::Vertex(vertex) => Some(vertex),
-        CorePart::Edge(edge) => Some(own.core().edges().get(edge as usize)?.vertices[0]),
-    };
     let point_of = |vertex: u32| body.point_of(pair.pieces.0, vertex as usize);
-    let named = parts(key, pair).0.map_or(Some(0), first).map(point_of);
+    let first = |part| match part {
+        CorePart::Vertex(vertex) => Some(point_of(vertex)),
+        CorePart::Edge(edge) => {
+            own.core().edges().get(edge as usize).map(|edge| point_of(edge.vertices[0]))
+        }
+        CorePart::Lateral => Some(body.ellipsoid_point(pair.pieces.0, 0)),
+        CorePart::End(end) => Some(body.ellipsoid_point(pair.pieces.0, end as usize)),
+    };
+    let named = parts(key, pair).0.map_or(Some(point_of(0)), first);
     match named == Some(key.point) || may_be_first && key.point == point_of(0) {
         true => Ok(()),
         false => Err("has a key with a different contact point than its features"),

@@ -13,8 +13,8 @@
 use super::ContactRow;
 use super::named::{self, BAND, EXACT, Misplaced, size};
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::contact::{Contact, Features, PairFeatures, Partner, Plane, round};
-use tumble_core::geometry::{Feature, Piece};
+use tumble_core::contact::{Contact, Features, PairFeatures, Partner, Plane, ellipsoid, round};
+use tumble_core::geometry::{Ellipsoid, Feature, Piece};
 use tumble_core::mechanics::{Pose, State};
 use tumble_core::world::World;
 
@@ -53,8 +53,8 @@ impl ContactRow {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         let features = match self.partner {
-            Partner::Ground => self.on_ground(world, &states[self.body])?,
-            _ => self.on_piece(world, &pose, other.as_ref().map(|(_, pose)| pose))?,
+            Partner::Ground => self.on_ground(world, states)?,
+            _ => self.on_piece(world, states, &pose, other.as_ref().map(|(_, pose)| pose))?,
         };
         let key = self.key.between(self.body, self.partner);
         let law = world.law_between(self.body, self.partner);
@@ -74,7 +74,7 @@ impl ContactRow {
     /// Checks that the features of the `contact` are opposite each other at the start of the step.
     ///
     /// `moved` is the largest motion of the bodies at `states` in the step (m). Contacts with the
-    /// ground and contacts of rounded pieces always pass.
+    /// ground, of rounded pieces and with planes of smooth shapes always pass.
     ///
     /// # Errors
     /// Features at another place.
@@ -89,7 +89,7 @@ impl ContactRow {
         let (pose, other) = (states[self.body].pose(), self.partner.body());
         let other = other.map_or(FIXED, |index| states[index].pose());
         let pieces = self.pieces(world, &pair)?;
-        if pieces.0.radius() + pieces.1.radius() > 0.0 {
+        if pieces.0.radius() + pieces.1.radius() > 0.0 || pieces.1.smooth().is_some() {
             return Ok(());
         }
         let seen = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
@@ -97,8 +97,8 @@ impl ContactRow {
         named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
     }
 
-    /// Contact point of the key, in contact with the ground, with the body at `state`.
-    fn on_ground(&self, world: &World, state: &State) -> Result<Features, Misplaced> {
+    /// Contact point of the key, in contact with the ground, with the bodies at `states`.
+    fn on_ground(&self, world: &World, states: &[State]) -> Result<Features, Misplaced> {
         let points = world.bodies()[self.body].contact_points();
         let point = points.get(self.key.point).ok_or("refers to a point that does not exist")?;
         if self.key.pair.is_some() {
@@ -109,28 +109,40 @@ impl ContactRow {
         }
         let ground = world.ground().ok_or("refers to a ground that does not exist")?;
         let (frame, offset) = (*ground.frame(), ground.offset());
-        let mut features = Features::of_plane(point.position, point.radius, frame, offset);
-        if let Some(one) = point.smooth() {
-            let pose = state.pose();
-            let normal = pose.rotation.tr_mul(ground.normal());
-            let mut toward = Vector3::zeros();
-            // The second point of an ellipsoid, and that of a disc that lies flat, can be anywhere.
-            if point.is_second || one.is_across(&normal) {
-                let core = self.point + self.normal * self.radius;
-                let core = pose.rotation.tr_mul(&(core - pose.position));
-                toward = -one.coordinates(&core);
-                let (size, centre) = (one.size(), one.centre);
-                let off_span = (one.axes * toward + core - centre).norm() > EXACT * size;
-                let length = toward.norm();
-                if off_span || (length - 1.0).abs() > EXACT && length > EXACT {
-                    return Err("has a point that its ellipsoid does not have");
-                }
-                if length > 0.5 {
-                    toward /= length;
-                }
-            }
-            features.roll(one, toward, state, world.time_step());
+        let features = Features::of_plane(point.position, point.radius, frame, offset);
+        let Some(one) = point.smooth() else { return Ok(features) };
+        let pose = states[self.body].pose();
+        let is_flat = one.is_across(&pose.rotation.tr_mul(ground.normal()));
+        self.on_ellipsoid(features, one, point.is_second || is_flat, (world, states))
+    }
+
+    /// `features` with the ellipsoid `one` of the body. With `anywhere`, the recorded point may be
+    /// any point of the ellipsoid's surface.
+    fn on_ellipsoid(
+        &self,
+        mut features: Features,
+        one: Ellipsoid,
+        anywhere: bool,
+        (world, states): (&World, &[State]),
+    ) -> Result<Features, Misplaced> {
+        let at = (&states[self.body], self.partner.body().map(|index| &states[index]));
+        let (pose, h) = (at.0.pose(), world.time_step());
+        let core = self.point + self.normal * self.radius;
+        let core = pose.rotation.tr_mul(&(core - pose.position));
+        features.roll(one, Vector3::zeros(), at, h);
+        if !anywhere || (features.point - core).amax() <= EXACT * one.size() {
+            return Ok(features);
         }
+        let mut toward = -one.coordinates(&core);
+        let off_span = (one.axes * toward + core - one.centre).norm() > EXACT * one.size();
+        let length = toward.norm();
+        if off_span || (length - 1.0).abs() > EXACT && length > EXACT {
+            return Err("has a point that its ellipsoid does not have");
+        }
+        if length > 0.5 {
+            toward /= length;
+        }
+        features.roll(one, toward, at, h);
         Ok(features)
     }
 
@@ -154,6 +166,7 @@ impl ContactRow {
     fn on_piece(
         &self,
         world: &World,
+        states: &[State],
         pose: &Pose,
         other: Option<&Pose>,
     ) -> Result<Features, Misplaced> {
@@ -164,14 +177,18 @@ impl ContactRow {
             && pair.plane == 0
         {
             let normal = other_pose.rotation.tr_mul(&self.normal);
-            let features = round([own, theirs], [part, other], &normal);
-            let features = features.filter(|features| features.radius == self.radius);
-            let features = features.ok_or("refers to features that its pieces do not have")?;
-            return self.named(world, features, (own, theirs));
+            if let Some(features) = round([own, theirs], [part, other], &normal) {
+                return match features.radius == self.radius {
+                    true => self.named(world, features, (own, theirs)),
+                    false => Err("refers to features that its pieces do not have"),
+                };
+            }
         }
         // Rounded features can also have planes, starting with the first that separates them.
         let is_round = matches!(pair.feature, Feature::Round(..));
-        if !is_round && own.core().faces().is_empty() && theirs.core().faces().is_empty() {
+        let has_faces =
+            |piece: &Piece| !piece.core().faces().is_empty() || piece.smooth().is_some();
+        if !is_round && !has_faces(own) && !has_faces(theirs) {
             return Err("has a key with faces, which its pieces do not have");
         }
         let other = other_pose;
@@ -183,15 +200,24 @@ impl ContactRow {
         let key = self.key.between(self.body, self.partner);
         let sharp = own.radius() + theirs.radius() == 0.0;
         let near = BAND * size(theirs).min(size(own));
-        let (least, band) = match (named::may_be_turned(&key, &pair), sharp) {
+        let turned = named::may_be_turned(&key, &pair);
+        let (least, band) = match (turned, sharp) {
             // A plane of the body may tilt, so the projected corner is off the body by tilt times
             // gap.
             (true, _) => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
             (false, true) => (0.0, EXACT * size(theirs)),
             (false, false) => (0.0, near),
         };
+        let one = ellipsoid(own, pair.feature).filter(|_| !turned);
+        if matches!(pair.feature, Feature::Ellipsoid(..)) && one.is_none() && !turned {
+            return Err("refers to features that its pieces do not have");
+        }
         let least = least + EXACT * size(own);
-        let beyond = outside(own, &point) - (own.radius() - self.radius);
+        let beyond = match one {
+            // The point is checked against the ellipsoid.
+            Some(_) => 0.0,
+            None => outside(own, &point) - (own.radius() - self.radius),
+        };
         if beyond > least {
             return Err("has a point that its body does not have");
         }
@@ -201,6 +227,10 @@ impl ContactRow {
         let plane =
             Plane::new(normal, 0.0).map_err(|_| "has a normal that is not a unit vector")?;
         let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
+        if let Some(one) = one {
+            let features = self.on_ellipsoid(features, one, true, (world, states))?;
+            return self.named(world, features, (own, theirs));
+        }
         match sharp {
             true => self.named(world, features, (own, theirs)),
             false => {
@@ -249,6 +279,9 @@ fn outside(piece: &Piece, point: &Vector3<f64>) -> f64 {
 
 /// Support function: extent of a piece along a unit vector (m).
 fn support(piece: &Piece, normal: &Vector3<f64>) -> f64 {
+    if let Some(smooth) = piece.smooth() {
+        return smooth.extent(normal);
+    }
     let heights = piece.core().vertices().iter().map(|vertex| normal.dot(vertex));
     heights.fold(f64::NEG_INFINITY, f64::max) + piece.radius()
 }

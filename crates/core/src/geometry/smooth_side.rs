@@ -1,0 +1,162 @@
+//! One piece of a pair with a smooth shape: its support points and the features there.
+
+use super::manifold::NEARLY_ACROSS;
+use super::pair::{PiecePair, highest};
+use super::touch::PieceSide;
+use super::{Ellipsoid, Hull, Smooth};
+use nalgebra::{Matrix3, Vector3};
+
+/// Difference of heights below which two parts of a piece are equally far, relative to its size.
+const TIE: f64 = 1e-6;
+/// Difference from 1 of the cosine above which a face of a core is the flat end of its shape.
+const SAME_NORMAL: f64 = 1e-12;
+
+/// Features of a piece that are farthest along a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum SupportFeature {
+    /// An ellipsoid or the rim of a disc, by its index.
+    Ellipsoid(u32),
+    /// The lateral surface of a cylinder.
+    Lateral,
+    Vertex(u32),
+    Edge(u32),
+    /// A face of a polyhedron or the flat end of a smooth shape.
+    Face,
+    /// The lateral surface of a cone.
+    Cone,
+}
+
+/// One piece of a pair, and its pose in the frame of A.
+#[derive(Clone, Copy)]
+pub(super) struct SmoothSide<'a> {
+    pub side: PieceSide,
+    pub hull: &'a Hull,
+    pub radius: f64,
+    pub smooth: Option<&'a Smooth>,
+    pub rotation: Matrix3<f64>,
+    pub shift: Vector3<f64>,
+}
+
+impl<'a> PiecePair<'a> {
+    /// Both pieces, A first.
+    pub(super) fn sides(&self) -> [SmoothSide<'a>; 2] {
+        let of_a = SmoothSide {
+            side: PieceSide::A,
+            hull: self.a,
+            radius: self.radius_a,
+            smooth: self.smooth_a,
+            rotation: Matrix3::identity(),
+            shift: Vector3::zeros(),
+        };
+        let of_b = SmoothSide {
+            side: PieceSide::B,
+            hull: self.b,
+            radius: self.radius_b,
+            smooth: self.smooth_b,
+            rotation: self.rotation,
+            shift: self.shift,
+        };
+        [of_a, of_b]
+    }
+}
+
+impl SmoothSide<'_> {
+    /// A direction of the frame of A, in the frame of this piece.
+    pub fn seen(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation.tr_mul(direction)
+    }
+
+    /// A point of this piece (m) in the frame of A.
+    pub fn placed(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * point + self.shift
+    }
+
+    /// Largest n·x over the piece for a unit vector `n` (m, own frame).
+    pub fn extent(&self, n: &Vector3<f64>) -> f64 {
+        match self.smooth {
+            Some(smooth) => smooth.extent(n),
+            None => highest(self.hull.vertices(), n).1 + self.radius,
+        }
+    }
+
+    pub fn ellipsoid(&self, index: u32) -> Option<&Ellipsoid> {
+        self.smooth?.ellipsoids().get(index as usize)
+    }
+
+    /// Features that are farthest along the unit vector `n` (own frame).
+    pub fn support(&self, n: &Vector3<f64>) -> SupportFeature {
+        let tie = TIE * self.hull.reach().max(self.radius);
+        let Some(smooth) = self.smooth else { return self.support_of_core(n, tie) };
+        let one = &smooth.ellipsoids()[0];
+        let height = |one: &Ellipsoid| n.dot(&one.centre) + one.half_width(n);
+        let other = match smooth {
+            Smooth::Cylinder([_, to]) => height(to),
+            Smooth::Cone { apex, .. } => n.dot(&apex.1),
+            Smooth::Ellipsoid(_) => return SupportFeature::Ellipsoid(0),
+        };
+        let (second, between) = match smooth {
+            Smooth::Cone { apex, .. } => (SupportFeature::Vertex(apex.0), SupportFeature::Cone),
+            _ => (SupportFeature::Ellipsoid(1), SupportFeature::Lateral),
+        };
+        let higher = other - height(one);
+        let found = match (higher.abs() <= tie, higher > 0.0) {
+            (true, _) => return between,
+            (_, true) => second,
+            _ => SupportFeature::Ellipsoid(0),
+        };
+        let is_flat = one.half_width(n) <= TIE * one.size();
+        match found {
+            SupportFeature::Ellipsoid(_) if is_flat => SupportFeature::Face,
+            found => found,
+        }
+    }
+
+    fn support_of_core(&self, n: &Vector3<f64>, tie: f64) -> SupportFeature {
+        let vertices = self.hull.vertices();
+        let (first, height) = highest(vertices, n);
+        let is_far = |vertex: usize| n.dot(&vertices[vertex]) >= height - tie;
+        let mut others = (0..vertices.len()).filter(|&vertex| vertex != first && is_far(vertex));
+        match (others.next(), others.next()) {
+            (None, _) => SupportFeature::Vertex(first as u32),
+            (Some(second), None) => {
+                let ends = [first.min(second) as u32, first.max(second) as u32];
+                let edge = self.hull.edges().iter().position(|edge| edge.vertices == ends);
+                edge.map_or(SupportFeature::Vertex(first as u32), |edge| {
+                    SupportFeature::Edge(edge as u32)
+                })
+            }
+            _ => SupportFeature::Face,
+        }
+    }
+
+    /// Face of a polyhedron, or the flat end of a smooth shape, whose normal is nearly along the unit
+    /// vector `n` (own frame). The end of a smooth shape is a face of its core.
+    pub fn face_across(&self, n: &Vector3<f64>) -> Option<usize> {
+        let end = match self.smooth {
+            Some(Smooth::Ellipsoid(_)) => return None,
+            Some(smooth) => Some(smooth.ellipsoids()[0].normal()),
+            None => None,
+        };
+        let is_face = |normal: &Vector3<f64>| {
+            end.is_none_or(|end| end.dot(normal).abs() >= 1.0 - SAME_NORMAL)
+        };
+        let faces = self.hull.faces().iter().enumerate();
+        let cosines = faces.filter(|(_, face)| is_face(&face.normal));
+        let cosines = cosines.map(|(index, face)| (index, face.normal.dot(n)));
+        let best = cosines.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
+        (best.1 > NEARLY_ACROSS).then_some(best.0)
+    }
+
+    /// Direction of a straight feature in the frame of A. `None` for another feature.
+    pub fn along(&self, feature: SupportFeature) -> Option<Vector3<f64>> {
+        let [from, to] = match feature {
+            SupportFeature::Lateral => self.smooth?.axis()?,
+            SupportFeature::Edge(edge) => {
+                let ends = self.hull.edges()[edge as usize].vertices;
+                ends.map(|vertex| self.hull.vertices()[vertex as usize])
+            }
+            _ => return None,
+        };
+        Some(self.rotation * (to - from))
+    }
+}
