@@ -5,10 +5,11 @@ use std::io;
 use std::path::Path;
 use tumble_core::geometry::terrain::TerrainShape;
 use tumble_model::Model;
-use tumble_scene::{Scene, Settings};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 const BALL: &str = "[ground]\nnone = true\nfriction = 0.5\n[[bodies]]\nsphere = 0.1\nmass = 1.0\n\
-                    position = [0, 0, 3]\n";
+                    position = [0, 0, 6]\n";
 
 /// A robot on a height field of 3 rows and 2 columns: 2 m × 4 m, 3 m high.
 const MJCF: &str = r#"<mujoco><asset>
