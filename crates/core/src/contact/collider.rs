@@ -54,6 +54,13 @@ impl PieceExtent {
     }
 }
 
+impl PieceExtent {
+    /// Sizes of a triangle of a terrain, which does not move.
+    pub(crate) fn of_triangle(piece: &Piece) -> Self {
+        Self { size: size(piece), arm: 0.0, inner: 0.0 }
+    }
+}
+
 /// All colliders of a world but terrains: the pieces of the bodies in order, then the fixed pieces.
 pub(crate) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_ {
     let of_body = |(index, body): (usize, &RigidBody)| {

@@ -179,7 +179,7 @@ impl CollisionSearch<'_> {
             self.extents[indices[0]],
             match self.extents.get(indices[1]) {
                 Some(extent) => *extent,
-                None => PieceExtent::of(ends.1.0),
+                None => PieceExtent::of_triangle(ends.1.0),
             },
         ];
         let moving = [self.moving(a, extents[0]), self.moving(b, extents[1])];

@@ -347,6 +347,10 @@ impl Neighbours {
         let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
         for pair in &mut memory.pairs {
             let [a, b] = pair.colliders.map(|at| colliders.at(at));
+            // Most triangles near a body are apart from it.
+            if known && pair.gap >= 0.0 && is_triangle(world, b) {
+                continue;
+            }
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
                 pair.gap = bound(pieces.0, pieces.1, &pair.hint);
@@ -359,7 +363,7 @@ impl Neighbours {
             }
             let extents = pair.colliders.map(|at| match extents.get(at) {
                 Some(extent) => *extent,
-                None => PieceExtent::of(pieces.1.0),
+                None => PieceExtent::of_triangle(pieces.1.0),
             });
             visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
         }
