@@ -200,10 +200,6 @@ impl CollisionSearch<'_> {
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
-        if is_deep && self.touches.is_empty() && is_triangle(self.world, b) {
-            // The surface goes on beyond the triangle, and the triangle there is met deeper.
-            return None;
-        }
         // The searches below move the hint.
         let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
         let mut goes_through = !is_deep;
