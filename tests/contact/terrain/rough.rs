@@ -42,8 +42,11 @@ fn throw(name: &str, piece: &Piece, seed: u64, rough: f64, steps: usize) -> [usi
             _ => {}
         }
         let gained = energy(&state) - energy(&before);
-        // Rolling from an edge onto a face leaves an overlap of (v h)²/2r, and the next step ends it.
-        assert!(gained < 3e-2, "{name}, seed {seed}, step {k}: {gained:e} J");
+        // Rolling from an edge onto a face leaves an overlap, and the next step ends it. A larger gain
+        // is marked.
+        let status = record.report.status;
+        let may = gained < 1e-2 || status == StepStatus::Wild;
+        assert!(may, "{name}, seed {seed}, step {k}: {gained:e} J");
         assert!(state.position.z > 0.0, "{name}, seed {seed}, step {k}: below the terrain");
         before = state;
     }
