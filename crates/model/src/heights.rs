@@ -158,7 +158,7 @@ impl HeightGrid {
     /// Another text.
     pub fn of_packed(text: &str, columns: usize) -> Result<Self, String> {
         let values = crate::packed::unpack_floats(text)?;
-        if columns == 0 || values.len() % columns != 0 {
+        if columns == 0 || !values.len().is_multiple_of(columns) {
             return Err(format!("{} heights are not rows of {columns}", values.len()));
         }
         Self { values, columns }.checked()

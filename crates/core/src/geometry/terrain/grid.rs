@@ -42,7 +42,7 @@ impl HeightField {
             return Err(Error::Count { field, count, allowed });
         }
         let count = heights.len();
-        if count < 2 * columns || count % columns != 0 || count > MOST_HEIGHTS {
+        if count < 2 * columns || !count.is_multiple_of(columns) || count > MOST_HEIGHTS {
             let allowed = "2 or more whole rows, and at most 10 million heights";
             return Err(Error::Count { field: "heights of the height field", count, allowed });
         }
@@ -165,7 +165,7 @@ impl HeightField {
         let (cell, wide) = (triangle / 2, self.columns - 1);
         let (row, column) = (cell / wide, cell % wide);
         visit(triangle ^ 1);
-        if triangle % 2 == 0 {
+        if triangle.is_multiple_of(2) {
             if row > 0 {
                 visit(2 * (cell - wide) + 1);
             }
