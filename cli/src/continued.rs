@@ -250,7 +250,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         loads: model.loads()?,
         courses: model.courses()?,
         bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-        fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+        fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: contact_of(&run.solver)?,
         usual_solver: false,

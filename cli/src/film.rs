@@ -48,8 +48,8 @@ pub fn film(
     let model = run.as_ref().filter(|run| !run.trajectory).map(|run| &run.model);
     let one = || vec![Role::default()];
     let bodies = model.map_or_else(one, |model| model.bodies.iter().map(Role::from).collect());
-    let fixed = model.map_or(&[][..], |model| &model.fixed);
-    let fixed: Vec<_> = fixed.iter().map(|fixed| fixed.name.as_str()).collect();
+    let fixed: Vec<_> =
+        model.iter().flat_map(|model| model.fixed_names()).map(String::as_str).collect();
     let joints = model.map_or(&[][..], |model| &model.joints);
     let joints: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
     let (bodies, fixed, joints) = (&bodies, &fixed, &joints);
@@ -73,7 +73,7 @@ pub fn film(
 
 /// Checks that contacts refer to existing bodies and pieces.
 fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
-    let (bodies, fixed) = (world.bodies().len(), world.fixed().len());
+    let (bodies, fixed) = (world.bodies().len(), world.fixed_count());
     for (number, row) in step.contacts.iter().enumerate() {
         let is_there = match row.partner {
             Partner::Ground => world.ground().is_some(),

@@ -26,6 +26,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Put a robot into a scene", "docs/howto/robot-in-scene.md"),
             ("Give joints limits and friction", "docs/howto/joints.md"),
             ("Use meshes that are not convex", "docs/howto/meshes.md"),
+            ("Roll over terrain", "docs/howto/terrain.md"),
             ("Move an obstacle along a path", "docs/howto/moving-obstacles.md"),
             ("Make bodies bounce", "docs/howto/restitution.md"),
             ("Choose what collides", "docs/howto/collision-groups.md"),

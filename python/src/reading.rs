@@ -82,7 +82,7 @@ pub fn of_trajectory(content: Arc<Content>, table: &[u8]) -> PyResult<PyRecordin
         let count = world.bodies().len();
         return Err(odd(&format!("it has one body, but the scene has {count}")));
     };
-    if !(world.fixed().is_empty() && world.joints().is_empty()) {
+    if !(world.fixed_count() == 0 && world.joints().is_empty()) {
         return Err(odd(&"it has only a body and the ground, but the scene has more"));
     }
     let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?.of_part();

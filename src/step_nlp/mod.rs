@@ -164,7 +164,7 @@ impl StepNlp {
             Some("it supports one body only; remove the others")
         } else if world.ground().is_none() {
             Some(NO_GROUND)
-        } else if !world.fixed().is_empty() {
+        } else if world.fixed_count() > 0 {
             Some("it does not support fixed pieces; remove them")
         } else if body.contact_points().iter().any(|point| point.size() > 0.0) {
             Some("it does not support rounded points; remove the radius")

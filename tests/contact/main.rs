@@ -19,6 +19,7 @@ mod rounded_points;
 mod smooth_balls;
 mod smooth_pairs;
 mod smooth_shapes;
+mod terrain;
 #[path = "../common/toss.rs"]
 mod toss;
 mod whose_plane;

@@ -69,7 +69,7 @@ impl Step<'_> {
             let partner = match key.partner {
                 Partner::Ground => true,
                 Partner::Body(other) => other < bodies.len(),
-                Partner::Fixed(index) => index < self.world.fixed().len(),
+                Partner::Fixed(index) => index < self.world.fixed_count(),
             };
             partner && bodies.get(key.body).is_some_and(point)
         };
@@ -91,7 +91,7 @@ impl Step<'_> {
             };
         }
         if let Partner::Fixed(count) = key.partner
-            && count >= self.world.fixed().len()
+            && count >= self.world.fixed_count()
         {
             let allowed = "an index of a fixed piece of the world";
             return Error::Count { field: "fixed piece of a contact", count, allowed };

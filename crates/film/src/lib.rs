@@ -3,6 +3,7 @@
 #![deny(unsafe_code)]
 
 mod looks;
+mod terrain;
 
 pub use looks::dress;
 
@@ -64,6 +65,9 @@ impl<'a> From<&'a BodyModel> for Role<'a> {
 pub fn film(cast: Cast<'_>, frames: Vec<FilmFrame>) -> Film {
     let Cast { world, .. } = cast;
     let fixed = cast.fixed.iter().zip(world.fixed());
+    let names = cast.fixed.iter().skip(world.fixed().len());
+    let terrains =
+        names.zip(world.terrains()).map(|(name, of)| terrain::terrain(name, &of.terrain));
     let mut film = Film {
         title: String::new(),
         facts: Vec::new(),
@@ -77,6 +81,7 @@ pub fn film(cast: Cast<'_>, frames: Vec<FilmFrame>) -> Film {
                 name: (*name).to_owned(),
                 pieces: vec![piece(&fixed.piece)],
             })
+            .chain(terrains)
             .collect(),
         bodies: bodies(cast),
         joints: cast

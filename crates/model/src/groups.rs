@@ -91,6 +91,14 @@ impl Model {
                 world = world.with_groups(Partner::Fixed(index), masks)?;
             }
         }
+        for (index, terrain) in self.terrains.iter().enumerate() {
+            if !terrain.groups.are_usual() {
+                let odd =
+                    |why| Failure::Input(format!("terrain[{index}] ({}): {why}", terrain.name));
+                let masks = self.masks(&terrain.groups).map_err(odd)?;
+                world = world.with_groups(Partner::Fixed(self.fixed.len() + index), masks)?;
+            }
+        }
         Ok(world)
     }
 

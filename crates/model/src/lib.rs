@@ -11,16 +11,20 @@ pub mod failure;
 pub mod fields;
 pub mod gear;
 pub mod groups;
+pub mod heights;
 pub mod joint;
 mod model;
 pub mod names;
 pub mod nearest;
+mod packed;
 pub mod parameters;
 pub mod shape;
 pub mod shown;
+mod terrain;
 
 pub use drawn::{DrawnModel, state_at};
 pub use model::*;
+pub use terrain::TerrainModel;
 
 use std::io;
 use std::path::Path;

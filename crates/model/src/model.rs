@@ -7,6 +7,7 @@ use super::gear::GearModel;
 use super::groups::GroupsModel;
 use super::joint::JointModel;
 use super::shape::{ModelPlace, ModelShape, PlacedForm};
+use super::terrain::TerrainModel;
 use crate::colour::{BodyLabel, Colour};
 use crate::failure::Failure;
 use crate::fields;
@@ -15,11 +16,12 @@ use crate::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
+use std::sync::Arc;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, FixedTerrain, Parameters, World};
 
 /// Constants of a run and its initial state, in SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -52,6 +54,9 @@ pub struct Model {
     pub bodies: Vec<BodyModel>,
     /// Fixed geometry.
     pub fixed: Vec<FixedModel>,
+    /// Terrains.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terrains: Vec<TerrainModel>,
     /// Coefficients of friction of single pairs.
     pub frictions: Vec<PairModel>,
     /// Coefficients of restitution of single pairs.
@@ -191,21 +196,30 @@ pub enum PartnerModel {
     Ground,
     /// Fixed geometry, an index into `fixed`.
     Fixed(usize),
+    /// Terrain, an index into `terrains`.
+    Terrain(usize),
     /// Body, an index into `bodies`.
     Body(usize),
 }
 
-impl From<PartnerModel> for Partner {
-    fn from(partner: PartnerModel) -> Self {
+impl Model {
+    /// Partner in the world of the model. Its terrains are numbered after the fixed geometry.
+    #[must_use]
+    pub fn partner(&self, partner: PartnerModel) -> Partner {
         match partner {
-            PartnerModel::Ground => Self::Ground,
-            PartnerModel::Fixed(index) => Self::Fixed(index),
-            PartnerModel::Body(index) => Self::Body(index),
+            PartnerModel::Ground => Partner::Ground,
+            PartnerModel::Fixed(index) => Partner::Fixed(index),
+            PartnerModel::Terrain(index) => Partner::Fixed(self.fixed.len() + index),
+            PartnerModel::Body(index) => Partner::Body(index),
         }
     }
-}
 
-impl Model {
+    /// Names of the fixed colliders: of the fixed geometry, then of the terrains.
+    pub fn fixed_names(&self) -> impl Iterator<Item = &String> {
+        let fixed = self.fixed.iter().map(|fixed| &fixed.name);
+        fixed.chain(self.terrains.iter().map(|terrain| &terrain.name))
+    }
+
     /// World of the model.
     pub fn world(&self) -> Result<World, Failure> {
         let fixed = self.fixed.iter().map(|fixed| {
@@ -223,21 +237,24 @@ impl Model {
             time_step: self.dt,
             rotation: self.rotation,
         })?;
-        let world = world.with_fixed(fixed)?;
+        let terrains = self.terrains.iter().map(|terrain| FixedTerrain {
+            terrain: Arc::clone(&terrain.terrain),
+            friction: terrain.friction,
+        });
+        let world = world.with_fixed(fixed)?.with_terrains(terrains.collect())?;
         let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
         let world = self.frictions.iter().try_fold(world, |world, pair| {
-            world.with_friction_between(pair.body, pair.partner.into(), pair.coefficient)
+            world.with_friction_between(pair.body, self.partner(pair.partner), pair.coefficient)
         })?;
         let world = self.restitutions.iter().try_fold(world, |world, pair| {
-            world.with_restitution_between(pair.body, pair.partner.into(), pair.coefficient)
+            world.with_restitution_between(pair.body, self.partner(pair.partner), pair.coefficient)
         })?;
         let world = self.surfaces.iter().try_fold(world, |world, surface| {
-            world.with_surface(surface.of.into(), surface.velocity.into())
+            world.with_surface(self.partner(surface.of), surface.velocity.into())
         })?;
-        let world = self
-            .apart
-            .iter()
-            .try_fold(world, |world, pair| world.with_apart(pair.body, pair.partner.into()))?;
+        let world = self.apart.iter().try_fold(world, |world, pair| {
+            world.with_apart(pair.body, self.partner(pair.partner))
+        })?;
         let untouched = self.bodies.iter().enumerate().filter(|(_, body)| !body.touches);
         let world = untouched.map(|(index, _)| index).try_fold(world, World::with_untouched)?;
         self.tied(self.grouped(world)?)

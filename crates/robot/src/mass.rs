@@ -121,7 +121,7 @@ pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
 pub fn solid(form: &RobotForm) -> Result<LinkMass, String> {
     let diagonal = |x: f64, y: f64, z: f64| Matrix3::from_diagonal(&Vector3::new(x, y, z));
     let (mass, specific) = match form {
-        RobotForm::Plane => return Ok(LinkMass::NONE),
+        RobotForm::Plane | RobotForm::Field(_) => return Ok(LinkMass::NONE),
         RobotForm::Sphere(r) => {
             let part = 0.4 * r * r;
             (4.0 / 3.0 * PI * r.powi(3), diagonal(part, part, part))

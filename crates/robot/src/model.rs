@@ -4,6 +4,8 @@ use super::frame::LinkFrame;
 use nalgebra::{Matrix3, Vector3};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use tumble_core::geometry::terrain::HeightField;
 use tumble_core::joint::Drive;
 
 /// A robot as described by its URDF or MJCF file. The world is link 0.
@@ -205,6 +207,8 @@ pub enum RobotForm {
     Plane,
     /// Convex hull of the vertices of a mesh.
     Hull(Vec<[f64; 3]>),
+    /// Height field. Only the world can have one.
+    Field(Arc<HeightField>),
 }
 
 /// Triangle mesh for drawing. Triangles are counter-clockwise seen from outside.

@@ -138,7 +138,12 @@ fn keep_overlaps_apart(
             is_over = false;
             let (partner, second) = match between.1 {
                 Partner::Body(other) => (PartnerModel::Body(other), &model.bodies[other].name),
-                Partner::Fixed(fixed) => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
+                Partner::Fixed(fixed) => match fixed.checked_sub(model.fixed.len()) {
+                    None => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
+                    Some(terrain) => {
+                        (PartnerModel::Terrain(terrain), &model.terrains[terrain].name)
+                    }
+                },
                 Partner::Ground => break 'search,
             };
             let both = |robot: &Assembled| match between.1 {

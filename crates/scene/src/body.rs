@@ -126,6 +126,7 @@ fn model(world: &World, load: &Load, start: &State, drawn: Option<DrawnModel>) -
             drawn,
         }],
         fixed: Vec::new(),
+        terrains: Vec::new(),
         frictions: Vec::new(),
         restitutions: Vec::new(),
         joints: Vec::new(),

@@ -6,6 +6,7 @@ use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::robots::RobotEntry;
+use super::bodies::terrain::TerrainEntry;
 use super::settings::Settings;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
 use nalgebra::Vector3;
@@ -40,6 +41,7 @@ pub struct ScenarioFile {
     load: Option<LoadTable>,
     bodies: Option<Vec<BodyEntry>>,
     fixed: Option<Vec<FixedEntry>>,
+    terrain: Option<Vec<TerrainEntry>>,
     friction: Option<Vec<PairEntry>>,
     restitution: Option<Vec<PairEntry>>,
     joints: Option<Vec<JointEntry>>,
@@ -69,7 +71,7 @@ impl ScenarioFile {
     pub fn said(mut self) -> Result<ParsedScene, String> {
         let is_of_bodies = self.bodies.is_some()
             || self.robots.is_some()
-            || (self.fixed.is_some() && self.body.is_none());
+            || ((self.fixed.is_some() || self.terrain.is_some()) && self.body.is_none());
         self.refuse_idle_and_missing(is_of_bodies)?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
@@ -106,6 +108,7 @@ impl ScenarioFile {
         let entries = is_of_bodies.then(|| SceneEntries {
             bodies: self.bodies.unwrap_or_default(),
             fixed: self.fixed.unwrap_or_default(),
+            terrain: self.terrain.unwrap_or_default(),
             friction: self.friction.unwrap_or_default(),
             restitution: self.restitution.unwrap_or_default(),
             joints: self.joints.unwrap_or_default(),
@@ -130,6 +133,7 @@ impl ScenarioFile {
             ("start", "with [[bodies]]", of_bodies && self.start.is_some()),
             ("load", "with [[bodies]]", of_bodies && self.load.is_some()),
             ("fixed", "without [[bodies]]", of_body && self.fixed.is_some()),
+            ("terrain", "without [[bodies]]", of_body && self.terrain.is_some()),
             ("friction", "without [[bodies]]", of_body && self.friction.is_some()),
             ("restitution", "without [[bodies]]", of_body && self.restitution.is_some()),
             ("joints", "without [[bodies]]", of_body && self.joints.is_some()),

@@ -37,8 +37,10 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
             body(among(&|k| bodies[k].restitution().is_some(), bodies.len()))
         }
         Constant::FixedFriction => {
-            let fixed = world.fixed();
-            scene.fixed[among(&|k| fixed[k].friction.is_some(), fixed.len())].clone()
+            let fixed = world.fixed().iter().map(|fixed| fixed.friction);
+            let own = fixed.chain(world.terrains().iter().map(|terrain| terrain.friction));
+            let own: Vec<_> = own.collect();
+            scene.fixed[among(&|k| own[k].is_some(), own.len())].clone()
         }
         Constant::PairFriction => pair(world.pair_frictions()),
         Constant::PairRestitution => pair(world.pair_restitutions()),

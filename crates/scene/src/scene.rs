@@ -44,7 +44,7 @@ pub struct Scene {
     pub courses: Vec<(usize, Knots)>,
     /// Names of the bodies.
     pub bodies: Vec<String>,
-    /// Names of the fixed pieces.
+    /// Names of the fixed pieces, then of the terrains.
     pub fixed: Vec<String>,
     /// Names of the joints.
     pub joints: Vec<String>,
@@ -97,7 +97,7 @@ impl Scene {
             loads: model.loads()?,
             courses: model.courses()?,
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-            fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+            fixed: model.fixed_names().cloned().collect(),
             joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
             trajectory: self.trajectory && model.bodies.len() == 1,
             model,

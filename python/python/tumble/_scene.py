@@ -69,6 +69,7 @@ class Scene(CoreScene, Queries):
         surfaces: Iterable[Fields] = (),
         robots: Iterable[Fields] = (),
         apart: Iterable[Fields] = (),
+        terrain: Iterable[Fields] = (),
         *,
         gravity: Union[float, Iterable[float]] = 9.81,
         time_step: float = 0.002,
@@ -104,6 +105,7 @@ class Scene(CoreScene, Queries):
                 "surfaces": tables("surfaces", surfaces),
                 "robots": tables("robots", robots),
                 "apart": tables("apart", apart),
+                "terrain": tables("terrain", terrain),
             }
         )
         scene = cls.from_text(text, Path(folder) / "scene", seed=seed)

@@ -6,11 +6,15 @@
 
 use super::collider::{Collider, PieceOwner, placed};
 use super::curved::{Core, CorePair, Curved};
+use super::seams::is_triangle;
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
 use crate::geometry::{CorePart, Ellipsoid, Feature, ManifoldPoint, Piece, PieceSide};
 use crate::mechanics::{Pose, RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
+
+/// Cosine above which a plane is that of a face of a triangle.
+const SAME_PLANE: f64 = 1.0 - 1e-12;
 
 /// Converts the geometric contact points of two colliders to contacts.
 pub(super) struct Between<'a> {
@@ -51,6 +55,10 @@ impl Between<'_> {
         }
         match (of_point.owner, of_plane.owner) {
             (PieceOwner::Body(body), owner) => {
+                let (mut features, mut plane) = (features, (touch.normal, touch.offset));
+                if is_triangle(self.world, of_plane) {
+                    plane = self.plane_of_patch(touch, &mut features).unwrap_or(plane);
+                }
                 let key = ContactKey {
                     body,
                     point: self.corner(body, of_point, part_of(touch)),
@@ -60,8 +68,8 @@ impl Between<'_> {
                 let mut features = Features::of_plane(
                     touch.point,
                     touch.point_radius,
-                    frame_along(&touch.normal),
-                    touch.offset,
+                    frame_along(&plane.0),
+                    plane.1,
                 );
                 let piece = &self.world.bodies()[body].pieces()[of_point.piece];
                 if let Some(one) = ellipsoid(piece, touch.feature) {
@@ -83,6 +91,26 @@ impl Between<'_> {
             }
             (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => None,
         }
+    }
+
+    /// Normal and offset (m) of the plane of a whole patch of triangles, if a vertex or an
+    /// ellipsoid of the body touches the face of a triangle. The features then name the first triangle of the patch.
+    fn plane_of_patch(
+        &self,
+        touch: &ManifoldPoint,
+        features: &mut PairFeatures,
+    ) -> Option<(Vector3<f64>, f64)> {
+        let PieceOwner::Fixed(index) = self.colliders[1].owner else { return None };
+        let (Feature::Vertex(PieceSide::A, _) | Feature::Ellipsoid(PieceSide::A, _)) =
+            touch.feature
+        else {
+            return None;
+        };
+        let first = self.world.terrain(index)?.patch(features.pieces.1);
+        let faces = self.world.fixed_piece(index, first)?.core().faces();
+        let face = faces.iter().find(|face| face.normal.dot(&touch.normal) > SAME_PLANE)?;
+        features.pieces.1 = first;
+        Some((face.normal, face.offset))
     }
 
     /// Contact with the exact gap of two round features. `None` for the lateral surface of a cone.
@@ -177,11 +205,11 @@ pub fn ellipsoid(piece: &Piece, feature: Feature) -> Option<Ellipsoid> {
     piece.smooth()?.ellipsoids().get(one as usize).copied()
 }
 
-/// Piece `number` of a body, or the only piece of a fixed owner. `None` if it does not exist.
+/// Piece `number` of an owner. `None` if it does not exist.
 pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&Piece> {
     match owner {
         PieceOwner::Body(index) => world.bodies().get(index)?.pieces().get(number),
-        PieceOwner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+        PieceOwner::Fixed(index) => world.fixed_piece(index, number),
     }
 }
 

@@ -22,7 +22,7 @@ impl PieceOwner {
     }
 }
 
-/// A collider: one piece of a body or a fixed piece of the world.
+/// A collider: one piece of a body, a fixed piece of the world, or a triangle of a terrain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Collider {
     pub(crate) owner: PieceOwner,
@@ -54,7 +54,14 @@ impl PieceExtent {
     }
 }
 
-/// All colliders of a world: the pieces of the bodies in order, then the fixed pieces.
+impl PieceExtent {
+    /// Sizes of a triangle of a terrain, which does not move.
+    pub(crate) fn of_triangle(piece: &Piece) -> Self {
+        Self { size: size(piece), arm: 0.0, inner: 0.0 }
+    }
+}
+
+/// All colliders of a world but terrains: the pieces of the bodies in order, then the fixed pieces.
 pub(crate) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_ {
     let of_body = |(index, body): (usize, &RigidBody)| {
         let owner = PieceOwner::Body(index);
@@ -63,6 +70,79 @@ pub(crate) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_
     let fixed = (0..world.fixed().len()).map(PieceOwner::Fixed);
     let fixed = fixed.map(|owner| Collider { owner, piece: 0 });
     world.bodies().iter().enumerate().flat_map(of_body).chain(fixed)
+}
+
+/// Numbered colliders of a world: those of [`colliders_of`], then the triangles of the terrains.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Colliders {
+    list: Vec<Collider>,
+    /// Number of the first triangle of each terrain, and the number after the last.
+    terrains: Vec<usize>,
+    /// Number of fixed pieces.
+    fixed: usize,
+}
+
+impl Colliders {
+    pub(crate) fn of(world: &World) -> Self {
+        let list: Vec<_> = colliders_of(world).collect();
+        let mut next = list.len();
+        let mut terrains = Vec::new();
+        for terrain in world.terrains() {
+            terrains.push(next);
+            next += terrain.terrain.count();
+        }
+        terrains.push(next);
+        Self { list, terrains, fixed: world.fixed().len() }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.list.clear();
+        self.terrains.clear();
+    }
+
+    /// The colliders that are not triangles.
+    pub(crate) fn list(&self) -> &[Collider] {
+        &self.list
+    }
+
+    /// Number of colliders, with all triangles.
+    #[cfg(feature = "save")]
+    pub(crate) fn count(&self) -> usize {
+        self.terrains.last().copied().unwrap_or(0)
+    }
+
+    /// True if these are the colliders of `world`.
+    pub(crate) fn are_of(&self, world: &World) -> bool {
+        let counts = self.terrains.windows(2).map(|two| two[1] - two[0]);
+        colliders_of(world).eq(self.list.iter().copied())
+            && world.terrains().iter().map(|terrain| terrain.terrain.count()).eq(counts)
+    }
+
+    /// Index and first number of each terrain as a fixed collider.
+    pub(crate) fn terrains(&self) -> impl Iterator<Item = (usize, usize)> {
+        let starts = &self.terrains[..self.terrains.len().saturating_sub(1)];
+        starts.iter().enumerate().map(|(index, first)| (self.fixed + index, *first))
+    }
+
+    #[inline]
+    pub(crate) fn has_terrains(&self) -> bool {
+        self.terrains.len() > 1
+    }
+
+    /// Collider `number`.
+    #[inline]
+    pub(crate) fn at(&self, number: usize) -> Collider {
+        match self.list.get(number) {
+            Some(collider) => *collider,
+            None => self.triangle(number),
+        }
+    }
+
+    fn triangle(&self, number: usize) -> Collider {
+        let terrain = self.terrains.partition_point(|first| *first <= number) - 1;
+        let owner = PieceOwner::Fixed(self.fixed + terrain);
+        Collider { owner, piece: number - self.terrains[terrain] }
+    }
 }
 
 /// ℓ: reach of a piece from its own centre (m).
@@ -78,7 +158,15 @@ pub(crate) fn placed<'a>(
 ) -> (&'a Piece, &'a Pose) {
     match collider.owner {
         PieceOwner::Body(index) => (&world.bodies()[index].pieces()[collider.piece], &poses[index]),
-        PieceOwner::Fixed(index) => (&world.fixed()[index].piece, &FIXED),
+        PieceOwner::Fixed(index) => (fixed(world, index, collider.piece), &FIXED),
+    }
+}
+
+/// Piece of a fixed collider that exists.
+fn fixed(world: &World, index: usize, number: usize) -> &Piece {
+    match world.fixed().get(index) {
+        Some(fixed) => &fixed.piece,
+        None => world.fixed_piece(index, number).expect("the broad phase lists pieces that exist"),
     }
 }
 

@@ -197,10 +197,16 @@ fn slot(hash: u32, slots: usize) -> usize {
     hash as usize & (slots - 1)
 }
 
-/// The two pieces of a contact.
+/// Piece `number` of an owner in the index. The triangles of a terrain are one piece: contacts at the
+/// seam of two are compared.
+pub(super) fn end_of(owner: Partner, number: usize) -> KeyEnd {
+    (owner, if matches!(owner, Partner::Fixed(_)) { 0 } else { number })
+}
+
+/// The two pieces of a contact, see [`end_of`].
 pub(super) fn ends_of(key: &ContactKey) -> [KeyEnd; 2] {
     let (first, second) = key.pair.map_or((key.point, 0), |pair| pair.pieces);
-    [(Partner::Body(key.body), first), (key.partner, second)]
+    [(Partner::Body(key.body), first), end_of(key.partner, second)]
 }
 
 fn hash_of_key(key: &ContactKey) -> u32 {

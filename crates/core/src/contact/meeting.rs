@@ -17,9 +17,11 @@
 //! the plane across their shortest line.
 
 use super::between::Between;
-use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
-use super::key_index::{KeyEnd, PieceIndex, ends_of};
+use super::collider::{Collider, Colliders, PieceExtent, PieceOwner, placed, size};
+use super::key_index::{KeyEnd, PieceIndex, end_of, ends_of};
+use super::memory::Neighbour;
 use super::owner::plane_of;
+use super::seams::{is_same, is_triangle, lies_in};
 use super::{Contact, ContactKey, Curved, Partner};
 use crate::geometry::{
     Advance, Feature, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold,
@@ -138,6 +140,23 @@ impl CollisionSearch<'_> {
         }
     }
 
+    /// True if a pair with a triangle of a terrain has so much room at the start that it does not
+    /// collide. Its gap becomes a bound for the end.
+    pub fn stays_in_room(&self, pair: &mut Neighbour, colliders: &Colliders) -> bool {
+        let [number, other] = pair.colliders;
+        let PieceOwner::Body(body) = colliders.at(number).owner else { return false };
+        if !is_triangle(self.world, colliders.at(other)) {
+            return false;
+        }
+        let (trajectory, arm) = (&self.trajectories[body], self.extents[number].arm);
+        let least = pair.room.0 - trajectory.shift().norm() - arm * trajectory.angle().min(2.0);
+        if least < -self.depth {
+            return false;
+        }
+        (pair.gap, pair.is_bound) = (least, true);
+        true
+    }
+
     /// Finds the collision of a pair that its contacts do not prevent.
     ///
     /// A pair that nearly touches at the start collides there and not where it would have moved.
@@ -156,7 +175,13 @@ impl CollisionSearch<'_> {
         let ends = (placed(self.world, self.end, a), placed(self.world, self.end, b));
         *pair.gap = bound(ends.0, ends.1, pair.hint);
         *pair.is_bound = true;
-        let extents = indices.map(|index| self.extents[index]);
+        let extents = [
+            self.extents[indices[0]],
+            match self.extents.get(indices[1]) {
+                Some(extent) => *extent,
+                None => PieceExtent::of_triangle(ends.1.0),
+            },
+        ];
         let moving = [self.moving(a, extents[0]), self.moving(b, extents[1])];
         if *pair.gap - travel(&moving[0], &moving[1]) >= -self.depth {
             return None;
@@ -190,7 +215,7 @@ impl CollisionSearch<'_> {
                 return None;
             }
             let mut known = self.index.between(contacts, pieces([a, b]));
-            let is_known = known.any(|place| is_between(&contacts[place].key, a, b));
+            let is_known = known.any(|place| is_near_held(self.world, &contacts[place], a, b));
             drop(known);
             // A pair without contacts is not held by anything.
             let most = if is_known { passing } else { fine };
@@ -313,8 +338,8 @@ impl CollisionSearch<'_> {
     fn lift(&mut self, colliders: [Collider; 2], contacts: &[Contact]) {
         let mut lift: Option<(usize, Vector3<f64>, f64)> = None;
         let known = self.index.between(contacts, pieces(colliders)).map(|place| &contacts[place]);
-        for contact in known.filter(|contact| is_between(&contact.key, colliders[0], colliders[1]))
-        {
+        let [a, b] = colliders;
+        for contact in known.filter(|contact| is_held(self.world, contact, a, b)) {
             let a = &self.between[contact.key.body];
             let b = match contact.key.partner {
                 Partner::Body(other) => Some(&self.between[other]),
@@ -435,7 +460,7 @@ impl CollisionSearch<'_> {
         let (world, start, states) = (self.world, self.start, self.states);
         let between = Between { world, colliders, at: self.end, start, states };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
-        found.all(|contact| unknown_plane(&contact, contacts, self.index).is_none())
+        found.all(|contact| unknown_plane(world, &contact, contacts, self.index).is_none())
     }
 
     /// True if a pair has the same direction at its collision as at its end.
@@ -466,7 +491,7 @@ impl CollisionSearch<'_> {
                 continue;
             }
             fits = true;
-            if let Some(plane) = unknown_plane(&contact, contacts, self.index) {
+            if let Some(plane) = unknown_plane(world, &contact, contacts, self.index) {
                 contacts.extend(between.contact(touch, plane));
             }
         }
@@ -476,7 +501,7 @@ impl CollisionSearch<'_> {
 
 /// Identifiers of the two pieces in the index of contacts.
 fn pieces(colliders: [Collider; 2]) -> [KeyEnd; 2] {
-    colliders.map(|collider| (collider.owner.partner(), collider.piece))
+    colliders.map(|collider| end_of(collider.owner.partner(), collider.piece))
 }
 
 /// True if a contact is between two given pieces.
@@ -491,6 +516,21 @@ fn is_between(key: &ContactKey, a: Collider, b: Collider) -> bool {
         || (of(b, owners.0, first) && of(a, owners.1, second))
 }
 
+/// True if a contact is between two given pieces, or between the first one and the terrain of the
+/// second. A body on a terrain is held by contacts with some of the triangles that it touches.
+fn is_near_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
+    let key = &contact.key;
+    is_between(key, a, b)
+        || is_triangle(world, b)
+            && (Partner::Body(key.body), key.partner) == (a.owner.partner(), b.owner.partner())
+            && key.pair.is_some_and(|pair| pair.pieces.0 == a.piece)
+}
+
+/// True if a contact is between two given pieces, or its plane contains the second one, a triangle.
+fn is_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
+    is_between(&contact.key, a, b) || is_triangle(world, b) && lies_in(world, contact, a, b)
+}
+
 /// True unless two contacts of an ellipsoid are too far apart on it for one of them.
 fn reaches(known: &Contact, other: &Contact) -> bool {
     match (&known.features.curved, &other.features.curved) {
@@ -503,10 +543,18 @@ fn reaches(known: &Contact, other: &Contact) -> bool {
 
 /// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for
 /// them, or too many others.
-fn unknown_plane(contact: &Contact, contacts: &[Contact], index: &mut PieceIndex) -> Option<u32> {
+fn unknown_plane(
+    world: &World,
+    contact: &Contact,
+    contacts: &[Contact],
+    index: &mut PieceIndex,
+) -> Option<u32> {
     let mut planes = 0;
     let between = index.between(contacts, ends_of(&contact.key));
     for known in between.map(|place| &contacts[place]) {
+        if is_same(world, known, contact) {
+            return None;
+        }
         let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key
             && known.key.pair.map(|pair| (pair.pieces, pair.feature))
                 == contact.key.pair.map(|pair| (pair.pieces, pair.feature));

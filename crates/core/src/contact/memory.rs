@@ -1,8 +1,6 @@
 //! State of the contact search from step to step.
 
-#[cfg(feature = "save")]
-use super::collider::colliders_of;
-use super::collider::{Collider, PieceOwner};
+use super::collider::{Colliders, PieceOwner};
 use super::meeting::PairState;
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{Aabb, Hint};
@@ -32,15 +30,29 @@ pub(super) struct Neighbour {
     pub(super) is_bound: bool,
     /// Range of the pair's contacts at the last step's start in [`Memory::kept`].
     pub(super) kept: Range<usize>,
+    /// Room at the last step's start, for a triangle of a terrain.
+    #[cfg_attr(feature = "save", serde(skip))]
+    pub(super) room: Room,
+}
+
+/// Lower bound on the separation of a pair at some poses (m). It makes searches faster and does not
+/// change their results, so it is not saved, and all are equal.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Room(pub(super) f64);
+
+impl PartialEq for Room {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl Neighbour {
-    pub(super) fn owners(&self, colliders: &[Collider]) -> [PieceOwner; 2] {
-        self.colliders.map(|at| colliders[at].owner)
+    pub(super) fn owners(&self, colliders: &Colliders) -> [PieceOwner; 2] {
+        self.colliders.map(|at| colliders.at(at).owner)
     }
 
-    pub(super) fn looked(&mut self, colliders: &[Collider]) -> PairState<'_> {
-        let colliders = self.colliders.map(|at| colliders[at]);
+    pub(super) fn looked(&mut self, colliders: &Colliders) -> PairState<'_> {
+        let colliders = self.colliders.map(|at| colliders.at(at));
         let Self { hint, gap, is_bound, .. } = self;
         PairState { colliders, hint, gap, is_bound }
     }
@@ -93,7 +105,7 @@ impl Memory {
     /// True if this state fits `world`: all its counts match, and all bodies and pieces exist.
     #[cfg(feature = "save")]
     pub(crate) fn fits(&self, world: &World) -> bool {
-        let (bodies, pieces) = (world.bodies().len(), colliders_of(world).count());
+        let (bodies, pieces) = (world.bodies().len(), Colliders::of(world).count());
         let own = world.bodies().iter().map(|body| body.pieces().len()).sum();
         let one_a_body = |count: usize| count == 0 || count == bodies;
         let is_searched =

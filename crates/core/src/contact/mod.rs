@@ -47,6 +47,7 @@ mod neighbours;
 mod owner;
 pub mod restitution;
 pub mod rounding;
+mod seams;
 mod shared_edge;
 
 pub use crate::world::{ContactLaw, Partner, Plane};
@@ -73,7 +74,7 @@ use nalgebra::{Matrix3, Vector3};
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairFeatures {
     /// Indices of the piece of A and the piece of B in their [pieces](RigidBody::pieces); 0 for a
-    /// fixed piece.
+    /// fixed piece, and the number of the triangle for a terrain.
     pub pieces: (usize, usize),
     /// The features. Their sides A and B follow the order of the bodies, not of the contact: A is
     /// the body with the lower index, and a fixed piece is B.
@@ -112,7 +113,10 @@ impl ContactKey {
         let Some(a) = bodies.get(self.body) else { return false };
         let pieces = match self.partner {
             Partner::Ground => world.ground().map(|_| 1),
-            Partner::Fixed(index) => world.fixed().get(index).map(|_| 1),
+            Partner::Fixed(index) => match world.terrain(index) {
+                Some(terrain) => Some(terrain.count()),
+                None => world.fixed().get(index).map(|_| 1),
+            },
             Partner::Body(index) => bodies.get(index).map(|body| body.pieces().len()),
         };
         let has = |pair: PairFeatures| {

@@ -81,7 +81,7 @@ impl Placement {
         let body = &world.bodies()[contact.key.body];
         let other = match contact.key.partner {
             Partner::Ground => return (Self::Fixed, ENDLESS),
-            Partner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+            Partner::Fixed(index) => world.fixed_piece(index, pair.pieces.1),
             Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
         };
         let (Some(of_a), Some(of_b)) = (body.pieces().get(pair.pieces.0), other) else {
@@ -89,7 +89,11 @@ impl Placement {
         };
         let seen = PlacedPair { pair, pieces: (of_a, of_b), contact, poses: (a, b) };
         let placement = seen.placement();
-        (placement, seen.room(&placement))
+        // A plane of a terrain goes on beyond its triangle.
+        let is_endless = matches!(placement, Self::Fixed)
+            && matches!(contact.key.partner, Partner::Fixed(index) if world.terrain(index).is_some());
+        let room = if is_endless { ENDLESS } else { seen.room(&placement) };
+        (placement, room)
     }
 
     /// Placement of a contact whose point follows from its plane, and the distance of the point from
@@ -103,7 +107,7 @@ impl Placement {
         let Some(pair) = contact.key.pair else { return (Self::Fixed, f64::INFINITY) };
         let other = match contact.key.partner {
             Partner::Ground => None,
-            Partner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+            Partner::Fixed(index) => world.fixed_piece(index, pair.pieces.1),
             Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
         };
         let (point, plane) = (a.position + contact.arm, &contact.features.frame);

@@ -1,7 +1,7 @@
 //! Distance of a step to new contacts: the nearest pairs that are not contacts.
 
 use crate::contact::{Contact, ContactKey, Partner};
-use crate::geometry::{Hint, PairScratch, Piece, separation};
+use crate::geometry::{Aabb, Hint, PairScratch, Piece, separation};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -31,7 +31,7 @@ pub(crate) fn nearest_untracked(
             }
         }
     }
-    if states.len() == 1 && world.fixed().is_empty() {
+    if states.len() == 1 && world.fixed_count() == 0 {
         return nearest;
     }
     let poses: Vec<Pose> = states.iter().map(State::pose).collect();
@@ -54,6 +54,27 @@ pub(crate) fn nearest_untracked(
         .map(|(of, number, piece)| (placed(of, number, piece), piece))
         .collect();
     let (mut hint, mut scratch) = (Hint::default(), PairScratch::default());
+    let first = world.fixed().len();
+    for (index, terrain) in world.terrains().iter().enumerate() {
+        let of = Partner::Fixed(first + index);
+        for (a, of_a) in all.iter().take_while(|(a, _)| a.0.body().is_some()) {
+            let Some(body) = a.0.body().filter(|body| world.may_touch(*body, of)) else { continue };
+            // A piece with a contact is held by it wherever it touches the terrain.
+            let is = |key: &ContactKey| {
+                (key.body, key.partner) == (body, of)
+                    && key.pair.is_some_and(|pair| pair.pieces.0 == a.1)
+            };
+            if is_seen(&is) {
+                continue;
+            }
+            let pose = at(&a.0);
+            terrain.terrain.visit(&Aabb::of(of_a, pose).grown(nearest), |triangle| {
+                let Some(facet) = terrain.terrain.piece(triangle) else { return };
+                let found = separation((*of_a, pose), (facet, &still), &mut hint, &mut scratch);
+                nearest = nearest.min(found.distance.abs());
+            });
+        }
+    }
     for (place, (a, of_a)) in all.iter().enumerate() {
         let Some(body) = a.0.body() else { break };
         for (b, of_b) in &all[place + 1..] {

@@ -5,6 +5,7 @@
 //! The gap along it is exact if the cores overlap. If they are apart it is a lower bound on their
 //! distance, which is exact if a face or two crossing edges are closest.
 
+use super::facet;
 use super::pair::{PairScratch, PiecePair, highest, lowest};
 use super::segment::span;
 use super::touch::PieceSide;
@@ -69,11 +70,16 @@ pub(super) fn best_axis(
         (Some(a), Some(b)) => better_face(pair, a, b, tie),
         (a, b) => a.or(b)?,
     };
-    // If the deepest vertex is over the face itself, no other axis has a larger gap.
-    if best.gap >= 0.0 && meets_face(pair, scratch, &best, tie.within) {
+    // If the deepest vertex is over the face itself, no other axis has a larger gap. Facets are not
+    // left sideways from an overlap within the tolerance.
+    let least = if pair.b.rim().is_some() { -tie.within } else { 0.0 };
+    if best.gap >= least && meets_face(pair, scratch, &best, tie.within) {
         return Some(SeparatingAxis { exact: true, ..best });
     }
-    let best = best_edges(pair, scratch, best);
+    let best = match pair.b.rim() {
+        Some(rim) => facet::best_edges(pair, rim, scratch, best),
+        None => best_edges(pair, scratch, best),
+    };
     Some(SeparatingAxis { exact: best.gap <= 0.0, ..best })
 }
 

@@ -1,5 +1,6 @@
 //! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
 
+use super::facet::Rim;
 use super::triangles::{FLAT, Triangle, hull_triangles};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
@@ -25,6 +26,8 @@ pub struct Hull {
     edges: Vec<Edge>,
     centre: Vector3<f64>,
     reach: f64,
+    /// Surroundings of a facet; `None` for other cores.
+    pub(super) rim: Option<Box<Rim>>,
 }
 
 /// One polygonal face of a polyhedron: all points x of the hull satisfy n·x ≤ d, with equality on
@@ -116,7 +119,7 @@ impl Hull {
     }
 
     /// Polyhedron with the given face loops, whose entries are indices into `points`.
-    fn from_loops(points: &[Vector3<f64>], loops: &[Vec<usize>]) -> Result<Self, Error> {
+    pub(super) fn from_loops(points: &[Vector3<f64>], loops: &[Vec<usize>]) -> Result<Self, Error> {
         let mut used: Vec<usize> = loops.iter().flatten().copied().collect();
         used.sort_unstable();
         used.dedup();
@@ -166,6 +169,7 @@ impl Hull {
             corners: Vec::new(),
             centre: Vector3::zeros(),
             reach: 0.0,
+            rim: None,
         };
         hull.measure();
         hull
@@ -262,6 +266,12 @@ impl Hull {
             from = to;
             side >= 0.0 || side * side <= slack * slack * along.norm_squared()
         })
+    }
+
+    /// Surroundings of a facet.
+    #[inline]
+    pub(super) fn rim(&self) -> Option<&Rim> {
+        self.rim.as_deref()
     }
 
     /// Mean of the vertices (m).

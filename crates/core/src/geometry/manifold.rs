@@ -8,6 +8,7 @@
 use super::Hull;
 use super::axes::{AxisSource, SeparatingAxis, TieBreak, best_axis};
 use super::closest::{On, Points, closest, of_edges};
+use super::facet::{self, Rim};
 use super::overlap::PolygonCorner;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
 use super::segment::{nearest, span};
@@ -28,7 +29,7 @@ const NEARLY_PARALLEL: f64 = 0.03;
 
 /// Relative distance below which corners coincide and face axes are equal; see [`manifold`].
 /// Solvers leave drifts of about 1e-9.
-const MERGE: f64 = 1e-7;
+pub(super) const MERGE: f64 = 1e-7;
 
 /// Fills `out` with the contact points of two pieces whose gap is at most `reach` (m), and returns
 /// the separation of the pieces (m).
@@ -76,7 +77,15 @@ pub fn manifold(
         let gap = pair.gap_along(&axis) - radii;
         if gap <= reach {
             smooth_manifold(
-                ManifoldPair { pair, scratch, reach, plane_of, out, points: None },
+                ManifoldPair {
+                    pair,
+                    scratch,
+                    reach,
+                    plane_of,
+                    out,
+                    points: None,
+                    rim: pair.b.rim(),
+                },
                 &axis,
             );
         }
@@ -88,7 +97,8 @@ pub fn manifold(
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
     }
-    let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None };
+    let rim = pair.b.rim();
+    let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None, rim };
     let gap = meeting.find(axis);
     let spanned = meeting.shortest().is_none();
     hint.set(Some(meeting.normal(axis)), axis.filter(|_| spanned).map(|axis| axis.kind));
@@ -117,6 +127,8 @@ pub(super) struct ManifoldPair<'a, 's> {
     pub out: &'s mut Vec<ManifoldPoint>,
     /// Closest points of the cores, if they were computed.
     points: Option<Points>,
+    /// Surroundings of B, if it is a facet of a surface.
+    pub rim: Option<&'a Rim>,
 }
 
 impl ManifoldPair<'_, '_> {
@@ -128,6 +140,16 @@ impl ManifoldPair<'_, '_> {
             self.edges(None);
             return gap;
         };
+        if let Some(rim) = self.rim
+            && axis.gap <= 0.0
+            && !facet::leaves(&self.pair, rim, &axis)
+        {
+            // Beyond the facet is more of the surface. Its normal is left as a direction.
+            if let Some(upright) = facet::upright(&self.pair) {
+                self.faces(&upright);
+            }
+            return axis.gap;
+        }
         // Rounded pieces meet along the shortest line, which is the axis if the axis is exact.
         let mut gap = axis.gap;
         if radii > 0.0 && !axis.exact {
@@ -224,6 +246,8 @@ impl ManifoldPair<'_, '_> {
         // Cores of rounded pieces are far apart at contact. A corner meets a face only if it is
         // exactly over that face.
         let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
+        // Facets have no rims: beside one is another.
+        let (has_rims, border) = if self.rim.is_some() { (false, merge) } else { (is_round, 0.0) };
         for &at in &overlap.corners {
             let (side, point, feature) = match at {
                 PolygonCorner::A(i) => {
@@ -249,24 +273,26 @@ impl ManifoldPair<'_, '_> {
                 let between = points.a - point;
                 (between - normal * normal.dot(&between)).norm() <= 4.0 * merge
             };
-            if let Some(points) = self.points.filter(is_shortest) {
+            if let Some(points) = self.points.filter(is_shortest)
+                && self.rim.is_none()
+            {
                 self.push_shortest(&points, &normal);
                 continue;
             }
             let touch = match side {
                 PieceSide::A => face_b.and_then(|face| {
-                    let is_over = || pair.b.is_over(face, &pair.in_b(&point), 0.0);
+                    let is_over = || pair.b.is_over(face, &pair.in_b(&point), border);
                     if (across_b && !is_round) || is_over() {
                         return Some(pair.on_face_b(face, &point, feature));
                     }
-                    let rim = is_round.then(|| overlap.b.nearest(&point))?;
+                    let rim = has_rims.then(|| overlap.b.nearest(&point))?;
                     Some(pair.a_against(&point, &rim, &normal, feature))
                 }),
                 PieceSide::B => face_a.and_then(|face| {
                     if (across_a && !is_round) || pair.a.is_over(face, &point, 0.0) {
                         return Some(pair.on_face_a(face, &point, feature));
                     }
-                    let rim = is_round.then(|| overlap.a.nearest(&point))?;
+                    let rim = has_rims.then(|| overlap.a.nearest(&point))?;
                     Some(pair.b_against(&point, &rim, &normal, feature))
                 }),
             };
@@ -436,7 +462,11 @@ impl ManifoldPair<'_, '_> {
     }
 
     fn push(&mut self, touch: Option<ManifoldPoint>) {
-        self.out.extend(touch.filter(|touch| touch.gap <= self.reach));
+        let slack = MERGE * self.pair.size();
+        let may = |touch: &ManifoldPoint| {
+            self.rim.is_none_or(|rim| facet::permits(&self.pair, rim, touch, slack))
+        };
+        self.out.extend(touch.filter(|touch| touch.gap <= self.reach && may(touch)));
     }
 }
 

@@ -42,7 +42,7 @@ impl Piece {
         Ok(Self::of_core(Hull::point(Vector3::zeros())?, radius))
     }
 
-    fn of_core(core: Hull, radius: f64) -> Self {
+    pub(super) fn of_core(core: Hull, radius: f64) -> Self {
         Self { core, radius, smooth: None }
     }
 

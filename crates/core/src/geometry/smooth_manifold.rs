@@ -11,8 +11,9 @@
 //! | lateral surface of a cone, and an edge or a vertex | the place where they cross against the tangent plane of the cone |
 
 use super::axes::{AxisSource, SeparatingAxis};
+use super::facet;
 use super::hull::Corner;
-use super::manifold::ManifoldPair;
+use super::manifold::{MERGE, ManifoldPair};
 use super::segment::nearest_shares;
 use super::smooth_side::{SmoothSide, SupportFeature};
 use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
@@ -50,6 +51,16 @@ pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f6
     if !found.out.is_empty() {
         return;
     }
+    if found.rim.is_some() && pair.gap_along(axis) <= pair.radii() {
+        // Beyond the facet is more of the surface. Its normal is left as a direction.
+        if let Some((upright, face)) = facet::upright_face(&pair) {
+            on_face(&mut found, &a, &b, face);
+            found.faces(&upright);
+        }
+        if !found.out.is_empty() {
+            return;
+        }
+    }
     let features = [a.support(&normals[0]), b.support(&normals[1])];
     match (Straight::of(&a, features[0], &normals[0]), Straight::of(&b, features[1], &normals[1])) {
         (Some(u), Some(v)) if u.is_cone || v.is_cone => {
@@ -70,12 +81,14 @@ fn on_face(
     face: usize,
 ) {
     let Some(smooth) = on.smooth else { return };
+    // Beside a facet of a surface is another.
+    let border = if found.rim.is_some() { MERGE * found.pair.size() } else { 0.0 };
     let plane = of.hull.faces()[face];
     let normal = on.seen(&(of.rotation * plane.normal));
     let in_face = |point: &Vector3<f64>| of.seen(&(on.placed(point) - of.shift));
     let mut push = |feature: Feature, point: Vector3<f64>| {
         let seen = in_face(&point);
-        if of.hull.is_over(face, &seen, 0.0) {
+        if of.hull.is_over(face, &seen, border) {
             found.push_new(ManifoldPoint {
                 point_of: on.side,
                 point,

@@ -1,10 +1,11 @@
 //! Distances between objects, and objects near a piece.
 
 use super::Query;
+use super::terrain::{gap_to_terrain, nearest_in_terrain};
 use crate::contact::Partner;
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::{
-    Aabb, Hint, PairScratch, Piece, PlacedPiece, Sweep, bound, closest_points, separation,
+    Aabb, Hint, PairScratch, Piece, PlacedPiece, Sweep, Terrain, bound, closest_points, separation,
 };
 use crate::mechanics::Pose;
 use crate::world::Plane;
@@ -68,6 +69,17 @@ impl Query<'_> {
             (Solid::Ground(plane), Solid::Pieces(b)) => {
                 nearest_to_plane(&b, plane).map(Distance::swapped).ok_or_else(none)
             }
+            (Solid::Pieces(a), Solid::Terrain(terrain)) => {
+                nearest_in_terrain(&a, terrain).ok_or_else(none)
+            }
+            (Solid::Terrain(terrain), Solid::Pieces(b)) => {
+                nearest_in_terrain(&b, terrain).map(Distance::swapped).ok_or_else(none)
+            }
+            (Solid::Terrain(_), Solid::Terrain(_) | Solid::Ground(_))
+            | (Solid::Ground(_), Solid::Terrain(_)) => {
+                let why = "neither object has a volume of its own; one of pieces is needed";
+                Err(Error::Unsupported { what: WHAT, why })
+            }
             // The same object was refused above.
             (Solid::Ground(_), Solid::Ground(_)) => Err(none()),
         }
@@ -119,6 +131,17 @@ impl Query<'_> {
                 found.push(Nearby { owner, distance });
             }
         });
+        for (owner, terrain) in self.terrains() {
+            if keep(owner) {
+                let distance = gap_to_terrain(
+                    (piece, pose),
+                    terrain,
+                    within + margin,
+                    &mut PairScratch::default(),
+                );
+                found.extend(distance.map(|distance| Nearby { owner, distance }));
+            }
+        }
         found.retain(|near| near.distance <= within);
         found
             .sort_unstable_by(|a, b| a.owner.cmp(&b.owner).then(a.distance.total_cmp(&b.distance)));
@@ -156,6 +179,16 @@ impl Query<'_> {
                 found.push(PairDistance { body, partner, distance });
             }
         });
+        for (partner, terrain) in self.terrains() {
+            for index in 0..moving {
+                let Some(body) = self.owner(index).body() else { continue };
+                if keep(body, partner) {
+                    let placed = self.placed(index);
+                    let distance = gap_to_terrain(placed, terrain, within, &mut scratch);
+                    found.extend(distance.map(|distance| PairDistance { body, partner, distance }));
+                }
+            }
+        }
         if let Some(plane) = self.world.ground() {
             for index in 0..moving {
                 let Some(body) = self.owner(index).body() else { continue };
@@ -182,11 +215,16 @@ impl Query<'_> {
                 let none = Error::Unsupported { what: "distance", why };
                 return self.world.ground().map(Solid::Ground).ok_or(none);
             }
-            Partner::Fixed(index) => (self.world.fixed().len(), "fixed piece", index),
+            Partner::Fixed(index) => (self.world.fixed_count(), "fixed piece", index),
             Partner::Body(index) => (self.world.bodies().len(), "body", index),
         };
         if count >= known {
             return Err(Error::Count { field, count, allowed: "an index in the world" });
+        }
+        if let Partner::Fixed(index) = of
+            && let Some(terrain) = self.world.terrain(index)
+        {
+            return Ok(Solid::Terrain(terrain));
         }
         // Owners are sorted by kind and index.
         let key = |owner: Partner| (owner.body().is_none(), owner);
@@ -196,9 +234,10 @@ impl Query<'_> {
     }
 }
 
-/// Geometry of an object: its pieces, or the half space below a plane.
+/// Geometry of an object: its pieces, the triangles of a terrain, or the half space below a plane.
 enum Solid<'a> {
     Ground(&'a Plane),
+    Terrain(&'a Terrain),
     Pieces(Vec<PlacedPiece<'a>>),
 }
 
@@ -219,14 +258,19 @@ fn check(pose: &Pose) -> Result<(), Error> {
 }
 
 /// Signed distance of two pieces (m); a lower bound if that is beyond `within`.
-fn gap(a: PlacedPiece<'_>, b: PlacedPiece<'_>, within: f64, scratch: &mut PairScratch) -> f64 {
+pub(super) fn gap(
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
+    within: f64,
+    scratch: &mut PairScratch,
+) -> f64 {
     let mut hint = Hint::default();
     let least = bound(a, b, &hint);
     if least > within { least } else { separation(a, b, &mut hint, scratch).distance }
 }
 
 /// The closest points of the nearest, or deepest, pair of pieces.
-fn nearest_pieces(a: &[PlacedPiece<'_>], b: &[PlacedPiece<'_>]) -> Option<Distance> {
+pub(super) fn nearest_pieces(a: &[PlacedPiece<'_>], b: &[PlacedPiece<'_>]) -> Option<Distance> {
     let mut scratch = PairScratch::default();
     let mut nearest: Option<Distance> = None;
     for &one in a {

@@ -1,6 +1,6 @@
 //! Queries of a world at given states: rays, distances and overlaps.
 //!
-//! Queries use the convex pieces that make contacts. They see every body, fixed piece and the
+//! Queries use the convex pieces and the triangles that make contacts. They see every body, fixed piece and the
 //! ground, also those whose contacts are excluded; a filter selects among them. Answers do not
 //! depend on the order of bodies, except for the indices in them.
 //!
@@ -40,7 +40,7 @@
 
 mod distance;
 mod ray;
-mod tree;
+mod terrain;
 
 pub use distance::{Distance, Nearby, PairDistance};
 pub use ray::{Ray, RayHit};
@@ -48,11 +48,10 @@ pub use ray::{Ray, RayHit};
 use crate::contact::Partner;
 use crate::contact::collider::{Collider, colliders_of, placed};
 use crate::error::Error;
-use crate::geometry::{Aabb, Piece, RayCaster};
+use crate::geometry::{Aabb, Piece, RayCaster, Terrain, Tree};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::Vector3;
-use tree::Tree;
 
 /// A world at given states, prepared for queries.
 ///
@@ -93,6 +92,13 @@ impl<'a> Query<'a> {
         let boxes: Vec<_> = colliders.iter().map(around).collect();
         let tree = Tree::of(&boxes);
         Ok(Self { world, poses, colliders, boxes, tree, caster: RayCaster::new()? })
+    }
+
+    /// Terrains and their owners.
+    fn terrains(&self) -> impl Iterator<Item = (Partner, &'a Terrain)> {
+        let first = self.world.fixed().len();
+        let terrains = self.world.terrains().iter().enumerate();
+        terrains.map(move |(index, terrain)| (Partner::Fixed(first + index), &*terrain.terrain))
     }
 
     /// Owner of the collider `index`.

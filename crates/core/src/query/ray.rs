@@ -83,7 +83,7 @@ pub struct RayHit {
 impl Query<'_> {
     /// Nearest hit of a ray with the objects that `keep` accepts.
     ///
-    /// Objects are solid. A ray that starts inside one hits it at distance 0, with `inside` set.
+    /// Objects are solid, but a terrain is a surface. A ray that starts inside one hits it at distance 0, with `inside` set.
     /// Pass a `keep` that leaves out this object to look through it. The ground is solid below its
     /// plane. Bodies of bare points have no volume and are never hit. Of two objects at the same
     /// distance, the first in the order of [`Partner`] counts.
@@ -128,12 +128,20 @@ impl Query<'_> {
         if let Some(hit) = self.ground_hit(ray).filter(|hit| keep(hit.owner)) {
             limit = found(hit);
         }
+        for (owner, terrain) in self.terrains() {
+            if keep(owner)
+                && let Some((distance, normal)) = terrain.enter(&ray.origin, &ray.direction, limit)
+            {
+                limit = found(ray.hit(owner, distance, Some(normal)));
+            }
+        }
         // Rounding error of the boxes' sides seen from the origin.
         let margin = 16.0 * f64::EPSILON * (self.tree.reach() + ray.origin.amax());
         self.tree.visit(
             &mut (limit, self.caster.clone()),
             |(limit, _), around| {
-                ray.enters(around, margin).is_some_and(|entry| entry <= limit + margin)
+                let entry = around.entry(&ray.origin, &ray.direction, ray.length, margin);
+                entry.is_some_and(|(from, _)| from <= limit + margin)
             },
             |(limit, caster), index| {
                 let owner = self.owner(index);

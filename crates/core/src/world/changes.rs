@@ -224,7 +224,7 @@ impl World {
         all_in_range("velocity of a surface (m/s)", &velocity, -1e5, 1e5, "-1e5 to 1e5")?;
         let (known, count) = match of {
             Partner::Ground => (self.ground().is_some(), 0),
-            Partner::Fixed(index) => (index < self.fixed.len(), index),
+            Partner::Fixed(index) => (index < self.fixed_count(), index),
             Partner::Body(index) => (index < self.bodies().len(), index),
         };
         if !known {

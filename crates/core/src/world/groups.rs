@@ -127,7 +127,7 @@ impl World {
     pub fn with_groups(mut self, of: Partner, groups: Groups) -> Result<Self, Error> {
         let (known, count) = match of {
             Partner::Ground => (self.ground().is_some(), 0),
-            Partner::Fixed(index) => (index < self.fixed.len(), index),
+            Partner::Fixed(index) => (index < self.fixed_count(), index),
             Partner::Body(index) => (index < self.bodies().len(), index),
         };
         if !known {
@@ -158,7 +158,7 @@ impl World {
             all
         };
         let bodies = distinct(self.bodies().len(), Partner::Body);
-        let fixed = distinct(self.fixed.len(), Partner::Fixed);
+        let fixed = distinct(self.fixed_count(), Partner::Fixed);
         let apart = |one: &Groups| bodies.iter().chain(&fixed).all(|other| !one.may_touch(*other));
         bodies.iter().all(apart)
     }

@@ -28,7 +28,8 @@ impl World {
                 let other = match partner {
                     Partner::Ground => None,
                     Partner::Fixed(index) => {
-                        own(&self.fixed, index, |piece| piece.friction, Constant::FixedFriction)
+                        let all: Vec<_> = self.fixed_frictions().collect();
+                        own(&all, index, |friction| *friction, Constant::FixedFriction)
                     }
                     Partner::Body(other) => of_body(other),
                 };
@@ -65,7 +66,9 @@ impl World {
         for (body, number) in own.zip(of(Constant::BodyRestitution)) {
             *body = body.clone().with_restitution(number)?;
         }
-        let fixed = self.fixed.iter_mut().filter_map(|piece| piece.friction.as_mut());
+        let fixed = self.fixed.iter_mut().map(|piece| &mut piece.friction);
+        let fixed = fixed.chain(self.terrains.iter_mut().map(|terrain| &mut terrain.friction));
+        let fixed = fixed.filter_map(Option::as_mut);
         let frictions = fixed.zip(of(Constant::FixedFriction));
         let pairs = self.pair_frictions.iter_mut().map(|(_, own)| own);
         for (own, number) in frictions.chain(pairs.zip(of(Constant::PairFriction))) {
@@ -125,7 +128,7 @@ impl Constant {
         match self {
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).collect(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).collect(),
-            Self::FixedFriction => world.fixed.iter().filter_map(|piece| piece.friction).collect(),
+            Self::FixedFriction => world.fixed_frictions().flatten().collect(),
             Self::PairFriction => of_pairs(&world.pair_frictions),
             Self::PairRestitution => of_pairs(&world.pair_restitutions),
             _ => Vec::new(),
@@ -138,7 +141,7 @@ impl Constant {
         match self {
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),
-            Self::FixedFriction => world.fixed.iter().filter_map(|piece| piece.friction).count(),
+            Self::FixedFriction => world.fixed_frictions().flatten().count(),
             Self::PairFriction => world.pair_frictions.len(),
             Self::PairRestitution => world.pair_restitutions.len(),
             _ => 0,

@@ -71,7 +71,7 @@ impl World {
         let bodies = self.bodies().len();
         let known = match partner {
             Partner::Ground => self.ground().is_some(),
-            Partner::Fixed(index) => index < self.fixed.len(),
+            Partner::Fixed(index) => index < self.fixed_count(),
             Partner::Body(other) => other < bodies && other != body,
         };
         if body < bodies && known {
@@ -107,7 +107,7 @@ impl World {
         let a = own(self.bodies()[body].friction());
         let b = match partner {
             Partner::Ground => self.friction(),
-            Partner::Fixed(index) => own(self.fixed[index].friction),
+            Partner::Fixed(index) => own(self.fixed_friction(index)),
             Partner::Body(other) => own(self.bodies()[other].friction()),
         };
         if a == b { a } else { (a * b).sqrt() }

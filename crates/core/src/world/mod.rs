@@ -11,6 +11,7 @@ mod laws;
 pub(crate) mod partner;
 pub mod plane;
 pub(crate) mod reshape;
+mod terrain;
 
 pub(crate) use apart::KnownSeparations;
 pub(crate) use changes::without;
@@ -21,6 +22,7 @@ pub(crate) use law_constants::LawSlopes;
 use laws::{PairLaws, ordered};
 pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
+pub use terrain::FixedTerrain;
 
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::Piece;
@@ -62,6 +64,7 @@ pub struct Fixed {
 pub struct World {
     parameters: Parameters,
     fixed: Vec<Fixed>,
+    terrains: Vec<FixedTerrain>,
     joints: Vec<Joint>,
     gears: Vec<Gear>,
     /// Pairs without contacts, excluded by a joint or by the user, sorted.
@@ -103,6 +106,7 @@ impl World {
         Ok(Self {
             parameters,
             fixed: Vec::new(),
+            terrains: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
             apart: Vec::new(),
@@ -202,7 +206,7 @@ impl World {
         Ok(Self { parameters, reach, speed_scale, ..self.clone() })
     }
 
-    /// Static pieces.
+    /// Static convex pieces.
     #[must_use]
     pub fn fixed(&self) -> &[Fixed] {
         &self.fixed
@@ -345,6 +349,7 @@ impl World {
         Self {
             parameters,
             fixed: Vec::new(),
+            terrains: Vec::new(),
             joints: self.joints.iter().map(|joint| joint.in_units(mass, length, time)).collect(),
             gears: self.gears.iter().map(|gear| gear.in_units(mass, length, time)).collect(),
             apart: Vec::new(),

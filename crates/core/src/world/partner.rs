@@ -8,7 +8,8 @@ use std::fmt::{self, Display, Formatter};
 pub enum Partner {
     /// The fixed ground.
     Ground,
-    /// The fixed piece of this index in [`World::fixed`](crate::world::World::fixed).
+    /// The fixed collider of this index: a piece of [`World::fixed`](crate::world::World::fixed), or
+    /// one of the [terrains](crate::world::World::terrains), which are numbered after them.
     Fixed(usize),
     /// The body of this index in [`World::bodies`](crate::world::World::bodies).
     Body(usize),

@@ -13,11 +13,11 @@ pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelFo
     let form = scene_form(&shape.form, sides);
     match shape.form {
         _ if form.is_some() || shape.groups == [0, 0] => Ok(form),
-        _ => Err(format!("{}: a plane must belong to the world", shape.at)),
+        _ => Err(format!("{}: a plane or a height field must belong to the world", shape.at)),
     }
 }
 
-/// Scene geometry; `None` for a plane.
+/// Scene geometry; `None` for a plane and a height field.
 pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
     Some(match form {
         RobotForm::Sphere(radius) => ModelForm::Sphere { radius: *radius },
@@ -30,7 +30,7 @@ pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
         }
         RobotForm::Hull(points) => ModelForm::Hull { points: points.clone(), radius: 0.0 },
         RobotForm::Ellipsoid(half) => ModelForm::Ellipsoid { half_axes: (*half).into(), sides },
-        RobotForm::Plane => return None,
+        RobotForm::Plane | RobotForm::Field(_) => return None,
     })
 }
 

@@ -3,11 +3,14 @@
 use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
 use crate::model::{RobotForm, RobotShape};
+use std::sync::Arc;
 use tumble_core::contact::Plane;
+use tumble_core::geometry::Terrain;
+use tumble_core::geometry::terrain::HeightField;
 use tumble_model::groups::GroupsModel;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::PlacedForm;
-use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel};
+use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel, TerrainModel};
 
 /// Shape with contacts, and its owner in the scene.
 pub(super) struct ContactRules {
@@ -22,6 +25,8 @@ enum ShapeOwner {
     Body(usize),
     /// Index of a fixed piece.
     Fixed(usize),
+    /// Index of a terrain.
+    Terrain(usize),
     Ground,
 }
 
@@ -59,6 +64,20 @@ impl Assembled {
                     model.mu = friction_of(shape).unwrap_or(model.mu);
                     ShapeOwner::Ground
                 }
+                None if let RobotForm::Field(field) = &shape.form => {
+                    let frame = self.world().then(&self.in_body(shape));
+                    let field = HeightField::clone(field);
+                    let field = field.moved_by(&frame.rotation(), &frame.position);
+                    let field = field.map_err(|error| format!("{}: {error}", shape.at))?;
+                    let name = self.piece_name(shape, &links, model);
+                    model.terrains.push(TerrainModel {
+                        name,
+                        terrain: Arc::new(Terrain::from(field)),
+                        friction: friction_of(shape),
+                        groups: GroupsModel::default(),
+                    });
+                    ShapeOwner::Terrain(model.terrains.len() - 1)
+                }
                 None => {
                     let Some(form) = form_of(shape, placing.sides)? else { continue };
                     let frame = self.world().then(&self.in_body(shape));
@@ -86,7 +105,7 @@ impl Assembled {
         let numbered = numbers.map(|number| self.named(&format!("{name}-{number}")));
         let is_free = |name: &String| {
             model.bodies.iter().all(|body| body.name != *name)
-                && model.fixed.iter().all(|fixed| fixed.name != *name)
+                && model.fixed_names().all(|fixed| fixed != name)
         };
         std::iter::once(self.named(name)).chain(numbered).find(is_free).unwrap_or_default()
     }
@@ -118,6 +137,10 @@ impl Assembled {
                     ShapeOwner::Fixed(fixed) => (
                         PartnerModel::Fixed(fixed),
                         model.fixed[fixed].friction.unwrap_or(model.mu),
+                    ),
+                    ShapeOwner::Terrain(terrain) => (
+                        PartnerModel::Terrain(terrain),
+                        model.terrains[terrain].friction.unwrap_or(model.mu),
                     ),
                     ShapeOwner::Body(other) => (
                         PartnerModel::Body(other),

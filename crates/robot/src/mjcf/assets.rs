@@ -13,7 +13,8 @@ impl MjcfReader<'_> {
             match &*asset.tag {
                 "mesh" => self.read_mesh(asset)?,
                 "material" => self.read_material(asset),
-                "texture" | "skin" | "hfield" => self.notes.idle(&asset.tag),
+                "hfield" => self.read_field(asset)?,
+                "texture" | "skin" => self.notes.idle(&asset.tag),
                 _ => return Err(asset.wrong("this asset is not supported")),
             }
         }
@@ -91,7 +92,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    fn mesh_file(&self, file: &str) -> String {
+    pub(super) fn mesh_file(&self, file: &str) -> String {
         let Compiler { meshes, strip, .. } = &self.compiler;
         let file = if *strip { file.rsplit(['/', '\\']).next().unwrap_or(file) } else { file };
         if meshes.is_empty() { file.to_owned() } else { format!("{meshes}/{file}") }

@@ -9,6 +9,7 @@ mod bodies;
 mod compiler;
 mod contacts;
 mod defaults;
+mod fields;
 mod includes;
 mod replicated;
 mod rest;
@@ -26,6 +27,8 @@ use compiler::Compiler;
 use defaults::{Classes, Defaulted};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+use tumble_core::geometry::terrain::HeightField;
 
 /// Elements allowed in the root of a file.
 const SECTIONS: [&str; 16] = [
@@ -58,6 +61,8 @@ struct MjcfReader<'a> {
     materials: HashMap<String, [u8; 3]>,
     /// File of each mesh, and its scale along x, y and z.
     files: HashMap<String, (String, [f64; 3])>,
+    /// Height fields by name. A fault is an error only if the field collides.
+    fields: HashMap<String, Result<Arc<HeightField>, String>>,
     /// Meshes without a hull that are used for drawing only.
     flat: BTreeSet<String>,
     /// Links whose visual geometry could not be read.
@@ -114,6 +119,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         meshes: HashMap::new(),
         materials: HashMap::new(),
         files: HashMap::new(),
+        fields: HashMap::new(),
         flat: BTreeSet::new(),
         unseen: BTreeSet::new(),
         matter: Vec::new(),

@@ -26,6 +26,7 @@ enum GeomKind {
     Box,
     Mesh,
     Field,
+    Distances,
 }
 
 const KINDS: [(&str, GeomKind); 9] = [
@@ -37,7 +38,7 @@ const KINDS: [(&str, GeomKind); 9] = [
     ("box", GeomKind::Box),
     ("mesh", GeomKind::Mesh),
     ("hfield", GeomKind::Field),
-    ("sdf", GeomKind::Field),
+    ("sdf", GeomKind::Distances),
 ];
 
 impl MjcfReader<'_> {
@@ -88,14 +89,12 @@ impl MjcfReader<'_> {
         let kind = read.word("type", &KINDS)?.unwrap_or(usual);
         let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
         let touches = groups != [0, 0];
-        if kind == GeomKind::Field {
-            return match touches {
-                true => Err(element.wrong("height fields and distance fields are not supported")),
-                false => {
-                    self.notes.idle("geom with a field");
-                    Ok(())
-                }
-            };
+        if matches!(kind, GeomKind::Field | GeomKind::Distances) && !touches {
+            self.notes.idle("geom with a field");
+            return Ok(());
+        }
+        if kind == GeomKind::Distances {
+            return Err(element.wrong("distance fields are not supported"));
         }
         if kind == GeomKind::Mesh && !touches && !self.weighs(&read, link)? {
             let placed = frame.then(&self.compiler.frame(&read)?);
@@ -172,7 +171,7 @@ impl MjcfReader<'_> {
                     }
                 }
             }
-            (RobotForm::Plane, _) => {}
+            (RobotForm::Plane | RobotForm::Field(_), _) => {}
             (form, _) => push(LookForm::Form(form.clone()), None),
         }
     }
@@ -235,7 +234,11 @@ impl MjcfReader<'_> {
             GeomKind::Cylinder => RobotForm::Cylinder(size(1)?, size(0)?),
             GeomKind::Ellipsoid => RobotForm::Ellipsoid(three()?),
             GeomKind::Box => RobotForm::Box(three()?),
-            GeomKind::Mesh | GeomKind::Field => {
+            GeomKind::Field => {
+                volume = Volume::Unknown;
+                RobotForm::Field(self.field_of(read)?)
+            }
+            GeomKind::Mesh | GeomKind::Distances => {
                 let name = read.needed("mesh")?;
                 let known = self.meshes.get(name).cloned();
                 let hulled = known.ok_or_else(|| {
@@ -280,7 +283,7 @@ impl MjcfReader<'_> {
             Volume::Triangles(both) => both[0],
             Volume::Hull | Volume::Unknown => solid(form).map_err(|why| element.wrong(why))?,
         };
-        if matches!(form, RobotForm::Plane) {
+        if matches!(form, RobotForm::Plane | RobotForm::Field(_)) {
             return Ok(());
         }
         if unit.mass <= 0.0 {

@@ -19,6 +19,7 @@ pub mod joints;
 mod masses;
 mod refused;
 pub mod robots;
+pub mod terrain;
 
 use super::physics::violent_load;
 use super::scene::Scene;
@@ -30,6 +31,7 @@ use driven::{DrivenEntry, SurfaceEntry};
 use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry, PieceEntry};
 use gears::GearEntry;
 use joints::{JointEntry, MotorEntry};
+use terrain::TerrainEntry;
 use tumble_core::contact::detection::CONTACT_BAND;
 use tumble_core::contact::{Candidates, Overlap};
 use tumble_core::error::Error;
@@ -44,6 +46,8 @@ pub struct SceneEntries {
     pub bodies: Vec<BodyEntry>,
     /// Entries of `[[fixed]]`: static geometry.
     pub fixed: Vec<FixedEntry>,
+    /// Entries of `[[terrain]]`: height fields and surfaces of triangles.
+    pub terrain: Vec<TerrainEntry>,
     /// Entries of `[[friction]]`: coefficients of single pairs.
     pub friction: Vec<PairEntry>,
     /// Entries of `[[restitution]]`: coefficients of single pairs.
@@ -119,7 +123,7 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
         starts: model.states(),
         loads: model.loads()?,
         bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-        fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+        fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: Some(contact),
         usual_solver: settings.solver.is_none(),

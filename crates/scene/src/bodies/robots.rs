@@ -154,6 +154,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
         looks: Vec::new(),
         bodies: Vec::new(),
         fixed: Vec::new(),
+        terrains: Vec::new(),
         frictions: Vec::new(),
         restitutions: Vec::new(),
         joints: Vec::new(),

@@ -31,6 +31,10 @@ pub fn text(scene: &Scene) -> Result<String, Failure> {
             .map_err(|why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name)))?;
     }
     fixed_tables(&mut out, model).map_err(Failure::Input)?;
+    if let Some(terrain) = model.terrains.first() {
+        let why = "a text cannot contain a terrain; keep run.json";
+        return Err(Failure::Input(format!("terrain ({}): {why}", terrain.name)));
+    }
     pair_tables(&mut out, model);
     for joint in &model.joints {
         match &joint.course {
@@ -223,6 +227,9 @@ fn name_of(partner: PartnerModel, model: &Model) -> &str {
     match partner {
         PartnerModel::Ground => "ground",
         PartnerModel::Fixed(index) => model.fixed.get(index).map_or("", |fixed| &fixed.name),
+        PartnerModel::Terrain(index) => {
+            model.terrains.get(index).map_or("", |terrain| &terrain.name)
+        }
         PartnerModel::Body(index) => model.bodies.get(index).map_or("", |body| &body.name),
     }
 }

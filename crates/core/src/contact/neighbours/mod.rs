@@ -11,11 +11,12 @@ mod pairs;
 mod places;
 
 use super::between::Between;
-use super::collider::{Collider, PieceExtent, PieceOwner, placed, size};
+use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
 use super::key_index::{PieceIndex, ends_of};
 use super::meeting::{BAND, CollisionSearch, Meeting};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
+use super::seams::{is_same, is_triangle};
 use super::shared_edge::shares_a_line_only;
 use super::{Contact, Partner};
 use crate::geometry::{ManifoldPoint, PairScratch, PieceSide, Sweep, bound, manifold};
@@ -48,7 +49,7 @@ pub struct Overlap {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     memory: Memory,
-    colliders: Vec<Collider>,
+    colliders: Colliders,
     extents: Vec<PieceExtent>,
     /// Body of each box.
     bodies: Vec<usize>,
@@ -98,7 +99,7 @@ impl Neighbours {
         if !self.stand(world, states) {
             return;
         }
-        let Self { memory, colliders, poses, scratch, touches, .. } = self;
+        let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
         let Memory { pairs, start, kept, joined, .. } = memory;
         if start == poses {
             // Nothing has moved.
@@ -116,12 +117,29 @@ impl Neighbours {
             PieceOwner::Fixed(_) => true,
             PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
         };
+        // First contact of the current piece with its terrains, and how far the piece has moved.
+        let (mut piece, mut first_of_piece, mut moved_by) = (usize::MAX, 0, 0.0);
         for (index, pair) in pairs.iter_mut().enumerate() {
-            let [a, b] = pair.colliders.map(|at| colliders[at]);
+            let [a, b] = pair.colliders.map(|at| colliders.at(at));
             if still(a.owner) && still(b.owner) {
                 continue;
             }
             let first = moved.len();
+            let is_triangle = is_triangle(world, b);
+            if is_triangle {
+                if piece != pair.colliders[0] {
+                    (piece, first_of_piece) = (pair.colliders[0], first);
+                    moved_by = displacement(a.owner, extents[piece].arm, before, poses);
+                }
+                pair.room.0 -= moved_by;
+                if pair.room.0 > TOUCH * extents[piece].size {
+                    (pair.gap, pair.is_bound) = (pair.room.0, true);
+                    if !pair.kept.is_empty() {
+                        moved_pairs.push((index, first..first));
+                    }
+                    continue;
+                }
+            }
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             let size = size(pieces.0.0).min(size(pieces.1.0));
             let plane_of = plane_of(world, states, poses, a, b);
@@ -129,8 +147,19 @@ impl Neighbours {
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
-            if pair.gap <= TOUCH * size && !shares_a_line_only(pieces.0, pieces.1, touches, size) {
-                let between = Between { world, colliders: [a, b], at: poses, start: poses, states };
+            let between = Between { world, colliders: [a, b], at: poses, start: poses, states };
+            if is_triangle {
+                pair.room.0 = pair.gap;
+                let touches = touches.iter().filter(|_| pair.gap <= TOUCH * size);
+                for contact in touches.filter_map(|touch| between.contact(touch, 0)) {
+                    let known = &moved[first_of_piece..];
+                    if !known.iter().any(|known| is_same(world, known, &contact)) {
+                        moved.push(contact);
+                    }
+                }
+            } else if pair.gap <= TOUCH * size
+                && !shares_a_line_only(pieces.0, pieces.1, touches, size)
+            {
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
             moved_pairs.push((index, first..moved.len()));
@@ -238,7 +267,11 @@ impl Neighbours {
         meetings.clear();
         met.clear();
         met.resize(states.len(), f64::INFINITY);
+        let is_from_start = colliders.has_terrains() && *look.start == memory.start[..];
         for (index, pair) in pairs.iter_mut().enumerate() {
+            if is_from_start && look.stays_in_room(pair, colliders) {
+                continue;
+            }
             let (before, at) = (contacts.len(), pair.colliders);
             meetings.extend(look.meeting(index, at, &mut pair.looked(colliders), contacts));
             if contacts.len() > before {
@@ -313,7 +346,11 @@ impl Neighbours {
         }
         let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
         for pair in &mut memory.pairs {
-            let [a, b] = pair.colliders.map(|at| colliders[at]);
+            let [a, b] = pair.colliders.map(|at| colliders.at(at));
+            // Most triangles near a body are apart from it.
+            if known && pair.gap >= 0.0 && is_triangle(world, b) {
+                continue;
+            }
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
                 pair.gap = bound(pieces.0, pieces.1, &pair.hint);
@@ -324,7 +361,10 @@ impl Neighbours {
                 pair.gap = manifold(pieces.0, pieces.1, 0.0, PieceSide::A, hint, scratch, touches);
                 pair.is_bound = false;
             }
-            let extents = pair.colliders.map(|at| extents[at]);
+            let extents = pair.colliders.map(|at| match extents.get(at) {
+                Some(extent) => *extent,
+                None => PieceExtent::of_triangle(pieces.1.0),
+            });
             visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
         }
     }
@@ -364,7 +404,15 @@ impl Neighbours {
 /// True if `world` has at least two objects whose pieces could touch.
 #[inline]
 pub(super) fn has_pairs(world: &World) -> bool {
-    world.bodies().len() + world.fixed().len() >= 2
+    world.bodies().len() + world.fixed_count() >= 2
+}
+
+/// Bound on the displacement of a piece's points from one pose to another (m). `arm` is the largest
+/// distance of the points from the centre of mass (m).
+fn displacement(owner: PieceOwner, arm: f64, from: &[Pose], to: &[Pose]) -> f64 {
+    let PieceOwner::Body(index) = owner else { return 0.0 };
+    let (Some(from), Some(to)) = (from.get(index), to.get(index)) else { return f64::INFINITY };
+    (to.position - from.position).norm() + arm * (to.rotation - from.rotation).norm()
 }
 
 /// Records that two owners collided at the fraction `share` of the trajectory.

@@ -2,13 +2,15 @@
 
 use super::Neighbours;
 use crate::contact::Partner;
-use crate::contact::collider::{PieceExtent, PieceOwner, colliders_of, placed};
-use crate::contact::memory::{Memory, Neighbour};
+use crate::contact::collider::{Colliders, PieceExtent, PieceOwner, placed};
+use crate::contact::memory::{Memory, Neighbour, Room};
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
 
 /// Margin of a box in the broad phase, as a fraction of the piece's reach.
 const MARGIN: f64 = 0.1;
+/// Margin in a world with terrains, where a search is slower than a few pairs more.
+const MARGIN_ON_TERRAIN: f64 = 0.3;
 
 impl Neighbours {
     /// Recomputes the boxes and pairs if a piece leaves its box. If `begun`, the starts of the
@@ -35,13 +37,17 @@ impl Neighbours {
             (&self.poses[body], &self.memory.searched[body], &self.extents[index]);
         let moved = (pose.position - before.position).norm()
             + extent.arm * (pose.rotation - before.rotation).norm();
-        moved + bulge(extent.arm, self.trajectories[body].angle()) <= MARGIN * extent.size
+        moved + bulge(extent.arm, self.trajectories[body].angle()) <= self.margin() * extent.size
+    }
+
+    fn margin(&self) -> f64 {
+        if self.colliders.has_terrains() { MARGIN_ON_TERRAIN } else { MARGIN }
     }
 
     /// Box around the trajectory of a piece, or around its end alone if `begun`. In that case the
     /// start is known to be in the piece's box.
     fn around(&self, world: &World, index: usize, begun: bool) -> Aabb {
-        let collider = self.colliders[index];
+        let collider = self.colliders.at(index);
         let (piece, to) = placed(world, &self.poses, collider);
         let body = self.bodies[index];
         let from = &self.begin[body];
@@ -51,7 +57,7 @@ impl Neighbours {
 
     /// True if the listed pieces are the current pieces of the world.
     pub(super) fn lists(&self, world: &World) -> bool {
-        colliders_of(world).eq(self.colliders.iter().copied())
+        self.colliders.are_of(world)
     }
 
     /// Lists the pieces of the world and clears the search.
@@ -64,24 +70,21 @@ impl Neighbours {
 
     /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
-        self.colliders.clear();
-        self.colliders.extend(colliders_of(world));
+        self.colliders = Colliders::of(world);
+        let list = self.colliders.list();
         // Positions of the bodies are not used.
         let poses = &self.poses;
-        let extents = self
-            .colliders
-            .iter()
-            .map(|collider| PieceExtent::of(placed(world, poses, *collider).0));
+        let extents =
+            list.iter().map(|collider| PieceExtent::of(placed(world, poses, *collider).0));
         self.extents.clear();
         self.extents.extend(extents);
         self.bodies.clear();
-        self.bodies.extend(self.colliders.iter().map_while(|collider| match collider.owner {
+        self.bodies.extend(list.iter().map_while(|collider| match collider.owner {
             PieceOwner::Body(index) => Some(index),
             PieceOwner::Fixed(_) => None,
         }));
-        let fixed = self.colliders[self.bodies.len()..]
-            .iter()
-            .map(|collider| placed(world, poses, *collider));
+        let fixed =
+            list[self.bodies.len()..].iter().map(|collider| placed(world, poses, *collider));
         let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
         self.sweep.set_fixed(&fixed);
         self.separate(world);
@@ -101,11 +104,13 @@ impl Neighbours {
             self.is_apart = true;
             return;
         }
-        let of_bodies = self.colliders[..self.bodies.len()].iter().enumerate();
+        let list = self.colliders.list();
+        let of_bodies = list[..self.bodies.len()].iter().enumerate();
         let mut touching = of_bodies.filter(|(index, _)| world.touches(self.bodies[*index]));
         self.is_apart = touching.all(|(index, collider)| {
-            let others = self.colliders[index + 1..].iter();
-            others.map(|other| other.owner).all(|other| !may_meet(world, collider.owner, other))
+            let others = list[index + 1..].iter().map(|other| other.owner);
+            let terrains = self.colliders.terrains().map(|(fixed, _)| PieceOwner::Fixed(fixed));
+            others.chain(terrains).all(|other| !may_meet(world, collider.owner, other))
         });
     }
 
@@ -116,28 +121,47 @@ impl Neighbours {
         self.memory.searched.clone_from(&self.poses);
         for index in 0..self.bodies.len() {
             let around = self.around(world, index, false);
-            self.memory.boxes.push(around.grown(MARGIN * self.extents[index].size));
+            self.memory.boxes.push(around.grown(self.margin() * self.extents[index].size));
         }
         let Self { memory, colliders, spare_pairs: spare, sweep, .. } = self;
         let Memory { boxes, pairs, .. } = memory;
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
-            if may_meet(world, colliders[i].owner, colliders[j].owner) {
-                let known = spare.binary_search_by(|pair| pair.colliders.cmp(&[i, j]));
-                pairs.push(known.map_or_else(
-                    |_| Neighbour {
-                        colliders: [i, j],
-                        hint: Hint::default(),
-                        gap: f64::INFINITY,
-                        is_bound: true,
-                        kept: 0..0,
-                    },
-                    |place| spare[place].clone(),
-                ));
+            if may_meet(world, colliders.at(i).owner, colliders.at(j).owner) {
+                pairs.push(known_or_new(spare, [i, j]));
             }
         });
+        let without = pairs.len();
+        for (fixed, first) in colliders.terrains() {
+            let Some(terrain) = world.terrain(fixed) else { continue };
+            for (i, around) in boxes.iter().enumerate() {
+                if may_meet(world, colliders.at(i).owner, PieceOwner::Fixed(fixed)) {
+                    let add = |triangle| pairs.push(known_or_new(spare, [i, first + triangle]));
+                    terrain.visit(around, add);
+                }
+            }
+        }
+        if pairs.len() > without {
+            pairs.sort_unstable_by_key(|pair| pair.colliders);
+        }
     }
+}
+
+/// The pair of `colliders` among sorted pairs, or a new one.
+fn known_or_new(pairs: &[Neighbour], colliders: [usize; 2]) -> Neighbour {
+    let known = pairs.binary_search_by(|pair| pair.colliders.cmp(&colliders));
+    known.map_or_else(
+        |_| Neighbour {
+            colliders,
+            hint: Hint::default(),
+            gap: f64::INFINITY,
+            is_bound: true,
+            kept: 0..0,
+            room: Room::default(),
+        },
+        |place| pairs[place].clone(),
+    )
 }
 
 /// True if pieces of two owners may touch. At least one owner is not fixed, the owners differ, and

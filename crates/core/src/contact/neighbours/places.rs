@@ -73,7 +73,7 @@ impl Neighbours {
         // Separations were evaluated at the previous poses.
         let Self { memory: Memory { pairs, .. }, colliders, poses, spare_poses: before, .. } = self;
         if poses != before {
-            let stays = |at: usize| match colliders[at].owner {
+            let stays = |at: usize| match colliders.at(at).owner {
                 PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
                 PieceOwner::Fixed(_) => true,
             };

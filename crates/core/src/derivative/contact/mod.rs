@@ -150,7 +150,10 @@ impl ContactTangent {
         let other = key.partner.body();
         let radius_b = match (contact.features.curved, key.partner, key.pair) {
             (Some(Curved::Cores(pair)), ..) => pair.radius,
-            (_, Partner::Fixed(index), _) => world.fixed()[index].piece.radius(),
+            (_, Partner::Fixed(index), _) => {
+                // Terrains have no radius.
+                world.fixed_piece(index, 0).map_or(0.0, |piece| piece.radius())
+            }
             (_, Partner::Body(index), Some(pair)) => world.bodies()[index]
                 .pieces()
                 .get(pair.pieces.1)

@@ -31,7 +31,9 @@ impl Builder<'_> {
     pub(super) fn refuse_unknown_groups(&self) -> Result<(), String> {
         let bodies = self.model.bodies.iter().map(|body| (&body.name, &body.groups));
         let fixed = self.model.fixed.iter().map(|fixed| (&fixed.name, &fixed.groups));
-        for (name, groups) in bodies.chain(fixed).filter(|(_, groups)| !groups.are_usual()) {
+        let terrains = self.model.terrains.iter().map(|terrain| (&terrain.name, &terrain.groups));
+        let all = bodies.chain(fixed).chain(terrains);
+        for (name, groups) in all.filter(|(_, groups)| !groups.are_usual()) {
             self.model.masks(groups).map_err(|why| format!("{name}: {why}"))?;
         }
         Ok(())

@@ -15,6 +15,7 @@ use super::entries::{
 use super::joints::JointEntries;
 use super::masses::mass_properties;
 use super::refused::field_of;
+use super::terrain::TerrainEntry;
 use crate::choices::StartFrame;
 use crate::settings::{Settings, USUAL_SEED};
 use crate::tables::LoadTable;
@@ -31,7 +32,7 @@ use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown::checked_name;
 use tumble_model::{
-    ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, SurfaceModel,
+    ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, SurfaceModel, TerrainModel,
 };
 use tumble_model::{DrawnModel, state_at};
 
@@ -77,6 +78,7 @@ pub fn build(
             looks: Vec::new(),
             bodies: Vec::new(),
             fixed: Vec::new(),
+            terrains: Vec::new(),
             frictions: Vec::new(),
             restitutions: Vec::new(),
             joints: Vec::new(),
@@ -97,6 +99,10 @@ pub fn build(
         let at = format!("fixed[{index}]");
         builder.add_fixed(&at, entry)?;
     }
+    for (index, entry) in file.terrain.into_iter().enumerate() {
+        let named = |why: String| format!("terrain[{index}].{why}");
+        builder.add_terrain(index, entry).map_err(named)?;
+    }
     let mut robots = Vec::new();
     for (index, entry) in file.robots.iter().enumerate() {
         let named = |why: String| format!("robots[{index}].{why}");
@@ -108,12 +114,15 @@ pub fn build(
             )));
         }
         let groups = builder.groups(entry.groups.clone(), entry.collides_with.clone());
-        let (groups, bodies, fixed) =
-            (groups.map_err(named)?, builder.model.bodies.len(), builder.model.fixed.len());
+        let groups = groups.map_err(named)?;
+        let Model { bodies, fixed, terrains, .. } = &builder.model;
+        let (bodies, fixed, terrains) = (bodies.len(), fixed.len(), terrains.len());
         let added = entry.add(&files, &mut builder.model).map_err(named)?;
         robots.push(added);
         builder.model.bodies[bodies..].iter_mut().for_each(|of| of.groups.clone_from(&groups));
         builder.model.fixed[fixed..].iter_mut().for_each(|of| of.groups.clone_from(&groups));
+        let terrains = builder.model.terrains[terrains..].iter_mut();
+        terrains.for_each(|of| of.groups.clone_from(&groups));
     }
     builder.refuse_equal_names()?;
     builder.refuse_unknown_groups()?;
@@ -341,6 +350,19 @@ impl Builder<'_> {
             }
         }
         self.register(entry.name, partners).map_err(named)
+    }
+
+    /// Adds the terrain of one `[[terrain]]` table.
+    fn add_terrain(&mut self, index: usize, mut entry: TerrainEntry) -> Result<(), String> {
+        let terrain = entry.terrain(&self.files)?;
+        if let Some(odd) = entry.friction.filter(|friction| !(0.0..=10.0).contains(friction)) {
+            return Err(format!("friction is {odd:?}; allowed: 0 to 10"));
+        }
+        let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
+        let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
+        let friction = entry.friction;
+        self.model.terrains.push(TerrainModel { name, terrain, friction, groups });
+        self.register(entry.name, vec![PartnerModel::Terrain(index)])
     }
 
     /// State of the centre of mass in the world, for an object at `place` in `frame`. `centre` is

@@ -57,6 +57,7 @@ impl Builder<'_> {
         let mut things: Vec<&str> = fixed.collect();
         things.dedup();
         names.extend(things);
+        names.extend(model.terrains.iter().map(|terrain| terrain.name.as_str()));
         let plain = |named: &&Named| named.partners.len() > 1;
         names.extend(self.names.iter().filter(plain).map(|named| named.name.as_str()));
         names.sort_unstable();
@@ -78,7 +79,7 @@ impl Builder<'_> {
         let has_name = |index: usize| self.model.fixed[index].name == name;
         let is_own = |partner: &PartnerModel| match partner {
             PartnerModel::Fixed(index) => has_name(*index),
-            PartnerModel::Ground | PartnerModel::Body(_) => false,
+            PartnerModel::Ground | PartnerModel::Terrain(_) | PartnerModel::Body(_) => false,
         };
         one.partners.iter().all(is_own)
             && self.model.fixed.iter().filter(|fixed| fixed.name == name).count()
@@ -142,9 +143,12 @@ impl Builder<'_> {
         let (bodies, fixed) = (self.model.bodies.iter(), self.model.fixed.iter());
         let bodies = bodies.enumerate().filter(|(_, body)| body.name == name);
         let fixed = fixed.enumerate().filter(|(_, fixed)| fixed.name == name);
+        let terrains = self.model.terrains.iter().enumerate();
+        let terrains = terrains.filter(|(_, terrain)| terrain.name == name);
         let found: Vec<_> = bodies
             .map(|(index, _)| PartnerModel::Body(index))
             .chain(fixed.map(|(index, _)| PartnerModel::Fixed(index)))
+            .chain(terrains.map(|(index, _)| PartnerModel::Terrain(index)))
             .collect();
         if found.is_empty()
             && let Some(body) = self.merged.get(name)
@@ -156,7 +160,7 @@ impl Builder<'_> {
         if found.is_empty() {
             let entries = self.names.iter().map(|named| &*named.name);
             let bodies = self.model.bodies.iter().map(|body| &*body.name);
-            let fixed = self.model.fixed.iter().map(|fixed| &*fixed.name);
+            let fixed = self.model.fixed_names().map(|name| &**name);
             let known = entries.chain(bodies).chain(fixed).chain(["ground"]);
             let hint = nearest::hint(name, known);
             return Err(format!(
@@ -171,10 +175,12 @@ impl Builder<'_> {
     pub(super) fn bodies(&self, name: &str) -> Result<Vec<usize>, String> {
         let body = |partner: PartnerModel| match partner {
             PartnerModel::Body(index) => Ok(index),
-            PartnerModel::Ground | PartnerModel::Fixed(_) => Err(format!(
-                "{name:?} never moves; a body is needed, and a joint with the world has only one \
+            PartnerModel::Ground | PartnerModel::Fixed(_) | PartnerModel::Terrain(_) => {
+                Err(format!(
+                    "{name:?} never moves; a body is needed, and a joint with the world has only one \
                  name"
-            )),
+                ))
+            }
         };
         self.find(name)?.into_iter().map(body).collect()
     }

@@ -13,7 +13,9 @@
 use super::ContactRow;
 use super::named::{self, BAND, EXACT, Misplaced, size};
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::contact::{Contact, Features, PairFeatures, Partner, Plane, ellipsoid, round};
+use tumble_core::contact::{
+    Contact, Curved, Features, PairFeatures, Partner, Plane, ellipsoid, round,
+};
 use tumble_core::geometry::{Ellipsoid, Feature, Piece};
 use tumble_core::mechanics::{Pose, State};
 use tumble_core::world::World;
@@ -22,6 +24,8 @@ use tumble_core::world::World;
 const LEAN: f64 = 0.1;
 /// Tolerance of a normal's length, and relative tolerance of recorded vectors.
 const UNIT: f64 = 1e-9;
+
+const NO_PLANE: Misplaced = "has a plane that its partner does not have";
 
 /// Pose of fixed pieces.
 const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
@@ -38,7 +42,7 @@ impl ContactRow {
         let body = bodies.get(self.body).ok_or("refers to a body that does not exist")?;
         let known = match self.partner {
             Partner::Ground => world.ground().is_some(),
-            Partner::Fixed(index) => index < world.fixed().len(),
+            Partner::Fixed(index) => index < world.fixed_count(),
             Partner::Body(index) => index < bodies.len() && index != self.body,
         };
         if !known || states.len() != bodies.len() {
@@ -156,10 +160,8 @@ impl ContactRow {
         let own = own.ok_or("refers to a piece that does not exist")?;
         let theirs = match self.partner {
             Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
-            Partner::Fixed(index) if pair.pieces.1 == 0 => {
-                world.fixed().get(index).map(|fixed| &fixed.piece)
-            }
-            Partner::Fixed(_) | Partner::Ground => None,
+            Partner::Fixed(index) => world.fixed_piece(index, pair.pieces.1),
+            Partner::Ground => None,
         };
         Ok((own, theirs.ok_or("refers to a partner piece that does not exist")?))
     }
@@ -228,14 +230,25 @@ impl ContactRow {
         if beyond > least {
             return Err("has a point that its body does not have");
         }
-        if (support(theirs, &normal) - offset).abs() > band {
-            return Err("has a plane that its partner does not have");
+        let is_plane = |offset: f64| (support(theirs, &normal) - offset).abs() <= band;
+        if one.is_none() && !is_plane(offset) {
+            return Err(NO_PLANE);
         }
         let plane =
             Plane::new(normal, 0.0).map_err(|_| "has a normal that is not a unit vector")?;
         let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
         if let Some(one) = one {
-            let features = self.on_ellipsoid(features, one, true, (world, states))?;
+            let mut features = self.on_ellipsoid(features, one, true, (world, states))?;
+            if let Some(Curved::Ellipsoid(found)) = &features.curved {
+                // The force may act beside the nearest point, so the plane follows from the gap.
+                let centre = pose.position + pose.rotation * one.centre - other.position;
+                let width = found.width(&pose.rotation.tr_mul(&self.normal)).length;
+                features.offset =
+                    normal.dot(&other.rotation.tr_mul(&centre)) - width - self.radius - self.gap;
+            }
+            if !is_plane(features.offset) {
+                return Err(NO_PLANE);
+            }
             return self.named(world, features, (own, theirs));
         }
         match sharp {

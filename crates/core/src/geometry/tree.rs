@@ -1,7 +1,6 @@
 //! A tree of bounding boxes.
 
-use super::Ray;
-use crate::geometry::Aabb;
+use super::Aabb;
 use nalgebra::Vector3;
 
 /// Largest number of boxes in a leaf.
@@ -9,7 +8,7 @@ const LEAF: usize = 4;
 
 /// Boxes in depth-first order. A visit that leaves out a node continues at its `skip`.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     nodes: Vec<Node>,
     /// Indices of the boxes, leaf by leaf.
     items: Vec<u32>,
@@ -26,7 +25,7 @@ struct Node {
 
 impl Tree {
     /// Tree of `boxes`, split at the median of their middles. It takes a time of n log² n.
-    pub(super) fn of(boxes: &[Aabb]) -> Self {
+    pub(crate) fn of(boxes: &[Aabb]) -> Self {
         let mut tree = Self { nodes: Vec::new(), items: (0..boxes.len() as u32).collect() };
         let mut items = std::mem::take(&mut tree.items);
         tree.add(boxes, &mut items, 0);
@@ -65,7 +64,7 @@ impl Tree {
     }
 
     /// Largest absolute coordinate of all boxes (m).
-    pub(super) fn reach(&self) -> f64 {
+    pub(crate) fn reach(&self) -> f64 {
         let bounds = self.nodes.first().map(|node| &node.bounds);
         bounds.map_or(0.0, |bounds| bounds.low.amax().max(bounds.high.amax()))
     }
@@ -73,7 +72,7 @@ impl Tree {
     /// Calls `visit` on the indices of all boxes in the leaves that `enters` accepts.
     ///
     /// `state` is passed to both, so that a visit can narrow the search.
-    pub(super) fn visit<S>(
+    pub(crate) fn visit<S>(
         &self,
         state: &mut S,
         enters: impl Fn(&S, &Aabb) -> bool,
@@ -92,15 +91,20 @@ impl Tree {
     }
 }
 
-impl Ray {
-    /// Distance at which the ray enters a box that is wider by `margin` (m) on each side; `None` if
-    /// it misses.
-    pub(super) fn enters(&self, around: &Aabb, margin: f64) -> Option<f64> {
-        let (mut from, mut to) = (0.0_f64, self.length);
+impl Aabb {
+    /// Distances at which a ray from `origin` (m) along the unit vector `direction` enters and leaves
+    /// this box, wider by `margin` (m) on each side, within `length` (m); `None` if it misses.
+    pub(crate) fn entry(
+        &self,
+        origin: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        length: f64,
+        margin: f64,
+    ) -> Option<(f64, f64)> {
+        let (mut from, mut to) = (0.0_f64, length);
         for axis in 0..3 {
-            let (origin, direction) = (self.origin[axis], self.direction[axis]);
-            let (low, high) =
-                (around.low[axis] - margin - origin, around.high[axis] + margin - origin);
+            let (origin, direction) = (origin[axis], direction[axis]);
+            let (low, high) = (self.low[axis] - margin - origin, self.high[axis] + margin - origin);
             if direction == 0.0 {
                 if low > 0.0 || high < 0.0 {
                     return None;
@@ -110,6 +114,6 @@ impl Ray {
             let (one, other) = (low / direction, high / direction);
             (from, to) = (from.max(one.min(other)), to.min(one.max(other)));
         }
-        (from <= to).then_some(from)
+        (from <= to).then_some((from, to))
     }
 }

@@ -1,0 +1,215 @@
+//! Surfaces of triangles: open or closed meshes.
+
+use super::check_placement;
+use crate::error::{Error, all_in_range};
+use crate::geometry::{Aabb, Tree};
+use nalgebra::{Matrix3, Vector3};
+
+/// Largest number of triangles of a surface.
+const MOST_TRIANGLES: usize = 10_000_000;
+
+/// Height of a triangle over its longest side, relative to this side, below which it has no normal.
+const FLAT: f64 = 1e-9;
+
+/// A surface of triangles, open or closed.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    vertices: Vec<Vector3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    /// First entry of each vertex in `around`.
+    starts: Vec<u32>,
+    /// Triangles at each vertex.
+    around: Vec<u32>,
+    tree: Tree,
+}
+
+impl PartialEq for Surface {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.vertices, &self.triangles) == (&other.vertices, &other.triangles)
+    }
+}
+
+impl Surface {
+    /// Surface of vertices (m) and triangles. The triangles have three vertex indices, and all are
+    /// counter-clockwise seen from one side.
+    ///
+    /// # Errors
+    /// - No triangle or more than 10 million; an index without a vertex.
+    /// - A coordinate beyond ±1e4 m.
+    /// - A triangle without area.
+    /// - An edge of more than two triangles, or of two in the same direction.
+    pub fn new(vertices: Vec<Vector3<f64>>, triangles: Vec<[u32; 3]>) -> Result<Self, Error> {
+        let count = triangles.len();
+        if !(1..=MOST_TRIANGLES).contains(&count) {
+            let field = "triangles of the terrain";
+            return Err(Error::Count { field, count, allowed: "1 to 10 million" });
+        }
+        let coordinates = vertices.iter().flatten();
+        all_in_range("coordinate of the terrain (m)", coordinates, -1e4, 1e4, "-1e4 to 1e4")?;
+        check_triangles(&vertices, &triangles)?;
+        check_edges(&vertices, &triangles)?;
+        let mut starts = vec![0_u32; vertices.len() + 1];
+        for vertex in triangles.iter().flatten() {
+            starts[*vertex as usize + 1] += 1;
+        }
+        for vertex in 0..vertices.len() {
+            starts[vertex + 1] += starts[vertex];
+        }
+        let mut next = starts.clone();
+        let mut around = vec![0; 3 * count];
+        for (index, vertex) in triangles.iter().enumerate().flat_map(|(i, t)| t.map(|v| (i, v))) {
+            around[next[vertex as usize] as usize] = index as u32;
+            next[vertex as usize] += 1;
+        }
+        let boxes: Vec<_> = triangles.iter().map(|triangle| box_of(&vertices, triangle)).collect();
+        Ok(Self { tree: Tree::of(&boxes), vertices, triangles, starts, around })
+    }
+
+    /// Surface of facets with three corners each (m). Equal corners become one vertex.
+    ///
+    /// # Errors
+    /// The errors of [`Surface::new`].
+    pub fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
+        // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
+        let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
+        let mut numbers = std::collections::HashMap::new();
+        let (mut vertices, mut triangles) = (Vec::new(), Vec::with_capacity(facets.len()));
+        for facet in facets {
+            triangles.push(facet.map(|corner| {
+                *numbers.entry(key(&corner)).or_insert_with(|| {
+                    vertices.push(corner);
+                    vertices.len() as u32 - 1
+                })
+            }));
+        }
+        Self::new(vertices, triangles)
+    }
+
+    /// This surface rotated about the origin and then translated (m).
+    ///
+    /// # Errors
+    /// A matrix that is not a rotation to 1e-9; a coordinate of the translation beyond ±1e4 m, or of
+    /// the result.
+    pub fn moved_by(
+        self,
+        rotation: &Matrix3<f64>,
+        translation: &Vector3<f64>,
+    ) -> Result<Self, Error> {
+        check_placement(rotation, translation)?;
+        let vertices = self.vertices.iter().map(|vertex| rotation * vertex + translation).collect();
+        Self::new(vertices, self.triangles)
+    }
+
+    /// The vertices (m).
+    #[must_use]
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.vertices
+    }
+
+    /// The triangles, as indices of vertices.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Calls `visit` on the triangles at the sides of a triangle.
+    pub(super) fn each_beside(&self, triangle: usize, visit: &mut dyn FnMut(usize)) {
+        let own = self.triangles[triangle];
+        for (from, to) in [(own[0], own[1]), (own[1], own[2]), (own[2], own[0])] {
+            for other in self.around(from as usize) {
+                if *other as usize != triangle && self.triangles[*other as usize].contains(&to) {
+                    visit(*other as usize);
+                }
+            }
+        }
+    }
+
+    /// Triangles at a vertex.
+    pub(super) fn around(&self, vertex: usize) -> &[u32] {
+        &self.around[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
+    }
+
+    pub(super) fn bounds(&self) -> Aabb {
+        let start = Vector3::repeat(f64::INFINITY);
+        let used = self.triangles.iter().flatten().map(|vertex| self.vertices[*vertex as usize]);
+        let (low, high) =
+            used.fold((start, -start), |(low, high), at| (low.inf(&at), high.sup(&at)));
+        Aabb { low, high }
+    }
+
+    /// Calls `visit` on the triangles in the leaves that `enters` accepts; see [`Tree::visit`].
+    pub(super) fn visit<S>(
+        &self,
+        state: &mut S,
+        enters: impl Fn(&S, &Aabb) -> bool,
+        visit: impl FnMut(&mut S, usize),
+    ) {
+        self.tree.visit(state, enters, visit);
+    }
+}
+
+fn box_of(vertices: &[Vector3<f64>], triangle: &[u32; 3]) -> Aabb {
+    let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize]);
+    Aabb { low: a.inf(&b).inf(&c), high: a.sup(&b).sup(&c) }
+}
+
+fn check_triangles(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Result<(), Error> {
+    for (index, triangle) in triangles.iter().enumerate() {
+        let facet = index + 1;
+        if triangle.iter().any(|vertex| *vertex as usize >= vertices.len()) {
+            let why = format!("has no vertices for facet {facet}; list all vertices");
+            return Err(refused(why));
+        }
+        let [a, b, c] = triangle.map(|vertex| vertices[vertex as usize]);
+        let longest = [b - a, c - b, a - c].iter().map(Vector3::norm_squared).fold(0.0, f64::max);
+        let is_flat = (b - a).cross(&(c - a)).norm() <= FLAT * longest;
+        if is_flat {
+            return Err(refused(format!("has facet {facet} without area; remove it")));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that every edge has one triangle, or two in opposite directions.
+fn check_edges(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Result<(), Error> {
+    let mut sides: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
+    for (index, [a, b, c]) in triangles.iter().enumerate() {
+        for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
+            sides.push((from.min(to), from.max(to), index as u32 + 1, from < to));
+        }
+    }
+    sides.sort_unstable();
+    let edge = |side: &(u32, u32, u32, bool)| {
+        let place = |vertex: u32| {
+            let p = vertices[vertex as usize];
+            format!("({}, {}, {})", p.x, p.y, p.z)
+        };
+        format!("the edge {} to {}", place(side.0), place(side.1))
+    };
+    for same in sides.chunk_by(|one, other| (one.0, one.1) == (other.0, other.1)) {
+        match same {
+            [] | [_] => {}
+            [one, other] if one.3 != other.3 => {}
+            [one, other] => {
+                let (first, second) = (one.2, other.2);
+                return Err(refused(format!(
+                    "has {} in the same direction in facets {first} and {second}; list the \
+                     vertices of all facets counter-clockwise seen from one side",
+                    edge(one)
+                )));
+            }
+            [one, ..] => {
+                return Err(refused(format!(
+                    "has {} in {} facets; split it so that an edge has at most two",
+                    edge(one),
+                    same.len()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn refused(why: String) -> Error {
+    Error::Shape { shape: "the terrain", why }
+}

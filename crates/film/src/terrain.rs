@@ -1,0 +1,72 @@
+//! Terrain in pictures: all triangles of a small one, every n-th height of a large field.
+
+use pictures::{FilmMesh, FilmPiece};
+use tumble_core::geometry::Terrain;
+use tumble_core::geometry::terrain::{HeightField, TerrainShape};
+use tumble_view as pictures;
+
+/// Largest number of triangles that are drawn.
+const MOST_TRIANGLES: usize = 8000;
+
+/// Fixed object with the `name` of a terrain. The name says what is not drawn.
+pub(crate) fn terrain(name: &str, terrain: &Terrain) -> pictures::FilmFixed {
+    let (name, mesh) = match terrain.shape() {
+        TerrainShape::Field(field) => {
+            let (mesh, stride) = drawn_field(field);
+            match stride {
+                1 => (name.to_owned(), Some(mesh)),
+                _ => (format!("{name} (every {stride}th height is drawn)"), Some(mesh)),
+            }
+        }
+        TerrainShape::Mesh(mesh) if mesh.triangles().len() > MOST_TRIANGLES => {
+            (format!("{name} (not drawn: {} triangles)", mesh.triangles().len()), None)
+        }
+        TerrainShape::Mesh(mesh) => {
+            let triangles = mesh.triangles().iter().map(|three| three.map(|at| at as usize));
+            let (vertices, triangles) = (mesh.vertices().to_vec(), triangles.collect());
+            (name.to_owned(), Some(FilmMesh { vertices, triangles, colour: None }))
+        }
+    };
+    pictures::FilmFixed { name, pieces: mesh.map(FilmPiece::Mesh).into_iter().collect() }
+}
+
+/// Mesh of every n-th row and column and of the last ones, with n.
+fn drawn_field(field: &HeightField) -> (FilmMesh, usize) {
+    let cells = |points: usize, stride: usize| (points - 1).div_ceil(stride);
+    let count = |stride: usize| 2 * cells(field.rows(), stride) * cells(field.columns(), stride);
+    let stride = (1..).find(|stride| count(*stride) <= MOST_TRIANGLES).unwrap_or(1);
+    let places = |points: usize| -> Vec<usize> {
+        (0..points - 1).step_by(stride).chain([points - 1]).collect()
+    };
+    let (rows, columns) = (places(field.rows()), places(field.columns()));
+    let vertices =
+        rows.iter().flat_map(|row| columns.iter().map(|column| field.point(*row, *column)));
+    let vertices = vertices.collect();
+    let mut triangles = Vec::new();
+    for row in 0..rows.len() - 1 {
+        for column in 0..columns.len() - 1 {
+            let first = row * columns.len() + column;
+            let across = first + columns.len() + 1;
+            triangles.extend([[first, first + 1, across], [first, across, across - 1]]);
+        }
+    }
+    (FilmMesh { vertices, triangles, colour: None }, stride)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_field_keeps_its_borders() {
+        let (rows, columns) = (301, 202);
+        let field = HeightField::new(vec![0.0; rows * columns], columns, [0.1, 0.2]).unwrap();
+        let seen = terrain("hill", &Terrain::from(field));
+        assert_eq!(seen.name, "hill (every 4th height is drawn)");
+        let [FilmPiece::Mesh(mesh)] = &seen.pieces[..] else { panic!("one mesh") };
+        assert!(mesh.triangles.len() <= MOST_TRIANGLES);
+        let far = mesh.vertices.iter().map(|at| at.x + at.y).fold(0.0, f64::max);
+        assert!((far - (201.0 * 0.1 + 300.0 * 0.2)).abs() < 1e-9, "{far}");
+        assert!(mesh.triangles.iter().flatten().all(|index| *index < mesh.vertices.len()));
+    }
+}

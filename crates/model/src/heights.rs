@@ -1,0 +1,270 @@
+//! Grids of heights from files: PNG, NumPy arrays, and text with separators.
+
+use std::io::Cursor;
+
+/// Largest number of heights.
+const MOST_HEIGHTS: usize = 10_000_000;
+
+/// A grid of numbers, row by row. The first row is at the smallest y.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeightGrid {
+    /// Numbers, row by row.
+    pub values: Vec<f64>,
+    /// Number of numbers in a row.
+    pub columns: usize,
+}
+
+impl HeightGrid {
+    /// Grid of rows.
+    ///
+    /// # Errors
+    /// Rows of different lengths, or none.
+    pub fn of_rows<R: AsRef<[f64]>>(rows: &[R]) -> Result<Self, String> {
+        let columns = rows.first().map_or(0, |row| row.as_ref().len());
+        if let Some(odd) = rows.iter().position(|row| row.as_ref().len() != columns) {
+            let count = rows[odd].as_ref().len();
+            return Err(format!(
+                "row {} has {count} heights and row 1 has {columns}; all rows need the same number",
+                odd + 1
+            ));
+        }
+        let values = rows.iter().flat_map(|row| row.as_ref()).copied().collect();
+        Self { values, columns }.checked()
+    }
+
+    /// Grid of the file with this name, by its ending.
+    ///
+    /// # Errors
+    /// A file in another format, or one that is damaged.
+    pub fn of_file(name: &str, bytes: &[u8]) -> Result<Self, String> {
+        let ending = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
+        match &*ending {
+            "png" => Self::of_png(bytes),
+            "npy" => Self::of_npy(bytes),
+            "csv" | "txt" => Self::of_text(bytes),
+            _ => Err("a file name that ends in .png, .npy or .csv is needed".to_owned()),
+        }
+    }
+
+    /// Grid of a grey PNG image of 8 or 16 bits. Black is 0 and white is 1. The upper row of the image
+    /// is at the largest y.
+    ///
+    /// # Errors
+    /// Another image.
+    pub fn of_png(bytes: &[u8]) -> Result<Self, String> {
+        let no_png = |error: png::DecodingError| format!("it is not a PNG image: {error}");
+        let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(no_png)?;
+        let (colour, depth) = reader.output_color_type();
+        let bits: u32 = match (colour, depth) {
+            (png::ColorType::Grayscale, png::BitDepth::Eight) => 8,
+            (png::ColorType::Grayscale, png::BitDepth::Sixteen) => 16,
+            _ => {
+                return Err(format!(
+                    "the image is {colour:?} of {} bits; convert it to grey of 8 or 16 bits",
+                    depth as u8
+                ));
+            }
+        };
+        let columns = reader.info().width as usize;
+        let size = reader.output_buffer_size().filter(|size| size / 2 <= MOST_HEIGHTS);
+        let size = size.ok_or_else(|| format!("the image has more than {MOST_HEIGHTS} pixels"))?;
+        let mut buffer = vec![0; size];
+        let line = reader.next_frame(&mut buffer).map_err(no_png)?.line_size;
+        let row = |row: &[u8]| -> Vec<f64> {
+            match bits {
+                8 => row.iter().map(|grey| f64::from(*grey) / 255.0).collect(),
+                _ => row
+                    .as_chunks::<2>()
+                    .0
+                    .iter()
+                    .map(|two| f64::from(u16::from_be_bytes(*two)) / 65535.0)
+                    .collect(),
+            }
+        };
+        let values = buffer.chunks(line).rev().flat_map(row).collect();
+        Self { values, columns }.checked()
+    }
+
+    /// Grid of a two-dimensional NumPy array of numbers.
+    ///
+    /// # Errors
+    /// Another array.
+    pub fn of_npy(bytes: &[u8]) -> Result<Self, String> {
+        let none = || "it is not a NumPy file; save it with `numpy.save`".to_owned();
+        let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(none)?;
+        let (&[major, _], rest) = rest.split_first_chunk::<2>().ok_or_else(none)?;
+        let (length, rest) = match major {
+            1 => {
+                let (length, rest) = rest.split_first_chunk::<2>().ok_or_else(none)?;
+                (u32::from(u16::from_le_bytes(*length)), rest)
+            }
+            _ => {
+                let (length, rest) = rest.split_first_chunk::<4>().ok_or_else(none)?;
+                (u32::from_le_bytes(*length), rest)
+            }
+        };
+        let (header, data) = rest.split_at_checked(length as usize).ok_or_else(none)?;
+        let header = std::str::from_utf8(header).map_err(|_| none())?;
+        let after = |key: &str| Some(header.split_once(key)?.1.trim_start_matches([':', ' ']));
+        let kind = after("'descr'").and_then(|text| text.split('\'').nth(1)).ok_or_else(none)?;
+        let by_columns = after("'fortran_order'").is_some_and(|text| text.starts_with("True"));
+        let shape = after("'shape'").and_then(|text| text.strip_prefix('(')).ok_or_else(none)?;
+        let shape = shape.split(')').next().unwrap_or_default().split(',').map(str::trim);
+        let shape: Option<Vec<usize>> =
+            shape.filter(|part| !part.is_empty()).map(|part| part.parse().ok()).collect();
+        let Some(&[rows, columns]) = shape.as_deref() else {
+            return Err(format!("the array has the shape {shape:?}; two dimensions are needed"));
+        };
+        let count = rows.checked_mul(columns).filter(|count| *count <= MOST_HEIGHTS);
+        let count = count.ok_or_else(|| format!("it has more than {MOST_HEIGHTS} numbers"))?;
+        let numbers = numbers_of(kind, data)?;
+        if numbers.len() < count {
+            return Err(format!("it has {} numbers of {count}; it is cut off", numbers.len()));
+        }
+        let values = match by_columns {
+            true => (0..count).map(|at| numbers[at % columns * rows + at / columns]).collect(),
+            false => numbers[..count].to_vec(),
+        };
+        Self { values, columns }.checked()
+    }
+
+    /// Grid of lines of numbers with commas, semicolons or spaces between them. Lines that begin with
+    /// `#` are comments.
+    ///
+    /// # Errors
+    /// A word that is not a number.
+    pub fn of_text(bytes: &[u8]) -> Result<Self, String> {
+        let text = std::str::from_utf8(bytes).map_err(|_| "it is not text".to_owned())?;
+        let mut rows = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            let line = line.trim();
+            if line.is_empty() || line.starts_with('#') {
+                continue;
+            }
+            let words = line.split([',', ';', ' ', '\t']).filter(|word| !word.is_empty());
+            let number = |word: &str| {
+                word.parse::<f64>().map_err(|_| {
+                    format!("line {}: {word:?} is not a number; remove headings", index + 1)
+                })
+            };
+            rows.push(words.map(number).collect::<Result<Vec<_>, _>>()?);
+        }
+        Self::of_rows(&rows)
+    }
+
+    /// Grid of packed heights: little-endian bytes, compressed by deflate, in Base64.
+    ///
+    /// # Errors
+    /// Another text.
+    pub fn of_packed(text: &str, columns: usize) -> Result<Self, String> {
+        let values = crate::packed::unpack_floats(text)?;
+        if columns == 0 || !values.len().is_multiple_of(columns) {
+            return Err(format!("{} heights are not rows of {columns}", values.len()));
+        }
+        Self { values, columns }.checked()
+    }
+
+    /// The grid with its rows in the opposite order.
+    #[must_use]
+    pub fn upside_down(self) -> Self {
+        let rows = self.values.chunks(self.columns).rev();
+        Self { values: rows.flatten().copied().collect(), ..self }
+    }
+
+    fn checked(self) -> Result<Self, String> {
+        let count = self.values.len();
+        let rows = count.checked_div(self.columns).unwrap_or(0);
+        if self.columns < 2 || rows < 2 || count > MOST_HEIGHTS {
+            return Err(format!(
+                "{rows} rows of {} heights are given; allowed: 2 × 2 or more, and at most \
+                 {MOST_HEIGHTS}",
+                self.columns
+            ));
+        }
+        match self.values.iter().position(|height| !height.is_finite()) {
+            Some(at) => Err(format!(
+                "the height in row {}, column {} is {}; finite numbers are needed",
+                at / self.columns + 1,
+                at % self.columns + 1,
+                self.values[at]
+            )),
+            None => Ok(self),
+        }
+    }
+}
+
+/// Numbers of a NumPy type in little-endian order.
+fn numbers_of(kind: &str, data: &[u8]) -> Result<Vec<f64>, String> {
+    fn all<const N: usize>(data: &[u8], number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
+        data.as_chunks::<N>().0.iter().map(|bytes| number(*bytes)).collect()
+    }
+    Ok(match kind {
+        "<f8" => all(data, f64::from_le_bytes),
+        "<f4" => all(data, |bytes| f64::from(f32::from_le_bytes(bytes))),
+        "|u1" => all(data, |[byte]| f64::from(byte)),
+        "<u2" => all(data, |bytes| f64::from(u16::from_le_bytes(bytes))),
+        "<i2" => all(data, |bytes| f64::from(i16::from_le_bytes(bytes))),
+        "<i4" => all(data, |bytes| f64::from(i32::from_le_bytes(bytes))),
+        "<i8" => all(data, |bytes| i64::from_le_bytes(bytes) as f64),
+        _ => {
+            return Err(format!("the array has the type {kind:?}; save it with `astype(float)`"));
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_has_rows_and_comments() {
+        let grid = HeightGrid::of_text(b"# heights\n0, 1, 2\n3;4;5e-1\n").unwrap();
+        assert_eq!(grid, HeightGrid { values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5], columns: 3 });
+        for (text, wanted) in [
+            ("1,2\n3\n", "row 2 has 1 heights and row 1 has 2; all rows need the same number"),
+            ("x,y\n1,2\n", "line 1: \"x\" is not a number; remove headings"),
+            ("1,2\n3,nan\n", "the height in row 2, column 2 is NaN; finite numbers are needed"),
+        ] {
+            assert_eq!(HeightGrid::of_text(text.as_bytes()).unwrap_err(), wanted);
+        }
+        assert!(HeightGrid::of_text(b"1,2\n").unwrap_err().contains("2 × 2 or more"));
+    }
+
+    /// An array as `numpy.save` writes it.
+    fn npy(kind: &str, by_columns: bool, shape: &str, data: &[u8]) -> Vec<u8> {
+        let order = if by_columns { "True" } else { "False" };
+        let header =
+            format!("{{'descr': '{kind}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let length = (header.len() as u16).to_le_bytes();
+        [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
+    }
+
+    #[test]
+    fn arrays_have_both_orders_and_several_types() {
+        let wanted = HeightGrid { values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], columns: 3 };
+        let bytes = npy("|u1", false, "(2, 3)", &[0, 1, 2, 3, 4, 5]);
+        assert_eq!(HeightGrid::of_file("a.npy", &bytes).unwrap(), wanted);
+        let floats: Vec<u8> = [0.0, 3.0, 1.0, 4.0, 2.0, 5.0_f32].map(f32::to_le_bytes).concat();
+        let bytes = npy("<f4", true, "(2, 3)", &floats);
+        assert_eq!(HeightGrid::of_file("a.npy", &bytes).unwrap(), wanted);
+        for bytes in [npy("|u1", false, "(6,)", &[0; 6]), npy("<c16", false, "(2, 2)", &[0; 64])] {
+            assert!(HeightGrid::of_npy(&bytes).is_err());
+        }
+        assert!(HeightGrid::of_npy(&npy("|u1", false, "(2, 3)", &[0; 5])).is_err());
+    }
+
+    #[test]
+    fn the_upper_row_of_an_image_is_far() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 3);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        let mut writer = encoder.write_header().unwrap();
+        let pixels: Vec<u8> = [0, 1, 2, 3, 4, 65535_u16].map(u16::to_be_bytes).concat();
+        writer.write_image_data(&pixels).unwrap();
+        writer.finish().unwrap();
+        let grid = HeightGrid::of_file("a.PNG", &bytes).unwrap();
+        let wanted = [4.0, 65535.0, 2.0, 3.0, 0.0, 1.0].map(|grey| grey / 65535.0);
+        assert_eq!(grid, HeightGrid { values: wanted.to_vec(), columns: 2 });
+    }
+}

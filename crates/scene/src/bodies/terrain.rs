@@ -1,0 +1,191 @@
+//! Tables `[[terrain]]`: height fields and surfaces of triangles.
+
+use super::entries::{AttitudeEntry, Files, in_mesh};
+use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
+use std::path::Path;
+use std::sync::Arc;
+use tumble_core::error::Error;
+use tumble_core::geometry::Terrain;
+use tumble_core::geometry::mesh::{facets_of_obj, facets_of_stl};
+use tumble_core::geometry::terrain::{HeightField, Surface};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_model::fields::{Exactly, Numbers, table_if_any};
+use tumble_model::heights::HeightGrid;
+use tumble_model::shown;
+
+/// Maximum size of a file of heights or triangles (bytes).
+const LARGEST_FILE: u64 = 1 << 29;
+
+/// Table `[[terrain]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table [[terrain]]")]
+pub struct TerrainEntry {
+    heights: Option<HeightsEntry>,
+    spacing: Option<SpacingEntry>,
+    mesh: Option<String>,
+    #[serde(default, deserialize_with = "table_if_any")]
+    surface: Option<TrianglesTable>,
+    scale: Option<f64>,
+    position: Option<Numbers<3>>,
+    attitude: Option<AttitudeEntry>,
+    pub name: Option<String>,
+    pub friction: Option<f64>,
+    pub groups: Option<Vec<String>>,
+    pub collides_with: Option<Vec<String>>,
+}
+
+/// Heights of a field.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "rows of numbers, or the name of a file that ends in .png, .npy or .csv, are needed"
+)]
+enum HeightsEntry {
+    File(String),
+    Rows(Vec<Vec<f64>>),
+    Packed(PackedTable),
+}
+
+/// Heights as little-endian bytes, compressed by deflate, in Base64. The Python package writes them.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PackedTable {
+    columns: usize,
+    packed: String,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "one number or two are needed")]
+enum SpacingEntry {
+    Same(f64),
+    Each(Numbers<2>),
+}
+
+/// Triangles, listed.
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
+)]
+struct TrianglesTable {
+    vertices: Vec<Numbers<3>>,
+    triangles: Vec<Exactly<u32, 3>>,
+}
+
+impl TerrainEntry {
+    /// Makes the terrain. The sentence of an error begins with the field.
+    pub fn terrain(&self, files: &Files<'_>) -> Result<Arc<Terrain>, String> {
+        let turn = match self.attitude.as_ref().map(AttitudeEntry::quaternion).transpose() {
+            Err(why) => return Err(format!("attitude: {why}")),
+            Ok(Some(None)) => {
+                return Err("attitude: a terrain cannot be turned at random; give numbers".into());
+            }
+            Ok(Some(Some(quaternion))) => rotation(&quaternion.into()),
+            Ok(None) => Matrix3::identity(),
+        };
+        let place = self.position.as_ref().map_or(Vector3::zeros(), |place| place.0.into());
+        let scale = self.scale.unwrap_or(1.0);
+        if !(1e-9..=1e9).contains(&scale.abs()) {
+            return Err(format!("scale is {scale}; allowed: 1e-9 to 1e9"));
+        }
+        if self.heights.is_none() && self.spacing.is_some() {
+            return Err("spacing: it has no meaning without `heights`".to_owned());
+        }
+        let terrain = match (&self.heights, &self.mesh, &self.surface) {
+            (Some(heights), None, None) => self.field(heights, scale, &turn, &place, files)?,
+            (None, Some(name), None) => {
+                let odd = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
+                let facets = facets_of(files, name)?;
+                let facets: Vec<_> =
+                    facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
+                let mesh = Surface::from_facets(&facets);
+                let mesh = mesh.and_then(|mesh| mesh.moved_by(&turn, &place));
+                mesh.map(Terrain::from).map_err(|error| odd(&error))?
+            }
+            (None, None, Some(table)) => {
+                let vertices = table.vertices.iter().map(|at| Vector3::from(at.0) * scale);
+                let triangles = table.triangles.iter().map(|three| three.0).collect();
+                let mesh = Surface::new(vertices.collect(), triangles);
+                let mesh = mesh.and_then(|mesh| mesh.moved_by(&turn, &place));
+                mesh.map(Terrain::from).map_err(|error| format!("surface: {error}"))?
+            }
+            _ => return Err("one of heights, mesh and surface is needed".to_owned()),
+        };
+        Ok(Arc::new(terrain))
+    }
+
+    /// Height field whose middle is at `place` (m).
+    fn field(
+        &self,
+        heights: &HeightsEntry,
+        scale: f64,
+        turn: &Matrix3<f64>,
+        place: &Vector3<f64>,
+        files: &Files<'_>,
+    ) -> Result<Terrain, String> {
+        let spacing = match self.spacing {
+            Some(SpacingEntry::Same(spacing)) => [spacing; 2],
+            Some(SpacingEntry::Each(spacing)) => spacing.0,
+            None => return Err("spacing: the distance of the heights (m) is needed".to_owned()),
+        };
+        let grid = match heights {
+            HeightsEntry::Rows(rows) => {
+                HeightGrid::of_rows(rows).map_err(|why| format!("heights: {why}"))?
+            }
+            HeightsEntry::Packed(PackedTable { columns, packed }) => {
+                HeightGrid::of_packed(packed, *columns).map_err(|why| format!("heights: {why}"))?
+            }
+            HeightsEntry::File(name) => {
+                let path = files.folder.join(name);
+                let odd =
+                    |why: &dyn std::fmt::Display| format!("heights: {}: {why}", shown::path(&path));
+                let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| odd(&error))?;
+                HeightGrid::of_file(name, &bytes).map_err(|why| odd(&why))?
+            }
+        };
+        let odd = |error: Error| match &error {
+            Error::OutOfRange { field, .. } if field.starts_with("spacing") => {
+                format!("spacing: {error}")
+            }
+            _ => format!("heights: {error}"),
+        };
+        field_in_the_middle(grid, spacing, scale)
+            .and_then(|field| field.moved_by(turn, place))
+            .map(Terrain::from)
+            .map_err(odd)
+    }
+}
+
+/// Field of a grid with its heights multiplied by `scale`, with its middle over the origin.
+fn field_in_the_middle(
+    grid: HeightGrid,
+    spacing: [f64; 2],
+    scale: f64,
+) -> Result<HeightField, Error> {
+    let HeightGrid { mut values, columns } = grid;
+    if scale != 1.0 {
+        values.iter_mut().for_each(|height| *height *= scale);
+    }
+    let field = HeightField::new(values, columns, spacing)?;
+    let wide = (field.columns() - 1) as f64 * spacing[0];
+    let deep = (field.rows() - 1) as f64 * spacing[1];
+    field.moved_by(&Matrix3::identity(), &Vector3::new(-0.5 * wide, -0.5 * deep, 0.0))
+}
+
+/// Facets of an OBJ or STL file.
+fn facets_of(files: &Files<'_>, name: &str) -> Result<Vec<[Vector3<f64>; 3]>, String> {
+    let path = &files.folder.join(name);
+    let odd = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
+    let bytes = (files.read)(path, LARGEST_FILE).map_err(|error| odd(&error))?;
+    let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
+    let facets = match ending.as_ref().and_then(|ending| ending.to_str()) {
+        Some("obj") => {
+            let text = String::from_utf8(bytes).map_err(|_| odd(&"it is not text"))?;
+            facets_of_obj(&text)
+        }
+        Some("stl") => facets_of_stl(&bytes),
+        _ => return Err(odd(&"a file name that ends in .obj or .stl is needed")),
+    };
+    facets.map_err(|error| odd(&error))
+}

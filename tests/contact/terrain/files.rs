@@ -1,0 +1,113 @@
+//! Terrain of scenario files and of MJCF, and its place in run.json.
+
+use super::*;
+use std::io;
+use std::path::Path;
+use tumble_core::geometry::terrain::TerrainShape;
+use tumble_model::Model;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+
+const BALL: &str = "[ground]\nnone = true\nfriction = 0.5\n[[bodies]]\nsphere = 0.1\nmass = 1.0\n\
+                    position = [0, 0, 6]\n";
+
+/// A robot on a height field of 3 rows and 2 columns: 2 m × 4 m, 3 m high.
+const MJCF: &str = r#"<mujoco><asset>
+<hfield name="h" nrow="3" ncol="2" elevation="0 1 2 3 4 10" size="1 2 3 0.1"/></asset>
+<worldbody><geom name="hill" type="hfield" hfield="h" pos="0 0 -5"/>
+<body pos="0 0 3"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"#;
+
+fn file(path: &Path, _: u64) -> io::Result<Vec<u8>> {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    match name {
+        "a.csv" => Ok(b"0, 1\n2, 3\n4, 5\n".to_vec()),
+        "robot.xml" => Ok(MJCF.as_bytes().to_vec()),
+        "sheet.obj" => Ok(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n".to_vec()),
+        "odd.obj" => {
+            Ok(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 3 1 4\nf 1 3 2\n".to_vec())
+        }
+        _ => Err(io::ErrorKind::NotFound.into()),
+    }
+}
+
+fn scene(table: &str) -> Result<Scene, String> {
+    let text = format!("{BALL}{table}");
+    let scene = Scene::of_text(&text, Path::new("scene.toml"), Settings::default(), &file);
+    scene.map_err(|failure| failure.to_string())
+}
+
+fn field(scene: &Scene) -> &HeightField {
+    match scene.world.terrain(0).unwrap().shape() {
+        TerrainShape::Field(field) => field,
+        TerrainShape::Mesh(_) => panic!("a mesh"),
+    }
+}
+
+#[test]
+fn heights_come_from_rows_and_files() {
+    for heights in ["[[0, 1], [2, 3], [4, 5]]", "\"a.csv\""] {
+        let table = format!(
+            "[[terrain]]\nname = \"hill\"\nheights = {heights}\nspacing = [1, 2]\nscale = 0.5\n\
+             position = [0, 0, -4]\n[[friction]]\nbetween = [\"hill\", \"body-0\"]\ncoefficient = 0.2\n"
+        );
+        let scene = scene(&table).unwrap();
+        let points = [(0, 0), (2, 1)].map(|(row, column)| field(&scene).point(row, column));
+        assert_eq!(points, [V::new(-0.5, -2.0, -4.0), V::new(0.5, 2.0, -1.5)]);
+        assert_eq!(scene.fixed, ["hill"]);
+        let hill = tumble_core::world::Partner::Fixed(0);
+        assert_eq!(scene.world.friction_between(0, hill), 0.2);
+    }
+}
+
+#[test]
+fn run_json_has_the_whole_terrain() {
+    for table in [
+        "[[terrain]]\nheights = [[0.1, 0.2], [0.3, 1e-9]]\nspacing = 0.7\n\
+         attitude = { axis = [1, 2, 3], degrees = 40 }\nposition = [0.3, 0, -5]\nfriction = 0.7\n",
+        "[[terrain]]\nmesh = \"sheet.obj\"\nscale = 0.3\nposition = [0.1, 0, -5]\n",
+    ] {
+        let scene = scene(table).unwrap();
+        let text = scene.model.text().unwrap();
+        assert_eq!(Model::of_text(&text).unwrap().world().unwrap(), scene.world);
+        let odd = text
+            .replace("\"heights\":\"", "\"heights\":\"!")
+            .replace("\"vertices\":\"", "\"vertices\":\"!");
+        assert!(Model::of_text(&odd).unwrap_err().contains("Base64"));
+    }
+}
+
+#[test]
+fn faults_are_named_with_a_remedy() {
+    for (table, wanted) in [
+        ("heights = [[0, 1]]\nspacing = 1", "allowed: 2 × 2 or more"),
+        ("heights = [[0, 1], [2]]\nspacing = 1", "all rows need the same number"),
+        ("heights = [[0, nan], [2, 1]]\nspacing = 1", "finite numbers are needed"),
+        ("heights = [[0, 1], [2, 1]]", "spacing: the distance of the heights (m) is needed"),
+        ("heights = [[0, 1], [2, 1]]\nspacing = 0", "spacing"),
+        ("heights = \"none.png\"\nspacing = 1", "none.png"),
+        ("heights = \"a.tif\"\nspacing = 1", "heights: "),
+        ("mesh = \"odd.obj\"", "split it so that an edge has at most two"),
+        ("mesh = \"sheet.obj\"\nspacing = 1", "it has no meaning without `heights`"),
+        (
+            "surface = { vertices = [[0, 0, 0], [1, 0, 0], [2, 0, 0]], triangles = [[0, 1, 2]] }",
+            "without area; remove it",
+        ),
+        ("", "one of heights, mesh and surface is needed"),
+    ] {
+        let why = scene(&format!("[[terrain]]\n{table}\n")).map(|_| ()).unwrap_err();
+        assert!(why.contains(wanted) && why.contains("terrain[0]"), "{table}: {why}");
+    }
+}
+
+/// Numbers of MuJoCo 3: heights are scaled to 0…1, and the first row is the farthest.
+#[test]
+fn a_height_field_of_mjcf_has_its_place() {
+    let scene = scene("[[robots]]\nfile = \"robot.xml\"\n").unwrap();
+    let field = field(&scene);
+    let wanted = [(0, 0, [-1.0, -2.0, 1.2]), (0, 1, [1.0, -2.0, 3.0]), (2, 1, [1.0, 2.0, 0.3])];
+    for (row, column, [x, y, z]) in wanted {
+        let found = field.point(row, column);
+        assert!((found - V::new(x, y, z - 5.0)).amax() < 1e-12, "{row} {column}: {found}");
+    }
+    assert_eq!(scene.fixed, ["hill"]);
+}
