@@ -201,7 +201,7 @@ impl CollisionSearch<'_> {
         }
         let is_deep = *pair.gap < -self.depth;
         // The searches below move the hint.
-        let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
+        let axis = if is_deep { pair.hint.axis_from(ends.1.1) } else { None };
         let mut goes_through = !is_deep;
         if is_deep && !stays_clear(&moving[0], &moving[1], passing, pair.hint) {
             goes_through = self.first(&moving, passing, pair).is_some();
@@ -465,7 +465,7 @@ impl CollisionSearch<'_> {
 
     /// True if a pair has the same direction at its collision as at its end.
     fn is_same_way(&self, meeting: &Meeting, pair: &PairState<'_>) -> bool {
-        let (_, pose) = placed(self.world, self.between, pair.colliders[0]);
+        let (_, pose) = placed(self.world, self.between, pair.colliders[1]);
         let axes = (meeting.axis, pair.hint.axis_from(pose));
         matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_WAY)
     }

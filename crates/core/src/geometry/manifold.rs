@@ -73,7 +73,7 @@ pub fn manifold(
     pair.place(scratch);
     if pair.is_smooth() {
         let axis = pair.smooth_axis(hint);
-        hint.set(Some(axis), None);
+        hint.set(&pair, Some(axis), None);
         let gap = pair.gap_along(&axis) - radii;
         if gap <= reach {
             smooth_manifold(
@@ -93,7 +93,7 @@ pub fn manifold(
     }
     let tie = TieBreak { within: MERGE * pair.size(), to: plane_of };
     let axis = best_axis(&pair, scratch, reach + radii, tie);
-    hint.set(axis.map(|axis| axis.normal), axis.map(|axis| axis.kind));
+    hint.set(&pair, axis.map(|axis| axis.normal), axis.map(|axis| axis.kind));
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
     }
@@ -101,7 +101,8 @@ pub fn manifold(
     let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None, rim };
     let gap = meeting.find(axis);
     let spanned = meeting.shortest().is_none();
-    hint.set(Some(meeting.normal(axis)), axis.filter(|_| spanned).map(|axis| axis.kind));
+    let normal = meeting.normal(axis);
+    hint.set(&pair, Some(normal), axis.filter(|_| spanned).map(|axis| axis.kind));
     gap - radii
 }
 

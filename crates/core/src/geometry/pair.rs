@@ -30,22 +30,18 @@ pub struct PairScratch {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hint {
-    /// Last axis (unit, frame of A at that time, from A to B).
+    /// Last axis (unit, frame of B at that time, from A to B). Fixed pieces are B, so that the axis
+    /// does not turn with a body that rolls on one.
     axis: Option<Vector3<f64>>,
     /// Features that spanned the axis, if any; the axis follows their rotation.
     kind: Option<AxisSource>,
 }
 
 impl Hint {
-    /// Last axis (unit, world, from A to B), with A at `pose`.
+    /// Last axis (unit, world, from A to B), with B at `pose`.
     #[must_use]
     pub fn axis_from(&self, pose: &Pose) -> Option<Vector3<f64>> {
         self.axis.map(|axis| pose.rotation * axis)
-    }
-
-    /// Last axis (unit, frame of A at that time, from A to B).
-    pub(super) fn axis(&self) -> Option<Vector3<f64>> {
-        self.axis
     }
 
     /// The cached axis (unit, world), recomputed from the same features at the given poses.
@@ -59,10 +55,10 @@ impl Hint {
     }
 
     /// The same axis in the frame of A.
-    fn axis_of(&self, pair: &PiecePair<'_>) -> Option<Vector3<f64>> {
-        let before = self.axis?;
+    pub(super) fn axis_of(&self, pair: &PiecePair<'_>) -> Option<Vector3<f64>> {
+        let before = pair.rotation * self.axis?;
         let now = self.kind.and_then(|kind| match kind {
-            AxisSource::FaceA(_) => None,
+            AxisSource::FaceA(face) => return Some(pair.a.faces().get(face)?.normal),
             AxisSource::FaceB(face) => Some(pair.rotation * -pair.b.faces().get(face)?.normal),
             AxisSource::Edges(a, b) => {
                 let along_a = span(pair.a.vertices(), pair.a.edges().get(a)?).1;
@@ -76,8 +72,13 @@ impl Hint {
     }
 
     /// Stores an axis (unit, frame of A, from A to B) and the features that span it, if any.
-    pub(super) fn set(&mut self, axis: Option<Vector3<f64>>, kind: Option<AxisSource>) {
-        (self.axis, self.kind) = (axis, kind);
+    pub(super) fn set(
+        &mut self,
+        pair: &PiecePair<'_>,
+        axis: Option<Vector3<f64>>,
+        kind: Option<AxisSource>,
+    ) {
+        (self.axis, self.kind) = (axis.map(|axis| pair.rotation.tr_mul(&axis)), kind);
     }
 }
 

@@ -35,7 +35,7 @@ pub fn separation(
     } else {
         exact(&pair, scratch)
     };
-    hint.set(Some(axis), kind);
+    hint.set(&pair, Some(axis), kind);
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }
 

@@ -58,7 +58,7 @@ impl PiecePair<'_> {
             self.follow(&sides, than).filter(|axis| self.gap_along(axis) >= least)
         };
         let is_shallow = |axis: &Vector3<f64>| self.gap_along(axis) > -SHALLOW * self.size();
-        if let Some(axis) = hint.axis().and_then(better).filter(is_shallow) {
+        if let Some(axis) = hint.axis_of(self).and_then(better).filter(is_shallow) {
             return axis;
         }
         let mut portal = Portal::new(self);
