@@ -31,7 +31,7 @@
 
 use super::Piece;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
-use super::separation::{Separation, separation};
+use super::separation::{Separation, touching};
 use crate::mechanics::{Pose, Trajectory};
 use nalgebra::Vector3;
 
@@ -114,10 +114,23 @@ pub fn travel(a: &Moving<'_>, b: &Moving<'_>) -> f64 {
 /// is cheap and sufficient for most touching pairs.
 #[must_use]
 pub fn stays_clear(a: &Moving<'_>, b: &Moving<'_>, depth: f64, hint: &Hint) -> bool {
+    let stands = |axis: &Vector3<f64>, end: f64| {
+        let least = end.min(gap_along(a.at_start(), b.at_start(), axis));
+        least - sagging(a, b, axis) >= -depth
+    };
+    // Beside a facet of a surface is another, so its normal is an axis for most of its neighbours.
+    if b.piece.core().rim().is_some()
+        && let Some(face) = b.piece.core().faces().first()
+    {
+        let axis = -(b.ends.1.rotation * face.normal);
+        let end = gap_along(a.at_end(), b.at_end(), &axis);
+        if end >= -depth && stands(&axis, end) {
+            return true;
+        }
+    }
     let Some(axis) = hint.axis_between(a.at_end(), b.at_end()) else { return false };
     let end = gap_along(a.at_end(), b.at_end(), &axis);
-    let stands = end.min(gap_along(a.at_start(), b.at_start(), &axis));
-    if stands - sagging(a, b, &axis) >= -depth {
+    if stands(&axis, end) {
         return true;
     }
     let Some(before) = hint.axis_between(a.at_start(), b.at_start()) else { return false };
@@ -137,7 +150,7 @@ pub fn first_overlap(
 ) -> Advance {
     let mut at = |share: f64| {
         let (pose_a, pose_b) = (a.trajectory.at(share), b.trajectory.at(share));
-        separation((a.piece, &pose_a), (b.piece, &pose_b), hint, scratch)
+        touching((a.piece, &pose_a), (b.piece, &pose_b), hint, scratch)
     };
     let (mut share, mut now, mut stride) = (0.0, at(0.0), 1.0);
     for _ in 0..MOST_PLACES {

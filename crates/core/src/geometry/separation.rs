@@ -28,9 +28,27 @@ pub fn separation(
     scratch: &mut PairScratch,
 ) -> Separation {
     let pair = PiecePair::new(a, b);
+    let touching = touching(a, b, hint, scratch);
+    if !pair.is_smooth() {
+        return touching;
+    }
+    let axis = a.1.rotation.tr_mul(&touching.axis);
+    let Some(near) = pair.smooth_nearest(&axis) else { return touching };
+    hint.set(&pair, Some(near.axis), None);
+    let distance = pair.gap_along(&near.axis) - pair.radii();
+    Separation { distance, axis: a.1.rotation * near.axis }
+}
+
+/// Separation of two pieces, exact if they touch. Apart from a smooth shape it is a lower bound.
+pub(super) fn touching(
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
+    hint: &mut Hint,
+    scratch: &mut PairScratch,
+) -> Separation {
+    let pair = PiecePair::new(a, b);
     let (distance, axis, kind) = if pair.is_smooth() {
         let axis = pair.smooth_axis(hint);
-        let axis = pair.smooth_nearest(&axis).map_or(axis, |near| near.axis);
         (pair.gap_along(&axis), axis, None)
     } else {
         exact(&pair, scratch)
