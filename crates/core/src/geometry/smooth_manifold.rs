@@ -48,7 +48,10 @@ pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f6
         let gap = pair.gap_along(axis);
         found.faces(&SeparatingAxis { kind, normal: *axis, gap, exact: true });
     }
-    if !found.out.is_empty() {
+    // A face that is nearly across need not have the deepest point.
+    let deepest = pair.gap_along(axis) - pair.radii() + MERGE * pair.size();
+    let has_deepest = |found: &ManifoldPair<'_, '_>| found.out.iter().any(|at| at.gap <= deepest);
+    if has_deepest(&found) {
         return;
     }
     if found.rim.is_some() && pair.gap_along(axis) <= pair.radii() {
@@ -57,14 +60,19 @@ pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f6
             on_face(&mut found, &a, &b, face);
             found.faces(&upright);
         }
-        if !found.out.is_empty() {
+        if has_deepest(&found) {
             return;
         }
     }
     let features = [a.support(&normals[0]), b.support(&normals[1])];
     match (Straight::of(&a, features[0], &normals[0]), Straight::of(&b, features[1], &normals[1])) {
         (Some(u), Some(v)) if u.is_cone || v.is_cone => {
-            let is_plane_of_a = u.is_cone && (!v.is_cone || found.plane_of == PieceSide::A);
+            // A ball or a capsule rolls on the tangent plane of the cone.
+            let is_plane_of_a = match (u.radius > 0.0, v.radius > 0.0) {
+                (true, _) => false,
+                (_, true) => true,
+                _ => found.plane_of == PieceSide::A,
+            };
             let (point, plane) = if is_plane_of_a { (&v, &u) } else { (&u, &v) };
             point.cross(plane, (point.whole, plane.whole), Some(axis), &mut found);
         }
