@@ -7,6 +7,7 @@ use super::describe::describe;
 use super::directory::{Claims, OutputDirectory};
 use super::exported::Exported;
 use super::file_names::{self, RUN_JSON};
+use super::live::Live;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
@@ -28,7 +29,7 @@ use tumble_scene::run_file::RunFile;
 /// Runs the default command in four parts:
 ///
 /// 1. The scene is made and checked, and the simulation created or restored from a checkpoint.
-/// 2. The output directory is locked, and temporary files are opened.
+/// 2. The output directory is locked, a live run is played, and temporary files are opened.
 /// 3. The steps are computed and written.
 /// 4. The files are completed and renamed. Pictures are drawn from them.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
@@ -39,6 +40,13 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
             (scene, Some(before))
         }
     };
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let (scene, live) = if args.live.is_live {
+        let live = Live::new(args, scene, &interrupt)?;
+        (live.scene()?, Some(live))
+    } else {
+        (scene, None)
+    };
     let exported = args
         .output
         .export_problems
@@ -48,7 +56,6 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
     check_kept(args, &scene, &kept)?;
     pictures::check(args, kept.rows(scene.rows), kept.every as f64 * scene.world.time_step())?;
-    let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = scene.simulation(&interrupt)?;
     if let Some(before) = &before {
         before.restore(&mut simulation)?;
@@ -56,16 +63,24 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
     // Signals are handled before the first file is created, so that an early signal leaves no file.
     raise_on_signals(&interrupt)?;
-    let mut files = RunWriter::names(&scene, &kept);
-    files.extend([RUN_JSON, continued::FILE].map(str::to_owned));
-    files.extend(pictures::names(args));
     let claims = Claims {
-        files: files.clone(),
+        files: names(args, &scene, &kept),
         alike: file_names::of_rows().collect(),
         overwrite: args.output.overwrite,
         continues: args.continued.as_deref() == Some(args.out()),
     };
     let out = OutputDirectory::for_run(args.out(), claims)?;
+    let scene = match live {
+        None => scene,
+        Some(live) => {
+            let scene = live.play(args, &interrupt)?;
+            // The steps are computed again. Another Ctrl-C interrupts that.
+            interrupt.store(false, Ordering::Relaxed);
+            simulation = scene.simulation(&interrupt)?;
+            scene
+        }
+    };
+    let files = names(args, &scene, &kept);
     let mut voice = Voice::new(args.output.quiet);
     if let Some(note) = scene::note(&scene) {
         voice.say(&note);
@@ -136,6 +151,14 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         RunOutcome::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         RunOutcome::Complete => Outcome::Done,
     })
+}
+
+/// Names of the files of a run.
+fn names(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Vec<String> {
+    let mut names = RunWriter::names(scene, kept);
+    names.extend([RUN_JSON, continued::FILE].map(str::to_owned));
+    names.extend(pictures::names(args));
+    names
 }
 
 /// Failure of a started run. Its rows are kept if it has a checkpoint.

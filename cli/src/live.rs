@@ -1,0 +1,77 @@
+//! A run that one can touch: the page of the playground, with the steps computed here.
+
+use super::args::SimulateArgs;
+use super::outcome::{Failure, refuse_flags};
+use super::output;
+use super::scene::Scene;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble_model::shown;
+use tumble_playground::request::Program;
+use tumble_playground::server::Server;
+
+/// Maximum number of rows of a run.
+const MOST_ROWS: u64 = 10_000_000;
+
+/// A live run before its first step.
+pub struct Live {
+    server: Server,
+}
+
+impl Live {
+    /// Live run of `scene` until `end` is true.
+    pub fn new(args: &SimulateArgs, scene: Scene, end: &Arc<AtomicBool>) -> Result<Self, Failure> {
+        check(args)?;
+        let program = Program::of_scene(scene, Arc::clone(end));
+        let program = program.map_err(|why| Failure::Input(format!("--live: {why}")))?;
+        let address = args.live.address.unwrap_or((Ipv4Addr::LOCALHOST, 0).into());
+        let server = Server::bind(address, program).map_err(|error| cannot_serve(address, &error));
+        Ok(Self { server: server? })
+    }
+
+    /// Scene of the run as far as it went: with the changes, the pulls and the number of rows.
+    pub fn scene(&self) -> Result<Scene, Failure> {
+        recorded(&self.server.program())
+    }
+
+    /// Prints the address, serves until `end` is true, and returns the scene of what was shown.
+    pub fn play(self, args: &SimulateArgs, end: &AtomicBool) -> Result<Scene, Failure> {
+        let out = shown::path(args.out());
+        // Without the address nobody could open the page, so it is printed with --quiet as well.
+        output::say(&format!(
+            "{}\nCtrl-C ends the run and writes it to {out}\n",
+            self.server.url()
+        ))?;
+        self.server.serve(end);
+        recorded(&self.server.program())
+    }
+}
+
+fn recorded(program: &Program) -> Result<Scene, Failure> {
+    let none = || Failure::Other("--live: no scene is open".to_owned());
+    let mut scene = program.recorded()?.ok_or_else(none)?;
+    scene.rows = scene.rows.min(MOST_ROWS);
+    Ok(scene)
+}
+
+/// Refuses flags that a live run does not have.
+fn check(args: &SimulateArgs) -> Result<(), Failure> {
+    use tumble_scene::choices::SolverName;
+    let solver = &args.setup.solver;
+    let flags = [
+        ("--solver ipopt", solver.solver == Some(SolverName::Ipopt)),
+        ("--preset", solver.preset.is_some()),
+        ("--residual", solver.residual.is_some()),
+        ("--threads", solver.threads.is_some()),
+        ("--substeps", solver.substeps.is_some()),
+        ("--on-failure", solver.on_failure.is_some()),
+        ("--steps", args.setup.scene.steps.is_some()),
+        ("--export-problems", args.output.export_problems.is_some()),
+    ];
+    refuse_flags("--live, whose page decides the number of steps and has the native solver", &flags)
+}
+
+fn cannot_serve(address: SocketAddr, error: &std::io::Error) -> Failure {
+    Failure::Input(format!("--live-address {address}: the page cannot be served there: {error}"))
+}
