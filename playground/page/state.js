@@ -60,7 +60,8 @@ async function asked(request) {
 // The program ended by itself.
 function stopped(why) {
   play(false);
-  alarm(`The program stopped (${why}). Choose a scene to start it again.`);
+  const remedy = isLive ? "Reload the page to connect again." : "Choose a scene to start it again.";
+  alarm(`The program stopped (${why}). ${remedy}`);
   program.restart();
   opened += 1;
   return { error: why };
