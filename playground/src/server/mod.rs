@@ -10,12 +10,12 @@ use crate::page::live_page;
 use crate::request::Program;
 use http::{Head, Refusal};
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::io::{self, Read as _};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Time between two looks at the listener and at the flag that ends the server.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -112,7 +112,7 @@ impl Server {
             }
             Err(refusal) => {
                 http::refuse(&mut stream, refusal)?;
-                stream.flush()
+                finish(&mut stream)
             }
         }
     }
@@ -153,6 +153,16 @@ impl Server {
 enum Wanted {
     Page,
     Socket { key: String },
+}
+
+/// Ends a connection after its last answer. What still comes is read and dropped for a while, since
+/// the system discards the answer if bytes remain.
+fn finish(stream: &mut TcpStream) -> io::Result<()> {
+    stream.shutdown(Shutdown::Write)?;
+    stream.set_read_timeout(Some(PATIENCE / 5))?;
+    let (begin, mut rest) = (Instant::now(), vec![0; 1 << 16]);
+    while begin.elapsed() < PATIENCE && stream.read(&mut rest)? > 0 {}
+    Ok(())
 }
 
 /// Random token in hexadecimal digits.

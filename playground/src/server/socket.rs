@@ -1,11 +1,10 @@
 //! Conversation of a page with the program through a WebSocket.
 
-use super::{PATIENCE, PAUSE, Server};
+use super::{PAUSE, Server, finish};
 use crate::request::Program;
-use std::io::{self, ErrorKind, Read as _};
-use std::net::{Shutdown, TcpStream};
+use std::io::{self, ErrorKind};
+use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
@@ -71,15 +70,9 @@ fn message(program: &Program) -> Vec<u8> {
     message
 }
 
-/// Closes a socket with a reason. What still comes is read and dropped for a while, since the
-/// system discards the reason if bytes remain.
+/// Closes a socket with a reason.
 fn close(mut socket: WebSocket<TcpStream>, frame: CloseFrame) -> io::Result<()> {
     let _ = socket.close(Some(frame));
     let _ = socket.flush();
-    let stream = socket.get_mut();
-    stream.shutdown(Shutdown::Write)?;
-    stream.set_read_timeout(Some(PATIENCE / 5))?;
-    let (begin, mut rest) = (Instant::now(), vec![0; 1 << 16]);
-    while begin.elapsed() < PATIENCE && stream.read(&mut rest)? > 0 {}
-    Ok(())
+    finish(socket.get_mut())
 }
