@@ -1,8 +1,10 @@
 //! A run that one can touch: the page of the playground, with the steps computed here.
 
 use super::args::SimulateArgs;
+use super::continued;
 use super::outcome::{Failure, refuse_flags};
 use super::output;
+use super::recording::Recording;
 use super::scene::Scene;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
@@ -46,6 +48,36 @@ impl Live {
         self.server.serve(end);
         recorded(&self.server.program())
     }
+}
+
+/// Scene of the run of `--from`, at its moment `--at`; `None` without them.
+pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
+    let Some(path) = &args.live.from else { return Ok(None) };
+    let given = args.setup.given();
+    let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
+    refuse_flags("--from, whose run has it", &flags)?;
+    let mut recording = Recording::open(path, &args.setup.physics)?;
+    let run = recording.run.as_ref().ok_or_else(|| {
+        Failure::Input(format!("--from: {} has no run.json beside it", shown::path(path)))
+    })?;
+    let mut scene = continued::scene_of(run)?;
+    let mut moment = None;
+    while let Some(step) = recording.next_step()? {
+        let index = step.index();
+        moment = Some((index, step.states().to_vec()));
+        if args.live.at.is_some_and(|wanted| wanted <= index) {
+            break;
+        }
+    }
+    let (index, states) = moment.ok_or_else(|| recording.odd(&"it has no rows"))?;
+    if let Some(wanted) = args.live.at.filter(|wanted| *wanted != index) {
+        let why = format!("{} has no row k = {wanted}; give one of its rows", shown::path(path));
+        return Err(Failure::setting("at", why));
+    }
+    let mut model = scene.model.clone();
+    model.start_at(&states, index as f64 * scene.world.time_step())?;
+    scene.start_index = index;
+    scene.with_model(model).map(Some)
 }
 
 fn recorded(program: &Program) -> Result<Scene, Failure> {

@@ -7,7 +7,7 @@ use super::describe::describe;
 use super::directory::{Claims, OutputDirectory};
 use super::exported::Exported;
 use super::file_names::{self, RUN_JSON};
-use super::live::Live;
+use super::live::{self, Live};
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
@@ -34,16 +34,16 @@ use tumble_scene::run_file::RunFile;
 /// 4. The files are completed and renamed. Pictures are drawn from them.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let (scene, before) = match &args.continued {
-        None => (scene::of_args(&args.setup)?, None),
+        None => (live::taken_over(args)?.map_or_else(|| scene::of_args(&args.setup), Ok)?, None),
         Some(directory) => {
             let (scene, before) = Continued::read(args, directory)?;
             (scene, Some(before))
         }
     };
     let interrupt = Arc::new(AtomicBool::new(false));
-    let (scene, live) = if args.live.is_live {
-        let live = Live::new(args, scene, &interrupt)?;
-        (live.scene()?, Some(live))
+    let (scene, played) = if args.live.is_live {
+        let played = Live::new(args, scene, &interrupt)?;
+        (played.scene()?, Some(played))
     } else {
         (scene, None)
     };
@@ -70,10 +70,10 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         continues: args.continued.as_deref() == Some(args.out()),
     };
     let out = OutputDirectory::for_run(args.out(), claims)?;
-    let scene = match live {
+    let scene = match played {
         None => scene,
-        Some(live) => {
-            let scene = live.play(args, &interrupt)?;
+        Some(played) => {
+            let scene = played.play(args, &interrupt)?;
             // The steps are computed again. Another Ctrl-C interrupts that.
             interrupt.store(false, Ordering::Relaxed);
             simulation = scene.simulation(&interrupt)?;

@@ -183,6 +183,14 @@ pub struct LiveArgs {
     /// is the native one.
     #[arg(id = "live", long = "live", conflicts_with = "continued")]
     pub is_live: bool,
+    /// Start the live run from a moment of an earlier run, with its scene: one of its tables.
+    #[arg(id = "from", long = "from", value_name = "TABLE", requires = "live",
+        conflicts_with_all = ["scene", "scenario", "file"])]
+    pub from: Option<PathBuf>,
+    /// Index k of that moment [default: the last one of the table].
+    #[arg(id = "at", long = "at", value_name = "K", value_parser = values::start_index,
+        requires = "from", allow_hyphen_values = true)]
+    pub at: Option<u64>,
     /// Address and port of the page, of one interface of this machine [default: 127.0.0.1 and a
     /// free port].
     ///

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::ROOT;
-use crate::support::{PROGRAM, Table, run};
+use crate::support::{PROGRAM, Table, run, simulate};
 use serde_json::{Value, json};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
@@ -30,9 +30,16 @@ struct Live {
 
 impl Live {
     fn start() -> Self {
+        Self::start_of(&[&format!("{ROOT}/scenarios/stack.toml")])
+    }
+
+    /// Live run of a scene of these arguments.
+    fn start_of(scene: &[&str]) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let mut child = Command::new(PROGRAM)
-            .args(["run", &format!("{ROOT}/scenarios/stack.toml"), "--live", "--out"])
+            .arg("run")
+            .args(scene)
+            .args(["--live", "--out"])
             .arg(directory.path().join("out"))
             .stdout(Stdio::piped())
             .spawn()
@@ -161,6 +168,38 @@ fn a_pull_is_recorded_and_the_run_is_verified() {
     let run_json: Value =
         serde_json::from_str(&std::fs::read_to_string(run_json).unwrap()).unwrap();
     assert!(!run_json["model"]["bodies"][4]["load"].is_null(), "the pull is a load");
+}
+
+#[test]
+fn a_live_run_takes_over_at_a_row_of_an_earlier_run() {
+    let before = simulate(&[
+        "run",
+        &format!("{ROOT}/scenarios/drop.toml"),
+        "--solver",
+        "native",
+        "--steps",
+        "400",
+    ]);
+    assert_eq!(before.end.code, Some(0), "{:?}", before.end);
+    let table = before.path("trajectory.csv");
+    let table = table.to_str().unwrap();
+    let row = |k: usize| -> Vec<f64> {
+        let columns = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"];
+        columns.map(|name| before.table().numbers(name)[k]).to_vec()
+    };
+    let mut live = Live::start_of(&["--from", table, "--at", "240"]);
+    let mut socket = live.socket();
+    let (_, start) = socket.asked(&json!({ "do": "step", "count": 0, "contacts": false }));
+    assert_eq!((start[0], &start[HEAD..]), (240.0, &row(240)[..]));
+    let (_, end) = socket.asked(&json!({ "do": "step", "count": 60, "contacts": false }));
+    assert_eq!(end[0], 300.0);
+    let apart = end[HEAD..].iter().zip(row(300)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    // The solver starts anew, so the last digits differ.
+    assert!(apart < 1e-6, "{apart}");
+    assert_eq!(live.end(), 0);
+    assert_eq!(run(&["verify", live.states().to_str().unwrap()]).code, Some(0));
+    let odd = ["run", "--live", "--from", table, "--at", "400"];
+    run(&odd).assert_refused(2, &["at", "k = 400"]);
 }
 
 #[test]

@@ -117,7 +117,7 @@ impl Server {
         }
     }
 
-    /// What a request wants, if it may have it.
+    /// Requested content, if the request is allowed.
     fn wanted(&self, head: &Head) -> Result<Wanted, Refusal> {
         if head.method != "GET" {
             return Err(http::NOT_A_GET);
@@ -149,7 +149,7 @@ impl Server {
     }
 }
 
-/// What a request may have.
+/// Content of the server.
 enum Wanted {
     Page,
     Socket { key: String },
