@@ -1,10 +1,29 @@
 //! A live run in a real browser: a pull, a reload, and the record.
 
 use super::driver::Browser;
-use super::pages::tumble;
+use super::pages::{Pages, tumble};
 use crate::ROOT;
 use std::io::{BufRead as _, BufReader};
 use std::process::{Command, Stdio};
+
+/// Rows of the page are every tenth step from k = 30 on.
+#[test]
+#[ignore = "a browser"]
+fn a_page_shows_the_command_that_takes_over_from_its_moment() {
+    let pages = Pages::new();
+    let scene = format!("{ROOT}/scenarios/stack.toml");
+    let kept = ["--start-index", "30", "--steps", "101", "--every", "10"];
+    let page = pages.simulate("run", &[&["run", &scene], &kept[..]].concat(), 0);
+    let browser = Browser::start(1280, 800);
+    browser.open_at(&page, "#t=0.1");
+    browser.run("document.getElementById('more').open = true");
+    browser.click("#takeover");
+    browser.settle();
+    let command = browser.run("return document.querySelector('#takeover-note code').textContent");
+    assert_eq!(command, "tumble run --live --from steps.csv --at 80");
+    browser.screenshot("takeover");
+    browser.assert_quiet();
+}
 
 #[test]
 #[ignore = "a browser"]
