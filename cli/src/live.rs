@@ -12,6 +12,7 @@ use std::sync::atomic::AtomicBool;
 use tumble_model::shown;
 use tumble_playground::request::Program;
 use tumble_playground::server::Server;
+use tumble_scene::choices::SolverName;
 
 /// Maximum number of rows of a run.
 const MOST_ROWS: u64 = 10_000_000;
@@ -89,7 +90,6 @@ fn recorded(program: &Program) -> Result<Scene, Failure> {
 
 /// Refuses flags that a live run does not have.
 fn check(args: &SimulateArgs) -> Result<(), Failure> {
-    use tumble_scene::choices::SolverName;
     let solver = &args.setup.solver;
     let flags = [
         ("--solver ipopt", solver.solver == Some(SolverName::Ipopt)),

@@ -123,12 +123,6 @@ impl Program {
         Ok(Some(scene))
     }
 
-    /// The open session.
-    #[must_use]
-    pub fn open_session(&self) -> Option<&Session> {
-        self.session.as_ref()
-    }
-
     /// Answers a request in JSON.
     pub fn answer(&mut self, request: &[u8]) {
         self.numbers.clear();
