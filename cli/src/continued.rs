@@ -235,7 +235,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 }
 
 /// Scene of a run, as far as a continuation needs it.
-fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
+pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
     let model = run.model.clone();
     Ok(Scene {
         name: run.scene.clone(),

@@ -10,7 +10,7 @@ use tumble_film::{Cast, Keys, Role};
 use tumble_model::shown;
 use tumble_scene::output::tables::TableStep;
 use tumble_scene::run_file::{RunFile, heading};
-use tumble_view::{Fact, Film, FilmFrame, FilmGround};
+use tumble_view::{Fact, Film, FilmFrame, FilmGround, Takeover};
 
 /// Largest memory for the rows of a picture, bytes: a million rows of a box with contacts at all
 /// its corners.
@@ -66,9 +66,16 @@ pub fn film(
         film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
     }
     film.every = every;
+    film.takeover = run.as_ref().and_then(|_| takeover(&path, first?, every));
     film.title = run.as_ref().map_or(String::new(), title);
     film.facts = run.map_or(Vec::new(), facts);
     Ok(Some(film))
+}
+
+/// Command that takes over from a row of `table`, in its folder.
+fn takeover(table: &Path, first: u64, every: u64) -> Option<Takeover> {
+    let name = table.file_name()?.to_str()?;
+    Some(Takeover { command: format!("tumble run --live --from {name} --at"), first, every })
 }
 
 /// Checks that contacts refer to existing bodies and pieces.

@@ -21,6 +21,7 @@ mod gif;
 mod gradient;
 mod input;
 mod inspect;
+mod live;
 mod new_scene;
 mod outcome;
 mod output;

@@ -7,6 +7,7 @@ use super::describe::describe;
 use super::directory::{Claims, OutputDirectory};
 use super::exported::Exported;
 use super::file_names::{self, RUN_JSON};
+use super::live::{self, Live};
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
@@ -28,16 +29,23 @@ use tumble_scene::run_file::RunFile;
 /// Runs the default command in four parts:
 ///
 /// 1. The scene is made and checked, and the simulation created or restored from a checkpoint.
-/// 2. The output directory is locked, and temporary files are opened.
+/// 2. The output directory is locked, a live run is played, and temporary files are opened.
 /// 3. The steps are computed and written.
 /// 4. The files are completed and renamed. Pictures are drawn from them.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let (scene, before) = match &args.continued {
-        None => (scene::of_args(&args.setup)?, None),
+        None => (live::taken_over(args)?.map_or_else(|| scene::of_args(&args.setup), Ok)?, None),
         Some(directory) => {
             let (scene, before) = Continued::read(args, directory)?;
             (scene, Some(before))
         }
+    };
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let (scene, played) = if args.live.is_live {
+        let played = Live::new(args, scene, &interrupt)?;
+        (played.scene()?, Some(played))
+    } else {
+        (scene, None)
     };
     let exported = args
         .output
@@ -48,7 +56,6 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
     check_kept(args, &scene, &kept)?;
     pictures::check(args, kept.rows(scene.rows), kept.every as f64 * scene.world.time_step())?;
-    let interrupt = Arc::new(AtomicBool::new(false));
     let mut simulation = scene.simulation(&interrupt)?;
     if let Some(before) = &before {
         before.restore(&mut simulation)?;
@@ -56,16 +63,24 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
     // Signals are handled before the first file is created, so that an early signal leaves no file.
     raise_on_signals(&interrupt)?;
-    let mut files = RunWriter::names(&scene, &kept);
-    files.extend([RUN_JSON, continued::FILE].map(str::to_owned));
-    files.extend(pictures::names(args));
     let claims = Claims {
-        files: files.clone(),
+        files: names(args, &scene, &kept),
         alike: file_names::of_rows().collect(),
         overwrite: args.output.overwrite,
         continues: args.continued.as_deref() == Some(args.out()),
     };
     let out = OutputDirectory::for_run(args.out(), claims)?;
+    let scene = match played {
+        None => scene,
+        Some(played) => {
+            let scene = played.play(args, &interrupt)?;
+            // The steps are computed again. Another Ctrl-C interrupts that.
+            interrupt.store(false, Ordering::Relaxed);
+            simulation = scene.simulation(&interrupt)?;
+            scene
+        }
+    };
+    let files = names(args, &scene, &kept);
     let mut voice = Voice::new(args.output.quiet);
     if let Some(note) = scene::note(&scene) {
         voice.say(&note);
@@ -136,6 +151,14 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         RunOutcome::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         RunOutcome::Complete => Outcome::Done,
     })
+}
+
+/// Names of the files of a run.
+fn names(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Vec<String> {
+    let mut names = RunWriter::names(scene, kept);
+    names.extend([RUN_JSON, continued::FILE].map(str::to_owned));
+    names.extend(pictures::names(args));
+    names
 }
 
 /// Failure of a started run. Its rows are kept if it has a checkpoint.

@@ -85,23 +85,31 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   if (drawing) drawing.stage.isStale = true;
   repaint();
 });
-addEventListener("hashchange", openAddress);
+if (!isLive) addEventListener("hashchange", openAddress);
 new ResizeObserver(repaint).observe($("stages"));
 
 // Requests from the console of the browser or a test.
 globalThis.playground = { ask: asked };
 
+document.body.classList.toggle("live", isLive);
+
+// Where the program of the page is.
+async function sourceOf({ dataset, textContent }) {
+  if (dataset.live) return { address: `ws://${location.host}${location.pathname}${dataset.live}` };
+  return { module: await WebAssembly.compile(await unpacked(textContent)) };
+}
+
 (async () => {
   try {
-    const module = await WebAssembly.compile(await unpacked($("program").textContent));
-    program = new Program(module);
+    program = new Program(await sourceOf($("program")));
     const answer = await program.ask({ do: "scenes" });
     if (answer.trap) throw new Error(answer.trap);
     ({ scenes, statuses } = answer);
   } catch (error) {
-    put($("wait"), `The program does not start here: ${error.message}. A recent browser with WebAssembly is needed.`);
+    put($("wait"), `The program does not start here: ${error.message}. A recent browser${isLive ? "" : " with WebAssembly"} is needed.`);
     return;
   }
   scenes.forEach(({ title }, i) => $("scene").append(element("option", { value: String(i) }, title)));
-  await openAddress();
+  if (isLive) await attach();
+  else await openAddress();
 })();

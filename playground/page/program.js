@@ -1,9 +1,9 @@
 // The program in its worker, one request after the other.
 
 class Program {
-  // `module` is compiled WebAssembly.
-  constructor(module) {
-    this.module = module;
+  // `source` has the `module` of compiled WebAssembly or the `address` of a server.
+  constructor(source) {
+    this.source = source;
     this.start();
   }
 
@@ -23,7 +23,7 @@ class Program {
       event.preventDefault();
       this.end("the worker stopped");
     };
-    this.worker.postMessage({ module: this.module });
+    this.worker.postMessage(this.source);
   }
 
   // True while an answer is due.

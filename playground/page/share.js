@@ -33,6 +33,10 @@ async function textOf(fragment) {
 async function openSharing() {
   const text = await presentText();
   if (text === null) return;
+  if (isLive) {
+    $("sharing").showModal();
+    return;
+  }
   const fragment = await fragmentOf(text);
   history.replaceState(null, "", fragment);
   $("link").value = location.href;

@@ -7,6 +7,8 @@ const MOST_STEPS = 2000;
 // Time after which a step is slow, and after which another scene ends it (ms).
 const SLOW_STEP = 500;
 
+// True if a server computes.
+const isLive = $("program").dataset.live !== "";
 const isPair = false;
 // The program of the page, scenes and names of statuses.
 let program = null;
@@ -58,7 +60,8 @@ async function asked(request) {
 // The program ended by itself.
 function stopped(why) {
   play(false);
-  alarm(`The program stopped (${why}). Choose a scene to start it again.`);
+  const remedy = isLive ? "Reload the page to connect again." : "Choose a scene to start it again.";
+  alarm(`The program stopped (${why}). ${remedy}`);
   program.restart();
   opened += 1;
   return { error: why };
@@ -91,13 +94,18 @@ async function open(text) {
 }
 let lastAnswer = 0;
 
+// Shows the scene that is open in the server.
+async function attach() {
+  await asked({ do: "look" });
+}
+
 // Takes the description of a scene: `request` made it.
 function describe(answer, request) {
   look = answer;
   const values = valuesOf(answer);
   for (const slider of sliders) slider.set(values[slider.kind.name]);
   const kind = Object.keys(request.change ?? { scene: 1 })[0];
-  const isNew = request.do === "open";
+  const isNew = request.do === "open" || request.do === "look";
   touched = Math.min(touched, answer.masses.length - 1);
   const names = answer.film.bodies.map(({ name }) => name);
   const isOther = String(names) !== String(drawing?.run.bodies.map(({ name }) => name));

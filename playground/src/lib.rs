@@ -12,6 +12,7 @@
 //! - [`session`] steps a scene, forwards and back.
 //! - [`pull`] is the spring between a body and the pointer. Its forces are loads of the scene.
 //! - [`change`] makes the text of a changed scene.
+//! - [`server`] gives the page a native program instead, on this machine.
 //! - [`request`] is the language between the page and the program, and [`port`] its door.
 //!
 //! # The door
@@ -36,3 +37,5 @@ pub mod session;
 mod packed;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod page;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod server;

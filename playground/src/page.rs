@@ -33,8 +33,34 @@ pub fn page(program: &[u8]) -> Result<String, String> {
             "the program is not WebAssembly; build it for wasm32-unknown-unknown".to_owned()
         );
     }
-    let text = |bytes: &[u8]| packed(bytes).map_err(|error| error.to_string());
-    let program = text(program)?;
+    assembled(Source { program: text(program)?, live: "", connections: String::new() })
+}
+
+/// Page whose program is a server on one of the `hosts` (address and port).
+///
+/// # Errors
+/// A mark of the template without a part.
+pub fn live_page(hosts: &[String]) -> Result<String, String> {
+    let hosts: Vec<_> = hosts.iter().map(|host| format!("ws://{host}")).collect();
+    let connections = format!("; connect-src {}", hosts.join(" "));
+    assembled(Source { program: String::new(), live: "live", connections })
+}
+
+/// Program of a page.
+struct Source {
+    /// Packed WebAssembly, or nothing.
+    program: String,
+    /// Path of the server's socket beside the page, or nothing.
+    live: &'static str,
+    /// Directive of the page's policy for connections, or nothing.
+    connections: String,
+}
+
+fn text(bytes: &[u8]) -> Result<String, String> {
+    packed(bytes).map_err(|error| error.to_string())
+}
+
+fn assembled(source: Source) -> Result<String, String> {
     let LiveParts { style, base, stage, drawer, drawer_licence } = live_parts();
     let scene = SCENE.replace("  // STAGE\n", &stage).replace("  // OVERLAYS\n", OVERLAYS);
     let scripts = [&base, LIVE, &scene].into_iter().chain(SCRIPTS);
@@ -42,7 +68,9 @@ pub fn page(program: &[u8]) -> Result<String, String> {
     let script = format!("(() => {{\n\"use strict\";\n{script}}})();\n");
     let parts = [
         ("style", style + STYLE),
-        ("program", program),
+        ("connections", source.connections),
+        ("live", source.live.to_owned()),
+        ("program", source.program),
         ("worker", WORKER.to_owned()),
         ("drawer-licence", drawer_licence.to_owned()),
         ("drawer", text(drawer.as_bytes())?),

@@ -1,15 +1,18 @@
 //! Requests of the page and their answers, as JSON and numbers.
 
 use crate::change::Change;
-use crate::scenes::SCENES;
+use crate::scenes::{self, SCENES};
 use crate::session::{Hit, Session};
 use crate::{export, frame};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_core::step::StepStatus;
 use tumble_film::{Cast, Role};
 use tumble_model::failure::Failure;
+use tumble_scene::scene::Scene;
 use tumble_view::FilmGround;
 
 /// A request of the page.
@@ -23,6 +26,8 @@ pub enum Request {
         /// Text of the scenario file.
         text: String,
     },
+    /// Description of the open scene, and its present moment.
+    Look,
     /// The scene from its start.
     Restart,
     /// Steps.
@@ -73,6 +78,10 @@ pub struct Aim {
 #[derive(Default)]
 pub struct Program {
     session: Option<Session>,
+    /// Scene that the list has first.
+    first: Option<First>,
+    /// Ends a request of many steps once it is true.
+    end: Arc<AtomicBool>,
     /// Sessions before a change, the last at the end.
     past: Vec<Session>,
     /// The scene at its start, with all changes.
@@ -83,7 +92,37 @@ pub struct Program {
     pub numbers: Vec<f64>,
 }
 
+/// A scene at the head of the list.
+struct First {
+    title: String,
+    text: String,
+}
+
 impl Program {
+    /// Program in which a scene is open. Once `end` is true, it takes no more steps.
+    ///
+    /// # Errors
+    /// A scene that no text can hold, see [`Session::of_scene`].
+    pub fn of_scene(scene: Scene, end: Arc<AtomicBool>) -> Result<Self, String> {
+        let title = scene.name.clone();
+        let session = Session::of_scene(scene)?;
+        let first = First { title, text: session.text().to_owned() };
+        let origin = Some(session.restarted()?);
+        Ok(Self { first: Some(first), session: Some(session), origin, end, ..Self::default() })
+    }
+
+    /// Scene of the steps since the last change, with the pulls. It has as many rows as were
+    /// simulated. `None` if no scene is open.
+    ///
+    /// # Errors
+    /// A text that cannot be read.
+    pub fn recorded(&self) -> Result<Option<Scene>, Failure> {
+        let Some(session) = &self.session else { return Ok(None) };
+        let mut scene = scenes::read(&export::text(session))?;
+        scene.rows = session.simulation().index() - scene.start_index + 1;
+        Ok(Some(scene))
+    }
+
     /// Answers a request in JSON.
     pub fn answer(&mut self, request: &[u8]) {
         self.numbers.clear();
@@ -95,7 +134,8 @@ impl Program {
     fn answered(&mut self, request: Request) -> Result<Value, String> {
         let mut contacts = false;
         let answer = match request {
-            Request::Scenes => return Ok(list()),
+            Request::Scenes => return Ok(self.list()),
+            Request::Look => self.look()?,
             Request::Open { text } => {
                 let session = Session::open(&text)?;
                 self.origin = Some(session.restarted()?);
@@ -111,8 +151,11 @@ impl Program {
             }
             Request::Step { count, contacts: wanted } => {
                 contacts = wanted;
+                let end = Arc::clone(&self.end);
                 let session = self.session()?;
-                (0..count).try_for_each(|_| session.step())?;
+                (0..count)
+                    .take_while(|_| !end.load(Ordering::Relaxed))
+                    .try_for_each(|_| session.step())?;
                 json!({})
             }
             Request::Back { contacts: wanted } => {
@@ -189,6 +232,15 @@ impl Program {
         Ok(json!({ "body": hit.body, "point": <[f64; 3]>::from(hit.point) }))
     }
 
+    /// Scenes and names of the statuses.
+    fn list(&self) -> Value {
+        let first = self.first.iter().map(|first| (first.title.as_str(), first.text.as_str()));
+        let scenes = first.chain(SCENES.iter().map(|scene| (scene.title, scene.text)));
+        let scenes: Vec<_> =
+            scenes.map(|(title, text)| json!({ "title": title, "text": text })).collect();
+        json!({ "scenes": scenes, "statuses": StepStatus::ALL.map(StepStatus::name) })
+    }
+
     /// Description of the scene for the drawing and the controls.
     fn look(&mut self) -> Result<Value, String> {
         let session = self.session()?;
@@ -213,12 +265,6 @@ const MOST_PAST: usize = 20;
 
 fn no_scene() -> String {
     "No scene is open.".to_owned()
-}
-
-fn list() -> Value {
-    let scenes = SCENES.map(|scene| json!({ "title": scene.title, "text": scene.text }));
-    let statuses = StepStatus::ALL.map(StepStatus::name);
-    json!({ "scenes": scenes, "statuses": statuses })
 }
 
 /// Bodies, fixed pieces and ground as the page draws them, as JSON.

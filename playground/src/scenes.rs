@@ -21,15 +21,15 @@ pub const SCENES: [PageScene; 8] = [
     PageScene {
         title: "Thrown cube",
         // Without a solver, the command line solves this notation by Ipopt.
-        text: concat!(include_str!("../../scenarios/drop.toml"), "\n[solver]\nname = \"native\"\n"),
+        text: concat!(include_str!("../scenes/drop.toml"), "\n[solver]\nname = \"native\"\n"),
     },
-    PageScene { title: "Arch", text: include_str!("../../scenarios/arch.toml") },
-    PageScene { title: "House of cards", text: include_str!("../../scenarios/card-house.toml") },
-    PageScene { title: "Dominoes", text: include_str!("../../scenarios/dominoes.toml") },
-    PageScene { title: "Marbles", text: include_str!("../../scenarios/marbles.toml") },
-    PageScene { title: "Tower", text: include_str!("../../scenarios/stack.toml") },
-    PageScene { title: "Robot", text: include_str!("../../scenarios/quadruped.toml") },
-    PageScene { title: "Conveyor", text: include_str!("../../scenarios/tray-and-conveyor.toml") },
+    PageScene { title: "Arch", text: include_str!("../scenes/arch.toml") },
+    PageScene { title: "House of cards", text: include_str!("../scenes/card-house.toml") },
+    PageScene { title: "Dominoes", text: include_str!("../scenes/dominoes.toml") },
+    PageScene { title: "Marbles", text: include_str!("../scenes/marbles.toml") },
+    PageScene { title: "Tower", text: include_str!("../scenes/stack.toml") },
+    PageScene { title: "Robot", text: include_str!("../scenes/quadruped.toml") },
+    PageScene { title: "Conveyor", text: include_str!("../scenes/tray-and-conveyor.toml") },
 ];
 
 /// Place of all scenes in the tree of the page's files.
@@ -37,7 +37,7 @@ const PLACE: &str = "scenarios/scene.toml";
 
 /// Files that scenes of the page can read.
 const FILES: [(&str, &[u8]); 1] =
-    [("data/robots/quadruped.urdf", include_bytes!("../../data/robots/quadruped.urdf"))];
+    [("data/robots/quadruped.urdf", include_bytes!("../scenes/quadruped.urdf"))];
 
 /// Scene of a text, with the native solver and the seed of its file.
 ///

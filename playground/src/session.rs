@@ -11,6 +11,7 @@ use tumble_core::query::{Query, Ray};
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_scene::scene::Scene;
+use tumble_scene::written;
 
 /// A scene with its simulation. The text of the scene gives the same bits on the command line.
 pub struct Session {
@@ -35,7 +36,17 @@ impl Session {
     /// # Errors
     /// The first fault of the text.
     pub fn open(text: &str) -> Result<Self, String> {
-        Self::of(text.to_owned(), false)
+        let scene = scenes::read(text).map_err(|failure| failure.to_string())?;
+        let is_own = written::text(&scene).is_ok_and(|own| own == text) && !scene.trajectory;
+        Self::new(text.to_owned(), scene, is_own)
+    }
+
+    /// Session of a scene, whose text is that of the page. It has the native solver.
+    ///
+    /// # Errors
+    /// A scene that no text can hold.
+    pub fn of_scene(scene: Scene) -> Result<Self, String> {
+        Self::new(String::new(), scene, false)?.rewritten()
     }
 
     /// Session that continues this one with a text of the page.
@@ -45,6 +56,10 @@ impl Session {
 
     fn of(text: String, is_own: bool) -> Result<Self, String> {
         let scene = scenes::read(&text).map_err(|failure| failure.to_string())?;
+        Self::new(text, scene, is_own)
+    }
+
+    fn new(text: String, scene: Scene, is_own: bool) -> Result<Self, String> {
         let never = Arc::new(AtomicBool::new(false));
         let simulation = scene.simulation(&never).map_err(|failure| failure.to_string())?;
         let mut session = Self {

@@ -4,6 +4,7 @@ use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
 use crate::values;
 use clap::Args;
 use nalgebra::Vector3;
+use std::net::SocketAddr;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -25,6 +26,8 @@ pub struct SimulateArgs {
     #[arg(long = "continue", value_name = "DIR", help_heading = "Output",
         conflicts_with_all = ["scene", "scenario", "file"])]
     pub continued: Option<PathBuf>,
+    #[command(flatten, next_help_heading = "Live")]
+    pub live: LiveArgs,
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,
     #[command(flatten, next_help_heading = "Pictures")]
@@ -167,6 +170,33 @@ pub struct SolverArgs {
     /// failed.
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
+}
+
+/// A run that one can touch.
+#[derive(Debug, Args)]
+pub struct LiveArgs {
+    /// Serve a page on this machine in which bodies can be pulled and constants changed while the
+    /// scene runs.
+    ///
+    /// Its address is printed. Ctrl-C ends the run. The steps since the last change are then
+    /// written to --out with the pulls as loads, as a run that `tumble verify` checks. The solver
+    /// is the native one.
+    #[arg(id = "live", long = "live", conflicts_with = "continued")]
+    pub is_live: bool,
+    /// Start the live run from a moment of an earlier run, with its scene: one of its tables.
+    #[arg(id = "from", long = "from", value_name = "TABLE", requires = "live",
+        conflicts_with_all = ["scene", "scenario", "file"])]
+    pub from: Option<PathBuf>,
+    /// Index k of that moment [default: the last one of the table].
+    #[arg(id = "at", long = "at", value_name = "K", value_parser = values::start_index,
+        requires = "from", allow_hyphen_values = true)]
+    pub at: Option<u64>,
+    /// Address and port of the page, of one interface of this machine [default: 127.0.0.1 and a
+    /// free port].
+    ///
+    /// Other machines reach only an address that is not 127.0.0.1. The connection is not encrypted.
+    #[arg(id = "live-address", long = "live-address", value_name = "IP:PORT", requires = "live")]
+    pub address: Option<SocketAddr>,
 }
 
 /// Files of a run.

@@ -25,6 +25,7 @@ mod interrupted;
 mod joints;
 mod kept;
 mod leftovers;
+mod live;
 mod locks;
 mod mechanisms;
 mod meshes;

@@ -71,6 +71,7 @@ pub fn film(cast: Cast<'_>, frames: Vec<FilmFrame>) -> Film {
     let mut film = Film {
         title: String::new(),
         facts: Vec::new(),
+        takeover: None,
         time_step: world.time_step(),
         every: 1,
         gravity: *world.gravity(),

@@ -15,6 +15,8 @@ pub struct Film {
     pub title: String,
     /// Further information for the page.
     pub facts: Vec<Fact>,
+    /// Command that takes over from a frame; `None` if unknown.
+    pub takeover: Option<Takeover>,
     /// Time step h (s).
     pub time_step: f64,
     /// Number of steps between frames.
@@ -234,6 +236,17 @@ pub enum Status {
     Wild,
     /// Not converged within the tolerance.
     Failed,
+}
+
+/// Command that takes over from a frame of a film.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Takeover {
+    /// Command, which the step index of the frame completes.
+    pub command: String,
+    /// Step index of the first frame.
+    pub first: u64,
+    /// Number of steps between frames.
+    pub every: u64,
 }
 
 impl Film {

@@ -31,6 +31,6 @@ pub mod view;
 
 pub use film::{
     Fact, Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmJoint, FilmLoad,
-    FilmPartner, FilmPlace, FilmPose, FilmTie, Status,
+    FilmPartner, FilmPlace, FilmPose, FilmTie, Status, Takeover,
 };
 pub use shape::{FilmHull, FilmMesh, FilmPiece};

@@ -93,6 +93,7 @@ pub fn floating_cube(steps: u64) -> Film {
     Film {
         title: "a floating cube".to_owned(),
         facts: Vec::new(),
+        takeover: None,
         time_step,
         every: 1,
         gravity: Vector3::zeros(),

@@ -148,7 +148,12 @@ impl Browser {
 
     /// Opens a page with a fragment such as `#t=1`.
     pub fn open_at(&self, page: &Path, fragment: &str) {
-        self.post("/url", json!({ "url": format!("file://{}{fragment}", page.display()) }));
+        self.open_url(&format!("file://{}{fragment}", page.display()));
+    }
+
+    /// Opens the page of an address.
+    pub fn open_url(&self, url: &str) {
+        self.post("/url", json!({ "url": url }));
         self.settle();
     }
 

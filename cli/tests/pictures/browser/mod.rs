@@ -5,6 +5,7 @@
 
 mod choices;
 mod driver;
+mod live;
 mod meshes;
 mod pages;
 mod playground;

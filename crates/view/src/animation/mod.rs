@@ -85,6 +85,7 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
     let film = Film {
         title: String::new(),
         facts: Vec::new(),
+        takeover: None,
         fixed: film.fixed.clone(),
         bodies: film.bodies.clone(),
         joints: film.joints.clone(),
@@ -108,6 +109,7 @@ pub(crate) fn usual_view(film: &Film) -> View {
     let film = Film {
         title: String::new(),
         facts: Vec::new(),
+        takeover: None,
         fixed: film.fixed.clone(),
         bodies: film.bodies.clone(),
         joints: Vec::new(),

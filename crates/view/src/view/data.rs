@@ -5,7 +5,7 @@ use super::encode::{PackedNumbers, packed, packed_rows};
 use super::facts;
 use super::poses::{EncodedPoses, digit};
 use crate::animation;
-use crate::film::{Fact, Film, FilmFixed, FilmJoint, Status};
+use crate::film::{Fact, Film, FilmFixed, FilmJoint, Status, Takeover};
 use crate::forces::Scale;
 use crate::palette::{self, css};
 use crate::plot::PlotSheet;
@@ -26,6 +26,7 @@ pub struct PageData {
 pub struct RunData {
     title: String,
     facts: Vec<Fact>,
+    takeover: Option<Takeover>,
     rows: usize,
     /// Time between frames (s).
     step: f64,
@@ -274,6 +275,7 @@ impl RunData {
         Self {
             title: film.title.clone(),
             facts: facts::facts(film),
+            takeover: film.takeover.clone(),
             rows: film.frames.len(),
             step: film.frame_time(),
             counts: counts.collect(),

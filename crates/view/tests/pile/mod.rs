@@ -214,6 +214,7 @@ pub fn film(steps: u64) -> Film {
     Film {
         title: "a hundred bodies, made by hand".to_owned(),
         facts: Vec::new(),
+        takeover: None,
         time_step: TIME_STEP,
         every: 1,
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),

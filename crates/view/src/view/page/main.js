@@ -271,6 +271,8 @@ $("least").addEventListener("change", () => {
   repaint();
 });
 $("save").addEventListener("click", savePicture);
+$("takeover").hidden = isPair || runs[0].data.takeover === null;
+$("takeover").addEventListener("click", takeOver);
 fillFixed((name, state) => {
   show.fixed.set(name, state);
   repaint();

@@ -19,6 +19,14 @@ function readLink() {
   if (Number.isFinite(wanted)) setTime(wanted);
 }
 
+// Shows the command that starts a live run from the moment shown.
+function takeOver() {
+  const [run] = runs;
+  const { command, first, every } = run.data.takeover;
+  put($("takeover-note").querySelector("code"), `${command} ${first + run.row(run.frame(time)) * every}`);
+  $("takeover-note").hidden = false;
+}
+
 // Saves the views side by side as one picture, with the time.
 function savePicture() {
   const shown = stages.filter(isShown);

@@ -1,0 +1,109 @@
+//! A run that one can touch: the page of the playground, with the steps computed here.
+
+use super::args::SimulateArgs;
+use super::continued;
+use super::outcome::{Failure, refuse_flags};
+use super::output;
+use super::recording::Recording;
+use super::scene::Scene;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble_model::shown;
+use tumble_playground::request::Program;
+use tumble_playground::server::Server;
+use tumble_scene::choices::SolverName;
+
+/// Maximum number of rows of a run.
+const MOST_ROWS: u64 = 10_000_000;
+
+/// A live run before its first step.
+pub struct Live {
+    server: Server,
+}
+
+impl Live {
+    /// Live run of `scene` until `end` is true.
+    pub fn new(args: &SimulateArgs, scene: Scene, end: &Arc<AtomicBool>) -> Result<Self, Failure> {
+        check(args)?;
+        let program = Program::of_scene(scene, Arc::clone(end));
+        let program = program.map_err(|why| Failure::Input(format!("--live: {why}")))?;
+        let address = args.live.address.unwrap_or((Ipv4Addr::LOCALHOST, 0).into());
+        let server = Server::bind(address, program).map_err(|error| cannot_serve(address, &error));
+        Ok(Self { server: server? })
+    }
+
+    /// Scene of the run as far as it went: with the changes, the pulls and the number of rows.
+    pub fn scene(&self) -> Result<Scene, Failure> {
+        recorded(&self.server.program())
+    }
+
+    /// Prints the address, serves until `end` is true, and returns the scene of what was shown.
+    pub fn play(self, args: &SimulateArgs, end: &AtomicBool) -> Result<Scene, Failure> {
+        let out = shown::path(args.out());
+        // Without the address nobody could open the page, so it is printed with --quiet as well.
+        output::say(&format!(
+            "{}\nCtrl-C ends the run and writes it to {out}\n",
+            self.server.url()
+        ))?;
+        self.server.serve(end);
+        recorded(&self.server.program())
+    }
+}
+
+/// Scene of the run of `--from`, at its moment `--at`; `None` without them.
+pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
+    let Some(path) = &args.live.from else { return Ok(None) };
+    let given = args.setup.given();
+    let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
+    refuse_flags("--from, whose run has it", &flags)?;
+    let mut recording = Recording::open(path, &args.setup.physics)?;
+    let run = recording.run.as_ref().ok_or_else(|| {
+        Failure::Input(format!("--from: {} has no run.json beside it", shown::path(path)))
+    })?;
+    let mut scene = continued::scene_of(run)?;
+    let mut moment = None;
+    while let Some(step) = recording.next_step()? {
+        let index = step.index();
+        moment = Some((index, step.states().to_vec()));
+        if args.live.at.is_some_and(|wanted| wanted <= index) {
+            break;
+        }
+    }
+    let (index, states) = moment.ok_or_else(|| recording.odd(&"it has no rows"))?;
+    if let Some(wanted) = args.live.at.filter(|wanted| *wanted != index) {
+        let why = format!("{} has no row k = {wanted}; give one of its rows", shown::path(path));
+        return Err(Failure::setting("at", why));
+    }
+    let mut model = scene.model.clone();
+    model.start_at(&states, index as f64 * scene.world.time_step())?;
+    scene.start_index = index;
+    scene.with_model(model).map(Some)
+}
+
+fn recorded(program: &Program) -> Result<Scene, Failure> {
+    let none = || Failure::Other("--live: no scene is open".to_owned());
+    let mut scene = program.recorded()?.ok_or_else(none)?;
+    scene.rows = scene.rows.min(MOST_ROWS);
+    Ok(scene)
+}
+
+/// Refuses flags that a live run does not have.
+fn check(args: &SimulateArgs) -> Result<(), Failure> {
+    let solver = &args.setup.solver;
+    let flags = [
+        ("--solver ipopt", solver.solver == Some(SolverName::Ipopt)),
+        ("--preset", solver.preset.is_some()),
+        ("--residual", solver.residual.is_some()),
+        ("--threads", solver.threads.is_some()),
+        ("--substeps", solver.substeps.is_some()),
+        ("--on-failure", solver.on_failure.is_some()),
+        ("--steps", args.setup.scene.steps.is_some()),
+        ("--export-problems", args.output.export_problems.is_some()),
+    ];
+    refuse_flags("--live, whose page decides the number of steps and has the native solver", &flags)
+}
+
+fn cannot_serve(address: SocketAddr, error: &std::io::Error) -> Failure {
+    Failure::Input(format!("--live-address {address}: the page cannot be served there: {error}"))
+}

@@ -1,0 +1,267 @@
+//! Live runs: what the server refuses, and the record of what was touched.
+#![cfg(unix)]
+
+use crate::ROOT;
+use crate::support::{PROGRAM, Table, run, simulate};
+use serde_json::{Value, json};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+use tungstenite::client::IntoClientRequest as _;
+use tungstenite::{Message, WebSocket};
+
+/// Numbers of a frame before those of the bodies, and numbers of a body.
+const HEAD: usize = 20;
+const OF_BODY: usize = 7;
+/// Time for an answer.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A live run of the tower of ten boxes.
+struct Live {
+    child: Child,
+    directory: TempDir,
+    /// Address and port.
+    host: String,
+    token: String,
+}
+
+impl Live {
+    fn start() -> Self {
+        Self::start_of(&[&format!("{ROOT}/scenarios/stack.toml")])
+    }
+
+    /// Live run of a scene of these arguments.
+    fn start_of(scene: &[&str]) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let mut child = Command::new(PROGRAM)
+            .arg("run")
+            .args(scene)
+            .args(["--live", "--out"])
+            .arg(directory.path().join("out"))
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        let address = line.trim().strip_prefix("http://").unwrap();
+        let (host, token) = address.trim_end_matches('/').split_once('/').unwrap();
+        let (host, token) = (host.to_owned(), token.to_owned());
+        Self { child, directory, host, token }
+    }
+
+    /// Answer to the bytes of an HTTP request.
+    fn answered(&self, request: &[u8]) -> String {
+        let mut stream = TcpStream::connect(&self.host).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.write_all(request).unwrap();
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).unwrap();
+        String::from_utf8(answer).unwrap()
+    }
+
+    /// Status of the answer to a request with these fields beside the host.
+    fn status(&self, line: &str, fields: &str) -> u32 {
+        let host = &self.host;
+        let answer =
+            self.answered(format!("{line} HTTP/1.1\r\nHost: {host}\r\n{fields}\r\n").as_bytes());
+        answer.split(' ').nth(1).unwrap().parse().unwrap()
+    }
+
+    fn socket(&self) -> Socket {
+        let (host, token) = (&self.host, &self.token);
+        let stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut request = format!("ws://{host}/{token}/live").into_client_request().unwrap();
+        request.headers_mut().insert("origin", format!("http://{host}").parse().unwrap());
+        let (socket, _) = tungstenite::client(request, stream).unwrap();
+        Socket { socket }
+    }
+
+    /// Ends the run by Ctrl-C and waits for its files.
+    fn end(&mut self) -> i32 {
+        let killed =
+            Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap();
+        assert!(killed.success());
+        self.child.wait().unwrap().code().unwrap()
+    }
+
+    fn states(&self) -> PathBuf {
+        self.directory.path().join("out/states.csv")
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+struct Socket {
+    socket: WebSocket<TcpStream>,
+}
+
+impl Socket {
+    fn asked(&mut self, request: &Value) -> (Value, Vec<f64>) {
+        self.answer(&request.to_string())
+    }
+
+    /// Answer to a text: its fields and its numbers.
+    fn answer(&mut self, request: &str) -> (Value, Vec<f64>) {
+        self.socket.send(Message::text(request)).unwrap();
+        let Message::Binary(bytes) = self.socket.read().unwrap() else { panic!("a text") };
+        let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+        let text = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+        let numbers = bytes[(4 + length).next_multiple_of(8)..].chunks(8);
+        let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().unwrap());
+        (text, numbers.map(number).collect())
+    }
+
+    /// Code with which the server closes the socket.
+    fn closed(mut self) -> u16 {
+        match self.socket.read() {
+            Ok(Message::Close(Some(frame))) => frame.code.into(),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// Positions and attitudes of all bodies in the last rows of states.csv.
+fn last_states(table: &Table, bodies: usize) -> Vec<f64> {
+    let columns = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"].map(|name| table.numbers(name));
+    let rows = columns[0].len();
+    let row = |row: usize| columns.iter().map(move |column| column[row]);
+    (rows - bodies..rows).flat_map(row).collect()
+}
+
+#[test]
+fn a_pull_is_recorded_and_the_run_is_verified() {
+    let mut live = Live::start();
+    let mut socket = live.socket();
+    let (scene, _) = socket.asked(&json!({ "do": "look" }));
+    assert_eq!(scene["film"]["bodies"].as_array().unwrap().len(), 10);
+    socket.asked(&json!({ "do": "step", "count": 25, "contacts": false }));
+    let aim = json!({ "do": "grab", "origin": [5.0, 0.1, 0.95], "direction": [-1.0, 0.0, 0.0] });
+    assert_eq!(socket.asked(&aim).0["body"], 4);
+    for k in 0..60 {
+        let (x, z) = (0.2 + 0.02 * f64::from(k), 0.95 + 0.002 * f64::from(k));
+        socket.asked(&json!({ "do": "pull", "target": [x, 0.1, z] }));
+        socket.asked(&json!({ "do": "step", "count": 1, "contacts": false }));
+    }
+    socket.asked(&json!({ "do": "release" }));
+    // Another window continues where the first one was.
+    let mut other = live.socket();
+    let (_, shown) = other.asked(&json!({ "do": "step", "count": 115, "contacts": true }));
+    assert_eq!(socket.closed(), 1008);
+    assert_eq!(shown[0], 200.0);
+    assert_eq!(live.end(), 0);
+
+    let table = Table::parse(&std::fs::read_to_string(live.states()).unwrap());
+    let bodies = &shown[HEAD..HEAD + 10 * OF_BODY];
+    assert_eq!(last_states(&table, 10), bodies, "each number has the digits of its bits");
+    let verified = run(&["verify", live.states().to_str().unwrap()]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+    let run_json = live.directory.path().join("out/run.json");
+    let run_json: Value =
+        serde_json::from_str(&std::fs::read_to_string(run_json).unwrap()).unwrap();
+    assert!(!run_json["model"]["bodies"][4]["load"].is_null(), "the pull is a load");
+}
+
+#[test]
+fn a_live_run_takes_over_at_a_row_of_an_earlier_run() {
+    let before = simulate(&[
+        "run",
+        &format!("{ROOT}/scenarios/drop.toml"),
+        "--solver",
+        "native",
+        "--steps",
+        "400",
+    ]);
+    assert_eq!(before.end.code, Some(0), "{:?}", before.end);
+    let table = before.path("trajectory.csv");
+    let table = table.to_str().unwrap();
+    let row = |k: usize| -> Vec<f64> {
+        let columns = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"];
+        columns.map(|name| before.table().numbers(name)[k]).to_vec()
+    };
+    let mut live = Live::start_of(&["--from", table, "--at", "240"]);
+    let mut socket = live.socket();
+    let (_, start) = socket.asked(&json!({ "do": "step", "count": 0, "contacts": false }));
+    assert_eq!((start[0], &start[HEAD..]), (240.0, &row(240)[..]));
+    let (_, end) = socket.asked(&json!({ "do": "step", "count": 60, "contacts": false }));
+    assert_eq!(end[0], 300.0);
+    let apart = end[HEAD..].iter().zip(row(300)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    // The solver starts anew, so the last digits differ.
+    assert!(apart < 1e-6, "{apart}");
+    assert_eq!(live.end(), 0);
+    assert_eq!(run(&["verify", live.states().to_str().unwrap()]).code, Some(0));
+    let odd = ["run", "--live", "--from", table, "--at", "400"];
+    run(&odd).assert_refused(2, &["at", "k = 400"]);
+}
+
+#[test]
+fn strangers_and_odd_messages_are_refused_and_the_run_goes_on() {
+    let mut live = Live::start();
+    let token = live.token.clone();
+    let get = |path: &str| format!("GET /{path}");
+    assert_eq!(live.status(&get(&format!("{token}/")), ""), 200);
+    for (line, fields, status) in [
+        (get(""), "", 403),
+        (get(&format!("{}/", "0".repeat(token.len()))), "", 403),
+        (get(&token), "", 403),
+        (get(&format!("{token}/../etc/passwd")), "", 404),
+        (format!("POST /{token}/"), "", 405),
+        (get(&format!("{token}/")), "Host: other\r\n", 400),
+        (get(&format!("{token}/live")), "", 403),
+        (get(&format!("{token}/live")), "Origin: http://localhost\r\n", 403),
+        (get(&format!("{token}/live")), "Origin: null\r\n", 403),
+        (get(&format!("{token}/live")), &format!("Origin: http://{}\r\n", live.host), 426),
+        (get(&format!("{token}/")), &format!("A: {}\r\n", "a".repeat(20_000)), 431),
+        (get(&format!("{token}/")), &"A: a\r\n".repeat(100), 431),
+    ] {
+        assert_eq!(live.status(&line, fields), status, "{line} {fields}");
+    }
+    assert!(live.answered(b"\x16\x03\x01\x02\x00 TLS").starts_with("HTTP/1.1 400 "));
+    let foreign = format!("GET /{token}/ HTTP/1.1\r\nHost: tumble.example\r\n\r\n");
+    assert!(live.answered(foreign.as_bytes()).starts_with("HTTP/1.1 421 "));
+
+    let mut socket = live.socket();
+    for odd in ["", "{", "[]", r#"{"do":"dance"}"#, r#"{"do":"step","count":-1}"#] {
+        assert!(socket.answer(odd).0["error"].is_string(), "{odd}");
+    }
+    socket.asked(&json!({ "do": "step", "count": 7, "contacts": false }));
+    // A frame announces 16 MB.
+    let huge = [0x81, 0xff, 0, 0, 0, 0, 1, 0, 0, 0, 1, 2, 3, 4, 5];
+    let bad = [0xff, 0x80, 1, 2, 3, 4];
+    let broken = [0x81, 0x81, 0, 0, 0, 0, 0xff];
+    let binary = [0x82, 0x81, 0, 0, 0, 0, 1];
+    for (frame, code) in
+        [(&huge[..], 1009), (&bad[..], 1002), (&broken[..], 1007), (&binary[..], 1003)]
+    {
+        let mut socket = live.socket();
+        socket.socket.get_mut().write_all(frame).unwrap();
+        assert_eq!(socket.closed(), code);
+    }
+    let (_, shown) = live.socket().asked(&json!({ "do": "step", "count": 1, "contacts": false }));
+    assert_eq!(shown[0], 8.0);
+    assert_eq!(live.end(), 0);
+}
+
+#[test]
+fn flags_that_a_live_run_lacks_are_refused() {
+    let scene = format!("{ROOT}/scenarios/stack.toml");
+    let refused = |flags: &[&str], words: &[&str]| {
+        let directory = tempfile::tempdir().unwrap();
+        let out = directory.path().join("out");
+        let args = ["run", &scene, "--live", "--out", out.to_str().unwrap()];
+        run(&[&args, flags].concat()).assert_refused(2, words);
+        assert!(!out.exists());
+    };
+    refused(&["--steps", "3"], &["steps", "--live"]);
+    refused(&["--solver", "ipopt"], &["solver", "--live"]);
+    refused(&["--live-address", "0.0.0.0:0"], &["0.0.0.0", "all interfaces"]);
+    refused(&["--live-address", "192.0.2.1:0"], &["192.0.2.1", "cannot be served"]);
+}

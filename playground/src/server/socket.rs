@@ -1,0 +1,78 @@
+//! Conversation of a page with the program through a WebSocket.
+
+use super::{PAUSE, Server, finish};
+use crate::request::Program;
+use std::io::{self, ErrorKind};
+use std::net::TcpStream;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tungstenite::protocol::frame::coding::CloseCode;
+use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
+use tungstenite::{Error, Message, WebSocket};
+
+/// Size limit of a message (bytes): a scenario file of the largest size, with escapes.
+pub const LARGEST_MESSAGE: usize = 8 << 20;
+
+impl Server {
+    /// Answers requests until the page goes, another page comes or `end` is true.
+    pub(super) fn converse(&self, stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
+        let number = self.sockets.fetch_add(1, Ordering::Relaxed) + 1;
+        stream.set_read_timeout(Some(PAUSE))?;
+        let config = WebSocketConfig::default()
+            .max_message_size(Some(LARGEST_MESSAGE))
+            .max_frame_size(Some(LARGEST_MESSAGE));
+        let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config));
+        let (code, reason) = loop {
+            if end.load(Ordering::Relaxed) {
+                break (CloseCode::Away, "the run has ended");
+            }
+            if self.sockets.load(Ordering::Relaxed) != number {
+                break (CloseCode::Policy, "the scene was opened in another window");
+            }
+            match socket.read() {
+                Ok(Message::Text(text)) => {
+                    let answer = {
+                        let mut program = self.program();
+                        program.answer(text.as_bytes());
+                        message(&program)
+                    };
+                    match socket.send(Message::Binary(answer.into())) {
+                        Ok(()) => {}
+                        Err(_) => return Ok(()),
+                    }
+                }
+                Ok(Message::Binary(_)) => {
+                    break (CloseCode::Unsupported, "requests are text");
+                }
+                // Answers to pings and closings are sent with the next reading.
+                Ok(_) => {}
+                Err(Error::Io(error))
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+                Err(Error::Capacity(_)) => break (CloseCode::Size, "the message is too large"),
+                Err(Error::Protocol(_)) => {
+                    break (CloseCode::Protocol, "the message is malformed");
+                }
+                Err(Error::Utf8(_)) => break (CloseCode::Invalid, "the message is not UTF-8"),
+                Err(_) => return Ok(()),
+            }
+        };
+        close(socket, CloseFrame { code, reason: reason.into() })
+    }
+}
+
+/// Answer of a program: length of its text (u32, little-endian), text, spaces up to a multiple of 8
+/// bytes, numbers (f64, little-endian). `page/worker.js` reads it.
+fn message(program: &Program) -> Vec<u8> {
+    let mut message = Vec::with_capacity(16 + program.text.len() + 8 * program.numbers.len());
+    message.extend((program.text.len() as u32).to_le_bytes());
+    message.extend(program.text.bytes());
+    message.resize(message.len().next_multiple_of(8), b' ');
+    message.extend(program.numbers.iter().flat_map(|number| number.to_le_bytes()));
+    message
+}
+
+/// Closes a socket with a reason.
+fn close(mut socket: WebSocket<TcpStream>, frame: CloseFrame) -> io::Result<()> {
+    let _ = socket.close(Some(frame));
+    let _ = socket.flush();
+    finish(socket.get_mut())
+}
