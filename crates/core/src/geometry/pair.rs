@@ -58,7 +58,7 @@ impl Hint {
     pub(super) fn axis_of(&self, pair: &PiecePair<'_>) -> Option<Vector3<f64>> {
         let before = pair.rotation * self.axis?;
         let now = self.kind.and_then(|kind| match kind {
-            AxisSource::FaceA(face) => return Some(pair.a.faces().get(face)?.normal),
+            AxisSource::FaceA(face) => Some(pair.a.faces().get(face)?.normal),
             AxisSource::FaceB(face) => Some(pair.rotation * -pair.b.faces().get(face)?.normal),
             AxisSource::Edges(a, b) => {
                 let along_a = span(pair.a.vertices(), pair.a.edges().get(a)?).1;
