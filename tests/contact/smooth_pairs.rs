@@ -225,42 +225,108 @@ fn logs_rest_on_each_other() {
     }
 }
 
+/// A source of drawn pairs.
+struct Draw(rand_mt::Mt);
+
+impl Draw {
+    /// A number from −1 to 1.
+    fn number(&mut self) -> f64 {
+        f64::from(self.0.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
+    }
+
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.number())
+    }
+
+    /// A piece of kind 0 to 5 with sizes of 0.1 m times or divided by up to `factor`.
+    fn piece(&mut self, kind: usize, factor: f64) -> Piece {
+        let sizes = Vector3::from_fn(|_, _| 0.1 * factor.powf(self.number()));
+        let piece = match kind {
+            0 => Piece::cuboid(sizes),
+            1 => Piece::sphere(sizes.x),
+            2 => Piece::capsule(sizes.x, sizes.y),
+            3 => Piece::cylinder(sizes.x, sizes.y, SIDES),
+            4 => Piece::cone(sizes.x, sizes.y, SIDES),
+            _ => Piece::ellipsoid(sizes, SIDES),
+        };
+        piece.unwrap()
+    }
+
+    /// Bodies of all pairs of kinds, in turn. The second flies at the first one's centre with `speed`
+    /// (m/s) from `distance` (m).
+    fn pair(
+        &mut self,
+        number: usize,
+        factor: f64,
+        (speed, distance): (f64, f64),
+    ) -> ([RigidBody; 2], [State; 2]) {
+        let bodies = [
+            solid(1.0, self.piece(number % 6, factor)),
+            solid(0.5, self.piece(number / 6 % 6, factor)),
+        ];
+        let way = self.vector().normalize();
+        let mut state = |position: Vector3<f64>, velocity: Vector3<f64>| {
+            let attitude = self.vector().push(self.number()).normalize();
+            State { position, attitude, velocity, spin: self.vector() * 2.0 }
+        };
+        let zero = Vector3::zeros();
+        let states = [state(zero, zero), state(way * distance, way * -speed)];
+        (bodies, states)
+    }
+}
+
+/// World of two bodies without gravity.
+fn in_space(bodies: Vec<RigidBody>, time_step: f64) -> World {
+    let world = world(bodies, Vec::new(), 0.5, time_step);
+    World::new(Parameters { gravity: Vector3::zeros(), ..world.parameters().clone() }).unwrap()
+}
+
+/// 1080 drawn pairs of all shapes meet. The states after two steps of contact do not depend on which
+/// body is the first. Pieces that would overlap deeply have several axes, so one pair in a hundred
+/// may differ.
+#[test]
+fn the_order_of_bodies_does_not_matter() {
+    let mut draw = Draw(rand_mt::Mt::new(5));
+    let mut differ = Vec::new();
+    for number in 0..1080 {
+        let (bodies, states) = draw.pair(number, 2.0, (3.0, 0.9));
+        let after = |order: [usize; 2]| {
+            let world = in_space(order.map(|at| bodies[at].clone()).to_vec(), 0.002);
+            let states = order.map(|at| states[at]);
+            let mut run = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+            let (mut record, mut met) = (StepRecord::new(), 0);
+            for _ in 0..400 {
+                run.step(&mut record).unwrap();
+                met += usize::from(touches(&record) || met > 0);
+                if met == 2 {
+                    break;
+                }
+            }
+            assert_eq!(met, 2, "pair {number}");
+            order.map(|at| record.solution.states[at])
+        };
+        let (one, other) = (after([0, 1]), after([1, 0]));
+        let apart = |at: usize| (one[at].velocity - other[at].velocity).norm();
+        // Impacts of 3 m/s, each solved to 1e-9.
+        if apart(0).max(apart(1)) > 1e-6 {
+            differ.push((number, apart(0)));
+        }
+    }
+    assert!(differ.len() <= 10, "{differ:?}");
+}
+
 /// 1000 pairs of drawn shapes fly at each other, some by more than their size in a step. None
 /// passes through the other in a step that counts as good.
 #[test]
 #[ignore = "slow"]
 fn fast_pairs_do_not_pass_unseen() {
-    let mut draw = rand_mt::Mt::new(11);
-    let mut number = move || f64::from(draw.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let mut draw = Draw(rand_mt::Mt::new(11));
     let (mut met, mut passed) = (0, Vec::new());
-    for pair in 0..1000 {
-        let mut piece = |kind: usize| {
-            let mut size = || 0.1 * 3.0_f64.powf(number());
-            let sizes = Vector3::from_fn(|_, _| size());
-            let piece = match kind {
-                0 => Piece::cuboid(sizes),
-                1 => Piece::sphere(sizes.x),
-                2 => Piece::capsule(sizes.x, sizes.y),
-                3 => Piece::cylinder(sizes.x, sizes.y, SIDES),
-                4 => Piece::cone(sizes.x, sizes.y, SIDES),
-                _ => Piece::ellipsoid(sizes, SIDES),
-            };
-            piece.unwrap()
-        };
-        let pieces = [piece(pair % 6), piece(pair / 6 % 6)];
-        let bodies = vec![solid(1.0, pieces[0].clone()), solid(0.5, pieces[1].clone())];
-        let world = world(bodies, Vec::new(), 0.5, 0.01);
-        let gravity = Vector3::zeros();
-        let world = World::new(Parameters { gravity, ..world.parameters().clone() }).unwrap();
-        let mut vector = || Vector3::from_fn(|_, _| number());
-        let way = vector().normalize();
-        let mut drawn = |position: Vector3<f64>, velocity: Vector3<f64>| {
-            let q = vector().push(vector().x).normalize();
-            State { position, attitude: q, velocity, spin: vector() * 5.0 }
-        };
-        let speed = 5.0 * 3.0_f64.powf((pair % 7) as f64 / 2.0);
-        let starts = [drawn(Vector3::zeros(), Vector3::zeros()), drawn(way * 1.5, way * -speed)];
-        let mut run = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
+    for number in 0..1000 {
+        let speed = 5.0 * 3.0_f64.powf((number % 7) as f64 / 2.0);
+        let (bodies, states) = draw.pair(number, 3.0, (speed, 1.5));
+        let world = in_space(bodies.to_vec(), 0.01);
+        let mut run = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
         let mut record = StepRecord::new();
         let (mut has_met, mut is_reported) = (false, false);
         for _ in 0..(1.5 / (speed * 0.01)) as usize + 3 {
@@ -271,7 +337,7 @@ fn fast_pairs_do_not_pass_unseen() {
         met += usize::from(has_met);
         // The line of approach goes through both centres, so all pairs meet.
         if !has_met && !is_reported {
-            passed.push(pair);
+            passed.push(number);
         }
     }
     assert!(passed.is_empty() && met > 950, "{met} met; passed: {passed:?}");

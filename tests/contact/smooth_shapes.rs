@@ -336,10 +336,9 @@ fn drops_of_all_sizes_are_solved() {
     assert!(failed.len() * 100_000 <= steps, "{}", failed.join("\n"));
 }
 
-/// A tippe top is a ball whose centre of mass is below its centre by a. Sliding friction turns it
-/// over: the centre of mass ends above the centre, because the inequalities of Ciocci and Langerock
-/// ("Dynamics of the tippe top via Routhian reduction", 2007) hold for fast spins,
-/// (1 − a/R) < I/C < (1 + a/R).
+/// A tippe top is a ball of radius R whose centre of mass is below its centre by a. With the moments
+/// C about its axis and I across, sliding friction turns a fast one over if 1 − a/R < I/C < 1 + a/R
+/// (Ciocci and Langerock, "Dynamics of the tippe top via Routhian reduction", 2007).
 #[test]
 fn a_tippe_top_turns_over() {
     let (radius, offset, mass, h) = (0.02, 0.006, 0.02, 0.0002);

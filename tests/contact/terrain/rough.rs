@@ -44,8 +44,7 @@ fn throw(name: &str, piece: &Piece, seed: u64, rough: f64, steps: usize) -> [usi
         let gained = energy(&state) - energy(&before);
         // Rolling from an edge onto a face leaves an overlap, and the next step ends it. A larger gain
         // is marked.
-        let status = record.report.status;
-        let may = gained < 1e-2 || status == StepStatus::Wild;
+        let may = gained < 3e-3 || record.report.status == StepStatus::Wild;
         assert!(may, "{name}, seed {seed}, step {k}: {gained:e} J");
         assert!(state.position.z > 0.0, "{name}, seed {seed}, step {k}: below the terrain");
         before = state;
@@ -53,7 +52,7 @@ fn throw(name: &str, piece: &Piece, seed: u64, rough: f64, steps: usize) -> [usi
     let overlap = Candidates::new().deepest_overlap(&world, &[before]);
     let depth = overlap.map_or(0.0, |(depth, ..)| depth);
     // The square of the rotation in a step, which the next step removes.
-    assert!(depth < 5e-4, "{name}, seed {seed}: {depth:e} m deep at the end");
+    assert!(depth < 1e-4, "{name}, seed {seed}: {depth:e} m deep at the end");
     counts
 }
 
@@ -76,5 +75,5 @@ fn bodies_come_to_rest_on_rough_ground() {
     }
     assert_eq!(failed, 0, "of {all} steps");
     // Where a round body rolls from an edge it may gain more energy than a step should.
-    assert!(wild <= all / 1000, "{wild} of {all} steps");
+    assert!(wild <= all / 2000, "{wild} of {all} steps");
 }

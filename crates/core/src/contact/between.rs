@@ -93,8 +93,9 @@ impl Between<'_> {
         }
     }
 
-    /// Normal and offset (m) of the plane of a whole patch of triangles, if a vertex or an
-    /// ellipsoid of the body touches the face of a triangle. The features then name the first triangle of the patch.
+    /// Normal and offset (m) of the plane of a whole patch of triangles, if a vertex or an ellipsoid
+    /// of the body touches the face of a triangle. The features then name the first triangle of the
+    /// patch.
     fn plane_of_patch(
         &self,
         touch: &ManifoldPoint,

@@ -125,8 +125,10 @@ pub struct EllipsoidPoint {
 
 impl EllipsoidPoint {
     /// y: vector from the centre to the point where the force acts (m, frame of B, or world without
-    /// B), in a step of `time_step` (s) from the states of A and B. `normal` is the normal of the
-    /// plane (same frame).
+    /// B).
+    ///
+    /// The step of `time_step` (s) begins at the states of A and B. `normal` is the unit normal of
+    /// the plane in the same frame as y.
     ///
     /// It is the nearest point of the start or of the predicted end. The prediction turns the bodies
     /// with their spins at the start.

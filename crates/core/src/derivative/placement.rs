@@ -89,9 +89,7 @@ impl Placement {
         };
         let seen = PlacedPair { pair, pieces: (of_a, of_b), contact, poses: (a, b) };
         let placement = seen.placement();
-        // A plane of a terrain goes on beyond its triangle.
-        let is_endless = matches!(placement, Self::Fixed)
-            && matches!(contact.key.partner, Partner::Fixed(index) if world.terrain(index).is_some());
+        let is_endless = matches!(placement, Self::Fixed) && is_of_terrain(world, contact);
         let room = if is_endless { ENDLESS } else { seen.room(&placement) };
         (placement, room)
     }
@@ -113,6 +111,7 @@ impl Placement {
         let (point, plane) = (a.position + contact.arm, &contact.features.frame);
         let normal = plane.column(2).into_owned();
         match other.filter(|piece| has_face(piece, &normal, contact.features.offset)) {
+            Some(_) if is_of_terrain(world, contact) => (Self::Fixed, f64::INFINITY),
             Some(piece) => {
                 let seen = b.map_or(point, |b| b.rotation.tr_mul(&(point - b.position)));
                 (Self::Fixed, inside(piece, &normal, &seen))
@@ -197,6 +196,11 @@ impl Placement {
             }
         }
     }
+}
+
+/// True for a contact with a terrain, whose planes go on beyond their triangles.
+fn is_of_terrain(world: &World, contact: &Contact) -> bool {
+    matches!(contact.key.partner, Partner::Fixed(index) if world.terrain(index).is_some())
 }
 
 /// Unit vector orthogonal to a line of A and a line of B, on the side of `n`, and its differential.

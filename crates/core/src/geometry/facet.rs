@@ -183,9 +183,9 @@ pub(super) fn upright_face(pair: &PiecePair<'_>) -> Option<(SeparatingAxis, usiz
 /// The axis across an edge of A and an edge of facet B with the largest gap, or `best` if its gap is
 /// larger.
 ///
-/// The outward normals at an edge of a facet are a half circle. With o the vector out of the facet
-/// across the edge, two edges make a face of the Minkowski difference if d = ±e_A × e_B/|e_A × e_B|
-/// with d·o ≥ 0 has −d between the normals of A's faces at its edge:
+/// The outward normals at an edge of a facet are a half circle. Let o be the vector out of the facet
+/// across the edge, and d = ±e_A × e_B/|e_A × e_B| with d·o ≥ 0. The two edges make a face of the
+/// Minkowski difference if −d is between the normals of A's faces at its edge:
 ///
 /// ```text
 /// (l_A·e_B)(r_A·e_B) < 0,   (l_A + r_A)·d < 0

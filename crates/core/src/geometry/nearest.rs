@@ -1,6 +1,8 @@
-//! Nearest points of two pieces that are apart, from support points alone: the point nearest to the
-//! origin of the set W of all differences b − a (Gilbert, Johnson, Keerthi, "A fast procedure for
-//! computing the distance between complex objects in three-dimensional space", 1988).
+//! Nearest points of two pieces that are apart, from support points alone.
+//!
+//! Let W be the set of all differences b − a of points of B and A. Its point nearest to the origin is
+//! the difference of the nearest points. The search is that of Gilbert, Johnson and Keerthi, "A fast
+//! procedure for computing the distance between complex objects in three-dimensional space" (1988).
 
 use super::pair::PiecePair;
 use nalgebra::{Matrix3, Vector3};

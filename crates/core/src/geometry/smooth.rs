@@ -61,6 +61,20 @@ impl Smooth {
         }
     }
 
+    /// Unit vector along the axis of a cone to its apex, and the sine of the angle between its lateral
+    /// surface's normals and the planes across the axis.
+    ///
+    /// ```text
+    /// sin β = R/√(R² + H²)
+    /// ```
+    #[must_use]
+    pub fn cone(&self) -> Option<(Vector3<f64>, f64)> {
+        let Self::Cone { base, apex } = self else { return None };
+        let (axis, radius) = (apex.1 - base.centre, base.axes.column(0).norm());
+        let height = axis.norm();
+        Some((axis / height, radius / (radius * radius + height * height).sqrt()))
+    }
+
     /// Radius of a cylinder (m).
     #[must_use]
     pub fn radius(&self) -> Option<f64> {

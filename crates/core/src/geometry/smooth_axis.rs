@@ -3,7 +3,7 @@
 //! [Portals](super::portal) find an approximate axis n. Of the features that are farthest along it,
 //! the axis follows in a few steps:
 //!
-//! - across a face, or across two straight features that cross;
+//! - across a face, or across two straight features that cross, also lines of cones;
 //! - along the shortest line of two straight features with a radius;
 //! - else by Newton's method for the largest gap s(n). With the support points a and b, the tangents
 //!   T of n, and the second derivatives H of both support functions,
@@ -12,7 +12,8 @@
 //! s = n·(b − a),   Tᵀ(H + s) T δ = Tᵀ (b − a)
 //! ```
 //!
-//! Along a straight feature n does not turn. An axis is proved by two points of the pieces, whose
+//! While a straight feature or the line of a cone is farthest, n has a constant angle with it, and the
+//! step stays on this circle. An axis is proved by two points of the pieces, whose
 //! difference is s n: then the gap along n is their distance. Where this fails, portals go on to
 //! rounding.
 
@@ -20,7 +21,9 @@ use super::nearest::{Nearest, nearest};
 use super::pair::{Hint, PiecePair};
 use super::portal::{Portal, TIGHT};
 use super::segment::nearest_shares;
-use super::smooth_side::{SmoothSide, SupportFeature};
+use super::smooth_manifold::PARALLEL;
+use super::smooth_side::{SmoothSide, SupportFeature, TIE};
+use super::touch::PieceSide;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Distance above which pieces do not touch, relative to the smaller one.
@@ -32,6 +35,9 @@ const ROUGH: f64 = 1e-3;
 const SHALLOW: f64 = 1e-3;
 /// Largest motion of a piece's end by the last turn of the axis, relative to the smaller piece.
 const SETTLED: f64 = 1e-12;
+/// Difference of heights along a rough axis below which two parts are equally far, relative to the
+/// piece.
+const NEARLY: f64 = 0.02;
 /// Largest number of steps from an approximate axis.
 const MOST_STEPS: u32 = 8;
 /// Largest part of the difference of two points across the axis that proves it, relative to the
@@ -53,30 +59,44 @@ impl PiecePair<'_> {
     pub(super) fn smooth_axis(&self, hint: &Hint) -> Vector3<f64> {
         let sides = self.sides();
         // Overlapping pieces have several axes along which the gap is largest nearby.
-        let better = |than: Vector3<f64>| {
+        let better = |than: Vector3<f64>, tie: f64| {
             let least = self.gap_along(&than) - TIGHT * self.size();
-            self.follow(&sides, than).filter(|axis| self.gap_along(axis) >= least)
+            self.follow(&sides, than, tie).filter(|axis| self.gap_along(axis) >= least)
         };
         let is_shallow = |axis: &Vector3<f64>| self.gap_along(axis) > -SHALLOW * self.size();
-        if let Some(axis) = hint.axis_of(self).and_then(better).filter(is_shallow) {
+        let before = hint.axis_of(self).and_then(|axis| better(axis, TIE));
+        if let Some(axis) = before.filter(is_shallow) {
             return axis;
         }
         let mut portal = Portal::new(self);
-        if let Some(axis) = better(portal.axis(ROUGH * self.size())) {
+        if let Some(axis) = better(portal.axis(ROUGH * self.size()), NEARLY) {
             return axis;
         }
         let found = portal.axis(TIGHT * self.size());
-        better(found).unwrap_or(found)
+        better(found, TIE).or_else(|| better(found, NEARLY)).unwrap_or(found)
     }
 
-    /// Follows the features from an approximate axis. `None` if no axis is proved.
-    fn follow(&self, sides: &[SmoothSide<'_>; 2], mut axis: Vector3<f64>) -> Option<Vector3<f64>> {
+    /// Follows the features from an approximate axis. Parts that are less far along it by up to `tie`
+    /// (relative) count as well. `None` if no axis is proved.
+    fn follow(
+        &self,
+        sides: &[SmoothSide<'_>; 2],
+        mut axis: Vector3<f64>,
+        tie: f64,
+    ) -> Option<Vector3<f64>> {
+        let mut before: Option<[SupportFeature; 2]> = None;
         for _ in 0..MOST_STEPS {
             let normals = [axis, -sides[1].seen(&axis)];
             if let Some(axis) = self.across_face(sides, &normals) {
                 return Some(axis);
             }
-            let features = [0, 1].map(|at| sides[at].support(&normals[at]));
+            let tie = if before.is_none() { tie } else { TIE };
+            let found = [0, 1].map(|at| sides[at].support_within(&normals[at], tie));
+            // A step from one feature to the next has passed what is between them.
+            let features = before.map_or(found, |before| {
+                [0, 1].map(|at| sides[at].between(before[at], found[at]).unwrap_or(found[at]))
+            });
+            before = Some(features);
             let [a, b] = [0, 1].map(|at| Witness::new(&sides[at], features[at], &normals[at]));
             let (a, b) = (a?, b?);
             let next = step(&a, &b, &axis)?;
@@ -127,7 +147,8 @@ impl PiecePair<'_> {
 
 /// Points of a piece that are farthest along the axis (m, frame of A), and how they follow it.
 struct Witness {
-    /// A farthest point, or the first end of a straight feature, without its radius.
+    /// A farthest point, or the first end of a straight feature, without its radius. The apex of a
+    /// cone.
     from: Vector3<f64>,
     /// Vector to the second end of a straight feature; zero for a point.
     along: Vector3<f64>,
@@ -136,24 +157,52 @@ struct Witness {
     radius: f64,
     /// Second derivative of the support function (m).
     bend: Matrix3<f64>,
+    /// The plane in which the axis ends while the feature is farthest.
+    level: Option<Level>,
+    /// True for an ellipsoid and for the line of a cone, which move over the surface with the axis.
+    follows: bool,
+}
+
+/// The plane n·u = c of the ends of unit vectors n.
+#[derive(Clone, Copy)]
+struct Level {
+    u: Vector3<f64>,
+    c: f64,
 }
 
 impl Witness {
     /// Witness of a `feature` of a piece along the unit vector `n` (own frame). `None` for a face.
     fn new(side: &SmoothSide<'_>, feature: SupportFeature, n: &Vector3<f64>) -> Option<Self> {
-        let outward = side.rotation * n;
-        let round = |radius: f64| (Matrix3::identity() - outward * outward.transpose()) * radius;
+        let (outward, zero) = (side.rotation * n, Vector3::zeros());
         if let SupportFeature::Ellipsoid(index) = feature {
             let one = side.ellipsoid(index)?;
             let bend = side.rotation * one.bend(n) * side.rotation.transpose();
             let from = side.placed(&(one.centre + one.farthest(n)));
-            let zero = Vector3::zeros();
-            return Some(Self { from, along: zero, outward: zero, radius: 0.0, bend });
+            let (radius, level) = (0.0, None);
+            return Some(Self {
+                from,
+                along: zero,
+                outward: zero,
+                radius,
+                bend,
+                level,
+                follows: true,
+            });
         }
         let (ends, radius) = side.ends(feature, n)?;
         let [from, to] = ends.map(|end| side.placed(&end));
         let along = to - from;
-        Some(Self { from, along, outward: outward * radius, radius, bend: round(radius) })
+        let bend = (Matrix3::identity() - outward * outward.transpose()) * radius;
+        let follows = feature == SupportFeature::Cone;
+        let level = match follows {
+            true => {
+                let (axis, sine) = side.smooth?.cone()?;
+                let c = if side.side == PieceSide::A { sine } else { -sine };
+                Some(Level { u: side.rotation * axis, c })
+            }
+            false => along.try_normalize(0.0).map(|u| Level { u, c: 0.0 }),
+        };
+        Some(Self { from, along, outward: outward * radius, radius, bend, level, follows })
     }
 
     /// The point of the surface that is nearest to the other piece.
@@ -161,46 +210,70 @@ impl Witness {
         let shares = nearest_shares(&self.from, &self.along, &other.from, &other.along);
         self.from + self.along * shares.0 + self.outward
     }
+}
 
-    fn is_straight(&self) -> bool {
-        self.along != Vector3::zeros()
+impl Level {
+    /// The unit vector in both planes that is nearest to `axis`.
+    ///
+    /// ```text
+    /// n = (c v × w + d w × u)/|w|² ± w/|w| √(1 − |…|²),   w = u × v
+    /// ```
+    fn crossing(&self, other: &Self, axis: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let across = self.u.cross(&other.u);
+        let unit = across.try_normalize(PARALLEL)?;
+        let toward = other.u.cross(&across) * self.c + across.cross(&self.u) * other.c;
+        let middle = toward / across.norm_squared();
+        let rest = 1.0 - middle.norm_squared();
+        (rest >= 0.0).then(|| middle + unit * rest.sqrt().copysign(unit.dot(axis)))
+    }
+
+    /// Newton's step for the largest gap among the unit vectors in this plane. `way` is the vector
+    /// between the pieces (m), and `bend` the sum of the second derivatives (m).
+    ///
+    /// With r the unit vector across u nearest to the axis, t = u × r and ρ = √(1 − c²),
+    ///
+    /// ```text
+    /// n = c u + ρ (r cos θ + t sin θ),   s' = ρ t·way,   s″ = −ρ r·way − ρ² tᵀ H t
+    /// ```
+    fn step(
+        &self,
+        way: &Vector3<f64>,
+        bend: &Matrix3<f64>,
+        axis: &Vector3<f64>,
+    ) -> Option<Vector3<f64>> {
+        let toward = (axis - self.u * self.u.dot(axis)).try_normalize(0.0)?;
+        let across = self.u.cross(&toward);
+        let radius = (1.0 - self.c * self.c).sqrt();
+        let stiff = toward.dot(way) + radius * across.dot(&(bend * across));
+        let turn = across.dot(way) / stiff;
+        Some(self.u * self.c + (toward + across * turn).normalize() * radius)
     }
 }
 
 /// The next axis after the unit vector `axis`. `None` if it does not follow from the features.
 fn step(a: &Witness, b: &Witness, axis: &Vector3<f64>) -> Option<Vector3<f64>> {
-    if a.is_straight() && b.is_straight() {
-        let across = a.along.cross(&b.along);
-        let least = super::smooth_manifold::PARALLEL * a.along.norm() * b.along.norm();
-        if let Some(across) = across.try_normalize(least) {
-            return Some(if across.dot(axis) < 0.0 { -across } else { across });
-        }
+    let crossing = || a.level?.crossing(&b.level?, axis);
+    if let Some(crossing) = crossing() {
+        return Some(crossing);
     }
-    if a.radius + b.radius > 0.0
-        && a.bend.trace() + b.bend.trace() <= 2.0001 * (a.radius + b.radius)
-    {
-        // Points and straight features with radii.
+    if a.radius + b.radius > 0.0 && !a.follows && !b.follows {
+        // The shortest line of points and straight features with radii.
         let (s, t) = nearest_shares(&a.from, &a.along, &b.from, &b.along);
         let way = b.from + b.along * t - a.from - a.along * s;
         let along = way.try_normalize(0.0)?;
         return Some(if along.dot(axis) < 0.0 { -along } else { along });
     }
     let way = b.from + b.outward - a.from - a.outward;
-    let gap = axis.dot(&way);
     let bend = a.bend + b.bend;
-    let straight = [a, b].into_iter().find(|one| one.is_straight());
-    let turned = if let Some(straight) = straight {
-        let across = straight.along.cross(axis).try_normalize(0.0)?;
-        let stiff = across.dot(&(bend * across)) + gap;
-        across * (across.dot(&way) / stiff)
+    let next = if let Some(level) = a.level.or(b.level) {
+        level.step(&way, &bend, axis)?
     } else {
         let first = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
         let tangents = Matrix2x3::from_rows(&[first.transpose(), axis.cross(&first).transpose()]);
         let stiff: Matrix2<f64> = tangents * bend * tangents.transpose();
-        let stiff = stiff + Matrix2::from_diagonal_element(gap);
+        let stiff = stiff + Matrix2::from_diagonal_element(axis.dot(&way));
         let right: Vector2<f64> = tangents * way;
-        tangents.transpose() * stiff.lu().solve(&right)?
+        (axis + tangents.transpose() * stiff.lu().solve(&right)?).try_normalize(0.0)?
     };
-    let next = (axis + turned).try_normalize(0.0)?;
     (next.dot(axis) > 0.5).then_some(next)
 }

@@ -7,7 +7,7 @@ use super::{Ellipsoid, Hull, Smooth};
 use nalgebra::{Matrix3, Vector3};
 
 /// Difference of heights below which two parts of a piece are equally far, relative to its size.
-const TIE: f64 = 1e-6;
+pub(super) const TIE: f64 = 1e-6;
 /// Difference from 1 of the cosine above which a face of a core is the flat end of its shape.
 const SAME_NORMAL: f64 = 1e-12;
 
@@ -85,7 +85,12 @@ impl SmoothSide<'_> {
 
     /// Features that are farthest along the unit vector `n` (own frame).
     pub fn support(&self, n: &Vector3<f64>) -> SupportFeature {
-        let tie = TIE * self.hull.reach().max(self.radius);
+        self.support_within(n, TIE)
+    }
+
+    /// The same, where parts that are less far by up to `tie` (relative) count as well.
+    pub fn support_within(&self, n: &Vector3<f64>, tie: f64) -> SupportFeature {
+        let tie = tie * self.hull.reach().max(self.radius);
         let Some(smooth) = self.smooth else { return self.support_of_core(n, tie) };
         let one = &smooth.ellipsoids()[0];
         let height = |one: &Ellipsoid| n.dot(&one.centre) + one.half_width(n);
@@ -129,6 +134,26 @@ impl SmoothSide<'_> {
         }
     }
 
+    /// The feature between two features: the edge of two vertices, or a lateral surface. A feature
+    /// that bounds it leaves it unchanged.
+    pub fn between(&self, one: SupportFeature, other: SupportFeature) -> Option<SupportFeature> {
+        use SupportFeature::{Cone, Edge, Ellipsoid, Lateral, Vertex};
+        let has =
+            |edge: u32, vertex: u32| self.hull.edges()[edge as usize].vertices.contains(&vertex);
+        match (one, other) {
+            (Ellipsoid(i), Ellipsoid(j)) if i != j => Some(Lateral),
+            (Lateral, Ellipsoid(_)) => Some(Lateral),
+            (Ellipsoid(_), Vertex(_)) | (Vertex(_), Ellipsoid(_)) => Some(Cone),
+            (Cone, Ellipsoid(_) | Vertex(_)) => Some(Cone),
+            (Vertex(i), Vertex(j)) if i != j => {
+                let edges = 0..self.hull.edges().len() as u32;
+                edges.into_iter().find(|&edge| has(edge, i) && has(edge, j)).map(Edge)
+            }
+            (Edge(edge), Vertex(vertex)) if has(edge, vertex) => Some(Edge(edge)),
+            _ => None,
+        }
+    }
+
     /// Face of a polyhedron, or the flat end of a smooth shape, whose normal is nearly along the unit
     /// vector `n` (own frame). The end of a smooth shape is a face of its core.
     pub fn face_across(&self, n: &Vector3<f64>) -> Option<usize> {
@@ -160,7 +185,7 @@ impl SmoothSide<'_> {
             SupportFeature::Lateral => Some((self.smooth?.axis()?, self.smooth?.radius()?)),
             SupportFeature::Cone => {
                 let base = self.ellipsoid(0)?;
-                Some(([base.centre + base.farthest(n), self.smooth?.apex()?.1], 0.0))
+                Some(([self.smooth?.apex()?.1, base.centre + base.farthest(n)], 0.0))
             }
             SupportFeature::Edge(edge) => {
                 let ends = self.hull.edges()[edge as usize].vertices;
