@@ -16,16 +16,16 @@
 //! rejects all contacts, the features that face each other at the start are used. Nothing crosses
 //! the plane across their shortest line.
 
-use super::between::Between;
+use super::admission::{is_held, is_near_held, pieces};
 use super::collider::{Collider, Colliders, PieceExtent, PieceOwner, placed, size};
-use super::key_index::{KeyEnd, PieceIndex, end_of, ends_of};
+use super::key_index::PieceIndex;
 use super::memory::Neighbour;
 use super::owner::plane_of;
-use super::seams::{is_same, is_triangle, lies_in};
-use super::{Contact, ContactKey, Curved, Partner};
+use super::seams::is_triangle;
+use super::{Contact, Partner};
 use crate::geometry::{
-    Advance, Feature, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold,
-    separation, stays_clear, travel,
+    Advance, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold, separation,
+    stays_clear, travel,
 };
 use crate::mechanics::trajectory::LARGEST_TURN;
 use crate::mechanics::{Pose, State, Trajectory};
@@ -44,17 +44,9 @@ const NEAR_OF_THIN: f64 = 1e-2;
 /// Overlap allowed within a step to pieces whose contacts hold, as a fraction of the sum of both
 /// thicknesses. The bulge of their rotation comes on top.
 const DEEP: f64 = 0.1;
-/// Tolerance for a contact's gap at the start below the overlap of the pieces there, as a fraction
-/// of the smaller reach. Faces that differ by less are equal ([`manifold`]).
-const SAME_GAP: f64 = 1e-7;
 /// Cosine above which two directions are equal. A pair with equal directions at its first overlap
 /// and at the end has met one side of a piece.
 const SAME_WAY: f64 = 0.9;
-/// Cosine above which two planes for the same features are equal.
-const SAME_PLANE: f64 = 0.999_999;
-/// Largest number of planes for the same features. If a step rotates a body through more of them,
-/// its overlap is reported and the step ends.
-const MOST_PLANES: u32 = 8;
 /// Number of bisections: a place on the trajectory is found to a fraction of 2⁻³⁰.
 const BISECTIONS: u32 = 30;
 
@@ -92,7 +84,7 @@ pub(super) struct CollisionSearch<'a> {
 
 /// Place on the trajectory at which a pair is examined.
 #[derive(Debug, Clone, Copy)]
-enum MeetingPlace {
+pub(super) enum MeetingPlace {
     Start,
     /// The start, with unlimited reach for the features that face each other.
     StartFar,
@@ -101,7 +93,12 @@ enum MeetingPlace {
 }
 
 impl MeetingPlace {
-    fn of<'a>(self, start: &'a [Pose], end: &'a [Pose], between: &'a [Pose]) -> &'a [Pose] {
+    pub(super) fn of<'a>(
+        self,
+        start: &'a [Pose],
+        end: &'a [Pose],
+        between: &'a [Pose],
+    ) -> &'a [Pose] {
         match self {
             Self::Start | Self::StartFar => start,
             Self::End => end,
@@ -412,158 +409,10 @@ impl CollisionSearch<'_> {
         manifold(pieces.0, pieces.1, reach, plane_of, pair.hint, self.scratch, self.touches)
     }
 
-    /// Adds planes for the round features that were found last on the trajectory.
-    ///
-    /// A fast body can pass through the side of a round piece although it begins and ends outside.
-    /// A plane stops it.
-    fn admit_planes_of_round(
-        &mut self,
-        colliders: [Collider; 2],
-        under: f64,
-        contacts: &mut Vec<Contact>,
-    ) {
-        let least = under - self.same_gap(colliders);
-        let (world, start, states) = (self.world, self.start, self.states);
-        let between = Between { world, colliders, at: self.between, start, states };
-        for touch in &*self.touches {
-            if !matches!(touch.feature, Feature::Round(..)) {
-                continue;
-            }
-            let is_same = |contact: &&Contact| {
-                is_between(&contact.key, colliders[0], colliders[1])
-                    && contact.key.pair.is_some_and(|pair| pair.feature == touch.feature)
-            };
-            let ends = pieces(colliders);
-            let planes = self.index.between(contacts, ends).map(|place| &contacts[place]);
-            let planes = planes.filter(is_same).count() as u32;
-            let Some(contact) = between.contact(touch, planes.max(1)) else { continue };
-            let known = self.index.between(contacts, ends).map(|place| &contacts[place]);
-            let is_known = known.filter(is_same).any(|known| {
-                known.features.curved.is_none()
-                    && known.normal().dot(&contact.normal()) >= SAME_PLANE
-            });
-            if contact.gap >= least && !is_known && planes < MOST_PLANES {
-                contacts.push(contact);
-            }
-        }
-    }
-
-    /// Tolerance of gaps at the start below the overlap there (m).
-    fn same_gap(&self, colliders: [Collider; 2]) -> f64 {
-        let size = |collider| size(placed(self.world, self.start, collider).0);
-        SAME_GAP * size(colliders[0]).min(size(colliders[1]))
-    }
-
-    /// True if all geometric contact points found last, at the end, have their planes among
-    /// `contacts`.
-    fn knows(&mut self, colliders: [Collider; 2], contacts: &[Contact]) -> bool {
-        let (world, start, states) = (self.world, self.start, self.states);
-        let between = Between { world, colliders, at: self.end, start, states };
-        let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
-        found.all(|contact| unknown_plane(world, &contact, contacts, self.index).is_none())
-    }
-
     /// True if a pair has the same direction at its collision as at its end.
     fn is_same_way(&self, meeting: &Meeting, pair: &PairState<'_>) -> bool {
         let (_, pose) = placed(self.world, self.between, pair.colliders[1]);
         let axes = (meeting.axis, pair.hint.axis_from(pose));
         matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_WAY)
     }
-
-    /// Adds the geometric contact points found last whose features have no plane yet and whose gap
-    /// at the start is at least `under` (m). Returns true if there is any such gap, with a new or a
-    /// known plane.
-    fn admit(
-        &mut self,
-        colliders: [Collider; 2],
-        at: MeetingPlace,
-        under: f64,
-        contacts: &mut Vec<Contact>,
-    ) -> bool {
-        let least = under - self.same_gap(colliders);
-        let (world, start, states) = (self.world, self.start, self.states);
-        let poses = at.of(start, self.end, self.between);
-        let between = Between { world, colliders, at: poses, start, states };
-        let mut fits = false;
-        for touch in &*self.touches {
-            let Some(contact) = between.contact(touch, 0) else { continue };
-            if contact.gap < least {
-                continue;
-            }
-            fits = true;
-            if let Some(plane) = unknown_plane(world, &contact, contacts, self.index) {
-                contacts.extend(between.contact(touch, plane));
-            }
-        }
-        fits
-    }
-}
-
-/// Identifiers of the two pieces in the index of contacts.
-fn pieces(colliders: [Collider; 2]) -> [KeyEnd; 2] {
-    colliders.map(|collider| end_of(collider.owner.partner(), collider.piece))
-}
-
-/// True if a contact is between two given pieces.
-fn is_between(key: &ContactKey, a: Collider, b: Collider) -> bool {
-    let Some(features) = key.pair else { return false };
-    let owners = (Partner::Body(key.body), key.partner);
-    let of = |collider: Collider, owner: Partner, piece: usize| {
-        collider.owner.partner() == owner && collider.piece == piece
-    };
-    let (first, second) = features.pieces;
-    (of(a, owners.0, first) && of(b, owners.1, second))
-        || (of(b, owners.0, first) && of(a, owners.1, second))
-}
-
-/// True if a contact is between two given pieces, or between the first one and the terrain of the
-/// second. A body on a terrain is held by contacts with some of the triangles that it touches.
-fn is_near_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
-    let key = &contact.key;
-    is_between(key, a, b)
-        || is_triangle(world, b)
-            && (Partner::Body(key.body), key.partner) == (a.owner.partner(), b.owner.partner())
-            && key.pair.is_some_and(|pair| pair.pieces.0 == a.piece)
-}
-
-/// True if a contact is between two given pieces, or its plane contains the second one, a triangle.
-fn is_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
-    is_between(&contact.key, a, b) || is_triangle(world, b) && lies_in(world, contact, a, b)
-}
-
-/// True unless two contacts of an ellipsoid are too far apart on it for one of them.
-fn reaches(known: &Contact, other: &Contact) -> bool {
-    match (&known.features.curved, &other.features.curved) {
-        (Some(Curved::Ellipsoid(known)), Some(Curved::Ellipsoid(other))) => {
-            known.reaches(&other.toward)
-        }
-        _ => true,
-    }
-}
-
-/// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for
-/// them, or too many others.
-fn unknown_plane(
-    world: &World,
-    contact: &Contact,
-    contacts: &[Contact],
-    index: &mut PieceIndex,
-) -> Option<u32> {
-    let mut planes = 0;
-    let between = index.between(contacts, ends_of(&contact.key));
-    for known in between.map(|place| &contacts[place]) {
-        if is_same(world, known, contact) {
-            return None;
-        }
-        let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key
-            && known.key.pair.map(|pair| (pair.pieces, pair.feature))
-                == contact.key.pair.map(|pair| (pair.pieces, pair.feature));
-        if same {
-            if known.normal().dot(&contact.normal()) >= SAME_PLANE && reaches(known, contact) {
-                return None;
-            }
-            planes += 1;
-        }
-    }
-    (planes < MOST_PLANES).then_some(planes)
 }

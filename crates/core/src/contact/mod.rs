@@ -33,12 +33,15 @@
 //! the ellipsoids and discs of smooth shapes, at the point that is nearest. Equation numbers
 //! refer to `docs/formulation.md`.
 
+mod admission;
 mod between;
 mod candidates;
 pub mod certificate;
 pub(crate) mod collider;
 pub mod curved;
 pub mod detection;
+mod features;
+mod key;
 mod key_index;
 pub mod law;
 mod meeting;
@@ -56,132 +59,20 @@ pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
 pub use curved::{CorePair, Curved, EllipsoidPoint};
 pub use detection::Detection;
+pub use features::Features;
+pub use key::{ContactKey, PairFeatures};
 pub use key_index::KeyIndex;
 pub use law::Response;
 pub(crate) use memory::Memory;
 pub use neighbours::Overlap;
 
-use crate::geometry::{Ellipsoid, Feature};
+use crate::geometry::Ellipsoid;
 use crate::mechanics::quaternion::{rotation, turning_rate};
 use crate::mechanics::state::Pose;
 use crate::mechanics::{RigidBody, State};
 use crate::world::World;
-use curved::{Reach, turn_from};
+use curved::Reach;
 use nalgebra::{Matrix3, Vector3};
-
-/// Identity of the touching features of two pieces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub struct PairFeatures {
-    /// Indices of the piece of A and the piece of B in their [pieces](RigidBody::pieces); 0 for a
-    /// fixed piece, and the number of the triangle for a terrain.
-    pub pieces: (usize, usize),
-    /// The features. Their sides A and B follow the order of the bodies, not of the contact: A is
-    /// the body with the lower index, and a fixed piece is B.
-    pub feature: Feature,
-    /// Number of the plane among those that a step found for these features; 0 for the first.
-    pub plane: u32,
-}
-
-/// Identity of a contact. It stays the same from step to step, so that the last forces can be
-/// reused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub struct ContactKey {
-    /// Body A, an index of [`World::bodies`](crate::world::World::bodies). It owns the point,
-    /// except for a corner of a fixed piece in a face of the body.
-    pub body: usize,
-    /// Index of A's touching [contact point](RigidBody::contact_points). An edge that touches
-    /// between its ends uses its first end. A face that touches uses the first point of its piece.
-    pub point: usize,
-    /// Partner B: a body, a fixed piece or the ground.
-    pub partner: Partner,
-    /// Touching pieces and features; `None` for the ground.
-    pub pair: Option<PairFeatures>,
-}
-
-impl ContactKey {
-    /// Indices of the touching bodies; one if the partner is not a body.
-    pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
-        std::iter::once(self.body).chain(self.partner.body())
-    }
-
-    /// True if `world` has the bodies, contact point, partner and pieces of this key.
-    #[cfg(feature = "save")]
-    pub(crate) fn is_of(&self, world: &World) -> bool {
-        let bodies = world.bodies();
-        let Some(a) = bodies.get(self.body) else { return false };
-        let pieces = match self.partner {
-            Partner::Ground => world.ground().map(|_| 1),
-            Partner::Fixed(index) => match world.terrain(index) {
-                Some(terrain) => Some(terrain.count()),
-                None => world.fixed().get(index).map(|_| 1),
-            },
-            Partner::Body(index) => bodies.get(index).map(|body| body.pieces().len()),
-        };
-        let has = |pair: PairFeatures| {
-            pair.pieces.0 < a.pieces().len() && pieces.is_some_and(|count| pair.pieces.1 < count)
-        };
-        self.point < a.contact_points().len() && pieces.is_some() && self.pair.is_none_or(has)
-    }
-}
-
-impl AsRef<ContactKey> for Contact {
-    fn as_ref(&self) -> &ContactKey {
-        &self.key
-    }
-}
-
-/// Geometric features of a contact, the input of [`Contact::new`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub struct Features {
-    /// a: point (m, frame of A).
-    pub point: Vector3<f64>,
-    /// ρ: rounding radius about a (m).
-    pub radius: f64,
-    /// (t₁, t₂, n) as columns (unit, right-handed, frame of B); n points away from B.
-    pub frame: Matrix3<f64>,
-    /// d: offset of the plane n·x = d (m, frame of B).
-    pub offset: f64,
-    /// Features with a gap of their own. For two round features, point, frame and offset are
-    /// recomputed from the closest points at k, and the given ones are ignored. The point of an
-    /// ellipsoid follows from [its direction](EllipsoidPoint::toward).
-    pub curved: Option<Curved>,
-}
-
-impl Features {
-    /// Features of a point, rounded by a radius, against a plane. See the fields.
-    #[must_use]
-    pub fn of_plane(point: Vector3<f64>, radius: f64, frame: Matrix3<f64>, offset: f64) -> Self {
-        Self { point, radius, frame, offset, curved: None }
-    }
-}
-
-impl Features {
-    /// Replaces the point by an ellipsoid against the plane, in a step of `time_step` (s) from the
-    /// states `at` of A and B; `None` for a plane that does not move. The point is in the direction
-    /// `toward`. With `toward` = 0 it follows from the [lever](EllipsoidPoint::lever).
-    #[inline(never)]
-    pub fn roll(
-        &mut self,
-        shape: Ellipsoid,
-        toward: Vector3<f64>,
-        at: (&State, Option<&State>),
-        time_step: f64,
-    ) {
-        let mut one = EllipsoidPoint { shape, toward };
-        if toward != Vector3::zeros() {
-            self.point = shape.centre - shape.axes * toward;
-        } else {
-            let normal = self.frame.column(2).into_owned();
-            let turn = turn_from(&rotation(&at.0.attitude), at.1.map(|b| rotation(&b.attitude)));
-            one.toward = shape.direction(&turn.tr_mul(&normal));
-            self.point = shape.centre + turn.tr_mul(&one.lever(&normal, at, time_step));
-        }
-        self.curved = Some(Curved::Ellipsoid(one));
-    }
-}
 
 /// A body and its pose at the start of a step.
 pub type PlacedBody<'a> = (&'a RigidBody, &'a Pose);
