@@ -19,21 +19,6 @@ impl Simulation<'_> {
         record: &StepRecord,
         derivative: &mut StepDerivative,
     ) -> Result<(), Error> {
-        let mut free = derivative.take_flights();
-        let found = self.with_step(record, &mut free, |step| {
-            derivative.linearise(step, &record.contacts, &record.solution)
-        });
-        derivative.keep_flights(free);
-        found?
-    }
-
-    /// Calls `then` with the last step, described by `record`; `free` is scratch memory.
-    pub(super) fn with_step<T>(
-        &self,
-        record: &StepRecord,
-        free: &mut Vec<State>,
-        then: impl FnOnce(&Step<'_>) -> T,
-    ) -> Result<T, Error> {
         let refused = |why| Err(Error::Unsupported { what: "the derivative of this step", why });
         let bodies = self.world.bodies().len();
         if self.taken_back || record.index + 1 != self.index || record.states.len() != bodies {
@@ -44,19 +29,25 @@ impl Simulation<'_> {
         if matches!(self.motion, Motion::Floating) {
             return refused("the Runge-Kutta method has no derivative; use the contact step");
         }
-        let (world, wrenches, states) = (&self.world, &self.scratch.wrenches, &record.states);
+        let mut free = derivative.take_flights();
+        let step = self.recorded_step(record, &mut free);
+        let found = derivative.linearise(&step, &record.contacts, &record.solution);
+        derivative.keep_flights(free);
+        found
+    }
+
+    /// Step described by `record`, in the present world. `free` receives its free flights.
+    pub(super) fn recorded_step<'s>(
+        &'s self,
+        record: &'s StepRecord,
+        free: &'s mut Vec<State>,
+    ) -> Step<'s> {
+        let StepRecord { states, wrenches, solution, .. } = record;
+        let world = &self.world;
         let flights = states.iter().zip(wrenches).enumerate();
         free.clear();
         free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
-        let step = Step {
-            world,
-            states,
-            wrenches,
-            free,
-            previous: &record.solution,
-            earlier: None,
-            interrupt: self.interrupt.as_deref(),
-        };
-        Ok(then(&step))
+        let interrupt = self.interrupt.as_deref();
+        Step { world, states, wrenches, free, previous: solution, earlier: None, interrupt }
     }
 }

@@ -12,25 +12,19 @@ use super::driving::Driving;
 use super::{ExternalLoads, MOST_STEPS, Motion, Simulation};
 use crate::contact::{Candidates, Memory};
 use crate::error::Error;
-use crate::joint::{Gear, Joint};
 use crate::mechanics::load::Polyline;
 use crate::mechanics::{Load, State};
 use crate::step::StepSolution;
-use crate::world::{Partner, World};
-use nalgebra::Vector3;
+use crate::world::{Changeable, World};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Write as _};
 
 /// State of a simulation: index, states, forces, loads and solver memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
-    /// Digest of the parts of the world that a simulation does not change. The next fields are the
-    /// changeable parts: held bodies, joints, gears and surface velocities.
+    /// Digest of the parts of the world that a simulation does not change.
     world: u64,
-    held: Vec<bool>,
-    joints: Vec<Joint>,
-    gears: Vec<Gear>,
-    surfaces: Vec<(Partner, Vector3<f64>)>,
+    changeable: Changeable,
     index: u64,
     taken_back: bool,
     outside: Vec<ExternalLoads>,
@@ -153,10 +147,8 @@ impl Saved {
             && self.outside.iter().all(ExternalLoads::is_possible)
             && pasts.into_iter().flatten().all(is_whole)
             && self.search.fits(world)
-            && self.joints.iter().map(Joint::lasting).eq(world.joints().iter().map(Joint::lasting))
-            && self.gears.iter().map(Gear::lasting).eq(world.gears().iter().map(Gear::lasting))
-            && self.driving.fits(&self.joints)
-            && (self.held.is_empty() || self.held.len() == bodies);
+            && self.changeable.fits(world)
+            && self.driving.fits(&self.changeable.joints);
         match is_possible {
             true => Ok(()),
             false => Err(odd("is inconsistent: its numbers contradict each other".to_owned())),
@@ -194,10 +186,7 @@ impl<'a> Simulation<'a> {
     pub fn save(&self) -> Saved {
         Saved {
             world: self.digest(),
-            held: self.world.held().to_vec(),
-            joints: self.world.joints().to_vec(),
-            gears: self.world.gears().to_vec(),
-            surfaces: self.world.surfaces().to_vec(),
+            changeable: self.world.changeable(),
             index: self.index,
             taken_back: self.taken_back,
             outside: self.outside.clone(),
@@ -220,8 +209,7 @@ impl<'a> Simulation<'a> {
     /// The simulation is then unchanged.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
         saved.check(&self.world, self.digest())?;
-        let ties = (&*saved.joints, &*saved.gears);
-        let world = self.world.with_changes(&saved.held, ties.0, ties.1, &saved.surfaces)?;
+        let world = self.world.with_changes(&saved.changeable)?;
         self.motion.recall(&world, &saved.solver)?;
         self.world = world;
         self.scratch.rest.end();

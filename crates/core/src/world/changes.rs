@@ -7,6 +7,30 @@ use crate::joint::{Gear, Joint, Knots};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
+/// Parts of a world that a simulation can change.
+#[cfg(feature = "save")]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Changeable {
+    /// Held flag of each body; empty if no body is held.
+    held: Vec<bool>,
+    /// Joints and gears with their current drives.
+    pub(crate) joints: Vec<Joint>,
+    gears: Vec<Gear>,
+    /// Surface velocities (m/s), each with its collider.
+    surfaces: Vec<(Partner, Vector3<f64>)>,
+}
+
+#[cfg(feature = "save")]
+impl Changeable {
+    /// True if these are parts of `world`, up to changes of a simulation.
+    pub(crate) fn fits(&self, world: &World) -> bool {
+        let Self { held, joints, gears, .. } = self;
+        joints.iter().map(Joint::lasting).eq(world.joints().iter().map(Joint::lasting))
+            && gears.iter().map(Gear::lasting).eq(world.gears().iter().map(Gear::lasting))
+            && (held.is_empty() || held.len() == world.bodies().len())
+    }
+}
+
 impl World {
     /// Returns this world with `body` held or released. A held body stays at rest under any load
     /// and has no contacts.
@@ -51,16 +75,10 @@ impl World {
         Self { held: Vec::new(), surfaces: Vec::new(), joints, gears, ..self.clone() }
     }
 
-    /// Returns this world with the changes of a simulation applied: held bodies, joints and gears
-    /// with their current drives, and surface velocities.
+    /// Returns this world with the changes of a simulation applied, each of them checked.
     #[cfg(feature = "save")]
-    pub(crate) fn with_changes(
-        &self,
-        held: &[bool],
-        joints: &[Joint],
-        gears: &[Gear],
-        surfaces: &[(Partner, Vector3<f64>)],
-    ) -> Result<Self, Error> {
+    pub(crate) fn with_changes(&self, changes: &Changeable) -> Result<Self, Error> {
+        let Changeable { held, joints, gears, surfaces } = changes;
         let mut world = self.clone().holding(held)?;
         world.surfaces.clear();
         for &(of, velocity) in surfaces {
@@ -69,19 +87,24 @@ impl World {
         for (known, joint) in world.joints.iter_mut().zip(joints) {
             *known = joint.clone().checked(world.parameters.bodies.len())?;
         }
-        world.with_gears(gears.to_vec())
+        world.with_gears(gears.clone())
     }
 
-    /// Surface velocities (m/s), each with its collider.
+    /// Parts of this world that a simulation can change.
     #[cfg(feature = "save")]
-    pub(crate) fn surfaces(&self) -> &[(Partner, Vector3<f64>)] {
-        &self.surfaces
+    pub(crate) fn changeable(&self) -> Changeable {
+        let Self { held, joints, gears, surfaces, .. } = self;
+        let (held, joints) = (held.clone(), joints.clone());
+        Changeable { held, joints, gears: gears.clone(), surfaces: surfaces.clone() }
     }
 
-    /// Held flag of each body; empty if no body is held.
+    /// Sets the changeable parts to those that this world had before.
     #[cfg(feature = "save")]
-    pub(crate) fn held(&self) -> &[bool] {
-        &self.held
+    pub(crate) fn set_changeable(&mut self, before: &Changeable) {
+        self.held.clone_from(&before.held);
+        self.joints.clone_from(&before.joints);
+        self.gears.clone_from(&before.gears);
+        self.surfaces.clone_from(&before.surfaces);
     }
 
     /// True if `body` is [held](World::with_held).

@@ -14,6 +14,8 @@ pub(crate) mod reshape;
 mod terrain;
 
 pub(crate) use apart::KnownSeparations;
+#[cfg(feature = "save")]
+pub(crate) use changes::Changeable;
 pub(crate) use changes::without;
 pub use constants::Constant;
 pub(crate) use groups::GroupMasks;

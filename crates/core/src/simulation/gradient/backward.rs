@@ -1,8 +1,9 @@
 //! Backward pass through a run.
 //!
-//! The run is divided into segments. A forward pass saves the start of each segment. Segments are
-//! then processed from the last to the first: forward with the derivatives of their steps, then
-//! backward. Segments at rest are not run again, because all their steps are equal.
+//! A run within the memory budget is recorded once and then traversed backward, where each step is
+//! linearised from its record. A longer run is divided into segments: a forward pass saves the start
+//! of each, and the segments are recorded and traversed from the last to the first. Segments at rest
+//! are not run again, because all their steps are equal.
 
 use super::{Run, RunGradient};
 use crate::derivative::StateChange;
@@ -10,43 +11,31 @@ use crate::error::Error;
 use crate::mechanics::State;
 use crate::simulation::{Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
-use crate::step::StepStatus;
-use crate::world::World;
+use crate::world::{Changeable, World};
 use nalgebra::Matrix3;
 
-/// Smallest number of derivatives in a segment. Larger numbers are not faster and use more memory.
-const FEW: u64 = 16;
+/// Memory for the records of a segment, if these are more than [`FEW`] steps (bytes).
+const MEMORY: usize = 64_000_000;
+/// Estimated memory of a recorded step for each body with about eight contacts (bytes).
+const BODY_BYTES: usize = 6000;
+/// Number of steps of a segment that is always allowed.
+const FEW: usize = 16;
 
-/// Data of a step for the backward pass, besides its derivative.
+/// Recorded step with the changeable parts of its world.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Taken {
-    pub(super) index: u64,
-    /// True unless the step failed or is unphysical.
-    pub(super) is_solved: bool,
-    /// True if the restitution was reduced.
-    pub(super) is_limited: bool,
-    /// States at the end of the step.
-    states: Vec<State>,
+struct Recorded {
+    record: StepRecord,
+    changeable: Changeable,
+}
+
+/// Step of a segment.
+#[derive(Debug, Clone, Default)]
+struct Taken {
+    /// Index of its record in the segment. Equal steps at rest share one.
+    record: usize,
     /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
     /// that act off the centre.
     turned: Vec<(usize, Matrix3<f64>)>,
-    /// Index of the step's derivative in the segment; `None` for the resting step.
-    derivative: Option<usize>,
-}
-
-impl Taken {
-    /// Stores the last step of the simulation, described by `record`.
-    fn note(&mut self, simulation: &Simulation<'_>, record: &StepRecord) {
-        let Self { index, is_solved, is_limited, states, turned, derivative } = self;
-        *index = record.index;
-        let unsolved = [StepStatus::Failed, StepStatus::Substepped, StepStatus::Wild];
-        *is_solved = !unsolved.contains(&record.report.status);
-        *is_limited = record.restitution_share < 1.0;
-        states.clone_from(&record.solution.states);
-        turned.clear();
-        turned.extend(simulation.loads_by_turns(record));
-        *derivative = None;
-    }
 }
 
 /// Start of a segment; `rests` is true if every step in it repeats the previous one.
@@ -56,37 +45,23 @@ struct Stretch {
     rests: bool,
 }
 
-/// Kind of a linearised step.
-#[derive(Clone, Copy, PartialEq)]
-enum BackwardResult {
-    Motion,
-    /// The known resting step.
-    Rest,
-    /// Another resting step.
-    NewRest,
-}
-
 /// State of the backward pass.
 pub(super) struct Backward {
     first: u64,
-    /// Number of steps linearised at a time, and number of simulations that may be saved.
+    /// Number of steps recorded at a time, and number of simulations that may be saved.
     stretch: u64,
     saved: u64,
     /// Derivatives with respect to the states at the present step of the pass.
     dual: Vec<StateChange>,
     found: RunGradient,
     step: StepGradient,
-    /// Reusable memory: the steps of a segment, the record of its last one, and the derivatives of
-    /// its moving steps.
+    /// Reusable memory: the steps of a segment and their records.
     taken: Vec<Taken>,
-    record: StepRecord,
-    derivatives: Vec<StepDerivative>,
-    /// Derivative of the last resting step. `owed` is the sum of the dual states that passed
-    /// through it and are not yet multiplied for the constants.
-    resting: StepDerivative,
+    records: Vec<Recorded>,
+    /// Derivative of the present step. If the step is at rest, `owed` is the sum of the dual states
+    /// that passed through it and are not yet multiplied for the constants.
+    derivative: StepDerivative,
     owed: Vec<StateChange>,
-    /// True if the pass is in a resting segment that uses `resting`.
-    is_resting: bool,
     end: Option<Saved>,
 }
 
@@ -95,11 +70,11 @@ impl Backward {
     pub(super) fn begin(run: &Run<'_>, first: u64, world: &World) -> Result<Self, Error> {
         let bodies = world.bodies().len();
         let infinite = (f64::INFINITY, first);
-        let saved = run.checkpoints.saved.max(2) as u64;
+        let most = (MEMORY / (bodies * BODY_BYTES)).max(FEW);
         Ok(Self {
             first,
-            stretch: run.steps.div_ceil(saved).max(FEW).min(run.checkpoints.steps.max(1) as u64),
-            saved,
+            stretch: most.min(run.checkpoints.steps.max(1)) as u64,
+            saved: run.checkpoints.saved.max(2) as u64,
             dual: vec![StateChange::zero(); bodies],
             found: RunGradient {
                 constants: run.constants.iter().map(|c| vec![0.0; c.width(world)]).collect(),
@@ -109,11 +84,11 @@ impl Backward {
             },
             step: StepGradient::default(),
             taken: Vec::new(),
-            record: StepRecord::new(),
-            derivatives: Vec::new(),
-            resting: derivative_of(run)?,
+            records: Vec::new(),
+            derivative: run
+                .smoothing
+                .map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?,
             owed: vec![StateChange::zero(); bodies],
-            is_resting: false,
             end: None,
         })
     }
@@ -178,7 +153,7 @@ impl Backward {
                 stretch.rests = false;
                 break;
             }
-            simulation.advance(run, &mut self.record)?;
+            simulation.advance(run, self.record_at(0))?;
             stretch.rests &= simulation.scratch.rest.stays();
         }
         let saved = self.saved;
@@ -186,12 +161,31 @@ impl Backward {
         let mut end = to;
         while let Some(Stretch { from, start, rests }) = stretches.pop() {
             if from < end && !(rests && self.rest(simulation, run, from, end, &start)?) {
-                self.is_resting = false;
                 self.go(simulation, run, from, end, &start)?;
             }
             end = from;
         }
         self.saved = saved;
+        Ok(())
+    }
+
+    /// Record `place` of the segment, created if it does not exist.
+    fn record_at(&mut self, place: usize) -> &mut StepRecord {
+        if self.records.len() == place {
+            self.records.push(Recorded::default());
+        }
+        &mut self.records[place].record
+    }
+
+    /// Takes one step into record `place` of the segment.
+    fn take(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        place: usize,
+    ) -> Result<(), Error> {
+        simulation.advance(run, self.record_at(place))?;
+        self.records[place].changeable = simulation.world().changeable();
         Ok(())
     }
 
@@ -205,31 +199,19 @@ impl Backward {
         to: u64,
         start: &Saved,
     ) -> Result<bool, Error> {
-        let mut taken = std::mem::take(&mut self.taken);
-        taken.resize_with(taken.len().max(1), Taken::default);
-        // A segment after one with the same steps shares their derivative.
-        let mut is_at_rest = self.is_resting;
-        if !is_at_rest {
-            simulation.restore(start)?;
-            simulation.advance(run, &mut self.record)?;
-            taken[0].note(simulation, &self.record);
-            let found = self.linearise(simulation, run, 0)?;
-            is_at_rest = found != BackwardResult::Motion;
-            if found == BackwardResult::NewRest {
-                self.settle(run)?;
-                std::mem::swap(&mut self.derivatives[0], &mut self.resting);
-            }
-        }
+        simulation.restore(start)?;
+        self.take(simulation, run, 0)?;
+        let turned = simulation.loads_by_turns(&self.records[0].record).collect();
+        let taken = Taken { record: 0, turned };
+        self.linearise(simulation, run, 0)?;
+        let is_at_rest = self.derivative.is_at_rest();
         for k in (from..to).rev().take_while(|_| is_at_rest) {
-            taken[0].index = self.first + k;
-            self.back(run, &taken[0], &mut [])?;
+            self.back(run, self.first + k, &taken)?;
         }
-        self.is_resting = is_at_rest;
-        self.taken = taken;
         Ok(is_at_rest)
     }
 
-    /// Processes one segment: forward with derivatives, then backward.
+    /// Processes one segment: records it, then linearises its steps backward.
     fn leaf(
         &mut self,
         simulation: &mut Simulation<'_>,
@@ -242,100 +224,75 @@ impl Backward {
         let count = (to - from) as usize;
         let mut taken = std::mem::take(&mut self.taken);
         taken.resize_with(taken.len().max(count), Taken::default);
-        let (mut last, mut used) = (BackwardResult::Motion, 0);
-        for k in 0..count {
-            simulation.advance(run, &mut self.record)?;
-            taken[k].note(simulation, &self.record);
-            last = match last {
-                BackwardResult::Rest | BackwardResult::NewRest
-                    if simulation.scratch.rest.stays() =>
-                {
-                    BackwardResult::Rest
-                }
-                _ => self.linearise(simulation, run, used)?,
-            };
-            match last {
-                BackwardResult::Motion => {
-                    taken[k].derivative = Some(used);
-                    used += 1;
-                }
-                BackwardResult::Rest => {}
-                BackwardResult::NewRest => {
-                    self.settle(run)?;
-                    std::mem::swap(&mut self.derivatives[used], &mut self.resting);
-                    // Earlier steps without a derivative used the previous resting step.
-                    let earlier = taken[..k].iter_mut().map(|taken| &mut taken.derivative);
-                    earlier.filter(|of| of.is_none()).for_each(|of| *of = Some(used));
-                    used += 1;
-                }
-            }
+        let mut used = 0;
+        for step in &mut taken[..count] {
+            self.take(simulation, run, used)?;
+            // A repeated step has the record before it.
+            let repeats = used > 0 && simulation.scratch.rest.stays();
+            step.turned.clear();
+            step.turned.extend(simulation.loads_by_turns(&self.records[used].record));
+            step.record = if repeats { used - 1 } else { used };
+            used += usize::from(!repeats);
         }
         if self.end.is_none() {
             self.end = Some(simulation.save());
         }
-        let mut derivatives = std::mem::take(&mut self.derivatives);
-        for step in taken[..count].iter().rev() {
-            self.back(run, step, &mut derivatives)?;
+        let mut last = None;
+        for (k, step) in taken[..count].iter().enumerate().rev() {
+            if last != Some(step.record) {
+                self.linearise(simulation, run, step.record)?;
+                last = Some(step.record);
+            }
+            self.back(run, self.first + from + k as u64, step)?;
         }
-        (self.taken, self.derivatives) = (taken, derivatives);
+        self.taken = taken;
         Ok(())
     }
 
-    /// Linearises the last step, described by `record`, into the derivative at index `place`,
-    /// unless it is the known resting step.
+    /// Linearises the step of record `place`, unless it equals the linearised step at rest.
     fn linearise(
         &mut self,
-        simulation: &Simulation<'_>,
+        simulation: &mut Simulation<'_>,
         run: &Run<'_>,
         place: usize,
-    ) -> Result<BackwardResult, Error> {
-        if self.derivatives.len() == place {
-            self.derivatives.push(derivative_of(run)?);
+    ) -> Result<(), Error> {
+        let records = std::mem::take(&mut self.records);
+        let Recorded { record, changeable } = &records[place];
+        simulation.world.set_changeable(changeable);
+        let mut free = self.derivative.take_flights();
+        let step = simulation.recorded_step(record, &mut free);
+        let StepRecord { contacts, solution, .. } = record;
+        let mut found = Ok(());
+        if !self.derivative.is_at_rest_in(&step, contacts, solution) {
+            found = self.settle(run);
+            found = found.and_then(|()| self.derivative.linearise(&step, contacts, solution));
         }
-        let Self { record, derivatives, resting, .. } = self;
-        let (contacts, solution, derivative) =
-            (&record.contacts, &record.solution, &mut derivatives[place]);
-        let mut free = derivative.take_flights();
-        let found = simulation.with_step(record, &mut free, |step| {
-            if resting.is_at_rest_in(step, contacts, solution) {
-                return Ok(BackwardResult::Rest);
-            }
-            derivative.linearise(step, contacts, solution)?;
-            Ok(if derivative.is_at_rest() {
-                BackwardResult::NewRest
-            } else {
-                BackwardResult::Motion
-            })
-        });
-        derivative.keep_flights(free);
-        found?
+        self.derivative.keep_flights(free);
+        self.records = records;
+        found
     }
 
-    /// Processes one step backward with its derivative, from `derivatives` or of the resting step.
-    fn back(
-        &mut self,
-        run: &mut Run<'_>,
-        step: &Taken,
-        derivatives: &mut [StepDerivative],
-    ) -> Result<(), Error> {
-        self.add(run, step.index + 1 - self.first, &step.states)?;
-        let derivative = match step.derivative {
-            Some(of) => &mut derivatives[of],
-            None => &mut self.resting,
-        };
-        self.found.note(step, derivative);
-        if step.derivative.is_none() && derivative.pull_at_rest(&self.dual, &mut self.step)? {
-            let owed = self.owed.iter_mut().zip(&self.dual);
+    /// Processes step `index` backward with its derivative.
+    fn back(&mut self, run: &mut Run<'_>, index: u64, step: &Taken) -> Result<(), Error> {
+        let records = std::mem::take(&mut self.records);
+        let record = &records[step.record].record;
+        let added = self.add(run, index + 1 - self.first, &record.solution.states);
+        self.found.note(index, record, &self.derivative);
+        self.records = records;
+        added?;
+        let Self { derivative, dual, owed, step: gradient, .. } = self;
+        if derivative.is_at_rest() && derivative.pull_at_rest(dual, gradient)? {
+            let owed = owed.iter_mut().zip(&*dual);
             owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
         } else {
-            derivative.pull(&self.dual, run.constants, &mut self.step)?;
+            derivative.pull(dual, run.constants, gradient)?;
         }
-        self.dual.clone_from(&self.step.states);
+        dual.clone_from(&gradient.states);
         // Adds the rotation of loads that act at a point of a body.
         for (body, by) in &step.turned {
-            self.dual[*body].turn += by.tr_mul(&self.step.wrenches[*body].torque);
+            dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque);
         }
-        self.found.wrenches.push(self.step.wrenches.clone());
+        self.found.wrenches.push(gradient.wrenches.clone());
         self.add_constants();
         Ok(())
     }
@@ -347,7 +304,7 @@ impl Backward {
             return Ok(());
         }
         if !run.constants.is_empty() {
-            self.resting.pull(&self.owed, run.constants, &mut self.step)?;
+            self.derivative.pull(&self.owed, run.constants, &mut self.step)?;
             self.add_constants();
         }
         self.owed.fill(StateChange::zero());
@@ -361,11 +318,6 @@ impl Backward {
             *sum += more;
         }
     }
-}
-
-/// Empty derivative with the smoothing of the run.
-fn derivative_of(run: &Run<'_>) -> Result<StepDerivative, Error> {
-    run.smoothing.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)
 }
 
 impl Simulation<'_> {

@@ -2,34 +2,37 @@
 //! every step, and the constants of the world.
 //!
 //! The run goes forward once and is then traversed backward with transposed products of the step
-//! derivatives ([`StepDerivative::pull`]). One pass suffices for any number of arguments. Data for
-//! the backward pass is recomputed from saved states, as many as the memory [budget](Checkpoints)
-//! allows. Segments that exceed the budget are divided recursively. The run is equal to the last
-//! bit with and without derivatives.
+//! derivatives ([`StepDerivative::pull`]). One pass suffices for any number of arguments. Steps are
+//! recorded as far as the memory [budget](Checkpoints) allows. A longer run is divided into segments,
+//! recursively, and their steps are taken again from saved states. The run is equal to the last bit
+//! with and without derivatives.
 
 mod backward;
 
-use super::{Saved, Simulation};
+use super::{Saved, Simulation, StepRecord};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
 use crate::solver::native::{Smoothing, StepDerivative};
+use crate::step::StepStatus;
 use crate::world::Constant;
-use backward::{Backward, Taken};
+use backward::Backward;
 
 /// Memory budget of the backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Checkpoints {
-    /// Number of step derivatives, at least one.
+    /// Largest number of recorded steps, at least one. Records beyond 64 MB reduce it, but not below
+    /// 16.
     pub steps: usize,
     /// Number of saved simulations, at least two.
     pub saved: usize,
 }
 
 impl Default for Checkpoints {
-    /// 300 of each: a few megabytes for one body, and one additional run for up to 90 000 steps.
+    /// Records 10 000 steps of one body, or 100 of a hundred. Longer runs are taken twice, up to 300
+    /// times this length.
     fn default() -> Self {
-        Self { steps: 300, saved: 300 }
+        Self { steps: 10_000, saved: 300 }
     }
 }
 
@@ -84,19 +87,20 @@ pub struct RunGradient {
 }
 
 impl RunGradient {
-    /// Adds the diagnostics of a step.
-    fn note(&mut self, step: &Taken, derivative: &StepDerivative) {
+    /// Adds the diagnostics of step `index`. `record` describes it, up to the index.
+    fn note(&mut self, index: u64, record: &StepRecord, derivative: &StepDerivative) {
         let smaller = |most: &mut (f64, u64), margin: f64| {
             if margin < most.0 {
-                *most = (margin, step.index);
+                *most = (margin, index);
             }
         };
         smaller(&mut self.margin, derivative.margin());
         smaller(&mut self.feature_margin, derivative.feature_margin());
-        self.unsolved += u64::from(!step.is_solved);
+        let unsolved = [StepStatus::Failed, StepStatus::Substepped, StepStatus::Wild];
+        self.unsolved += u64::from(unsolved.contains(&record.report.status));
         self.unknown += u64::from(derivative.unknown() > 0);
         self.kept += u64::from(derivative.keeps_shares());
-        self.limited += u64::from(step.is_limited);
+        self.limited += u64::from(record.restitution_share < 1.0);
     }
 }
 
