@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3, Vector4};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
-use tumble_robot::model::Moves;
+use tumble_robot::model::{Actuator, Moves};
 use tumble_robot::motion::{LinkMotion, RobotMotion};
 use tumble_robot::sensors::RobotSite;
 use tumble_robot::{Assembled, LinkFrame};
@@ -152,6 +152,19 @@ impl PyRobot {
     #[getter]
     fn control_ranges(&self) -> Vec<Option<[f64; 2]>> {
         self.own().robot().actuators.iter().map(|actuator| actuator.control_range).collect()
+    }
+
+    /// Actuators: joints with their factors, gear, gain, bias and force range.
+    #[getter]
+    fn actuator_list(&self) -> Vec<ActuatorParts> {
+        let parts = |of: &Actuator| (of.joints.clone(), of.gear, of.gain, of.bias, of.force_range);
+        self.own().robot().actuators.iter().map(parts).collect()
+    }
+
+    /// Indices of the joints whose coordinate follows that of another joint.
+    #[getter]
+    fn followers(&self) -> Vec<usize> {
+        self.own().robot().follows.iter().map(|mimic| mimic.joints[0]).collect()
     }
 
     /// Numbers of coordinates and rates.
@@ -314,6 +327,9 @@ impl PyRobot {
         Ok((three(gyroscope)?, three(read?)?))
     }
 }
+
+/// Joints with their factors, gear, gain, bias and force range.
+type ActuatorParts = (Vec<(usize, f64)>, f64, f64, [f64; 3], Option<[f64; 2]>);
 
 /// Frame on a link: link, point (m) and attitude.
 pub type LinkPlace = (usize, [f64; 3], [f64; 4]);

@@ -93,6 +93,7 @@ impl Task<'_> {
             before: &mut before,
             by_states: &mut by_states,
             constants: &constants,
+            inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing: self.smoothing,
         };

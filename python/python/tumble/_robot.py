@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf
-from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 
 from ._arrays import numbers
 from ._checks import pandas, real, whole
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ._arrays import Floats
+    from ._scene import Scene
     from ._simulation import Simulation
     from ._trajectory import Trajectory
 
@@ -66,6 +67,48 @@ def _from_zero(name: str, value: float) -> float:
     if not 0.0 <= value < inf:
         raise TumbleError(f"{name} is {value}; a number from 0 is needed")
     return value
+
+
+def _above_zero(name: str, value: float) -> float:
+    """Finite number above zero."""
+    value = real(name, value)
+    if not 0.0 < value < inf:
+        raise TumbleError(f"{name} is {value}; a number above 0 is needed")
+    return value
+
+
+def position_motors(
+    scene: "Scene",
+    stiffness: float,
+    damping: float,
+    most: Optional[float],
+    joints: Optional[Iterable[str]],
+) -> List[Tuple[int, int, float, float, float, float]]:
+    """Position motors of slides and hinges at the scene's start.
+
+    Each has joint, axis, target, stiffness, damping and force limit.
+    """
+    stiffness, damping = _above_zero("stiffness", stiffness), _from_zero("damping", damping)
+    most = None if most is None else _from_zero("most", most)
+    found: Dict[str, Tuple[int, int, float, float, float, float]] = {}
+    wanted = None if joints is None else list(joints)
+    for index in range(len(scene.robots)):
+        robot = CoreRobot(scene, index)
+        for number, (name, _, at, _, reference) in enumerate(robot.joint_list):
+            name, axis, effort = robot.prefix + name, robot.axis(number), robot.bounds(number)[1]
+            is_default = wanted is None and number not in robot.followers
+            if axis is None or not (is_default or name in (wanted or ())):
+                continue
+            limit = min(-effort[0], effort[1]) if most is None and effort is not None else most
+            if limit is None:
+                raise TumbleError(f"most of {name}, the force limit of its motor, is needed; set most")
+            found[name] = (*axis, float(robot.start[at]) - reference, stiffness, damping, limit)
+    for name in wanted or ():
+        if name not in found:
+            raise unknown("slide or hinge", name, list(found))
+    if not found:
+        raise TumbleError("motors: the scene has no robot with slides or hinges; use its motors table")
+    return list(found.values())
 
 
 class RobotJoint:
@@ -251,9 +294,7 @@ class Robot(CoreRobot):
 
         :raises TumbleError: if the stiffness is not positive, or another value is negative.
         """
-        stiffness = real("stiffness", stiffness)
-        if not 0.0 < stiffness < inf:
-            raise TumbleError(f"stiffness is {stiffness}; a number above 0 is needed")
+        stiffness = _above_zero("stiffness", stiffness)
         damping = _from_zero("damping", damping)
         most = None if most is None else _from_zero("most", most)
         for joint in self.slides_and_hinges:

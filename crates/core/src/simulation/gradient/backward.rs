@@ -11,7 +11,7 @@ use crate::mechanics::State;
 use crate::simulation::{Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
 use crate::step::StepStatus;
-use crate::world::World;
+use crate::world::{Constant, World};
 use nalgebra::Matrix3;
 
 /// Smallest number of derivatives in a segment. Larger numbers are not faster and use more memory.
@@ -76,6 +76,8 @@ pub(super) struct Backward {
     dual: Vec<StateChange>,
     found: RunGradient,
     step: StepGradient,
+    /// Constants of the run, then its inputs.
+    asked: Vec<Constant>,
     /// Reusable memory: the steps of a segment, the record of its last one, and the derivatives of
     /// its moving steps.
     taken: Vec<Taken>,
@@ -108,6 +110,7 @@ impl Backward {
                 ..RunGradient::default()
             },
             step: StepGradient::default(),
+            asked: run.constants.iter().chain(run.inputs).copied().collect(),
             taken: Vec::new(),
             record: StepRecord::new(),
             derivatives: Vec::new(),
@@ -134,6 +137,7 @@ impl Backward {
         let mut found = self.found;
         found.states = self.dual;
         found.wrenches.reverse();
+        found.inputs.reverse();
         Ok(found)
     }
 
@@ -324,11 +328,16 @@ impl Backward {
             None => &mut self.resting,
         };
         self.found.note(step, derivative);
-        if step.derivative.is_none() && derivative.pull_at_rest(&self.dual, &mut self.step)? {
+        // Inputs need the product of every step.
+        let is_summed = step.derivative.is_none() && run.inputs.is_empty();
+        if is_summed && derivative.pull_at_rest(&self.dual, &mut self.step)? {
             let owed = self.owed.iter_mut().zip(&self.dual);
             owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
         } else {
-            derivative.pull(&self.dual, run.constants, &mut self.step)?;
+            derivative.pull(&self.dual, &self.asked, &mut self.step)?;
+            if !run.inputs.is_empty() {
+                self.found.inputs.push(self.step.constants[run.constants.len()..].to_vec());
+            }
         }
         self.dual.clone_from(&self.step.states);
         // Adds the rotation of loads that act at a point of a body.
