@@ -109,7 +109,7 @@ pub fn gradients(
 
 /// Constants that the arrays of a batch set in each step.
 ///
-/// A larger offset of a gear acts like a smaller target of its motor.
+/// A larger offset of a gear acts like a larger target of its motor.
 fn inputs(batch: &Batch<'_>) -> Vec<Constant> {
     let motors = [Constant::MotorTarget, Constant::GearOffset];
     let motors = motors.into_iter().filter(|_| !batch.motors.is_empty());
@@ -123,7 +123,7 @@ fn targets<'a>(batch: &Batch<'_>, inputs: &'a [Vec<f64>]) -> impl Iterator<Item 
         _ => (&[][..], &[][..]),
     };
     let driven = if gears.is_empty() { Vec::new() } else { batch.world.gear_motors() };
-    joints.iter().copied().chain(driven.into_iter().map(|gear| -gears[gear]))
+    joints.iter().copied().chain(driven.into_iter().map(|gear| gears[gear]))
 }
 
 /// Derivatives with respect to joint forces, from those with respect to the inputs of a step.
