@@ -26,6 +26,18 @@ impl PyRobot {
         &self.content.robots[self.index]
     }
 
+    /// Hinges: joint and angular axis in the simulation, place among the coordinates, and reference
+    /// coordinate.
+    pub fn hinges(&self) -> impl Iterator<Item = ((usize, usize), usize, f64)> + '_ {
+        let robot = self.own().robot();
+        let joints = robot.joints.iter().zip(robot.places()).enumerate();
+        let hinges = joints.filter(|(_, (joint, _))| joint.moves == Moves::Hinge);
+        hinges.filter_map(|(index, (joint, (place, _)))| {
+            let (number, axis) = self.own().axis(index)?;
+            Some(((number, axis.checked_sub(3)?), place, joint.reference))
+        })
+    }
+
     fn at(&self, q: &PyReadonlyArrayDyn<'_, f64>, v: Option<&[f64]>) -> PyResult<RobotMotion> {
         let robot = self.own().robot();
         let still = vec![0.0; robot.counts().1];

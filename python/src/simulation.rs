@@ -1,6 +1,6 @@
 //! A running simulation.
 
-use crate::arrays::{Array, as_many, numbers, of_states, to_states};
+use crate::arrays::{Array, as_many, numbers, of_states, shaped, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::owned::Owned;
@@ -370,14 +370,28 @@ impl PySimulation {
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
-    /// Current joint angles, rad, including full turns: (J, 3).
-    #[getter]
-    fn joint_angles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    /// Current coordinates and rates of a robot. Hinges include full turns; other angles are the
+    /// ones nearest to `near`.
+    fn coordinates_of<'py>(
+        &self,
+        py: Python<'py>,
+        robot: PyRef<'_, PyRobot>,
+        near: PyReadonlyArrayDyn<'py, f64>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
         let own = self.owned()?;
         let simulation = &own.running.simulation;
-        let angles: Vec<f64> = simulation.joint_angles().flatten().copied().collect();
-        let joints = angles.len() / 3;
-        crate::arrays::shaped(py, angles, &[joints, 3])
+        let angles: Vec<_> = simulation.joint_angles().collect();
+        let mut near = numbers("near", &near)?.to_vec();
+        for (joint, place, reference) in robot.hinges() {
+            let angle = angles.get(joint.0).map(|angles| angles[joint.1]);
+            if let (Some(near), Some(angle)) = (near.get_mut(place), angle) {
+                *near = angle + reference;
+            }
+        }
+        let found = robot.own().coordinates(simulation.states(), &near);
+        let (q, v) = found.map_err(refused)?;
+        let (positions, rates) = (q.len(), v.len());
+        Ok((shaped(py, q, &[positions])?, shaped(py, v, &[rates])?))
     }
 
     /// Current coordinates of the joints, and their rates and forces over the last step, as columns

@@ -64,9 +64,9 @@ impl JointQuantity {
     /// Rate of the coordinate: its derivative along the velocities of the bodies (m/s or rad/s).
     pub fn rate(&self, world: &World, states: &[State]) -> f64 {
         let near = self.angles(world, states);
-        let fastest = self.bodies(world).map(|body| {
-            states[body].velocity.amax().max(states[body].spin.amax())
-        });
+        let fastest = self
+            .bodies(world)
+            .map(|body| states[body].velocity.amax().max(states[body].spin.amax()));
         let time = MOVED / fastest.fold(1.0, f64::max);
         let moved = |times: f64| {
             let mut states = states.to_vec();

@@ -12,8 +12,8 @@ use super::output::{PendingFile, quoted, say};
 use super::scenario::read_text;
 use super::signals::raise_on_signals;
 use argument::arguments;
-use joint::JointQuantity;
 pub use argument::help;
+use joint::JointQuantity;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -140,9 +140,7 @@ pub fn name_of(quantity: GradientQuantity) -> String {
 fn joint_of(scene: &Scene, args: &GradientArgs) -> Result<Option<JointQuantity>, Failure> {
     let is_of_joint = matches!(args.of, GradientQuantity::Coordinate | GradientQuantity::Rate);
     match &args.joint {
-        Some(name) if is_of_joint => {
-            JointQuantity::of(scene, name, args.axis.as_deref()).map(Some)
-        }
+        Some(name) if is_of_joint => JointQuantity::of(scene, name, args.axis.as_deref()).map(Some),
         None if !is_of_joint => Ok(None),
         Some(_) => {
             let why = "only coordinate and rate are of a joint; leave --joint out";

@@ -84,9 +84,8 @@ impl Task<'_> {
         let mut simulation = self.scene.simulation(self.interrupt)?;
         let start = simulation.states().to_vec();
         let mut before = |_: &mut Simulation<'_>| Ok(());
-        let mut by_states = |k: u64, states: &[State]| {
-            (k == steps).then(|| self.slopes(&start, states))
-        };
+        let mut by_states =
+            |k: u64, states: &[State]| (k == steps).then(|| self.slopes(&start, states));
         let mut run = Run {
             steps,
             before: &mut before,

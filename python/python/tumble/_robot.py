@@ -245,12 +245,11 @@ class Robot(CoreRobot):
         simulation.step()
     """
 
-    __slots__ = ("simulation", "_near", "_hinges", "_controls", "_handles", "__weakref__")
+    __slots__ = ("simulation", "_near", "_controls", "_handles", "__weakref__")
 
     simulation: "Simulation"
     """Simulation of the robot."""
     _near: "Floats"
-    _hinges: Tuple[List[Any], ...]
     _controls: "Floats"
     _handles: Dict[str, RobotJoint]
 
@@ -258,10 +257,6 @@ class Robot(CoreRobot):
         self = super().__new__(cls, simulation.scene, index)
         self.simulation = simulation
         self._near = self.start
-        # Hinges: index in q, joint and axis in the simulation, and reference coordinate.
-        found = [(joint, self.axis(k)) for k, joint in enumerate(self.joint_list) if joint[1] == "hinge"]
-        hinges = [(joint[2], *axis, joint[4]) for joint, axis in found if axis is not None]
-        self._hinges = tuple(list(column) for column in zip(*hinges)) if hinges else ([], [], [], [])
         self._handles = {}
         self._controls = _locked(self.first_controls)
         return self
@@ -318,13 +313,7 @@ class Robot(CoreRobot):
             self[name]._motor = motor
 
     def _now(self) -> Tuple["Floats", "Floats"]:
-        places, joints, axes, references = self._hinges
-        near = self._near.copy()
-        if places:
-            # Angular axes follow the three linear ones.
-            angles = self.simulation.joint_angles[joints, [axis - 3 for axis in axes]]
-            near[places] = angles + references
-        q, v = self.coordinates(self.simulation.states, near)
+        q, v = self.simulation.coordinates_of(self, self._near)
         self._near = q
         return q, v
 
