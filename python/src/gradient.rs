@@ -24,16 +24,14 @@ use tumble_scene::scene::Scene as Content;
 type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u64; 2]);
 
 /// Creates a simulation of the scene from `states` at step `start_index`.
-fn begin(
-    content: &Content,
-    states: Vec<State>,
-    start_index: u64,
-) -> Result<Simulation<'static>, Error> {
-    let motion = content.motion(&content.world)?;
+fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Simulation<'static>> {
+    let named = |error: Error| refused(content.naming(&error));
+    let motion = content.motion(&content.world).map_err(refused)?;
     // Prescribed motions depend on the start index.
     let begun = Content { start_index, ..content.clone() };
-    let mut simulation = Simulation::new(begun.world_at(start_index), states, motion)?;
-    begun.prepare(&mut simulation)?;
+    let simulation = Simulation::new(begun.world_at(start_index), states, motion);
+    let mut simulation = simulation.map_err(named)?;
+    begun.prepare(&mut simulation).map_err(named)?;
     Ok(simulation)
 }
 
@@ -84,8 +82,7 @@ pub fn jacobian<'py>(
     let values: Vec<_> = values.iter().map(|(constant, value)| (*constant, &value[..])).collect();
     world.with_constants(&values).map_err(|error| of_step(&error))?;
     let index = index.unwrap_or(content.start_index);
-    let begun = begin(content, to_states("states", &states)?, index);
-    let mut simulation = begun.map_err(|error| of_step(&error))?;
+    let mut simulation = begin(content, to_states("states", &states)?, index)?;
     if let Some(pushes) = &pushes {
         for (body, wrench) in wrenches(numbers("wrenches", pushes)?).enumerate() {
             simulation.set_wrench(body, wrench).map_err(|error| of_step(&error))?;
@@ -192,9 +189,9 @@ pub fn vjp<'py>(
         .chunks_exact(12)
         .map(|twelve| StateChange::from_array(&std::array::from_fn(|k| twelve[k])))
         .collect();
+    let start_index = index.unwrap_or(content.start_index);
+    let mut simulation = begin(content, start, start_index)?;
     let work = || {
-        let start_index = index.unwrap_or(content.start_index);
-        let mut simulation = begin(content, start, start_index)?;
         let mut before = |simulation: &mut Simulation<'_>| {
             let Some(pushes) = pushes else { return Ok(()) };
             let step = (simulation.index() - start_index) as usize;

@@ -137,7 +137,9 @@ def test_what_is_refused(tmp_path):
 def test_arguments_of_the_loader_reach_it(tmp_path):
     path = cart(tmp_path, '<motor joint="slider" ctrllimited="true" ctrlrange="-1 1"/>')
     path.write_text(path.read_text().replace('mass="0.1"', 'mass="0.1" condim="4"'))
-    assert "condim" not in " ".join(RobotEnv(path, point_contacts=True).robot.notes) or True
+    with pytest.raises(tumble.TumbleError, match="condim"):
+        RobotEnv(path)
+    assert RobotEnv(path, point_contacts=True).action_space.shape == (1,)
     env = RobotEnv(path, leave_out=["actuator", "@condim"], actions="torque", ranges={"slider": (-1, 1), "hinge": (-1, 1)})
     assert env.robot.actuators == [] and env.actions.names == ["slider", "hinge"]
 
