@@ -1,8 +1,5 @@
 """Derivatives by the torques and targets of each step, compared with finite differences."""
 
-from importlib.util import find_spec
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -147,16 +144,15 @@ def test_motors_of_a_scene_are_those_of_its_robot():
 
 
 @CASES
-def test_torch_and_jax_have_the_same_numbers(case):
+@pytest.mark.parametrize("name", ["torch", "jax"])
+def test_torch_and_jax_have_the_same_numbers(case, name):
+    pytest.importorskip(name)
     scene, given = case()
     of = Differentiable(scene, None, 1)
     own = of.pull(given, of.states(given), WEIGHTS)
-    for name, through in (("torch", through_torch), ("jax", through_jax)):
-        if find_spec(name) is None:
-            continue
-        found = through(scene, given)
-        for argument, by in own.items():
-            assert np.allclose(found[argument], by, rtol=1e-14, atol=0), (name, argument)
+    found = {"torch": through_torch, "jax": through_jax}[name](scene, given)
+    for argument, by in own.items():
+        assert np.allclose(found[argument], by, rtol=1e-14, atol=0), argument
 
 
 def split(given):

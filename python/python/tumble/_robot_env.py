@@ -96,8 +96,9 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         floats = bool(self.robot.joint_list) and self.robot.joint_list[0][1] == "free"
         if self.up is None and floats:
             self.up = 2
-        gains = {"stiffness": stiffness, "damping": damping, "most": most}
-        self.actions = Actions(self.robot, actions, joints=joints, ranges=ranges, **gains)
+        self.actions = Actions(
+            self.robot, actions, joints=joints, ranges=ranges, stiffness=stiffness, damping=damping, most=most
+        )
         self.actions.begin(self.robot)
         low, high = (of.astype(np.float32) for of in (self.actions.low, self.actions.high))
         self.action_space = spaces.Box(low, high, dtype=np.float32)

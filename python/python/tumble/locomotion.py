@@ -23,7 +23,7 @@ import numpy as np
 
 from ._robot_env import EPISODE, Floats, Info, RobotEnv, RobotVectorEnv
 
-__all__ = ["Ant", "HalfCheetah", "Hopper", "RobotEnv", "RobotVectorEnv", "Runner", "Walker2d", "model"]
+__all__ = ["EPISODE", "Ant", "HalfCheetah", "Hopper", "RobotEnv", "RobotVectorEnv", "Runner", "Walker2d", "model"]
 
 
 def model(name: str) -> Path:
