@@ -7,6 +7,7 @@ mod central;
 mod compare;
 mod digits;
 mod draw;
+mod driven;
 mod joints;
 mod laws;
 mod loops;
