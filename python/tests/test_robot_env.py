@@ -70,6 +70,9 @@ def test_a_torque_is_the_force_of_the_joint(tmp_path):
     q, v = env.robot.start, np.zeros(2)
     rates = np.linalg.solve(env.robot.mass_matrix(q), np.array([2.0, 0.0]) - env.robot.bias_forces(q, v))
     assert env.robot.v[0] == pytest.approx(env.scene.time_step * rates[0], rel=1e-3)
+    limited, largest = env.reset(seed=0), env.step([100.0])[0]
+    env.reset(seed=0)
+    assert np.array_equal(largest, env.step([5.0])[0]) and not np.array_equal(largest, limited[0])
 
 
 def test_a_position_is_reached_at_the_end_of_the_action(tmp_path):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Tuple, Union
+from typing import Iterable, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from ._checks import real
 from ._names import unknown
-from ._robot import Robot, RobotJoint
+from ._robot import Robot
 from ._tumble import TumbleError
 
 Floats = npt.NDArray[np.float64]
@@ -82,32 +82,20 @@ class Actions:
                 raise TumbleError(f"most of {name}, the force limit of its motor, is needed; give most")
 
     def apply(self, robot: Robot, action: Floats, duration: float) -> None:
-        """Sets the drives for an action that lasts ``duration`` s."""
+        """Sets the drives for an action that lasts ``duration`` s. It is clipped to its range."""
         if self.kind == "controls":
+            # Actuators clip their controls as the file says.
             robot.controls = action
             return
-        effect = _EFFECTS[self.kind]
-        for name, number in zip(self._joints, action.tolist()):
-            effect(robot[name], number, duration)
-
-
-def _push(joint: RobotJoint, force: float, duration: float) -> None:
-    joint.set_force(force)
-
-
-def _aim(joint: RobotJoint, target: float, duration: float) -> None:
-    joint.target = target
-
-
-def _carry(joint: RobotJoint, target: float, duration: float) -> None:
-    joint.hold_speed((target - joint.coordinate) / duration)
-
-
-_EFFECTS: Dict[str, Callable[[RobotJoint, float, float], None]] = {
-    "torque": _push,
-    "pd": _aim,
-    "position": _carry,
-}
+        q = robot.q
+        for name, number in zip(self._joints, np.clip(action, self.low, self.high).tolist()):
+            joint = robot[name]
+            if self.kind == "torque":
+                joint.set_force(number)
+            elif self.kind == "pd":
+                joint.target = number
+            else:
+                joint.hold_speed((number - float(q[joint.place])) / duration)
 
 
 def _of(numbers: Optional[ByJoint], name: str) -> Optional[float]:

@@ -121,14 +121,16 @@ class RobotJoint:
 
     # Slots refuse mistyped names.
     __slots__ = (
-        *("name", "range", "_stiffness", "_damping", "_limit"),
-        *("_robot", "_axis", "_at", "_rate", "_reference", "_target"),
+        *("name", "range", "place", "_stiffness", "_damping", "_limit"),
+        *("_robot", "_axis", "_rate", "_reference", "_target"),
     )
 
     name: str
     """Name in the file."""
     range: Optional[Tuple[float, float]]
     """Limits of the coordinate, or None."""
+    place: int
+    """Index of its coordinate in ``robot.q``."""
 
     def __init__(self, robot: "Robot", index: int) -> None:
         name, _, at, rate, reference = robot.joint_list[index]
@@ -141,7 +143,7 @@ class RobotJoint:
         self._stiffness, self._damping = 0.0, 0.0
         self._limit = None if effort is None else min(-effort[0], effort[1])
         self._robot, self._axis = robot, axis
-        self._at, self._rate, self._reference = at, rate, reference
+        self.place, self._rate, self._reference = at, rate, reference
         self._target: Optional[float] = None
 
     @property
@@ -174,7 +176,7 @@ class RobotJoint:
     @property
     def coordinate(self) -> float:
         """Current coordinate in the convention of the file, including full turns."""
-        return float(self._robot.q[self._at])
+        return float(self._robot.q[self.place])
 
     @property
     def speed(self) -> float:
