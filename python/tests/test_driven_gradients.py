@@ -33,7 +33,8 @@ def by_targets():
 
 def by_torques():
     """An arm with torques, shared by two rollouts."""
-    return arm(), {"joint_forces": np.random.default_rng(3).uniform(-4, 4, (1, STEPS, 2)), "friction": np.array([0.3, 0.4])}
+    torques = np.random.default_rng(3).uniform(-4, 4, (1, STEPS, 2))
+    return arm(), {"joint_forces": torques, "friction": np.array([0.3, 0.4])}
 
 
 CASES = pytest.mark.parametrize("case", [by_targets, by_torques])
@@ -60,7 +61,7 @@ def test_products_are_those_of_differences(case, size):
 
 
 def test_a_torque_turns_its_axis():
-    """One step from rest: the spin changes by h τ / I about the shoulder, if the elbow is held by its inertia alone."""
+    """The spin about the axis changes by h τ / I in each step."""
     scene = tumble.Scene(
         bodies=[{"name": "rod", "box": [0.4, 0.02, 0.02], "mass": 1.0, "position": [0, 0, 1]}],
         ground={"friction": 0.3},
@@ -75,7 +76,7 @@ def test_a_torque_turns_its_axis():
 
 
 def test_a_body_at_rest_has_the_derivatives_of_each_step():
-    """A block that a strong spring holds: all steps are equal, and the last target matters most."""
+    """An arm that its motors hold at rest, so that all steps are equal."""
     scene, _ = by_targets()
     held = tumble.rollout(scene, motors=np.zeros((1, 400, 2))).states[:, -1]
     ends = np.zeros((1, 2, 12))
@@ -105,7 +106,8 @@ GEARED = {
 
 
 def test_a_motor_of_a_gear():
-    gear = {"joints": ["a", "b"], "ratio": 0.5, "motor": {"position": 0.2, "stiffness": 3.0, "damping": 0.1, "most": 5.0}}
+    motor = {"position": 0.2, "stiffness": 3.0, "damping": 0.1, "most": 5.0}
+    gear = {"joints": ["a", "b"], "ratio": 0.5, "motor": motor}
     scene = tumble.Scene(**GEARED, gears=[gear])
     motors = np.full((1, 8, 1), 0.2)
     ends = np.zeros((1, 2, 12))

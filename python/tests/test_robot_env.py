@@ -143,7 +143,8 @@ def test_arguments_of_the_loader_reach_it(tmp_path):
     with pytest.raises(tumble.TumbleError, match="condim"):
         RobotEnv(path)
     assert RobotEnv(path, point_contacts=True).action_space.shape == (1,)
-    env = RobotEnv(path, leave_out=["actuator", "@condim"], actions="torque", ranges={"slider": (-1, 1), "hinge": (-1, 1)})
+    ranges = {"slider": (-1, 1), "hinge": (-1, 1)}
+    env = RobotEnv(path, leave_out=["actuator", "@condim"], actions="torque", ranges=ranges)
     assert env.robot.actuators == [] and env.actions.names == ["slider", "hinge"]
 
 
@@ -155,6 +156,8 @@ def test_a_scene_is_an_environment_too():
     )
     env = RobotEnv(scene, 4, substeps=2, robot="dog.", **DECLARED["pd"])
     assert env.dt == pytest.approx(4 * scene.time_step)
+    with pytest.raises(tumble.TumbleError, match="leave_out: the scene is read already"):
+        RobotEnv(scene, robot="dog.", leave_out=["x"], **DECLARED["pd"])
     check_env(env, skip_render_check=True)
 
 

@@ -271,11 +271,12 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
 def _scene(file: Any, substeps: int, reading: Mapping[str, Any]) -> Scene:
     """Scene of ``file`` with its time step divided by ``substeps``."""
     if isinstance(file, Scene):
-        if any(value is not None for value in reading.values()):
-            raise TumbleError(f"{', '.join(reading)} are for files; load the scene with them")
-        text, path, settings = file._source
-        return file if substeps == 1 else Scene.from_text(text, path, **{**settings, "time_step": file.time_step / substeps})
-    scene = load(file, **reading)
+        given = [name for name, value in reading.items() if value is not None]
+        if given:
+            raise TumbleError(f"{', '.join(given)}: the scene is read already; give them to tumble.load")
+        scene = file
+    else:
+        scene = load(file, **reading)
     if substeps == 1:
         return scene
     text, path, settings = scene._source
