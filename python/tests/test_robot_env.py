@@ -1,5 +1,6 @@
 """Environments of robots from any file: declared actions, images, and many at once."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -146,6 +147,15 @@ def test_arguments_of_the_loader_reach_it(tmp_path):
     ranges = {"slider": (-1, 1), "hinge": (-1, 1)}
     env = RobotEnv(path, leave_out=["actuator", "@condim"], actions="torque", ranges=ranges)
     assert env.robot.actuators == [] and env.actions.names == ["slider", "hinge"]
+    (tmp_path / "there" / "leg").mkdir(parents=True)
+    (tmp_path / "there" / "leg" / "wedge.obj").write_bytes((DATA / "parts" / "wedge.obj").read_bytes())
+    leg = tmp_path / "leg.urdf"
+    text = QUADRUPED.read_text()
+    box = re.search(r"<box [^>]*>", text)[0]
+    leg.write_text(text.replace(box, '<mesh filename="package://leg/wedge.obj"/>', 1))
+    with pytest.raises(tumble.TumbleError, match="packages"):
+        RobotEnv(leg, actions="torque")
+    assert RobotEnv(leg, actions="torque", packages=tmp_path / "there").action_space.shape == (12,)
 
 
 def test_a_scene_is_an_environment_too():
