@@ -214,9 +214,11 @@ def test_many_take_the_steps_of_single_ones(threads):
     assert ends > 0 and cuts > 0
 
 
-def test_gymnasium_makes_many_hoppers():
-    many = gymnasium.make_vec("tumble/Hopper-v0", num_envs=3, vectorization_mode="vector_entry_point", threads=2)
+@pytest.mark.parametrize("name", ["Hopper", "HalfCheetah", "Walker2d", "Ant"])
+def test_gymnasium_makes_many_of_its_robots(name):
+    many = gymnasium.make_vec(f"tumble/{name}-v0", num_envs=3, vectorization_mode="vector_entry_point", threads=2)
     assert isinstance(many.unwrapped, RobotVectorEnv)
     many.reset(seed=0)
     observed, rewards, *_ = many.step(many.action_space.sample())
-    assert observed.shape == (3, 11) and rewards.shape == (3,)
+    assert observed.shape == many.observation_space.shape and rewards.shape == (3,)
+    assert gymnasium.spec(f"tumble/{name}-v0").to_json()

@@ -178,10 +178,15 @@ class Ant(Runner):
         return bool(0.2 <= self.robot.q[2] <= 1.0)
 
 
-for _env in (Hopper, HalfCheetah, Walker2d, Ant):
+HopperVector = partial(RobotVectorEnv, Hopper)
+HalfCheetahVector = partial(RobotVectorEnv, HalfCheetah)
+Walker2dVector = partial(RobotVectorEnv, Walker2d)
+AntVector = partial(RobotVectorEnv, Ant)
+
+for _name in ("Hopper", "HalfCheetah", "Walker2d", "Ant"):
     gymnasium.register(
-        id=f"tumble/{_env.__name__}-v0",
-        entry_point=f"tumble.locomotion:{_env.__name__}",
-        vector_entry_point=partial(RobotVectorEnv, _env),
+        id=f"tumble/{_name}-v0",
+        entry_point=f"tumble.locomotion:{_name}",
+        vector_entry_point=f"tumble.locomotion:{_name}Vector",
         max_episode_steps=EPISODE,
     )
