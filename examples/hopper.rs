@@ -114,6 +114,7 @@ fn slopes(torques: &Torques, steps: u64) -> Result<(Torques, f64), Error> {
             })
         },
         constants: &[],
+        inputs: &[],
         checkpoints: Checkpoints::default(),
         smoothing: None,
     })?;

@@ -66,6 +66,7 @@ fn slopes(velocity: &Vector3<f64>) -> Result<(Matrix2x3<f64>, f64), Error> {
             before: &mut |_| Ok(()),
             by_states: &mut |k, _| (k == STEPS).then(|| vec![end]),
             constants: &[],
+            inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing: None,
         })?;

@@ -76,6 +76,7 @@ fn parts(force: f64, steps: u64) -> Result<([f64; 5], f64), Error> {
         before: &mut |simulation| push(simulation, force),
         by_states: &mut |k, _| (k == steps).then(|| vec![along]),
         constants: &CONSTANTS,
+        inputs: &[],
         checkpoints: Checkpoints::default(),
         smoothing: None,
     })?;

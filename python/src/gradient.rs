@@ -23,11 +23,15 @@ use tumble_scene::scene::Scene as Content;
 /// - steps of both margins, for a run.
 type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u64; 2]);
 
-/// Creates a simulation of the scene from `states`.
-fn begin(content: &Content, states: Vec<State>) -> Result<Simulation<'static>, Error> {
-    let motion = content.motion(&content.world)?;
-    let mut simulation = Simulation::new(content.world.clone(), states, motion)?;
-    content.prepare(&mut simulation)?;
+/// Creates a simulation of the scene from `states` at step `start_index`.
+fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Simulation<'static>> {
+    let named = |error: Error| refused(content.naming(&error));
+    let motion = content.motion(&content.world).map_err(refused)?;
+    // Prescribed motions depend on the start index.
+    let begun = Content { start_index, ..content.clone() };
+    let simulation = Simulation::new(begun.world_at(start_index), states, motion);
+    let mut simulation = simulation.map_err(named)?;
+    begun.prepare(&mut simulation).map_err(named)?;
     Ok(simulation)
 }
 
@@ -61,11 +65,12 @@ pub fn smoothing_of(given: Option<(String, f64)>) -> PyResult<Option<Smoothing>>
 
 /// Jacobian of one step.
 #[pyfunction]
-#[pyo3(signature = (scene, states, pushes, by, smoothing))]
+#[pyo3(signature = (scene, states, index, pushes, by, smoothing))]
 pub fn jacobian<'py>(
     py: Python<'py>,
     scene: PyRef<'_, PyScene>,
     states: PyReadonlyArrayDyn<'_, f64>,
+    index: Option<u64>,
     pushes: Option<PyReadonlyArrayDyn<'_, f64>>,
     by: Vec<String>,
     smoothing: Option<(String, f64)>,
@@ -76,8 +81,8 @@ pub fn jacobian<'py>(
     let values: Vec<_> = constants.iter().map(|constant| (*constant, constant.of(world))).collect();
     let values: Vec<_> = values.iter().map(|(constant, value)| (*constant, &value[..])).collect();
     world.with_constants(&values).map_err(|error| of_step(&error))?;
-    let mut simulation =
-        begin(content, to_states("states", &states)?).map_err(|error| of_step(&error))?;
+    let index = index.unwrap_or(content.start_index);
+    let mut simulation = begin(content, to_states("states", &states)?, index)?;
     if let Some(pushes) = &pushes {
         for (body, wrench) in wrenches(numbers("wrenches", pushes)?).enumerate() {
             simulation.set_wrench(body, wrench).map_err(|error| of_step(&error))?;
@@ -163,11 +168,12 @@ struct Change {
 /// Product of the transposed derivative of a run with derivatives with respect to its end.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
-#[pyo3(signature = (scene, states, controls, steps, by_end, by, smoothing))]
+#[pyo3(signature = (scene, states, index, controls, steps, by_end, by, smoothing))]
 pub fn vjp<'py>(
     py: Python<'py>,
     scene: PyRef<'_, PyScene>,
     states: PyReadonlyArrayDyn<'_, f64>,
+    index: Option<u64>,
     controls: Option<PyReadonlyArrayDyn<'_, f64>>,
     steps: u64,
     by_end: PyReadonlyArrayDyn<'_, f64>,
@@ -183,11 +189,12 @@ pub fn vjp<'py>(
         .chunks_exact(12)
         .map(|twelve| StateChange::from_array(&std::array::from_fn(|k| twelve[k])))
         .collect();
+    let start_index = index.unwrap_or(content.start_index);
+    let mut simulation = begin(content, start, start_index)?;
     let work = || {
-        let mut simulation = begin(content, start)?;
         let mut before = |simulation: &mut Simulation<'_>| {
             let Some(pushes) = pushes else { return Ok(()) };
-            let step = (simulation.index() - content.start_index) as usize;
+            let step = (simulation.index() - start_index) as usize;
             let now = &pushes[6 * bodies * step..][..6 * bodies];
             wrenches(now).enumerate().try_for_each(|(body, w)| simulation.set_wrench(body, w))
         };
@@ -197,6 +204,7 @@ pub fn vjp<'py>(
             before: &mut before,
             by_states: &mut by_states,
             constants: &constants,
+            inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing,
         };

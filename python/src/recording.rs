@@ -26,7 +26,7 @@ use tumble_scene::output::tables::{
 use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::{RunFile, checksum_of};
 use tumble_scene::scene::Scene as Content;
-use tumble_view::animation::{AnimationSettings, View, animate};
+use tumble_view::animation::{AnimationSettings, View, animate, pixels};
 use tumble_view::plot::{self, PlotSheet};
 use tumble_view::view::page;
 
@@ -314,6 +314,20 @@ impl PyRecording {
         let watched = Watched { interrupt: &flag, done: &done, total, progress: progress.as_ref() };
         let bytes = watched.run(py, || animate(&film, &settings, follow))?.map_err(refused)?;
         Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// First state as an image (size, size, 3) of red, green and blue.
+    fn pixels<'py>(
+        &self,
+        py: Python<'py>,
+        size: u16,
+        camera: (f64, f64),
+    ) -> PyResult<Array<'py, u8>> {
+        let view = Some(View { azimuth: camera.0, elevation: camera.1 });
+        let settings = AnimationSettings { size, view, ..AnimationSettings::default() };
+        let film = self.film()?;
+        let bytes = py.detach(|| pixels(&film, &settings)).map_err(refused)?;
+        shaped(py, bytes, &[usize::from(size), usize::from(size), 3])
     }
 
     /// Motion as a web page, side by side with `other` if it is not None.

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3, Vector4};
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
-use tumble_robot::model::Moves;
+use tumble_robot::model::{Actuator, Moves};
 use tumble_robot::motion::{LinkMotion, RobotMotion};
 use tumble_robot::sensors::RobotSite;
 use tumble_robot::{Assembled, LinkFrame};
@@ -24,6 +24,18 @@ impl PyRobot {
     /// The robot in its scene.
     pub fn own(&self) -> &Assembled {
         &self.content.robots[self.index]
+    }
+
+    /// Hinges: joint and angular axis in the simulation, place among the coordinates, and reference
+    /// coordinate.
+    pub fn hinges(&self) -> impl Iterator<Item = ((usize, usize), usize, f64)> + '_ {
+        let robot = self.own().robot();
+        let joints = robot.joints.iter().zip(robot.places()).enumerate();
+        let hinges = joints.filter(|(_, (joint, _))| joint.moves == Moves::Hinge);
+        hinges.filter_map(|(index, (joint, (place, _)))| {
+            let (number, axis) = self.own().axis(index)?;
+            Some(((number, axis.checked_sub(3)?), place, joint.reference))
+        })
     }
 
     fn at(&self, q: &PyReadonlyArrayDyn<'_, f64>, v: Option<&[f64]>) -> PyResult<RobotMotion> {
@@ -152,6 +164,19 @@ impl PyRobot {
     #[getter]
     fn control_ranges(&self) -> Vec<Option<[f64; 2]>> {
         self.own().robot().actuators.iter().map(|actuator| actuator.control_range).collect()
+    }
+
+    /// Actuators: joints with their factors, gear, gain, bias and force range.
+    #[getter]
+    fn actuator_list(&self) -> Vec<ActuatorParts> {
+        let parts = |of: &Actuator| (of.joints.clone(), of.gear, of.gain, of.bias, of.force_range);
+        self.own().robot().actuators.iter().map(parts).collect()
+    }
+
+    /// Indices of the joints whose coordinate follows that of another joint.
+    #[getter]
+    fn followers(&self) -> Vec<usize> {
+        self.own().robot().follows.iter().map(|mimic| mimic.joints[0]).collect()
     }
 
     /// Numbers of coordinates and rates.
@@ -314,6 +339,9 @@ impl PyRobot {
         Ok((three(gyroscope)?, three(read?)?))
     }
 }
+
+/// Joints with their factors, gear, gain, bias and force range.
+type ActuatorParts = (Vec<(usize, f64)>, f64, f64, [f64; 3], Option<[f64; 2]>);
 
 /// Frame on a link: link, point (m) and attitude.
 pub type LinkPlace = (usize, [f64; 3], [f64; 4]);

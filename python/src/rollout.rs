@@ -133,7 +133,8 @@ pub fn rollout(
     Ok((report.all.statuses.to_vec(), tempered, unsolved))
 }
 
-/// Derivatives with respect to starts (B, N, 12), wrenches (B, T, N, 6) and constants. Then for
+/// Derivatives with respect to starts (B, N, 12), wrenches (B, T, N, 6), motors (B, T, M), joint
+/// forces (B, T, D) and constants. Motors and joint forces have one only if they are given. Then for
 /// each rollout: both margins (m/s), the steps of both, and four numbers of steps. These count
 /// steps that did not converge, have unknown features, kept force distributions, or partial
 /// restitution.
@@ -164,6 +165,12 @@ pub fn rollout_gradients<'py>(
         shaped(py, found.starts, &[rollouts, bodies, 12])?,
         shaped(py, found.controls, &[rollouts, steps, bodies, 6])?,
     ];
+    for (given, numbers) in [(&inputs.5, found.motors), (&inputs.6, found.joint_forces)] {
+        if given.is_some() {
+            let width = numbers.len() / (rollouts * steps);
+            arrays.push(shaped(py, numbers, &[rollouts, steps, width])?);
+        }
+    }
     for (constant, numbers) in constants.iter().zip(found.constants) {
         let shape: Vec<_> = std::iter::once(rollouts).chain(constant.shape(world)).collect();
         arrays.push(shaped(py, numbers, &shape)?);

@@ -9,7 +9,7 @@ use tumble_core::error::Error;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble_core::simulation::{self, Motion, StepRecord};
-use tumble_core::step::StepSolution;
+use tumble_core::step::{StepSolution, StepStatus};
 use tumble_scene::output::tables::TableStep;
 use tumble_scene::scene::Scene;
 
@@ -92,6 +92,17 @@ impl Running {
             last.change();
         }
         taken
+    }
+
+    /// Takes `steps` steps and returns how many of them failed or are wild.
+    pub fn unsolved_of(&mut self, steps: usize) -> Result<usize, Error> {
+        let mut unsolved = 0;
+        for _ in 0..steps {
+            self.step(self.simulation.rests())?;
+            let status = self.last.record().report.status;
+            unsolved += usize::from(matches!(status, StepStatus::Failed | StepStatus::Wild));
+        }
+        Ok(unsolved)
     }
 
     /// Takes `steps` steps and records them, with their `wrenches` if there are any.

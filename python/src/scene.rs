@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tumble_core::joint::{GearAxis, JointAxis};
+use tumble_core::joint::{Drive, GearAxis, JointAxis, Motor};
 use tumble_core::mechanics::Rotation;
 use tumble_core::world::constants::extents;
 use tumble_model::Model;
@@ -48,6 +48,10 @@ pub fn in_python(failure: Failure) -> PyErr {
         other => refused(other),
     }
 }
+
+/// Position motor: joint, axis, target, stiffness, damping and force limit.
+#[derive(FromPyObject)]
+pub struct PositionMotor(usize, usize, f64, f64, f64, f64);
 
 /// A scene. Created through its subclass in Python.
 #[pyclass(frozen, subclass, name = "CoreScene", module = "tumble._tumble")]
@@ -172,6 +176,21 @@ impl PyScene {
     fn joint_axes(&self) -> Vec<Vec<usize>> {
         let axes = |joint: &JointModel| joint.kind.driven().iter().map(|(_, axis)| *axis).collect();
         self.content.model.joints.iter().map(axes).collect()
+    }
+
+    /// Model with position motors on joint axes, as text. They replace other motors of these axes.
+    fn motored(&self, motors: Vec<PositionMotor>) -> PyResult<String> {
+        let mut model = self.content.model.clone();
+        for PositionMotor(joint, axis, target, stiffness, damping, most) in motors {
+            let joint = model.joints.get_mut(joint).ok_or_else(|| refused("joint: unknown"))?;
+            let driven = joint.kind.driven();
+            let place = driven.iter().position(|(_, known)| *known == axis);
+            let place = place.ok_or_else(|| refused(format!("axis of {}: unknown", joint.name)))?;
+            joint.drives.resize(driven.len(), Drive::NONE);
+            let motor = Some(Motor::Position { target, stiffness, damping, most });
+            joint.drives[place] = Drive { motor, force: 0.0, ..joint.drives[place] };
+        }
+        model.text().map_err(in_python)
     }
 
     /// Step index k of its start.

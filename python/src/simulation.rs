@@ -1,6 +1,6 @@
 //! A running simulation.
 
-use crate::arrays::{Array, as_many, numbers, of_states, to_states};
+use crate::arrays::{Array, as_many, numbers, of_states, shaped, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::owned::Owned;
@@ -15,9 +15,11 @@ use pyo3::exceptions::PyBaseException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::num::NonZeroUsize;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
 use std::time::{Duration, Instant};
 use tumble_core::error::Error;
 use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
@@ -368,14 +370,28 @@ impl PySimulation {
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
-    /// Current joint angles, rad, including full turns: (J, 3).
-    #[getter]
-    fn joint_angles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    /// Current coordinates and rates of a robot. Hinges include full turns; other angles are the
+    /// ones nearest to `near`.
+    fn coordinates_of<'py>(
+        &self,
+        py: Python<'py>,
+        robot: PyRef<'_, PyRobot>,
+        near: PyReadonlyArrayDyn<'py, f64>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
         let own = self.owned()?;
         let simulation = &own.running.simulation;
-        let angles: Vec<f64> = simulation.joint_angles().flatten().copied().collect();
-        let joints = angles.len() / 3;
-        crate::arrays::shaped(py, angles, &[joints, 3])
+        let angles: Vec<_> = simulation.joint_angles().collect();
+        let mut near = numbers("near", &near)?.to_vec();
+        for (joint, place, reference) in robot.hinges() {
+            let angle = angles.get(joint.0).map(|angles| angles[joint.1]);
+            if let (Some(near), Some(angle)) = (near.get_mut(place), angle) {
+                *near = angle + reference;
+            }
+        }
+        let found = robot.own().coordinates(simulation.states(), &near);
+        let (q, v) = found.map_err(refused)?;
+        let (positions, rates) = (q.len(), v.len());
+        Ok((shaped(py, q, &[positions])?, shaped(py, v, &[rates])?))
     }
 
     /// Current coordinates of the joints, and their rates and forces over the last step, as columns
@@ -497,6 +513,53 @@ impl PySimulation {
         recording.is_of_scene = running.is_of_scene;
         Ok((recording, ended.err().map(|raised| raised.into_value(py))))
     }
+}
+
+/// Takes `steps` steps of each simulation, on at most `threads` threads. Returns the number of failed
+/// or wild steps of each.
+#[pyfunction]
+pub fn step_all(
+    py: Python<'_>,
+    simulations: Vec<PyRef<'_, PySimulation>>,
+    steps: usize,
+    threads: usize,
+) -> PyResult<Vec<usize>> {
+    let mut owned = Vec::new();
+    for simulation in &simulations {
+        let mut own = simulation.owned()?;
+        own.leave_lost_threads()?;
+        owned.push(own);
+    }
+    let all: Vec<&mut Running> = owned.iter_mut().map(|own| &mut own.running).collect();
+    let count = all.len();
+    let queue = Mutex::new(all.into_iter().enumerate());
+    let work = || {
+        let mut found = Vec::new();
+        loop {
+            let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some((index, running)) = next else { return found };
+            found.push((index, running.unsolved_of(steps)));
+        }
+    };
+    let mut found = py.detach(|| {
+        thread::scope(|scope| {
+            let helpers = threads.min(count).saturating_sub(1);
+            let helpers: Vec<_> = (0..helpers)
+                // If no more threads can be spawned, the running ones do all the work.
+                .map_while(|_| thread::Builder::new().spawn_scoped(scope, work).ok())
+                .collect();
+            let mut found = work();
+            for helper in helpers {
+                match helper.join() {
+                    Ok(more) => found.extend(more),
+                    Err(panic) => resume_unwind(panic),
+                }
+            }
+            found
+        })
+    });
+    found.sort_unstable_by_key(|(index, _)| *index);
+    found.into_iter().map(|(_, unsolved)| unsolved.map_err(|error| of_step(&error))).collect()
 }
 
 /// Message for a call during another call.

@@ -49,6 +49,20 @@ def test_states_of_a_driven_scene_are_a_start_at_their_index():
         tumble.Simulation(scene, simulation.states, index=10)
 
 
+def test_derivatives_of_a_driven_scene_are_those_of_their_step():
+    scene = tray()
+    run = scene.run(160)
+    states = run.states[150]
+    found = scene.jacobian(states, index=150)
+    np.testing.assert_allclose(found.ends, run.states[151], atol=1e-9)
+    # The cube sticks to the tray: its speed is that of the way, whatever its own.
+    assert np.abs(found["states"][1, 6:9, 1, 6:9]).max() < 1e-9
+    whole = scene.vjp(np.eye(12)[[0, 0]], states, steps=9, index=150)
+    np.testing.assert_allclose(whole.ends, run.states[159], atol=1e-9)
+    with pytest.raises(tumble.TumbleError, match="tray-drive is .* off at the start"):
+        scene.jacobian(states, index=10)
+
+
 def test_a_belt_takes_a_cube_to_its_speed():
     belt = {"name": "belt", "box": [4, 1, 0.1], "position": [1.5, 0, -0.05]}
     cube = {**CUBE, "position": [0, 0, 0.05]}

@@ -20,7 +20,7 @@ def test_environments_are_as_documented(name):
     env = gymnasium.make(f"tumble/{name}-v0")
     size, controls = SIZES[name]
     assert env.observation_space.shape == (size,) and env.action_space.shape == (controls,)
-    check_env(env.unwrapped, skip_render_check=True)
+    check_env(env.unwrapped)
     first, _ = env.reset(seed=3)
     again, _ = env.reset(seed=3)
     np.testing.assert_array_equal(first, again)

@@ -10,6 +10,7 @@ use super::watch::RolloutWatch;
 use std::num::NonZeroUsize;
 use tumble_core::derivative::StateChange;
 use tumble_core::error::Error;
+use tumble_core::joint::{Drive, Gear, Motor};
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::simulation::{Checkpoints, Run, RunGradient, Simulation};
 use tumble_core::solver::native::Smoothing;
@@ -40,6 +41,12 @@ pub struct Gradients {
     pub starts: Vec<f64>,
     /// Derivatives with respect to the wrenches of every step, even without controls: (B, T, N, 6).
     pub controls: Vec<f64>,
+    /// Derivatives with respect to the targets of every step: (B, T, M). Empty without
+    /// [motors](Batch::motors).
+    pub motors: Vec<f64>,
+    /// Derivatives with respect to the forces along axes in every step: (B, T, D). Empty without
+    /// [joint forces](Batch::joint_forces).
+    pub joint_forces: Vec<f64>,
     /// Derivatives with respect to the requested constants, in their order: B times the numbers of
     /// one world. If inertias are [varied](Batch::parameters) too, they are held fixed for
     /// derivatives with respect to masses.
@@ -91,11 +98,55 @@ pub fn gradients(
     for found in found {
         all.starts.extend(found.states.iter().flat_map(StateChange::to_array));
         all.controls.extend(found.wrenches.iter().flatten().flat_map(six));
+        all.motors.extend(found.inputs.iter().flat_map(|of| targets(batch, of)));
+        all.joint_forces.extend(found.inputs.iter().flat_map(|of| forces(batch, of)));
         all.constants.iter_mut().zip(&found.constants).for_each(|(all, own)| all.extend(own));
         let RunGradient { margin, feature_margin, unsolved, unknown, kept, limited, .. } = found;
         all.noted.push(Noted { margin, feature_margin, unsolved, unknown, kept, limited });
     }
     Ok(all)
+}
+
+/// Constants that the arrays of a batch set in each step.
+///
+/// A larger offset of a gear acts like a larger target of its motor.
+fn inputs(batch: &Batch<'_>) -> Vec<Constant> {
+    let motors = [Constant::MotorTarget, Constant::GearOffset];
+    let motors = motors.into_iter().filter(|_| !batch.motors.is_empty());
+    motors.chain((!batch.joint_forces.is_empty()).then_some(Constant::JointForce)).collect()
+}
+
+/// Derivatives with respect to targets, from those with respect to the inputs of a step.
+fn targets<'a>(batch: &Batch<'_>, inputs: &'a [Vec<f64>]) -> impl Iterator<Item = f64> + 'a {
+    let (joints, gears) = match inputs {
+        [joints, gears, ..] if !batch.motors.is_empty() => (&joints[..], &gears[..]),
+        _ => (&[][..], &[][..]),
+    };
+    let driven = if gears.is_empty() { Vec::new() } else { batch.world.gear_motors() };
+    joints.iter().copied().chain(driven.into_iter().map(|gear| gears[gear]))
+}
+
+/// Derivatives with respect to joint forces, from those with respect to the inputs of a step.
+fn forces<'a>(batch: &Batch<'_>, inputs: &'a [Vec<f64>]) -> impl Iterator<Item = f64> + 'a {
+    let last = inputs.last().filter(|_| !batch.joint_forces.is_empty());
+    last.into_iter().flatten().copied()
+}
+
+/// Refuses motors of gears whose force depends on more than the distance from the target.
+fn check_gears(batch: &Batch<'_>) -> Result<(), Error> {
+    let gears = batch.world.gears().iter().filter_map(Gear::drive);
+    let is_known = |drive: &Drive| {
+        let is_free = drive.limits.is_none() && drive.stiffness == 0.0;
+        is_free && matches!(drive.motor, Some(Motor::Position { .. }))
+    };
+    let mut driven = gears.filter(|drive| drive.motor.is_some());
+    if batch.motors.is_empty() || driven.all(is_known) {
+        return Ok(());
+    }
+    Err(Error::Unsupported {
+        what: "derivative by the target of a gear's motor beside limits or a spring, or with a speed",
+        why: "only a motor with a target position and nothing beside it has one; leave motors out",
+    })
 }
 
 fn six(wrench: &Wrench) -> [f64; 6] {
@@ -105,6 +156,7 @@ fn six(wrench: &Wrench) -> [f64; 6] {
 
 fn check(batch: &Batch<'_>, cotangents: Cotangents<'_>) -> Result<(), Error> {
     batch.check(&super::RolloutOutputs::default())?;
+    check_gears(batch)?;
     let (numbers, width, allowed) = match cotangents {
         Cotangents::Ends(numbers) => (numbers, batch.change_width(), "(B or 1, N, 12)"),
         Cotangents::States(numbers) => {
@@ -149,11 +201,13 @@ fn one(
     let held = is_varied(Constant::Inertia) && by.contains(&Constant::Mass);
     let asked: Vec<Constant> =
         by.iter().copied().chain(held.then_some(Constant::Inertia)).collect();
+    let inputs = inputs(batch);
     let mut run = Run {
         steps,
         before: &mut before,
         by_states: &mut by_states,
         constants: &asked,
+        inputs: &inputs,
         checkpoints: Checkpoints::default(),
         smoothing,
     };

@@ -13,7 +13,7 @@ pub struct GradientArgs {
     /// Scenario file.
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
-    /// Quantity to differentiate, of one body at the end of the run.
+    /// Quantity to differentiate, of one body or joint at the end of the run.
     #[arg(long, value_enum, value_name = "QUANTITY")]
     pub of: GradientQuantity,
     /// Arguments to differentiate by, separated by commas; --help lists them.
@@ -28,6 +28,12 @@ pub struct GradientArgs {
     /// Body: a name or a number from 0 [default: 0].
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub body: Option<String>,
+    /// Joint of the coordinate or rate: a name.
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    pub joint: Option<String>,
+    /// Axis of that joint if it has several, such as slide, turn, x or turn_y.
+    #[arg(long, value_name = "AXIS", requires = "joint")]
+    pub axis: Option<String>,
     /// Number of steps [default: steps of the file].
     #[arg(short, long, value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
@@ -64,7 +70,7 @@ pub struct GradientArgs {
     pub quiet: bool,
 }
 
-/// Quantity of a body at the end of a run.
+/// Quantity of a body or joint at the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum GradientQuantity {
     /// Position along x, m, world.
@@ -79,6 +85,14 @@ pub enum GradientQuantity {
     Speed,
     /// Distance from the initial position, m.
     Distance,
+    /// Spin about x, rad/s, body.
+    Wx,
+    Wy,
+    Wz,
+    /// Coordinate of the joint of --joint, m or rad with full turns.
+    Coordinate,
+    /// Rate of that coordinate, m/s or rad/s.
+    Rate,
     /// Kinetic energy ½ m v² + ½ ω·I ω, J. Mass and inertia are constants here, even if they are
     /// among the arguments.
     KineticEnergy,

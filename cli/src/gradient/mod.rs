@@ -1,6 +1,7 @@
 //! `tumble gradient`: derivatives of a scalar result of a run.
 
 mod argument;
+mod joint;
 mod task;
 
 use super::args::{GradientArgs, GradientQuantity};
@@ -12,6 +13,7 @@ use super::scenario::read_text;
 use super::signals::raise_on_signals;
 use argument::arguments;
 pub use argument::help;
+use joint::JointQuantity;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -27,6 +29,8 @@ use tumble_scene::settings::Settings;
 struct GradientReport<'a> {
     scene: &'a str,
     of: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joint: Option<&'a str>,
     body: &'a str,
     steps: u64,
     value: f64,
@@ -81,9 +85,10 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
         return Err(Failure::Input(format!("{}: solver: {why}", shown::path(&args.file))));
     }
     let body = body_of(&scene, args.body.as_deref())?;
+    let joint = joint_of(&scene, args)?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let task = Task { scene: &scene, body, of: args.of, smoothing, interrupt: &interrupt };
+    let task = Task { scene: &scene, body, of: args.of, joint, smoothing, interrupt: &interrupt };
     let (value, found, rows) = match task.derivatives(&arguments, args.differences) {
         Ok(found) => found,
         Err(GradientStop::Interrupted) => return Ok(Outcome::Interrupted),
@@ -93,6 +98,7 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     let report = GradientReport {
         scene: &scene.name,
         of: name_of(args.of),
+        joint: args.joint.as_deref(),
         body: &scene.bodies[body],
         steps: scene.rows - 1,
         value,
@@ -130,6 +136,23 @@ pub fn name_of(quantity: GradientQuantity) -> String {
     quantity.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
 }
 
+/// Joint of a coordinate or rate.
+fn joint_of(scene: &Scene, args: &GradientArgs) -> Result<Option<JointQuantity>, Failure> {
+    let is_of_joint = matches!(args.of, GradientQuantity::Coordinate | GradientQuantity::Rate);
+    match &args.joint {
+        Some(name) if is_of_joint => JointQuantity::of(scene, name, args.axis.as_deref()).map(Some),
+        None if !is_of_joint => Ok(None),
+        Some(_) => {
+            let why = "only coordinate and rate are of a joint; leave --joint out";
+            Err(Failure::Input(format!("--of {}: {why}", name_of(args.of))))
+        }
+        None => {
+            let why = "a joint is needed; give its name with --joint";
+            Err(Failure::Input(format!("--of {}: {why}", name_of(args.of))))
+        }
+    }
+}
+
 fn body_of(scene: &Scene, wanted: Option<&str>) -> Result<usize, Failure> {
     let Some(wanted) = wanted else { return Ok(0) };
     let by_name = scene.bodies.iter().position(|name| name == wanted);
@@ -155,8 +178,9 @@ fn table(rows: &[GradientRow]) -> String {
 
 /// Summary on the terminal.
 fn described(report: &GradientReport<'_>) -> String {
-    let GradientReport { of, body, steps, value, .. } = report;
-    let mut text = format!("{of} of {body} after {steps} steps: {value}\n");
+    let GradientReport { of, joint, body, steps, value, .. } = report;
+    let owner = joint.unwrap_or(body);
+    let mut text = format!("{of} of {owner} after {steps} steps: {value}\n");
     if let Some(smoothing) = report.smoothing {
         let _ = writeln!(text, "  smoothed by {smoothing}: not the exact derivatives of the run");
     }

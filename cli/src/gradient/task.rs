@@ -1,6 +1,7 @@
 //! Scalar result of a run and its derivatives.
 
 use super::argument::Argument;
+use super::joint::JointQuantity;
 use crate::args::GradientQuantity;
 use crate::outcome::Failure;
 use nalgebra::Vector3;
@@ -58,6 +59,8 @@ pub struct Task<'a> {
     pub scene: &'a Scene,
     pub body: usize,
     pub of: GradientQuantity,
+    /// Joint of a coordinate or rate.
+    pub joint: Option<JointQuantity>,
     pub smoothing: Option<Smoothing>,
     pub interrupt: &'a Arc<AtomicBool>,
 }
@@ -81,18 +84,14 @@ impl Task<'_> {
         let mut simulation = self.scene.simulation(self.interrupt)?;
         let start = simulation.states().to_vec();
         let mut before = |_: &mut Simulation<'_>| Ok(());
-        let mut by_states = |k: u64, states: &[State]| {
-            (k == steps).then(|| {
-                let mut all = vec![StateChange::zero(); states.len()];
-                all[self.body] = self.slope(&start[self.body], &states[self.body]);
-                all
-            })
-        };
+        let mut by_states =
+            |k: u64, states: &[State]| (k == steps).then(|| self.slopes(&start, states));
         let mut run = Run {
             steps,
             before: &mut before,
             by_states: &mut by_states,
             constants: &constants,
+            inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing: self.smoothing,
         };
@@ -100,7 +99,7 @@ impl Task<'_> {
         // The distance also depends directly on the start.
         let back = self.slope_by_start(&start[self.body], &simulation.states()[self.body]);
         found.states[self.body] = found.states[self.body].plus(1.0, &back);
-        let value = self.value(&start[self.body], &simulation.states()[self.body]);
+        let value = self.value(&start, &simulation);
         let mut rows = Vec::new();
         for argument in arguments {
             let numbers = self.numbers(argument, &found, &constants);
@@ -178,7 +177,7 @@ impl Task<'_> {
         let (scene, push) = self.shifted(argument, component, by)?;
         let mut simulation = scene.simulation(self.interrupt)?;
         simulation.set_wrench(self.body, push)?;
-        let start = simulation.states()[self.body];
+        let start = simulation.states().to_vec();
         let mut record = StepRecord::new();
         for _ in 0..scene.rows - 1 {
             simulation.step(&mut record)?;
@@ -186,7 +185,7 @@ impl Task<'_> {
                 break;
             }
         }
-        Ok(self.value(&start, &simulation.states()[self.body]))
+        Ok(self.value(&start, &simulation))
     }
 
     /// Scene and wrench with one number of an argument increased by `by`.
@@ -224,7 +223,20 @@ impl Task<'_> {
         &self.scene.world.bodies()[self.body]
     }
 
-    fn value(&self, start: &State, end: &State) -> f64 {
+    /// Value at the end of a simulation from the states `start`.
+    fn value(&self, start: &[State], simulation: &Simulation<'_>) -> f64 {
+        let (world, end) = (simulation.world(), simulation.states());
+        if let Some(joint) = &self.joint {
+            let near = simulation.joint_angles().nth(joint.joint()).copied().unwrap_or_default();
+            return match self.of {
+                GradientQuantity::Rate => joint.rate(world, end),
+                _ => joint.coordinate(world, end, &near),
+            };
+        }
+        self.body_value(&start[self.body], &end[self.body])
+    }
+
+    fn body_value(&self, start: &State, end: &State) -> f64 {
         let (r, v) = (&end.position, &end.velocity);
         match self.of {
             GradientQuantity::X => r[0],
@@ -235,10 +247,28 @@ impl Task<'_> {
             GradientQuantity::Vz => v[2],
             GradientQuantity::Speed => v.norm(),
             GradientQuantity::Distance => (r - start.position).norm(),
+            GradientQuantity::Wx => end.spin[0],
+            GradientQuantity::Wy => end.spin[1],
+            GradientQuantity::Wz => end.spin[2],
+            // Quantities of joints are not of a body.
+            GradientQuantity::Coordinate | GradientQuantity::Rate => f64::NAN,
             GradientQuantity::KineticEnergy => {
                 let body = self.mechanics();
                 let turning = end.spin.dot(&(body.inertia() * end.spin));
                 0.5 * (body.mass() * v.norm_squared() + turning)
+            }
+        }
+    }
+
+    /// Derivatives with respect to the end states.
+    fn slopes(&self, start: &[State], end: &[State]) -> Vec<StateChange> {
+        match (&self.joint, self.of) {
+            (Some(joint), GradientQuantity::Rate) => joint.rate_slope(&self.scene.world, end),
+            (Some(joint), _) => joint.coordinate_slope(&self.scene.world, end),
+            (None, _) => {
+                let mut all = vec![StateChange::zero(); end.len()];
+                all[self.body] = self.slope(&start[self.body], &end[self.body]);
+                all
             }
         }
     }
@@ -257,6 +287,11 @@ impl Task<'_> {
             }
             GradientQuantity::Speed => StateChange { velocity: unit(velocity), ..zero },
             GradientQuantity::Distance => StateChange { position: unit(position), ..zero },
+            GradientQuantity::Wx | GradientQuantity::Wy | GradientQuantity::Wz => {
+                let axis = self.of as usize - GradientQuantity::Wx as usize;
+                StateChange { spin: Vector3::ith(axis, 1.0), ..zero }
+            }
+            GradientQuantity::Coordinate | GradientQuantity::Rate => zero,
             GradientQuantity::KineticEnergy => {
                 let body = self.mechanics();
                 let spin = body.inertia() * end.spin;

@@ -62,6 +62,36 @@ fn derivatives_are_the_differences_of_runs() {
     }
 }
 
+/// Derivatives of joint coordinates, their rates and spins agree with finite differences.
+#[test]
+fn results_of_joints_and_spins() {
+    let cases = [
+        ("double-pendulum.toml", &["--of", "coordinate", "--joint", "elbow"][..], 1.0),
+        ("double-pendulum.toml", &["--of", "rate", "--joint", "elbow"], 1.0),
+        ("double-pendulum.toml", &["--of", "rate", "--joint", "shoulder", "--axis", "turn"], 1.0),
+        ("slider-crank.toml", &["--of", "coordinate", "--joint", "rail"], 1e-3),
+        ("slider-crank.toml", &["--of", "rate", "--joint", "rail"], 1e-3),
+        ("real-cube.toml", &["--of", "wy"], 1e-3),
+    ];
+    for (name, of, least) in cases {
+        let by = ["--by", "gravity,mass", "--steps", "200", "--differences", "1e-6"];
+        let (directory, end) = gradient(name, &[of, &by].concat());
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{of:?}");
+        let json: Value =
+            serde_json::from_slice(&fs::read(directory.path().join("gradient.json")).unwrap())
+                .unwrap();
+        assert_eq!(json["joint"].as_str(), of.get(3).copied());
+        let rows = json["derivatives"].as_array().unwrap();
+        let of_row = |row: &Value, what: &str| row[what].as_f64().unwrap();
+        let scale = rows.iter().map(|row| of_row(row, "derivative").abs()).fold(0.0, f64::max);
+        assert!(scale > 1e-3 * least, "{of:?}: {scale}");
+        for row in rows {
+            let (found, expected) = (of_row(row, "derivative"), of_row(row, "difference"));
+            assert!((found - expected).abs() <= 3e-5 * scale.max(0.1), "{of:?} {row}");
+        }
+    }
+}
+
 /// The help lists every argument that the command knows.
 #[test]
 fn the_help_names_every_argument() {
@@ -216,7 +246,10 @@ fn a_shape_that_cannot_vary_is_refused() {
 /// Unknown arguments, functions, bodies and options are refused.
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
-    let cases: [(&[&str], &[&str]); 8] = [
+    let cases: [(&[&str], &[&str]); 11] = [
+        (&["--of", "rate"], &["--of rate: a joint is needed", "--joint"]),
+        (&["--of", "x", "--joint", "hinge"], &["--of x", "leave --joint out"]),
+        (&["--of", "coordinate", "--joint", "hinge"], &["--joint hinge: the scene has no such"]),
         (&["--of", "x", "--by", "joint_friction"], &["joint_friction", "no such constant"]),
         (
             &["--of", "x", "--by", "colour"],

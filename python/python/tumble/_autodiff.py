@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional, Tuple
 
 from ._rollout import batch_of, rollout
 from ._tumble import PARAMETERS, TumbleError
@@ -16,13 +16,17 @@ if TYPE_CHECKING:
     Floats = npt.NDArray[np.float64]
 
 
-def names_of(initial_states: Any, controls: Any, parameters: Optional[Mapping[str, Any]]) -> List[str]:
-    """Names of the arrays that are not None, in the order of the wrappers' arguments."""
+ARGUMENTS = ("initial_states", "controls", "motors", "joint_forces")
+"""Arguments of a rollout with derivatives, besides the constants."""
+
+
+def given_arrays(arrays: Mapping[str, Any], parameters: Optional[Mapping[str, Any]]) -> Dict[str, Any]:
+    """Arrays that are not None by name, and then the constants."""
     for name in parameters or {}:
         if name not in PARAMETERS:
             raise TumbleError(f"parameters: {name!r} is unknown; use {', '.join(PARAMETERS)}")
-    given = [("initial_states", initial_states), ("controls", controls)]
-    return [name for name, array in given if array is not None] + list(parameters or {})
+    given = {name: array for name, array in arrays.items() if array is not None}
+    return {**given, **(parameters or {})}
 
 
 class Differentiable:
@@ -39,16 +43,12 @@ class Differentiable:
 
     def _arguments(self, arrays: Mapping[str, Any]) -> Dict[str, Any]:
         own = dict(arrays)
-        return {
-            "initial_states": own.pop("initial_states", None),
-            "controls": own.pop("controls", None),
-            "steps": self.steps,
-            "parameters": own,
-        }
+        timed = {name: own.pop(name, None) for name in ARGUMENTS}
+        return {**timed, "steps": self.steps, "parameters": own}
 
     def shape(self, arrays: Mapping[str, Any]) -> Any:
         """Shape of the states, (B, T, N, 13)."""
-        batch = batch_of(self.scene, motors=None, joint_forces=None, **self._arguments(arrays))
+        batch = batch_of(self.scene, **self._arguments(arrays))
         return batch.rollouts, batch.steps, len(self.scene.bodies), 13
 
     def states(self, arrays: Mapping[str, Any]) -> "Floats":
@@ -62,7 +62,7 @@ class Differentiable:
         """
         import numpy as np
 
-        batch = batch_of(self.scene, motors=None, joint_forces=None, **self._arguments(arrays))
+        batch = batch_of(self.scene, **self._arguments(arrays))
         duals = np.concatenate(
             [
                 by_states[..., :3],
@@ -79,7 +79,7 @@ class Differentiable:
         of_array = {}
         for name, array in arrays.items():
             by, shape = found[name], np.shape(array)
-            # A start or control shared by all rollouts sums their derivatives.
+            # A start, control or other input shared by all rollouts sums their derivatives.
             by = by.sum(axis=0, keepdims=True) if shape[0] == 1 and len(by) > 1 else by
             of_array[name] = by.reshape(shape)
         return of_array

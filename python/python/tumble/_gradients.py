@@ -60,7 +60,10 @@ class RolloutDerivatives:
     """
 
     by: Dict[str, "Floats"]
-    """Derivatives by name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...)."""
+    """Derivatives by name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...).
+
+    If the rollouts had them, also ``motors`` (B, T, M) and ``joint_forces`` (B, T, D).
+    """
     margin: "Floats"
     """Distance to the nearest kink, m/s: (B,)."""
     feature_margin: "Floats"
@@ -82,13 +85,14 @@ def jacobian(
     states: Any = None,
     wrenches: Any = None,
     *,
+    index: Optional[int] = None,
     by: Iterable[str] = (),
     compliance: Optional[float] = None,
     central_path: Optional[float] = None,
 ) -> Derivatives:
-    """Derivative of one step of ``scene`` from ``states`` (N, 13).
+    """Derivative of the step ``index`` of ``scene`` from ``states`` (N, 13).
 
-    It has parts with respect to ``states`` (N, 12, N, 12) and ``wrenches`` (N, 12, N, 6). The
+    Loads and prescribed motions depend on the index, which is by default the scene's start. It has parts with respect to ``states`` (N, 12, N, 12) and ``wrenches`` (N, 12, N, 6). The
     part of a constant named in ``by`` has the shape (N, 12) followed by the constant's own
     shape.
 
@@ -101,7 +105,7 @@ def jacobian(
     count = len(scene.bodies)
     pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
     smoothing = smoothing_of(compliance, central_path)
-    found = _tumble.jacobian(scene, _states(scene, states), pushes, names, smoothing)
+    found = _tumble.jacobian(scene, _states(scene, states), _index(index), pushes, names, smoothing)
     return _derivatives(found, ["states", "wrenches", *names])
 
 
@@ -112,6 +116,7 @@ def vjp(
     controls: Any = None,
     *,
     steps: Optional[int] = None,
+    index: Optional[int] = None,
     by: Iterable[str] = (),
     compliance: Optional[float] = None,
     central_path: Optional[float] = None,
@@ -120,7 +125,8 @@ def vjp(
 
     ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The result
     has the derivatives with respect to ``states`` (N, 12), ``controls`` (T, N, 6) and the
-    constants named in ``by``. ``steps`` defaults to the number of controls, or 1.
+    constants named in ``by``. ``steps`` defaults to the number of controls, or 1. ``index`` is the
+    first step, by default the scene's start.
     ``compliance`` and ``central_path`` smooth the derivatives of the steps as in ``jacobian``;
     the run itself stays exact.
     """
@@ -137,7 +143,7 @@ def vjp(
     length = whole("steps", steps if steps is not None else 1 if pushes is None else len(pushes), 1, 9_999_999)
     duals = _of_bodies("cotangents", cotangents, (count, 12))
     smoothing = smoothing_of(compliance, central_path)
-    found = _tumble.vjp(scene, _states(scene, states), pushes, length, duals, names, smoothing)
+    found = _tumble.vjp(scene, _states(scene, states), _index(index), pushes, length, duals, names, smoothing)
     return _derivatives(found, ["states", "controls", *names])
 
 
@@ -153,6 +159,10 @@ def _of_bodies(name: str, value: Any, shape: Tuple[int, int]) -> "Floats":
 def _states(scene: "Scene", states: Any) -> "Floats":
     count = len(scene.bodies)
     return scene.states if states is None else _of_bodies("states", states, (count, 13))
+
+
+def _index(index: Optional[int]) -> Optional[int]:
+    return None if index is None else whole("index", index, 0)
 
 
 def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> Optional[Tuple[str, float]]:

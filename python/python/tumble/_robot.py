@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf
-from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 
 from ._arrays import numbers
 from ._checks import pandas, real, whole
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ._arrays import Floats
+    from ._scene import Scene
     from ._simulation import Simulation
     from ._trajectory import Trajectory
 
@@ -68,6 +69,48 @@ def _from_zero(name: str, value: float) -> float:
     return value
 
 
+def _above_zero(name: str, value: float) -> float:
+    """Finite number above zero."""
+    value = real(name, value)
+    if not 0.0 < value < inf:
+        raise TumbleError(f"{name} is {value}; a number above 0 is needed")
+    return value
+
+
+def position_motors(
+    scene: "Scene",
+    stiffness: float,
+    damping: float,
+    most: Optional[float],
+    joints: Optional[Iterable[str]],
+) -> List[Tuple[int, int, float, float, float, float]]:
+    """Position motors of slides and hinges at the scene's start.
+
+    Each has joint, axis, target, stiffness, damping and force limit.
+    """
+    stiffness, damping = _above_zero("stiffness", stiffness), _from_zero("damping", damping)
+    most = None if most is None else _from_zero("most", most)
+    found: Dict[str, Tuple[int, int, float, float, float, float]] = {}
+    wanted = None if joints is None else list(joints)
+    for index in range(len(scene.robots)):
+        robot = CoreRobot(scene, index)
+        for number, (name, _, at, _, reference) in enumerate(robot.joint_list):
+            name, axis, effort = robot.prefix + name, robot.axis(number), robot.bounds(number)[1]
+            is_default = wanted is None and number not in robot.followers
+            if axis is None or not (is_default or name in (wanted or ())):
+                continue
+            limit = min(-effort[0], effort[1]) if most is None and effort is not None else most
+            if limit is None:
+                raise TumbleError(f"most of {name}, the force limit of its motor, is needed; set most")
+            found[name] = (*axis, float(robot.start[at]) - reference, stiffness, damping, limit)
+    for name in wanted or ():
+        if name not in found:
+            raise unknown("slide or hinge", name, list(found))
+    if not found:
+        raise TumbleError("motors: the scene has no robot with slides or hinges; use its motors table")
+    return list(found.values())
+
+
 class RobotJoint:
     """Slide or hinge of a robot in a simulation: ``robot["knee"]``.
 
@@ -78,14 +121,16 @@ class RobotJoint:
 
     # Slots refuse mistyped names.
     __slots__ = (
-        *("name", "range", "_stiffness", "_damping", "_limit"),
-        *("_robot", "_axis", "_at", "_rate", "_reference", "_target"),
+        *("name", "range", "place", "_stiffness", "_damping", "_limit"),
+        *("_robot", "_axis", "_rate", "_reference", "_target"),
     )
 
     name: str
     """Name in the file."""
     range: Optional[Tuple[float, float]]
     """Limits of the coordinate, or None."""
+    place: int
+    """Index of its coordinate in ``robot.q``."""
 
     def __init__(self, robot: "Robot", index: int) -> None:
         name, _, at, rate, reference = robot.joint_list[index]
@@ -98,7 +143,7 @@ class RobotJoint:
         self._stiffness, self._damping = 0.0, 0.0
         self._limit = None if effort is None else min(-effort[0], effort[1])
         self._robot, self._axis = robot, axis
-        self._at, self._rate, self._reference = at, rate, reference
+        self.place, self._rate, self._reference = at, rate, reference
         self._target: Optional[float] = None
 
     @property
@@ -131,7 +176,7 @@ class RobotJoint:
     @property
     def coordinate(self) -> float:
         """Current coordinate in the convention of the file, including full turns."""
-        return float(self._robot.q[self._at])
+        return float(self._robot.q[self.place])
 
     @property
     def speed(self) -> float:
@@ -202,12 +247,11 @@ class Robot(CoreRobot):
         simulation.step()
     """
 
-    __slots__ = ("simulation", "_near", "_hinges", "_controls", "_handles", "__weakref__")
+    __slots__ = ("simulation", "_near", "_controls", "_handles", "__weakref__")
 
     simulation: "Simulation"
     """Simulation of the robot."""
     _near: "Floats"
-    _hinges: Tuple[List[Any], ...]
     _controls: "Floats"
     _handles: Dict[str, RobotJoint]
 
@@ -215,10 +259,6 @@ class Robot(CoreRobot):
         self = super().__new__(cls, simulation.scene, index)
         self.simulation = simulation
         self._near = self.start
-        # Hinges: index in q, joint and axis in the simulation, and reference coordinate.
-        found = [(joint, self.axis(k)) for k, joint in enumerate(self.joint_list) if joint[1] == "hinge"]
-        hinges = [(joint[2], *axis, joint[4]) for joint, axis in found if axis is not None]
-        self._hinges = tuple(list(column) for column in zip(*hinges)) if hinges else ([], [], [], [])
         self._handles = {}
         self._controls = _locked(self.first_controls)
         return self
@@ -251,9 +291,7 @@ class Robot(CoreRobot):
 
         :raises TumbleError: if the stiffness is not positive, or another value is negative.
         """
-        stiffness = real("stiffness", stiffness)
-        if not 0.0 < stiffness < inf:
-            raise TumbleError(f"stiffness is {stiffness}; a number above 0 is needed")
+        stiffness = _above_zero("stiffness", stiffness)
         damping = _from_zero("damping", damping)
         most = None if most is None else _from_zero("most", most)
         for joint in self.slides_and_hinges:
@@ -277,13 +315,7 @@ class Robot(CoreRobot):
             self[name]._motor = motor
 
     def _now(self) -> Tuple["Floats", "Floats"]:
-        places, joints, axes, references = self._hinges
-        near = self._near.copy()
-        if places:
-            # Angular axes follow the three linear ones.
-            angles = self.simulation.joint_angles[joints, [axis - 3 for axis in axes]]
-            near[places] = angles + references
-        q, v = self.coordinates(self.simulation.states, near)
+        q, v = self.simulation.coordinates_of(self, self._near)
         self._near = q
         return q, v
 

@@ -131,7 +131,8 @@ def rollout(
     :param controls: (B, T, N, 6) or (1, T, N, 6); for one body also (B, T, 6) or (1, T, 6): force
         (N, world) and torque (N m, body) in each step, added to gravity and the scene's loads.
     :param motors: (B, T, M) or (1, T, M): target of each motor in each step, first those of
-        ``scene.motor_axes``, then those of ``scene.motor_gears``.
+        ``scene.motor_axes``, then those of ``scene.motor_gears``. ``Scene.with_motors`` adds
+        motors to robots without them, such as URDF files and robots driven by torques.
     :param joint_forces: (B, T, D) or (1, T, D): force (N or N m) along each axis of
         ``scene.driven_axes`` in each step, added to its drive.
     :param steps: T, required if no array has a step axis.
@@ -153,8 +154,8 @@ def rollout(
     :param gradients: derivatives of a scalar loss of each rollout with respect to its states after
         each step, (B, T, N, 12) or (1, T, N, 12), or to its end states, (B, N, 12) or (1, N, 12).
         A function computes them from ``states``, (B, T, N, 13). ``Rollouts.gradients`` then holds
-        the derivatives with respect to initial states, controls and constants. One reverse pass
-        per rollout computes them.
+        the derivatives with respect to initial states, controls, given motors and joint_forces,
+        and constants. One reverse pass per rollout computes them.
     :param by: constants to differentiate; default are the differentiable ones of ``parameters``.
     :param compliance: smooths the derivatives of the exact rollouts' steps, see ``Scene.jacobian``.
     :param central_path: smooths them by the central path.
@@ -192,7 +193,7 @@ def rollout(
     )
     made = {name: np.empty(shape, dtype) for name, (shape, dtype) in missing.items()}
     arrays: Dict[str, Any] = {**wanted, **made}
-    threads = _threads(threads)
+    threads = threads_of(threads)
     counts, tempered, unsolved = _roll_out(
         batch.inputs(),
         threads,
@@ -260,15 +261,17 @@ class Batch(NamedTuple):
         for count in {1, self.rollouts}:
             shapes += [(count, self.steps, bodies, 12), (count, bodies, 12)]
         array = numbers("gradients", duals, *shapes)
-        given = [name for name, _ in self.values]
-        names = given if by is None else constant_names(by)
+        varied = [name for name, _ in self.values]
+        names = varied if by is None else constant_names(by)
         room("the derivatives by controls", 48 * self.rollouts * self.steps * bodies)
         of_ends = array.ndim == 3
-        found, noted = _gradients(self.inputs(), _threads(threads), array, of_ends, names, smoothing)
+        found, noted = _gradients(self.inputs(), threads_of(threads), array, of_ends, names, smoothing)
+        given = {"motors": self.motors, "joint_forces": self.joint_forces}
+        driven = [name for name, array in given.items() if array is not None]
         margins, at, counts = (np.array(of) for of in zip(*noted))
         unsolved, unknown, kept, limited = counts.T
         return RolloutDerivatives(
-            dict(zip(("states", "controls", *names), found)),
+            dict(zip(("states", "controls", *driven, *names), found)),
             margins[:, 0],
             margins[:, 1],
             at,
@@ -300,6 +303,11 @@ def batch_of(
     values = [
         (name, _parameter(name, value, scene)) for name, value in (parameters or {}).items()
     ]
+    if motors is not None and not (scene.motor_axes or scene.motor_gears):
+        raise TumbleError(
+            "motors: the scene has no motors; Scene.with_motors adds them to robots, and joint_forces "
+            "drive axes without motors"
+        )
     given = {
         "controls": pushes,
         "motors": _of_steps("motors", motors, len(scene.motor_axes) + len(scene.motor_gears)),
@@ -324,7 +332,8 @@ def batch_of(
     )
 
 
-def _threads(threads: Optional[int]) -> int:
+def threads_of(threads: Optional[int]) -> int:
+    """Number of threads; None selects all cores."""
     if threads is not None:
         return whole("threads", threads, 1)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0

@@ -174,8 +174,8 @@ class Scene(CoreScene, Queries):
         given = {name: value for name, value in settings.items() if value is not None}
         if "model" in given:
             raise TumbleError(
-                "the scene is from a simulation with added or removed bodies, which a file "
-                "cannot describe; use pickle"
+                "the scene has motors of with_motors, or is from a simulation with added or removed "
+                "bodies, which a file cannot describe; use pickle"
             )
         seed = given.pop("seed", None)
         if seed is not None:
@@ -194,6 +194,30 @@ class Scene(CoreScene, Queries):
         """Scene with the bodies of a simulation's model at step ``index``."""
         text, path, settings = self._source
         return Scene.from_text(text, path, **{**settings, "start_index": index, "model": model})
+
+    def with_motors(
+        self,
+        *,
+        stiffness: float,
+        damping: float = 0.0,
+        most: Optional[float] = None,
+        joints: Optional[Iterable[str]] = None,
+    ) -> "Scene":
+        """Scene with a position motor on slides and hinges of its robots.
+
+        The motors hold the coordinates of the start. They replace motors and forces of the
+        file's actuators on these joints, and are axes of ``motor_axes``: ``rollout`` takes
+        targets for them. ``joints`` are names of joints with the prefix of their robot, by
+        default all slides and hinges. ``most`` limits the forces, by default to the limits of
+        the file.
+
+        :raises TumbleError: for a joint without a limit of its force, or an unknown joint.
+        """
+        from ._robot import position_motors
+
+        motors = position_motors(self, stiffness, damping, most, joints)
+        text, path, settings = self._source
+        return Scene.from_text(text, path, **{**settings, "model": self.motored(motors)})
 
     def simulate(
         self, states: Any = None, *, threads: int = 1, index: Optional[int] = None
@@ -219,13 +243,15 @@ class Scene(CoreScene, Queries):
         states: Any = None,
         wrenches: Any = None,
         *,
+        index: Optional[int] = None,
         by: Iterable[str] = (),
         compliance: Optional[float] = None,
         central_path: Optional[float] = None,
     ) -> "Derivatives":
         """Derivative of one step from ``states`` (N, 13), by default the scene's start.
 
-        ``wrenches`` (N, 6) act in the step. The result has ``["states"]`` (N, 12, N, 12),
+        ``wrenches`` (N, 6) act in the step. ``index`` is the step k, by default ``start_index``;
+        states of a scene with prescribed motions or loads over time need theirs. The result has ``["states"]`` (N, 12, N, 12),
         ``["wrenches"]`` (N, 12, N, 6), and the derivatives by the constants named in ``by``,
         such as "friction" or "mass".
 
@@ -236,7 +262,7 @@ class Scene(CoreScene, Queries):
         """
         from ._gradients import jacobian
 
-        return jacobian(self, states, wrenches, by=by, compliance=compliance, central_path=central_path)
+        return jacobian(self, states, wrenches, index=index, by=by, compliance=compliance, central_path=central_path)
 
     def vjp(
         self,
@@ -245,6 +271,7 @@ class Scene(CoreScene, Queries):
         controls: Any = None,
         *,
         steps: Optional[int] = None,
+        index: Optional[int] = None,
         by: Iterable[str] = (),
         compliance: Optional[float] = None,
         central_path: Optional[float] = None,
@@ -254,12 +281,13 @@ class Scene(CoreScene, Queries):
         ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The
         result has ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and the derivatives by
         the constants named in ``by``. ``compliance`` or ``central_path`` smooth the derivatives
-        of the steps; the run stays exact. See Derivatives.
+        of the steps; the run stays exact. The run begins at step ``index``, by default
+        ``start_index``. See Derivatives.
         """
         from ._gradients import vjp
 
         smoothing = {"compliance": compliance, "central_path": central_path}
-        return vjp(self, cotangents, states, controls, steps=steps, by=by, **smoothing)
+        return vjp(self, cotangents, states, controls, steps=steps, index=index, by=by, **smoothing)
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)

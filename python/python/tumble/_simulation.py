@@ -17,7 +17,7 @@ from ._query import Queries
 from ._robot import Robot
 from ._scene import Scene
 from ._toml import document
-from ._trajectory import Trajectory, by_name, contacts_frame
+from ._trajectory import Trajectory, by_name, camera_of, contacts_frame
 from ._tumble import CoreSimulation, Recording, TumbleError
 
 if TYPE_CHECKING:
@@ -269,6 +269,14 @@ class Simulation(CoreSimulation, Queries):
             raised.trajectory = trajectory  # type: ignore[attr-defined]
             raise raised
         return trajectory
+
+    def picture(self, size: int = 480, camera: Tuple[float, float] = (-32.0, 20.0)) -> Any:
+        """Image of the current state: (size, size, 3), red, green and blue from 0 to 255.
+
+        ``camera`` is azimuth and elevation in degrees. The image follows the moving bodies.
+        """
+        size = whole("size", size, 100, 2000)
+        return self.run(0, contacts=False).recording.pixels(size, camera_of(camera))
 
     def set_motor(
         self,

@@ -44,6 +44,17 @@ _JOINT_COLUMNS = {
 """Columns of joints, with prefix and suffix of their components in joints.csv."""
 
 
+def camera_of(camera: Any) -> Tuple[float, float]:
+    """Azimuth and elevation of a camera, degrees."""
+    azimuth, elevation = map(float, numbers("camera", camera, (2,)))
+    if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
+        raise TumbleError(
+            f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
+            "degrees are needed"
+        )
+    return azimuth, elevation
+
+
 class Trajectory:
     """A recorded run of N bodies: T steps, and K = T + 1 states.
 
@@ -409,15 +420,7 @@ class Trajectory:
             raise TumbleError(f"speed is {speed}; allowed: 0.0001 to 10000")
         if not 100 <= whole("size", size, 0) <= 2000:
             raise TumbleError(f"size is {size}; allowed: 100 to 2000")
-        view: Optional[Tuple[float, float]] = None
-        if camera is not None:
-            azimuth, elevation = map(float, numbers("camera", camera, (2,)))
-            view = (azimuth, elevation)
-            if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
-                raise TumbleError(
-                    f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
-                    "degrees are needed"
-                )
+        view = None if camera is None else camera_of(camera)
         content = self.recording.gif(speed, size, view, bool(dark), callback(progress))
         return Picture("image/gif", content) if path is None else written(Path(path), content)
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Mapping, Optional
 
-from ._autodiff import Differentiable, names_of
+from ._autodiff import Differentiable, given_arrays
 from ._gradients import smoothing_of
 
 try:
@@ -32,6 +32,8 @@ def rollout(
     initial_states: Any = None,
     controls: Any = None,
     *,
+    motors: Any = None,
+    joint_forces: Any = None,
     steps: Optional[int] = None,
     parameters: Optional[Mapping[str, Any]] = None,
     compliance: Optional[float] = None,
@@ -50,9 +52,9 @@ def rollout(
     import numpy as np
 
     of = Differentiable(scene, steps, threads, smoothing_of(compliance, central_path))
-    names = names_of(initial_states, controls, parameters)
-    given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
-    operands = {name: jax.numpy.asarray(given[name], float) for name in names}
+    arrays = {"initial_states": initial_states, "controls": controls, "motors": motors, "joint_forces": joint_forces}
+    given = given_arrays(arrays, parameters)
+    operands = {name: jax.numpy.asarray(array, float) for name, array in given.items()}
     doubles = lambda arrays: {name: np.asarray(array, np.float64) for name, array in arrays.items()}
 
     def states(arrays: Any) -> Any:

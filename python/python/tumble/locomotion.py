@@ -6,128 +6,29 @@
 Observations, actions, rewards and ends of episodes follow Gymnasium's environments of these names,
 version 5, with its model files. Every step is exact and certified. Steps that did not converge are
 counted in ``info["unsolved"]``. The ant has no contact forces in its observation and no contact
-cost, as with ``include_cfrc_ext_in_observation=False`` and ``contact_cost_weight=0``. ``RobotEnv``
-is the base class for custom environments.
+cost, as with ``include_cfrc_ext_in_observation=False`` and ``contact_cost_weight=0``.
+
+``RobotEnv`` is the base class for custom environments. ``RobotVectorEnv`` simulates many of them
+on all cores; ``gymnasium.make_vec`` uses it for these environments.
 """
 
 from __future__ import annotations
 
-import os
+from functools import partial
 from pathlib import Path
-from typing import Any, Dict, Optional, Tuple, Union
+from typing import Any, Tuple
 
 import gymnasium
 import numpy as np
-import numpy.typing as npt
-from gymnasium import spaces
 
-from ._robot import Robot
-from ._scene import Scene, load
-from ._simulation import Simulation
-from ._tumble import TumbleError
+from ._robot_env import EPISODE, Floats, Info, RobotEnv, RobotVectorEnv
 
-Floats = npt.NDArray[np.float64]
-Info = Dict[str, Any]
-
-EPISODE = 1000
-"""Steps of an environment until an episode is truncated."""
+__all__ = ["EPISODE", "Ant", "HalfCheetah", "Hopper", "RobotEnv", "RobotVectorEnv", "Runner", "Walker2d", "model"]
 
 
 def model(name: str) -> Path:
     """File of a model that comes with Gymnasium."""
     return Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets" / name
-
-
-class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
-    """Environment of a robot with actuators.
-
-    One action lasts ``frame_skip`` time steps of the file, each divided into ``substeps``.
-    Subclasses define observation and reward: ``observe``, ``judge``. The initial coordinates
-    are those of ``draw``, clipped to the joints' ranges.
-    """
-
-    metadata: Dict[str, Any] = {"render_modes": []}
-    up: Optional[int] = None
-    """Index of the coordinate that lifts the robot. A start below the ground is lifted to it."""
-
-    def __init__(
-        self,
-        file: Union[str, "os.PathLike[str]"],
-        frame_skip: int,
-        noise: float,
-        substeps: int = 1,
-    ) -> None:
-        # The file's own time step. The deviations of the file are warnings of `load` alone.
-        step = Scene.from_text(Path(file).read_text("utf-8"), file).time_step
-        self.scene: Scene = load(file, time_step=step / substeps)
-        self.frame_skip = frame_skip * substeps
-        self.noise = noise
-        self.simulation: Simulation = self.scene.simulate()
-        ranges = self.robot.control_ranges
-        if None in ranges:
-            raise TumbleError("file: every actuator needs a control range")
-        low, high = np.array(ranges, np.float32).reshape(-1, 2).T
-        self.action_space = spaces.Box(low, high, dtype=np.float32)
-        size = len(self.observe())
-        self.observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float64)
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return self.simulation.robot
-
-    @property
-    def dt(self) -> float:
-        """Duration of a step of the environment, s."""
-        return self.frame_skip * self.scene.time_step
-
-    def observe(self) -> Floats:
-        """Observation: all coordinates and rates."""
-        return np.concatenate([self.robot.q, self.robot.v])
-
-    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-        """Random coordinates and rates at the start."""
-        q, v = self.robot.start, np.zeros(self.robot.counts[1])
-        return q + rng.uniform(-self.noise, self.noise, len(q)), v
-
-    def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
-        """Reward of a step, True at the end of the episode, and info.
-
-        ``before`` are the coordinates at the start of the step.
-        """
-        return 0.0, False, {}
-
-    def reset(
-        self, *, seed: Optional[int] = None, options: Optional[Info] = None
-    ) -> Tuple[Floats, Info]:
-        """Draws a new start, from the seed if there is one. ``options`` are ignored."""
-        super().reset(seed=seed)
-        self.simulation = self.scene.simulate()
-        q, v = self.draw(self.np_random)
-        q = np.array(q)
-        for index, (_, kind, at, _, _) in enumerate(self.robot.joint_list):
-            limits = self.robot.bounds(index)[0]
-            if kind in ("slide", "hinge") and limits is not None:
-                q[at] = min(max(q[at], limits[0]), limits[1])
-        lowest = self.robot.lowest(self.robot.placed(q, v, self.simulation.states))
-        if self.up is not None and lowest < 0.0:
-            q[self.up] -= lowest
-        self.robot.set(q, v)
-        return self.observe(), {}
-
-    def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
-        """Takes the steps of one action.
-
-        Returns observation, reward, True at the end of the episode, False (``gymnasium.make``
-        truncates), and info.
-        """
-        before = self.robot.q
-        action = np.asarray(action, dtype=np.float64)
-        self.robot.controls = action
-        ended = [self.simulation.step() for _ in range(self.frame_skip)]
-        reward, over, info = self.judge(before, action)
-        info["unsolved"] = sum(not step.ok for step in ended)
-        return self.observe(), reward, over, False, info
 
 
 class Runner(RobotEnv):
@@ -185,10 +86,15 @@ class Hopper(Runner):
     fastest = 10.0
 
     def __init__(
-        self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3, substeps: int = 1
+        self,
+        file: Any = None,
+        frame_skip: int = 4,
+        noise: float = 5e-3,
+        substeps: int = 1,
+        **keywords: Any,
     ) -> None:
         file = model("hopper.xml") if file is None else file
-        super().__init__(file, frame_skip, noise, substeps)
+        super().__init__(file, frame_skip, noise, substeps, **keywords)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
         """Uniform noise on coordinates and rates."""
@@ -206,10 +112,15 @@ class Walker2d(Hopper):
     """Planar walker with two legs. The episode ends when it falls."""
 
     def __init__(
-        self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3, substeps: int = 1
+        self,
+        file: Any = None,
+        frame_skip: int = 4,
+        noise: float = 5e-3,
+        substeps: int = 1,
+        **keywords: Any,
     ) -> None:
         file = model("walker2d_v5.xml") if file is None else file
-        super().__init__(file, frame_skip, noise, substeps)
+        super().__init__(file, frame_skip, noise, substeps, **keywords)
 
     def is_healthy(self) -> bool:
         """True if it is upright."""
@@ -224,10 +135,15 @@ class HalfCheetah(Runner):
     ends_unwell = False
 
     def __init__(
-        self, file: Any = None, frame_skip: int = 5, noise: float = 0.1, substeps: int = 4
+        self,
+        file: Any = None,
+        frame_skip: int = 5,
+        noise: float = 0.1,
+        substeps: int = 4,
+        **keywords: Any,
     ) -> None:
         file = model("half_cheetah.xml") if file is None else file
-        super().__init__(file, frame_skip, noise, substeps)
+        super().__init__(file, frame_skip, noise, substeps, **keywords)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
         """Uniform noise on the coordinates, normal noise on the rates."""
@@ -243,10 +159,15 @@ class Ant(Runner):
     healthy_reward = 1.0
 
     def __init__(
-        self, file: Any = None, frame_skip: int = 5, noise: float = 0.1, substeps: int = 1
+        self,
+        file: Any = None,
+        frame_skip: int = 5,
+        noise: float = 0.1,
+        substeps: int = 1,
+        **keywords: Any,
     ) -> None:
         file = model("ant.xml") if file is None else file
-        super().__init__(file, frame_skip, noise, substeps)
+        super().__init__(file, frame_skip, noise, substeps, **keywords)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
         """Uniform noise on the coordinates, normal noise on the rates."""
@@ -257,9 +178,15 @@ class Ant(Runner):
         return bool(0.2 <= self.robot.q[2] <= 1.0)
 
 
+HopperVector = partial(RobotVectorEnv, Hopper)
+HalfCheetahVector = partial(RobotVectorEnv, HalfCheetah)
+Walker2dVector = partial(RobotVectorEnv, Walker2d)
+AntVector = partial(RobotVectorEnv, Ant)
+
 for _name in ("Hopper", "HalfCheetah", "Walker2d", "Ant"):
     gymnasium.register(
         id=f"tumble/{_name}-v0",
         entry_point=f"tumble.locomotion:{_name}",
+        vector_entry_point=f"tumble.locomotion:{_name}Vector",
         max_episode_steps=EPISODE,
     )

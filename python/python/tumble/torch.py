@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Mapping, Optional
 
-from ._autodiff import Differentiable, names_of
+from ._autodiff import Differentiable, given_arrays
 from ._gradients import smoothing_of
 
 try:
@@ -52,6 +52,8 @@ def rollout(
     initial_states: Any = None,
     controls: Any = None,
     *,
+    motors: Any = None,
+    joint_forces: Any = None,
     steps: Optional[int] = None,
     parameters: Optional[Mapping[str, Any]] = None,
     compliance: Optional[float] = None,
@@ -66,7 +68,8 @@ def rollout(
 
     :raises TumbleError: see ``tumble.rollout``.
     """
-    names = names_of(initial_states, controls, parameters)
-    given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
-    tensors = [torch.as_tensor(given[name]) for name in names]
-    return _Rollout.apply(Differentiable(scene, steps, threads, smoothing_of(compliance, central_path)), names, *tensors)
+    arrays = {"initial_states": initial_states, "controls": controls, "motors": motors, "joint_forces": joint_forces}
+    given = given_arrays(arrays, parameters)
+    tensors = [torch.as_tensor(array) for array in given.values()]
+    of = Differentiable(scene, steps, threads, smoothing_of(compliance, central_path))
+    return _Rollout.apply(of, list(given), *tensors)

@@ -188,6 +188,7 @@ fn a_gradient_that_fails_leaves_the_simulation_where_it_was() {
         before: &mut before,
         by_states: &mut |_, _| None,
         constants: &[],
+        inputs: &[],
         checkpoints: Checkpoints::default(),
         smoothing: None,
     };

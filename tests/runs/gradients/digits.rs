@@ -85,6 +85,7 @@ fn a_slide_in_small_steps_backwards() {
                     (k == STEPS).then(|| vec![end])
                 },
                 constants: &[Constant::Size],
+                inputs: &[],
                 checkpoints: Checkpoints::default(),
                 smoothing: None,
             })

@@ -7,6 +7,7 @@ mod central;
 mod compare;
 mod digits;
 mod draw;
+mod driven;
 mod joints;
 mod laws;
 mod loops;
@@ -275,6 +276,7 @@ fn a_run_backwards() {
             before: &mut before,
             by_states: &mut by_states,
             constants: &[Constant::Friction, Constant::Gravity],
+            inputs: &[],
             checkpoints,
             smoothing: None,
         };
@@ -330,6 +332,7 @@ fn a_run_under_a_load_that_acts_at_a_point() {
         before: &mut |_| Ok(()),
         by_states: &mut by_states,
         constants: &[Constant::Mass, Constant::Gravity],
+        inputs: &[],
         checkpoints: Checkpoints { steps: 90, saved: 3 },
         smoothing: None,
     });

@@ -48,6 +48,7 @@ fn a_run_that_comes_to_rest(checkpoints: Checkpoints, is_pushed: bool) {
             before: &mut |simulation: &mut Simulation<'_>| push(simulation, is_pushed),
             by_states: &mut |k, _| by_states(k),
             constants: &constants,
+            inputs: &[],
             checkpoints,
             smoothing: None,
         })

@@ -68,6 +68,7 @@ fn done(simulation: &mut Simulation<'_>, steps: u64, work: Work) -> Result<(), B
                 (k == steps).then(|| vec![along; states.len()])
             },
             constants: &[],
+            inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing: None,
         })?;

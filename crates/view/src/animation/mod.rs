@@ -79,6 +79,19 @@ pub fn animate(
     Ok(bytes)
 }
 
+/// First frame of `film`, three bytes (red, green, blue) for each pixel, row by row from the top.
+///
+/// # Errors
+/// See [`AnimationError`].
+pub fn pixels(film: &Film, settings: &AnimationSettings) -> Result<Vec<u8>, AnimationError> {
+    let moments = moments(film, settings)?;
+    let mut stage = Backdrop::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
+    let mut canvas = stage.empty().clone();
+    stage.aim(0);
+    stage.paint(&mut canvas, &moments[0]);
+    Ok(canvas.colours().flatten().collect())
+}
+
 /// First frame of `film` as PNG, `size` pixels wide. The camera is as near as possible with that
 /// frame and all fixed objects in view. `None` if it cannot be drawn.
 pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {

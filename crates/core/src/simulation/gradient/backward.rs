@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::mechanics::State;
 use crate::simulation::{Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
-use crate::world::{Changeable, World};
+use crate::world::{Changeable, Constant, World};
 use nalgebra::Matrix3;
 
 /// Memory for the records of a segment, if these are more than [`FEW`] steps (bytes).
@@ -55,6 +55,8 @@ pub(super) struct Backward {
     dual: Vec<StateChange>,
     found: RunGradient,
     step: StepGradient,
+    /// Constants of the run, then its inputs.
+    asked: Vec<Constant>,
     /// Reusable memory: the steps of a segment and their records.
     taken: Vec<Taken>,
     records: Vec<Recorded>,
@@ -83,6 +85,7 @@ impl Backward {
                 ..RunGradient::default()
             },
             step: StepGradient::default(),
+            asked: run.constants.iter().chain(run.inputs).copied().collect(),
             taken: Vec::new(),
             records: Vec::new(),
             derivative: run
@@ -109,6 +112,7 @@ impl Backward {
         let mut found = self.found;
         found.states = self.dual;
         found.wrenches.reverse();
+        found.inputs.reverse();
         Ok(found)
     }
 
@@ -281,11 +285,16 @@ impl Backward {
         self.records = records;
         added?;
         let Self { derivative, dual, owed, step: gradient, .. } = self;
-        if derivative.is_at_rest() && derivative.pull_at_rest(dual, gradient)? {
+        // Inputs need the product of every step.
+        let is_summed = derivative.is_at_rest() && run.inputs.is_empty();
+        if is_summed && derivative.pull_at_rest(dual, gradient)? {
             let owed = owed.iter_mut().zip(&*dual);
             owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
         } else {
-            derivative.pull(dual, run.constants, gradient)?;
+            derivative.pull(dual, &self.asked, gradient)?;
+            if !run.inputs.is_empty() {
+                self.found.inputs.push(gradient.constants[run.constants.len()..].to_vec());
+            }
         }
         dual.clone_from(&gradient.states);
         // Adds the rotation of loads that act at a point of a body.

@@ -51,6 +51,9 @@ pub struct Run<'f> {
     pub by_states: &'f mut ByStates<'f>,
     /// Constants to differentiate with respect to.
     pub constants: &'f [Constant],
+    /// Constants that `before` sets anew for each step, such as joint forces and targets of motors.
+    /// The gradient has their derivatives step by step.
+    pub inputs: &'f [Constant],
     /// Memory budget.
     pub checkpoints: Checkpoints,
     /// Optional [smoothing](StepDerivative::smoothed) of the step derivatives. The run stays exact.
@@ -68,6 +71,9 @@ pub struct RunGradient {
     pub wrenches: Vec<Vec<Wrench>>,
     /// Derivatives with respect to the requested constants, in their order.
     pub constants: Vec<Vec<f64>>,
+    /// Derivatives with respect to the [inputs](Run::inputs), in their order, one list per step.
+    /// Empty without inputs.
+    pub inputs: Vec<Vec<Vec<f64>>>,
     /// Smallest [margin](StepDerivative::margin) of a step (m/s), and the index of that step.
     pub margin: (f64, u64),
     /// Smallest [feature margin](StepDerivative::feature_margin) of a step (m), and the index of

@@ -1,0 +1,167 @@
+"""Actions of a robot's environment: controls of its file, torques, or targets of motors."""
+
+from __future__ import annotations
+
+from typing import Iterable, List, Mapping, Optional, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._checks import real
+from ._names import unknown
+from ._robot import Robot
+from ._tumble import TumbleError
+
+Floats = npt.NDArray[np.float64]
+Range = Tuple[float, float]
+ByJoint = Union[float, Mapping[str, float]]
+"""One number for all joints, or numbers by the joints' names."""
+
+KINDS = ("controls", "torque", "pd", "position")
+
+
+class Actions:
+    """Names and ranges of an environment's actions, and their effect on a robot.
+
+    - ``controls``: controls of the file's actuators;
+    - ``torque``: force (N) or torque (N m) of each joint;
+    - ``pd``: target coordinate (m or rad) of each joint's motor with stiffness and damping;
+    - ``position``: coordinate of each joint at the end of the action. Motors approach it at
+      constant speed, as far as their force limits allow.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        kind: Optional[str] = None,
+        *,
+        joints: Optional[Iterable[str]] = None,
+        ranges: Optional[Mapping[str, Range]] = None,
+        stiffness: Optional[ByJoint] = None,
+        damping: ByJoint = 0.0,
+        most: Optional[ByJoint] = None,
+    ) -> None:
+        if kind is None:
+            if not robot.actuators:
+                raise TumbleError(
+                    f"{robot.name}: the robot has no actuators; declare its actions: actions=\"torque\", "
+                    '"pd" (with stiffness and damping) or "position"'
+                )
+            kind = "controls"
+        if kind not in KINDS:
+            raise TumbleError(f"actions is {kind!r}; one of {', '.join(KINDS)} is needed")
+        if kind == "controls" and not robot.actuators:
+            raise TumbleError(f'{robot.name}: the robot has no actuators; use actions="torque", "pd" or "position"')
+        if (stiffness is None) == (kind == "pd"):
+            raise TumbleError(f'actions="{kind}": stiffness is {"needed" if kind == "pd" else "for pd alone"}')
+        self.kind = kind
+        self._gains = {"stiffness": stiffness, "damping": damping, "most": most}
+        self.names = robot.actuators if kind == "controls" else _driven(robot, joints)
+        self._joints = [] if kind == "controls" else self.names
+        given = dict(ranges or {})
+        for name in given:
+            if name not in self.names:
+                raise unknown("range of action", name, self.names)
+        limits = _control_range if kind == "controls" else _force_range if kind == "torque" else _target_range
+        found = [given.get(name) or limits(robot, index, name) for index, name in enumerate(self.names)]
+        self.low, self.high = np.array(found, np.float64).reshape(-1, 2).T
+
+    def begin(self, robot: Robot) -> None:
+        """Prepares the joints at the start of an episode."""
+        for name in self._joints:
+            joint = robot[name]
+            joint.target = None
+            joint.set_force(0.0)
+            most = _of(self._gains["most"], name)
+            if most is not None:
+                joint.most = most
+            if self.kind == "pd":
+                joint.stiffness = real(f"stiffness of {name}", _of(self._gains["stiffness"], name))
+                joint.damping = real(f"damping of {name}", _of(self._gains["damping"], name))
+            if self.kind != "torque" and joint.most is None:
+                raise TumbleError(f"most of {name}, the force limit of its motor, is needed; give most")
+
+    def apply(self, robot: Robot, action: Floats, duration: float) -> None:
+        """Sets the drives for an action that lasts ``duration`` s. It is clipped to its range."""
+        if self.kind == "controls":
+            # Actuators clip their controls as the file says.
+            robot.controls = action
+            return
+        q = robot.q
+        for name, number in zip(self._joints, np.clip(action, self.low, self.high).tolist()):
+            joint = robot[name]
+            if self.kind == "torque":
+                joint.set_force(number)
+            elif self.kind == "pd":
+                joint.target = number
+            else:
+                joint.hold_speed((number - float(q[joint.place])) / duration)
+
+
+def _of(numbers: Optional[ByJoint], name: str) -> Optional[float]:
+    return numbers.get(name) if isinstance(numbers, Mapping) else numbers
+
+
+def _driven(robot: Robot, joints: Optional[Iterable[str]]) -> List[str]:
+    """Names of the driven joints: ``joints``, those with actuators, or all slides and hinges."""
+    every = [joint.name for joint in robot.slides_and_hinges]
+    if joints is not None:
+        wanted = list(joints)
+        for name in wanted:
+            if name not in every:
+                raise unknown("slide or hinge", name, every)
+        return wanted
+    names = robot.joints
+    actuated = {names[joint] for parts in robot.actuator_list for joint, _ in parts[0]}
+    followers = {names[joint] for joint in robot.followers}
+    found = [name for name in every if name not in followers and (not actuated or name in actuated)]
+    if not found:
+        raise TumbleError(f"{robot.name}: the robot has no slides or hinges to drive; use a robot with joints")
+    return found
+
+
+def _joint(robot: Robot, name: str) -> Tuple[Optional[List[float]], Optional[List[float]]]:
+    return robot.bounds(robot.joints.index(name))
+
+
+def _force_range(robot: Robot, index: int, name: str) -> Range:
+    effort = _joint(robot, name)[1]
+    if effort is None:
+        raise _no_range(robot, name, "force limit")
+    return effort[0], effort[1]
+
+
+def _target_range(robot: Robot, index: int, name: str) -> Range:
+    limits = _joint(robot, name)[0]
+    if limits is None:
+        raise _no_range(robot, name, "limits")
+    return limits[0], limits[1]
+
+
+def _control_range(robot: Robot, index: int, name: str) -> Range:
+    """Control range of an actuator, or the one that follows from its limits.
+
+    A position actuator reaches the limits of its joint. Another one has its force range, or the
+    force limits of its joint.
+    """
+    own = robot.control_ranges[index]
+    if own is not None:
+        return own[0], own[1]
+    joints, gear, gain, bias, force = robot.actuator_list[index]
+    limits, effort = robot.bounds(joints[0][0]) if len(joints) == 1 else (None, None)
+    factor = gear * (joints[0][1] if len(joints) == 1 else 1.0)
+    ends: Optional[List[float]] = None
+    if bias[1] != 0.0:
+        # Control at which the force is zero at a limit: gain u + b₀ + b₁ gear x = 0.
+        ends = None if limits is None else [-(bias[0] + bias[1] * factor * x) / gain for x in limits]
+    elif bias[2] == 0.0 and force is not None:
+        ends = [(f - bias[0]) / gain for f in force]
+    elif bias[2] == 0.0 and effort is not None:
+        ends = [(f / factor - bias[0]) / gain for f in effort]
+    if ends is None:
+        raise _no_range(robot, name, "control range, and none follows from its limits")
+    return min(ends), max(ends)
+
+
+def _no_range(robot: Robot, name: str, what: str) -> TumbleError:
+    return TumbleError(f"{robot.name}: {name} has no {what}; give ranges={{{name!r}: (low, high)}}")

@@ -1,0 +1,283 @@
+"""Environments of robots, single and many at once."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple, Union
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from ._actions import Actions, ByJoint, Range
+from ._checks import whole
+from ._robot import Robot
+from ._rollout import threads_of
+from ._scene import Scene, load
+from ._simulation import Simulation
+from ._tumble import TumbleError, step_all
+
+Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+Info = Dict[str, Any]
+
+EPISODE = 1000
+"""Steps of an environment until an episode is truncated."""
+
+
+class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
+    """Environment of a robot, from its URDF or MJCF file, a scenario file or a Scene.
+
+    One action lasts ``frame_skip`` time steps of the file, each divided into ``substeps``.
+    Subclasses define observation and reward: ``observe``, ``judge``. The initial coordinates
+    are those of ``draw``, clipped to the joints' ranges.
+
+    :param noise: half the range of the noise on the initial coordinates.
+    :param actions: "controls" of the file's actuators, the default if it has any; "torque";
+        "pd", targets of motors with ``stiffness`` and ``damping``; or "position", coordinates
+        at the end of the action.
+    :param joints: driven joints, by default those with actuators, or all slides and hinges.
+    :param ranges: ranges of actions by the name of the actuator or joint. The defaults are
+        the control ranges of the file. Without them, they follow from force limits for forces,
+        and from joint limits for targets.
+    :param most: force limits of the motors of "pd" and "position", by default those of the file.
+        Like ``stiffness`` and ``damping``, one number or numbers by joint.
+    :param robot: prefix of the robot in a scene with several.
+    :param packages: see ``tumble.load``, like ``leave_out`` and ``point_contacts``.
+    :param render_mode: "rgb_array" for images of 480 pixels, or None.
+    :raises TumbleError: for a robot without actuators or declared actions, an action without a
+        range, and an invalid file.
+    """
+
+    metadata: Dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}
+    up: Optional[int] = None
+    """Index of the coordinate that lifts the robot. A start below the ground is lifted to it.
+
+    The default is the height of a floating base.
+    """
+
+    def __init__(
+        self,
+        file: Union[str, "os.PathLike[str]", Scene],
+        frame_skip: int = 1,
+        noise: float = 0.0,
+        substeps: int = 1,
+        *,
+        actions: Optional[str] = None,
+        joints: Optional[List[str]] = None,
+        ranges: Optional[Mapping[str, Range]] = None,
+        stiffness: Optional[ByJoint] = None,
+        damping: ByJoint = 0.0,
+        most: Optional[ByJoint] = None,
+        robot: Optional[str] = None,
+        packages: Union[str, "os.PathLike[str]", None] = None,
+        leave_out: Optional[List[str]] = None,
+        point_contacts: Optional[bool] = None,
+        render_mode: Optional[str] = None,
+    ) -> None:
+        if render_mode == "human":
+            raise TumbleError(
+                'render_mode is "human", but environments open no window; use render_mode="rgb_array", with '
+                "gymnasium.wrappers.HumanRendering for a window"
+            )
+        if render_mode not in (None, "rgb_array"):
+            raise TumbleError(f'render_mode is {render_mode!r}; "rgb_array" or None is needed')
+        reading = {"packages": packages, "leave_out": leave_out, "point_contacts": point_contacts}
+        self.scene: Scene = _scene(file, whole("substeps", substeps, 1), reading)
+        self.frame_skip = whole("frame_skip", frame_skip, 1) * substeps
+        self.noise = noise
+        self.render_mode = render_mode
+        self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / self.dt))}
+        self._prefix = robot
+        self.simulation: Simulation = self.scene.simulate()
+        floats = bool(self.robot.joint_list) and self.robot.joint_list[0][1] == "free"
+        if self.up is None and floats:
+            self.up = 2
+        self.actions = Actions(
+            self.robot, actions, joints=joints, ranges=ranges, stiffness=stiffness, damping=damping, most=most
+        )
+        self.actions.begin(self.robot)
+        low, high = (of.astype(np.float32) for of in (self.actions.low, self.actions.high))
+        self.action_space = spaces.Box(low, high, dtype=np.float32)
+        size = len(self.observe())
+        self.observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float64)
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.simulation.robot if self._prefix is None else self.simulation.robots[self._prefix]
+
+    @property
+    def dt(self) -> float:
+        """Duration of a step of the environment, s."""
+        return self.frame_skip * self.scene.time_step
+
+    def observe(self) -> Floats:
+        """Observation: all coordinates and rates."""
+        return np.concatenate([self.robot.q, self.robot.v])
+
+    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+        """Random coordinates and rates at the start."""
+        q, v = self.robot.start, np.zeros(self.robot.counts[1])
+        return q + rng.uniform(-self.noise, self.noise, len(q)), v
+
+    def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
+        """Reward of a step, True at the end of the episode, and info.
+
+        ``before`` are the coordinates at the start of the step.
+        """
+        return 0.0, False, {}
+
+    def reset(
+        self, *, seed: Optional[int] = None, options: Optional[Info] = None
+    ) -> Tuple[Floats, Info]:
+        """Draws a new start, from the seed if there is one. ``options`` are ignored."""
+        super().reset(seed=seed)
+        self.simulation = self.scene.simulate()
+        q, v = self.draw(self.np_random)
+        q = np.array(q)
+        for index, (_, kind, at, _, _) in enumerate(self.robot.joint_list):
+            limits = self.robot.bounds(index)[0]
+            if kind in ("slide", "hinge") and limits is not None:
+                q[at] = min(max(q[at], limits[0]), limits[1])
+        lowest = self.robot.lowest(self.robot.placed(q, v, self.simulation.states))
+        if self.up is not None and lowest < 0.0:
+            q[self.up] -= lowest
+        self.robot.set(q, v)
+        self.actions.begin(self.robot)
+        return self.observe(), {}
+
+    def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
+        """Takes the steps of one action.
+
+        Returns observation, reward, True at the end of the episode, False (``gymnasium.make``
+        truncates), and info.
+        """
+        action = np.asarray(action, dtype=np.float64)
+        before = self._begin(action)
+        (unsolved,) = step_all([self.simulation], self.frame_skip, 1)
+        observed, reward, over, info = self._end(before, action, unsolved)
+        return observed, reward, over, False, info
+
+    def render(self) -> Any:
+        """Image of the current state, (480, 480, 3), or None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return self.simulation.picture()
+
+    def _begin(self, action: Floats) -> Floats:
+        """Applies an action. Returns the coordinates."""
+        before = self.robot.q
+        self.actions.apply(self.robot, action, self.dt)
+        return before
+
+    def _end(
+        self, before: Floats, action: Floats, unsolved: int
+    ) -> Tuple[Floats, float, bool, Info]:
+        """Observation, reward, True at the end of the episode, and info after the steps."""
+        reward, over, info = self.judge(before, action)
+        info["unsolved"] = unsolved
+        return self.observe(), reward, over, info
+
+
+class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
+    """Many environments of robots, with the steps of all of them on ``threads`` threads.
+
+    ``make`` creates one of them, for example a subclass of RobotEnv, from the keywords. The
+    results are those of the single environments, to the last bit. Observations, rewards and
+    actions are computed one after the other.
+
+    Autoreset is gymnasium's ``NEXT_STEP``: the step after an episode's end ignores the
+    action, draws a new start, and has reward 0. Episodes are truncated after
+    ``max_episode_steps``. Environment i draws its starts from seed + i.
+    """
+
+    metadata: Dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": ["rgb_array"]}
+
+    def __init__(
+        self,
+        make: Callable[..., RobotEnv],
+        num_envs: int = 16,
+        *,
+        threads: Optional[int] = None,
+        max_episode_steps: int = EPISODE,
+        **keywords: Any,
+    ) -> None:
+        self.num_envs = whole("num_envs", num_envs, 1)
+        self.max_episode_steps = whole("max_episode_steps", max_episode_steps, 1)
+        self.threads = threads_of(threads)
+        self.envs = [make(**keywords) for _ in range(num_envs)]
+        first = self.envs[0]
+        self.metadata = {**self.metadata, "render_fps": first.metadata["render_fps"]}
+        self.render_mode = first.render_mode
+        self.single_observation_space = first.observation_space
+        self.single_action_space = first.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._taken = np.zeros(num_envs, dtype=np.int64)
+        self._ended = np.zeros(num_envs, dtype=np.bool_)
+
+    def reset(self, *, seed: Any = None, options: Optional[Info] = None) -> Tuple[Floats, Info]:
+        """Draws new starts, from one seed for all or one for each. ``options`` are ignored."""
+        if seed is None or isinstance(seed, (int, np.integer)):
+            seeds = [None if seed is None else int(seed) + index for index in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise TumbleError(f"seed has {len(seeds)} seeds; {self.num_envs} are needed")
+        infos: Info = {}
+        observed = []
+        for index, (env, own) in enumerate(zip(self.envs, seeds)):
+            observation, info = env.reset(seed=own)
+            observed.append(observation)
+            infos = self._add_info(infos, info, index)
+        self._taken[:], self._ended[:] = 0, False
+        return np.stack(observed), infos
+
+    def step(self, actions: Any) -> Tuple[Floats, Floats, Flags, Flags, Info]:
+        """Takes the steps of one action in each environment.
+
+        Returns observations (B, ...), rewards, terminated and truncated flags, and info.
+        """
+        actions = np.asarray(actions, dtype=np.float64)
+        fresh, kept = self._ended.copy(), np.flatnonzero(~self._ended)
+        begun = [self.envs[index]._begin(actions[index]) for index in kept]
+        unsolved = step_all([self.envs[index].simulation for index in kept], self.envs[0].frame_skip, self.threads)
+        observed: List[Any] = [None] * self.num_envs
+        rewards = np.zeros(self.num_envs)
+        terminated = np.zeros(self.num_envs, dtype=np.bool_)
+        infos: Info = {}
+        parts = dict(zip(kept.tolist(), zip(begun, unsolved)))
+        for index, env in enumerate(self.envs):
+            if fresh[index]:
+                observed[index], info = env.reset()
+            else:
+                before, failed = parts[index]
+                observed[index], rewards[index], terminated[index], info = env._end(before, actions[index], failed)
+            infos = self._add_info(infos, info, index)
+        self._taken = np.where(fresh, 0, self._taken + 1)
+        truncated = self._taken >= self.max_episode_steps
+        self._ended = terminated | truncated
+        return np.stack(observed), rewards, terminated, truncated, infos
+
+    def render(self) -> Any:
+        """Images of the environments, or None without a render mode."""
+        return None if self.render_mode is None else tuple(env.render() for env in self.envs)
+
+
+def _scene(file: Any, substeps: int, reading: Mapping[str, Any]) -> Scene:
+    """Scene of ``file`` with its time step divided by ``substeps``."""
+    if isinstance(file, Scene):
+        given = [name for name, value in reading.items() if value is not None]
+        if given:
+            raise TumbleError(f"{', '.join(given)}: the scene is read already; give them to tumble.load")
+        scene = file
+    else:
+        scene = load(file, **reading)
+    if substeps == 1:
+        return scene
+    text, path, settings = scene._source
+    return Scene.from_text(text, path, **{**settings, "time_step": scene.time_step / substeps})

@@ -1,0 +1,224 @@
+"""Environments of robots from any file: declared actions, images, and many at once."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+gymnasium = pytest.importorskip("gymnasium")
+
+import tumble
+import tumble.locomotion
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from tumble.locomotion import RobotEnv, RobotVectorEnv
+
+DATA = Path(__file__).resolve().parents[2] / "data" / "robots"
+QUADRUPED = DATA / "quadruped.urdf"
+
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
+
+CART = """<mujoco>
+  <worldbody>
+    <body name="cart" pos="0 0 1">
+      <joint name="slider" type="slide" axis="1 0 0" limited="true" range="-1 1"/>
+      <geom type="box" size="0.1 0.1 0.05" mass="1"/>
+      <body name="pole"><joint name="hinge" axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 0 0 0 0.5" size="0.02" mass="0.1"/></body>
+    </body>
+  </worldbody>
+  <actuator>ACTUATOR</actuator>
+</mujoco>"""
+
+DECLARED = {
+    "torque": {"actions": "torque"},
+    "pd": {"actions": "pd", "stiffness": 60.0, "damping": 2.0},
+    "position": {"actions": "position"},
+}
+
+
+def cart(folder, actuator):
+    path = folder / "cart.xml"
+    path.write_text(CART.replace("ACTUATOR", actuator))
+    return path
+
+
+@pytest.mark.parametrize("name", DECLARED)
+def test_a_urdf_has_the_declared_actions(name):
+    env = RobotEnv(QUADRUPED, 5, 0.01, **DECLARED[name], render_mode="rgb_array")
+    assert env.action_space.shape == (12,)
+    joint = env.robot.slides_and_hinges[0]
+    ends = (env.action_space.low[0], env.action_space.high[0])
+    assert ends == pytest.approx((-joint.most, joint.most) if name == "torque" else joint.range)
+    check_env(env)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    still = np.zeros(12) if name == "torque" else env.robot.start[7:]
+    unsolved = 0
+    for _ in range(40):
+        *_, info = env.step(still + 0.1 * (env.action_space.sample() - still))
+        unsolved += info["unsolved"]
+    # Targets that jump at a landing make single steps of the light feet wild.
+    assert unsolved <= 0.03 * 40 * env.frame_skip
+
+
+def test_a_torque_is_the_force_of_the_joint(tmp_path):
+    """From rest, the cart is accelerated by F over the masses if the pole hangs through its centre."""
+    env = RobotEnv(cart(tmp_path, ""), actions="torque", joints=["slider"], ranges={"slider": (-5, 5)})
+    env.reset(seed=0)
+    env.step([2.0])
+    q, v = env.robot.start, np.zeros(2)
+    rates = np.linalg.solve(env.robot.mass_matrix(q), np.array([2.0, 0.0]) - env.robot.bias_forces(q, v))
+    assert env.robot.v[0] == pytest.approx(env.scene.time_step * rates[0], rel=1e-3)
+    limited, largest = env.reset(seed=0), env.step([100.0])[0]
+    env.reset(seed=0)
+    assert np.array_equal(largest, env.step([5.0])[0]) and not np.array_equal(largest, limited[0])
+
+
+def test_a_position_is_reached_at_the_end_of_the_action(tmp_path):
+    env = RobotEnv(cart(tmp_path, ""), 25, actions="position", joints=["slider"], most=1e5)
+    env.reset(seed=0)
+    for target in (0.1, 0.25, -0.05):
+        env.step([target])
+        assert env.robot["slider"].coordinate == pytest.approx(target, abs=1e-9)
+
+
+def test_targets_are_those_of_motors():
+    env = RobotEnv(QUADRUPED, 5, **DECLARED["pd"])
+    env.reset(seed=0)
+    action = 0.5 * (env.action_space.low + env.action_space.high)
+    env.step(action)
+    simulation = tumble.load(QUADRUPED).simulate()
+    robot = simulation.robot
+    robot.set(env.reset(seed=0)[0][: robot.counts[0]])
+    robot.set_gains(stiffness=60.0, damping=2.0)
+    for joint, target in zip(robot.slides_and_hinges, action):
+        joint.target = float(target)
+    env.step(action)
+    for _ in range(5):
+        simulation.step()
+    assert np.array_equal(simulation.states, env.simulation.states)
+
+
+@pytest.mark.parametrize(
+    ("actuator", "ends"),
+    [
+        ('<motor joint="slider" gear="2" forcelimited="true" forcerange="-3 3"/>', (-3, 3)),
+        ('<motor joint="slider" gear="2" ctrllimited="true" ctrlrange="-4 5"/>', (-4, 5)),
+        ('<position joint="slider" kp="50"/>', (-1, 1)),
+        ('<position joint="slider" kp="50" gear="2"/>', (-2, 2)),
+    ],
+)
+def test_a_control_without_a_range_takes_one_from_its_limits(tmp_path, actuator, ends):
+    env = RobotEnv(cart(tmp_path, actuator))
+    assert (env.action_space.low[0], env.action_space.high[0]) == pytest.approx(ends)
+    check_env(env, skip_render_check=True)
+
+
+def test_what_is_refused(tmp_path):
+    plain = cart(tmp_path, "")
+    refused = [
+        ({}, r'has no actuators; declare its actions: actions="torque"'),
+        ({"actions": "controls"}, "has no actuators"),
+        ({"actions": "speed"}, "actions is 'speed'; one of controls, torque, pd, position"),
+        ({"actions": "pd"}, "stiffness is needed"),
+        ({"actions": "torque", "stiffness": 1.0}, "stiffness is for pd alone"),
+        ({"actions": "torque"}, r"slider has no force limit; give ranges=\{'slider': \(low, high\)\}"),
+        ({"actions": "position", "most": 5.0}, r"hinge has no limits; give ranges"),
+        ({"actions": "position", "joints": ["slider"]}, "most of slider, the force limit of its motor"),
+        ({"actions": "torque", "joints": ["slide"]}, "slide or hinge 'slide' is unknown; did you mean"),
+        ({"render_mode": "human"}, "gymnasium.wrappers.HumanRendering"),
+        ({"render_mode": "ansi"}, '"rgb_array" or None is needed'),
+    ]
+    for keywords, words in refused:
+        with pytest.raises(tumble.TumbleError, match=words):
+            RobotEnv(plain, **keywords)
+    with pytest.raises(tumble.TumbleError, match="has no control range, and none follows from its limits"):
+        RobotEnv(cart(tmp_path, '<motor joint="slider"/>'))
+
+
+def test_arguments_of_the_loader_reach_it(tmp_path):
+    path = cart(tmp_path, '<motor joint="slider" ctrllimited="true" ctrlrange="-1 1"/>')
+    path.write_text(path.read_text().replace('mass="0.1"', 'mass="0.1" condim="4"'))
+    with pytest.raises(tumble.TumbleError, match="condim"):
+        RobotEnv(path)
+    assert RobotEnv(path, point_contacts=True).action_space.shape == (1,)
+    ranges = {"slider": (-1, 1), "hinge": (-1, 1)}
+    env = RobotEnv(path, leave_out=["actuator", "@condim"], actions="torque", ranges=ranges)
+    assert env.robot.actuators == [] and env.actions.names == ["slider", "hinge"]
+    (tmp_path / "there" / "leg").mkdir(parents=True)
+    (tmp_path / "there" / "leg" / "wedge.obj").write_bytes((DATA / "parts" / "wedge.obj").read_bytes())
+    leg = tmp_path / "leg.urdf"
+    text = QUADRUPED.read_text()
+    box = re.search(r"<box [^>]*>", text)[0]
+    leg.write_text(text.replace(box, '<mesh filename="package://leg/wedge.obj"/>', 1))
+    with pytest.raises(tumble.TumbleError, match="packages"):
+        RobotEnv(leg, actions="torque")
+    assert RobotEnv(leg, actions="torque", packages=tmp_path / "there").action_space.shape == (12,)
+
+
+def test_a_scene_is_an_environment_too():
+    scene = tumble.Scene(
+        [{"box": 0.1, "mass": 0.2, "position": [0.6, 0, 0.05]}],
+        {"friction": 0.5},
+        robots=[{"file": str(QUADRUPED), "position": [0, 0, 0.45], "prefix": "dog."}],
+    )
+    env = RobotEnv(scene, 4, substeps=2, robot="dog.", **DECLARED["pd"])
+    assert env.dt == pytest.approx(4 * scene.time_step)
+    with pytest.raises(tumble.TumbleError, match="leave_out: the scene is read already"):
+        RobotEnv(scene, robot="dog.", leave_out=["x"], **DECLARED["pd"])
+    check_env(env, skip_render_check=True)
+
+
+def test_an_image_shows_the_robot():
+    env = RobotEnv(QUADRUPED, 5, **DECLARED["pd"], render_mode="rgb_array")
+    env.reset(seed=0)
+    image = env.render()
+    assert image.shape == (480, 480, 3) and image.dtype == np.uint8
+    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 50
+    assert env.metadata["render_fps"] == round(1 / env.dt)
+    assert RobotEnv(QUADRUPED, 5, **DECLARED["pd"]).render() is None
+
+
+class Short(RobotEnv):
+    """Quadruped with episodes that end when it has sunk."""
+
+    def __init__(self, **keywords):
+        super().__init__(QUADRUPED, 10, 0.02, **DECLARED["pd"], **keywords)
+
+    def judge(self, before, action):
+        height = float(self.robot.q[2])
+        return height - before[2], height < 0.3, {"height": height}
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_many_take_the_steps_of_single_ones(threads):
+    count, most = 4, 7
+    many = RobotVectorEnv(Short, count, threads=threads, max_episode_steps=most)
+    single = [lambda: gymnasium.wrappers.TimeLimit(Short(), most)] * count
+    single = SyncVectorEnv(single, autoreset_mode=AutoresetMode.NEXT_STEP)
+    assert many.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    assert many.observation_space == single.observation_space and many.action_space == single.action_space
+    assert np.array_equal(many.reset(seed=3)[0], single.reset(seed=3)[0])
+    many.action_space.seed(0)
+    ends = cuts = 0
+    for _ in range(25):
+        action = many.action_space.sample()
+        one, other = many.step(action), single.step(action)
+        for ours, theirs in zip(one[:4], other[:4]):
+            assert ours.dtype == theirs.dtype and np.array_equal(ours, theirs)
+        assert one[4].keys() == other[4].keys()
+        assert all(np.array_equal(one[4][name], other[4][name]) for name in one[4])
+        ends, cuts = ends + one[2].sum(), cuts + one[3].sum()
+    assert ends > 0 and cuts > 0
+
+
+@pytest.mark.parametrize("name", ["Hopper", "HalfCheetah", "Walker2d", "Ant"])
+def test_gymnasium_makes_many_of_its_robots(name):
+    many = gymnasium.make_vec(f"tumble/{name}-v0", num_envs=3, vectorization_mode="vector_entry_point", threads=2)
+    assert isinstance(many.unwrapped, RobotVectorEnv)
+    many.reset(seed=0)
+    observed, rewards, *_ = many.step(many.action_space.sample())
+    assert observed.shape == many.observation_space.shape and rewards.shape == (3,)
+    assert gymnasium.spec(f"tumble/{name}-v0").to_json()
