@@ -367,7 +367,7 @@ impl PySimulation {
         let running = &own.running;
         let bodies = running.simulation.states().len();
         let force = |body| <[f64; 3]>::from(running.last.record().solution.total_force(body));
-        crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
+        shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
     /// Current coordinates and rates of a robot. Hinges include full turns; other angles are the
@@ -414,7 +414,7 @@ impl PySimulation {
         let columns = PyDict::new(py);
         for (column, name) in JOINT_COLUMNS.into_iter().enumerate() {
             let numbers = rows.iter().flat_map(|row| <[f64; 3]>::from(row[column])).collect();
-            columns.set_item(name, crate::arrays::shaped(py, numbers, &[rows.len(), 3])?)?;
+            columns.set_item(name, shaped(py, numbers, &[rows.len(), 3])?)?;
         }
         Ok(columns)
     }
