@@ -20,6 +20,7 @@ mod run_files;
 mod running;
 mod scene;
 mod simulation;
+mod stepping;
 mod watch;
 
 use pyo3::prelude::*;
@@ -38,7 +39,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::PyScene>()?;
     module.add_class::<simulation::PySimulation>()?;
-    module.add_function(wrap_pyfunction!(simulation::step_all, module)?)?;
+    module.add_function(wrap_pyfunction!(stepping::step_all, module)?)?;
     module.add_class::<robot::PyRobot>()?;
     module.add_class::<recording::PyRecording>()?;
     module.add_class::<problem::CoreProblem>()?;

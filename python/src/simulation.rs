@@ -15,11 +15,9 @@ use pyo3::exceptions::PyBaseException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::num::NonZeroUsize;
-use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
-use std::thread;
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 use tumble_core::error::Error;
 use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
@@ -367,7 +365,7 @@ impl PySimulation {
         let running = &own.running;
         let bodies = running.simulation.states().len();
         let force = |body| <[f64; 3]>::from(running.last.record().solution.total_force(body));
-        crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
+        shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
     /// Current coordinates and rates of a robot. Hinges include full turns; other angles are the
@@ -414,7 +412,7 @@ impl PySimulation {
         let columns = PyDict::new(py);
         for (column, name) in JOINT_COLUMNS.into_iter().enumerate() {
             let numbers = rows.iter().flat_map(|row| <[f64; 3]>::from(row[column])).collect();
-            columns.set_item(name, crate::arrays::shaped(py, numbers, &[rows.len(), 3])?)?;
+            columns.set_item(name, shaped(py, numbers, &[rows.len(), 3])?)?;
         }
         Ok(columns)
     }
@@ -515,60 +513,13 @@ impl PySimulation {
     }
 }
 
-/// Takes `steps` steps of each simulation, on at most `threads` threads. Returns the number of failed
-/// or wild steps of each.
-#[pyfunction]
-pub fn step_all(
-    py: Python<'_>,
-    simulations: Vec<PyRef<'_, PySimulation>>,
-    steps: usize,
-    threads: usize,
-) -> PyResult<Vec<usize>> {
-    let mut owned = Vec::new();
-    for simulation in &simulations {
-        let mut own = simulation.owned()?;
-        own.leave_lost_threads()?;
-        owned.push(own);
-    }
-    let all: Vec<&mut Running> = owned.iter_mut().map(|own| &mut own.running).collect();
-    let count = all.len();
-    let queue = Mutex::new(all.into_iter().enumerate());
-    let work = || {
-        let mut found = Vec::new();
-        loop {
-            let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let Some((index, running)) = next else { return found };
-            found.push((index, running.unsolved_of(steps)));
-        }
-    };
-    let mut found = py.detach(|| {
-        thread::scope(|scope| {
-            let helpers = threads.min(count).saturating_sub(1);
-            let helpers: Vec<_> = (0..helpers)
-                // If no more threads can be spawned, the running ones do all the work.
-                .map_while(|_| thread::Builder::new().spawn_scoped(scope, work).ok())
-                .collect();
-            let mut found = work();
-            for helper in helpers {
-                match helper.join() {
-                    Ok(more) => found.extend(more),
-                    Err(panic) => resume_unwind(panic),
-                }
-            }
-            found
-        })
-    });
-    found.sort_unstable_by_key(|(index, _)| *index);
-    found.into_iter().map(|(_, unsolved)| unsolved.map_err(|error| of_step(&error))).collect()
-}
-
 /// Message for a call during another call.
 const BUSY: &str = "this simulation is running in another thread or in a callback of its own; wait for its end, or copy \
                     it first (copy.copy) for each thread";
 
 impl PySimulation {
     /// Data of this call; an error during another call.
-    fn owned(&self) -> PyResult<MutexGuard<'_, Owned>> {
+    pub fn owned(&self) -> PyResult<MutexGuard<'_, Owned>> {
         match self.0.try_lock() {
             Ok(owned) => Ok(owned),
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
