@@ -9,8 +9,9 @@ use crate::world::World;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairFeatures {
-    /// Indices of the piece of A and the piece of B in their [pieces](RigidBody::pieces); 0 for a
-    /// fixed piece, and the number of the triangle for a terrain.
+    /// Indices of the piece of A and the piece of B in their
+    /// [pieces](crate::mechanics::RigidBody::pieces); 0 for a fixed piece, and the number of the
+    /// triangle for a terrain.
     pub pieces: (usize, usize),
     /// The features. Their sides A and B follow the order of the bodies, not of the contact: A is
     /// the body with the lower index, and a fixed piece is B.
@@ -27,8 +28,9 @@ pub struct ContactKey {
     /// Body A, an index of [`World::bodies`](crate::world::World::bodies). It owns the point,
     /// except for a corner of a fixed piece in a face of the body.
     pub body: usize,
-    /// Index of A's touching [contact point](RigidBody::contact_points). An edge that touches
-    /// between its ends uses its first end. A face that touches uses the first point of its piece.
+    /// Index of A's touching [contact point](crate::mechanics::RigidBody::contact_points). An edge
+    /// that touches between its ends uses its first end. A face that touches uses the first point of
+    /// its piece.
     pub point: usize,
     /// Partner B: a body, a fixed piece or the ground.
     pub partner: Partner,

@@ -20,7 +20,7 @@
 //! |---|---|
 //! | [`Piece`](crate::geometry::Piece) | convex collision shape, a part of a body or fixed |
 //! | `Collider` | collider: a piece with its owner |
-//! | [`Feature`] | touching vertex, edge or pair of these, by index |
+//! | [`Feature`](crate::geometry::Feature) | touching vertex, edge or pair of these, by index |
 //! | [`ManifoldPoint`](crate::geometry::ManifoldPoint) | geometric contact point of two pieces |
 //! | [`Features`] | point, plane and radius of a contact, in the frames of the bodies |
 //! | [`ContactKey`] | bodies and features; identifies the contact from step to step |
