@@ -164,6 +164,20 @@ impl Browser {
         self.devtools("Browser.setDownloadBehavior", wanted);
     }
 
+    /// Opens another tab in front and hides that of the page, whose scripts can still be run.
+    pub fn hide(&self) {
+        let own = self.get("/window");
+        let other = self.post("/window/new", json!({ "type": "tab" }));
+        self.post("/window", json!({ "handle": other["handle"] }));
+        self.devtools("Page.bringToFront", json!({}));
+        self.post("/window", json!({ "handle": own }));
+    }
+
+    /// Shows the page again.
+    pub fn unhide(&self) {
+        self.devtools("Page.bringToFront", json!({}));
+    }
+
     /// Runs a script in the page and returns its value.
     pub fn run(&self, script: &str) -> Value {
         self.post("/execute/sync", json!({ "script": script, "args": [] }))
