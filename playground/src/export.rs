@@ -39,7 +39,9 @@ pub fn whole(session: &Session) -> Result<String, String> {
     };
     match scenes::read(&whole) {
         Ok(scene) if scene.rows == rows => Ok(whole),
-        _ => Err(format!("The text of the scene cannot hold {rows} rows; end the run to write it.")),
+        _ => {
+            Err(format!("The text of the scene cannot hold {rows} rows; end the run to write it."))
+        }
     }
 }
 

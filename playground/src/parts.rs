@@ -14,8 +14,6 @@ const LARGEST: usize = 256 << 20;
 pub struct Parts {
     is_recording: bool,
     texts: Vec<String>,
-    /// For each ended session, true if it has a text. A session without steps has none.
-    ended: Vec<bool>,
 }
 
 impl Parts {
@@ -32,27 +30,21 @@ impl Parts {
         if !self.is_recording {
             return Ok(());
         }
-        let has_steps = session.rows() > 1;
-        if has_steps {
-            let text = export::whole(session)?;
-            let size: usize = self.texts.iter().map(String::len).sum();
-            if size + text.len() > LARGEST {
-                let limit = LARGEST >> 20;
-                return Err(format!(
-                    "The record before this change is larger than {limit} MB; end the run to write it."
-                ));
-            }
-            self.texts.push(text);
+        let text = export::whole(session)?;
+        let size: usize = self.texts.iter().map(String::len).sum();
+        if size + text.len() > LARGEST {
+            let limit = LARGEST >> 20;
+            return Err(format!(
+                "The record before this change is larger than {limit} MB; end the run to write it."
+            ));
         }
-        self.ended.push(has_steps);
+        self.texts.push(text);
         Ok(())
     }
 
     /// Removes the last part, whose session continues.
     pub fn reopen(&mut self) {
-        if self.ended.pop() == Some(true) {
-            self.texts.pop();
-        }
+        self.texts.pop();
     }
 
     /// Texts of the parts.

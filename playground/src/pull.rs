@@ -163,8 +163,8 @@ impl Pulls {
 
     /// Moves the target of a hand (m, world). A target that is not finite is ignored.
     pub(crate) fn pull(&mut self, hand: Hand, target: Vector3<f64>) {
-        if let Some(grab) = self.grabs.get_mut(&hand).filter(|_| target.iter().all(|x| x.is_finite()))
-        {
+        let is_finite = target.iter().all(|x| x.is_finite());
+        if let Some(grab) = self.grabs.get_mut(&hand).filter(|_| is_finite) {
             grab.target = target;
         }
     }
@@ -186,7 +186,8 @@ impl Pulls {
     /// Computes the forces of the next step whose intervals begin.
     pub(crate) fn renew(&mut self, simulation: &Simulation<'_>) {
         let index = simulation.index();
-        let due = self.grabs.values().filter(|grab| (index - grab.since).is_multiple_of(grab.interval));
+        let due =
+            self.grabs.values().filter(|grab| (index - grab.since).is_multiple_of(grab.interval));
         let wrenches: Vec<_> = due.map(|grab| (grab.body, grab.wrench(simulation))).collect();
         for (body, wrench) in wrenches {
             self.set(body, Segment { from: index, wrench });

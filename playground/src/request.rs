@@ -1,9 +1,9 @@
 //! Requests of the page and their answers, as JSON and numbers.
 
 use crate::change::Change;
-use crate::scenes::{self, SCENES};
 use crate::parts::Parts;
 use crate::pull::Hand;
+use crate::scenes::{self, SCENES};
 use crate::session::{Hit, Session};
 use crate::{export, frame};
 use nalgebra::Vector3;
@@ -115,7 +115,14 @@ impl Program {
         let first = First { title, text: session.text().to_owned() };
         let origin = Some(session.restarted()?);
         let parts = Parts::recorded();
-        Ok(Self { first: Some(first), session: Some(session), origin, end, parts, ..Self::default() })
+        Ok(Self {
+            first: Some(first),
+            session: Some(session),
+            origin,
+            end,
+            parts,
+            ..Self::default()
+        })
     }
 
     /// Scene of the steps since the last change, with the pulls. It has as many rows as were
@@ -192,20 +199,17 @@ impl Program {
             }
             Request::Back { contacts: wanted } => {
                 contacts = wanted;
-                match (self.session()?.back(), self.past.pop()) {
-                    (Err(_), Some(mut before)) => {
-                        // It ends where the later one starts.
-                        let _ = before.back();
-                        self.session = Some(before);
-                        self.parts.reopen();
-                        self.described += 1;
-                        self.look()?
-                    }
-                    (done, before) => {
-                        self.past.extend(before);
-                        done?;
-                        json!({})
-                    }
+                let is_at_start = self.session()?.rows() == 1;
+                if is_at_start && let Some(mut before) = self.past.pop() {
+                    // It ends where the later one starts.
+                    let _ = before.back();
+                    self.session = Some(before);
+                    self.parts.reopen();
+                    self.described += 1;
+                    self.look()?
+                } else {
+                    self.session()?.back()?;
+                    json!({})
                 }
             }
             Request::Grab(aim) => {
@@ -257,8 +261,8 @@ impl Program {
 
     /// Continues with another session. The one before stays for the way back.
     fn replace(&mut self, session: Session) -> Result<(), String> {
-        self.end_part()?;
-        if let Some(mut before) = self.session.replace(session) {
+        let has_steps = self.end_part()?;
+        if let Some(mut before) = self.session.replace(session).filter(|_| has_steps) {
             before.shorten();
             self.past.push(before);
         }
@@ -268,11 +272,15 @@ impl Program {
         Ok(())
     }
 
-    /// Ends the pulls of the present session and records it.
-    fn end_part(&mut self) -> Result<(), String> {
-        let Some(session) = &mut self.session else { return Ok(()) };
+    /// Ends the pulls of the present session and records it. Returns false if it has no steps.
+    fn end_part(&mut self) -> Result<bool, String> {
+        let Some(session) = &mut self.session else { return Ok(false) };
         session.release_all();
-        self.parts.add(session)
+        let has_steps = session.rows() > 1;
+        if has_steps {
+            self.parts.add(session)?;
+        }
+        Ok(has_steps)
     }
 
     /// Grabs the body of a hit.

@@ -44,8 +44,7 @@ impl PyRecording {
 }
 
 /// Mesh for another viewer: vertices (V, 3), triangles (F, 3), and red, green and blue.
-pub type Surface<'py> =
-    (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<u32>>, (u8, u8, u8));
+pub type Surface<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<u32>>, (u8, u8, u8));
 
 /// Meshes as arrays.
 pub fn surfaces<'py>(

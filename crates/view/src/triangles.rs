@@ -77,7 +77,8 @@ const ACROSS: usize = 17;
 /// along the longest diagonal of the core.
 fn rounded(piece: &FilmPiece) -> Mesh {
     let (core, radius) = (piece.core(), piece.radius());
-    let along = core.iter().map(|point| point - core[0]).max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let along =
+        core.iter().map(|point| point - core[0]).max_by(|a, b| a.norm().total_cmp(&b.norm()));
     let axis = along.and_then(|along| along.try_normalize(1e-12)).unwrap_or(Vector3::z());
     let (right, up) = across(&axis);
     let farthest = |direction: &Vector3<f64>| {

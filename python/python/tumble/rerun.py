@@ -30,8 +30,8 @@ def log(run: Trajectory, path: str = "tumble", *, recording: Optional[Any] = Non
         tumble.rerun.log(scene.run(500))
     """
     bodies, fixed, fixed_names = run.recording.surfaces()
-    names = [*(f"bodies/{_part(name)}" for name in run.scene.bodies)]
-    names += [f"fixed/{index}-{_part(name)}" for index, name in enumerate(fixed_names)]
+    names = [*(f"bodies/{rr.escape_entity_path_part(name)}" for name in run.scene.bodies)]
+    names += [f"fixed/{index}-{rr.escape_entity_path_part(name)}" for index, name in enumerate(fixed_names)]
     rr.log(path, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True, recording=recording)
     for name, meshes in zip(names, [*bodies, *fixed]):
         for index, (vertices, triangles, colour) in enumerate(meshes):
@@ -69,8 +69,3 @@ def _log_forces(run: Trajectory, path: str, steps: Any, recording: Optional[Any]
         colors=np.tile(np.array(_FORCES, dtype=np.uint8), (int(loaded.sum()), 1)),
     )
     rr.send_columns(path, steps, arrows.partition(counts), recording=recording)
-
-
-def _part(name: str) -> str:
-    """Name as one part of an entity path."""
-    return name.replace("/", "_") or "unnamed"

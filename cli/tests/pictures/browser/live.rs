@@ -161,7 +161,11 @@ fn two_windows_draw_and_pull_in_one_live_run() {
     let part = live.directory.path().join("out/part-1.toml");
     let run_json = live.end_with(|| {
         let text = std::fs::read_to_string(&part).unwrap();
-        assert_eq!(text.matches("load = ").count(), 2, "both pulls are in the part before the change");
+        assert_eq!(
+            text.matches("load = ").count(),
+            2,
+            "both pulls are in the part before the change"
+        );
     });
     assert!(run_json["files"].as_array().unwrap().contains(&Value::from("part-1.toml")));
 }
