@@ -164,18 +164,24 @@ impl Browser {
         self.devtools("Browser.setDownloadBehavior", wanted);
     }
 
-    /// Opens another tab in front and hides that of the page, whose scripts can still be run.
+    /// Hides the page as another tab in front would: it is told so and gets no more pictures. Headless
+    /// Chromium itself shows all tabs.
     pub fn hide(&self) {
-        let own = self.get("/window");
-        let other = self.post("/window/new", json!({ "type": "tab" }));
-        self.post("/window", json!({ "handle": other["handle"] }));
-        self.devtools("Page.bringToFront", json!({}));
-        self.post("/window", json!({ "handle": own }));
+        self.run(
+            "globalThis.drawLater = requestAnimationFrame; globalThis.held = []; \
+             window.requestAnimationFrame = (call) => held.push(call); \
+             Object.defineProperty(document, 'hidden', { get: () => true, configurable: true }); \
+             document.dispatchEvent(new Event('visibilitychange'))",
+        );
     }
 
     /// Shows the page again.
     pub fn unhide(&self) {
-        self.devtools("Page.bringToFront", json!({}));
+        self.run(
+            "delete document.hidden; window.requestAnimationFrame = drawLater; \
+             document.dispatchEvent(new Event('visibilitychange')); \
+             held.splice(0).forEach((call) => requestAnimationFrame(call))",
+        );
     }
 
     /// Runs a script in the page and returns its value.
