@@ -53,17 +53,18 @@ pub fn triangles(film: &Film) -> FilmTriangles {
 
 type Mesh = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
-/// Faces of a hull or a mesh, cut into triangles.
+/// Faces of a hull or a mesh, cut into triangles. Each face has its own vertices, so that viewers
+/// that average normals at a vertex show sharp edges.
 fn polyhedron(piece: &FilmPiece) -> Mesh {
-    let vertices = piece.core().to_vec();
-    let mut triangles = Vec::new();
+    let (core, mut vertices, mut triangles) = (piece.core(), Vec::new(), Vec::new());
     for face in piece.surface().faces {
-        let [first, ref rest @ ..] = face.corners[..] else { continue };
-        for pair in rest.windows(2) {
-            let [a, b, c] = [first, pair[0], pair[1]].map(|corner| vertices[corner]);
+        let first = vertices.len();
+        vertices.extend(face.corners.iter().map(|corner| core[*corner]));
+        for corner in first + 1..vertices.len().saturating_sub(1) {
+            let [a, b, c] = [first, corner, corner + 1].map(|corner| vertices[corner]);
             let outward = (b - a).cross(&(c - a)).dot(&face.normal) >= 0.0;
-            let [second, third] = if outward { [pair[0], pair[1]] } else { [pair[1], pair[0]] };
-            triangles.push([first, second, third]);
+            let ends = if outward { [corner, corner + 1] } else { [corner + 1, corner] };
+            triangles.push([first, ends[0], ends[1]]);
         }
     }
     (vertices, triangles)
