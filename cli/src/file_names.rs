@@ -27,6 +27,17 @@ pub fn of_rows() -> impl Iterator<Item = String> {
     names.flat_map(|name| [TableForm::Csv, TableForm::Zstd].map(|form| file_of(name, form)))
 }
 
+/// File name of part `number` of a live run, from 1 on.
+pub fn of_part(number: usize) -> String {
+    format!("part-{number}.toml")
+}
+
+/// True for the name of a part of a live run.
+pub fn is_part(name: &str) -> bool {
+    let number = name.strip_prefix("part-").and_then(|rest| rest.strip_suffix(".toml"));
+    number.and_then(|number| number.parse().ok()).is_some_and(|number| of_part(number) == name)
+}
+
 /// True if a file with this name is compressed.
 pub fn is_compressed(name: &str) -> bool {
     name.ends_with(".zst")

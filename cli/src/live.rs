@@ -22,6 +22,14 @@ pub struct Live {
     server: Server,
 }
 
+/// Record of a live run.
+pub struct Played {
+    /// Scene of the steps since the last change.
+    pub scene: Scene,
+    /// Scenario texts of the parts that changes ended.
+    pub parts: Vec<String>,
+}
+
 impl Live {
     /// Live run of `scene` until `end` is true.
     pub fn new(args: &SimulateArgs, scene: Scene, end: &Arc<AtomicBool>) -> Result<Self, Failure> {
@@ -38,8 +46,8 @@ impl Live {
         recorded(&self.server.program())
     }
 
-    /// Prints the address, serves until `end` is true, and returns the scene of what was shown.
-    pub fn play(self, args: &SimulateArgs, end: &AtomicBool) -> Result<Scene, Failure> {
+    /// Prints the address, serves until `end` is true, and returns the record of what was shown.
+    pub fn play(self, args: &SimulateArgs, end: &AtomicBool) -> Result<Played, Failure> {
         let out = shown::path(args.out());
         // Without the address nobody could open the page, so it is printed with --quiet as well.
         output::say(&format!(
@@ -47,7 +55,8 @@ impl Live {
             self.server.url()
         ))?;
         self.server.serve(end);
-        recorded(&self.server.program())
+        let program = self.server.program();
+        Ok(Played { scene: recorded(&program)?, parts: program.parts().to_vec() })
     }
 }
 
@@ -62,6 +71,8 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
         Failure::Input(format!("--from: {} has no run.json beside it", shown::path(path)))
     })?;
     let mut scene = continued::scene_of(run)?;
+    // The live run has the native solver, also after a run by Ipopt.
+    scene.usual_solver = true;
     let mut moment = None;
     while let Some(step) = recording.next_step()? {
         let index = step.index();

@@ -4,10 +4,10 @@ use super::args::SimulateArgs;
 use super::checkpoint::CheckpointWriter;
 use super::continued::{self, Continued, ContinuedNotes, UNFINISHED};
 use super::describe::describe;
-use super::directory::{Claims, OutputDirectory};
+use super::directory::{self, Claims, OutputDirectory};
 use super::exported::Exported;
 use super::file_names::{self, RUN_JSON};
-use super::live::{self, Live};
+use super::live::{self, Live, Played};
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
@@ -63,24 +63,28 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
     // Signals are handled before the first file is created, so that an early signal leaves no file.
     raise_on_signals(&interrupt)?;
+    // How many parts a live run has is not known before its end.
+    let parts = directory::names_in(args.out()).into_iter();
+    let parts = parts.filter(|name| played.is_some() && file_names::is_part(name));
     let claims = Claims {
         files: names(args, &scene, &kept),
-        alike: file_names::of_rows().collect(),
+        alike: file_names::of_rows().chain(parts).collect(),
         overwrite: args.output.overwrite,
         continues: args.continued.as_deref() == Some(args.out()),
     };
     let out = OutputDirectory::for_run(args.out(), claims)?;
-    let scene = match played {
-        None => scene,
+    let (scene, parts) = match played {
+        None => (scene, Vec::new()),
         Some(played) => {
-            let scene = played.play(args, &interrupt)?;
+            let Played { scene, parts } = played.play(args, &interrupt)?;
             // The steps are computed again. Another Ctrl-C interrupts that.
             interrupt.store(false, Ordering::Relaxed);
             simulation = scene.simulation(&interrupt)?;
-            scene
+            (scene, written_parts(parts, &out)?)
         }
     };
-    let files = names(args, &scene, &kept);
+    let mut files = names(args, &scene, &kept);
+    files.extend(parts.iter().map(|part| part.name().to_owned()));
     let mut voice = Voice::new(args.output.quiet);
     if let Some(note) = scene::note(&scene) {
         voice.say(&note);
@@ -123,6 +127,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let notes = ContinuedNotes::of(&run, before_end);
     state.write(&continued::state_bytes(simulation.save(), &notes)?)?;
     pending.extend([run_json, state]);
+    pending.extend(parts);
     let written = pending.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
     let removed = out.remove_former(&written)?;
     let mut text = describe(&scene, &run);
@@ -159,6 +164,16 @@ fn names(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Vec<String> {
     names.extend([RUN_JSON, continued::FILE].map(str::to_owned));
     names.extend(pictures::names(args));
     names
+}
+
+/// Temporary files with the parts of a live run that changes ended.
+fn written_parts(parts: Vec<String>, out: &OutputDirectory) -> Result<Vec<PendingFile>, Failure> {
+    let written = parts.iter().enumerate().map(|(index, text)| {
+        let file = PendingFile::create(out, &file_names::of_part(index + 1))?;
+        file.write(text.as_bytes())?;
+        Ok(file)
+    });
+    written.collect()
 }
 
 /// Failure of a started run. Its rows are kept if it has a checkpoint.

@@ -30,19 +30,7 @@ async function restart() {
   await asked({ do: "restart" });
 }
 
-function setSpeed(wanted) {
-  speed = wanted;
-  $("speed").value = String(wanted);
-}
-
-function changeSpeed(places) {
-  const place = SPEEDS.indexOf(speed) + places;
-  setSpeed(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, place))]);
-}
-
-function toggle(what) {
-  show[what] = !show[what];
-  $(what).setAttribute("aria-pressed", String(show[what]));
+function toggled(what) {
   if (what === "follow" && drawing) show.anchor = drawing.middle();
   repaint();
 }

@@ -110,6 +110,8 @@ async function sourceOf({ dataset, textContent }) {
     return;
   }
   scenes.forEach(({ title }, i) => $("scene").append(element("option", { value: String(i) }, title)));
-  if (isLive) await attach();
-  else await openAddress();
+  if (!isLive) return openAddress();
+  await attach();
+  isAttached = true;
+  followOthers();
 })();

@@ -55,15 +55,21 @@ function tick(now) {
   paint();
 }
 
-// Takes steps. The simulation does not catch up with a clock that it cannot follow.
+// Longest time for which a window waits while others run the same scene faster (s).
+const LONGEST_LEAD = 0.1;
+
+// Takes steps. The simulation does not catch up with a clock that it cannot follow. Steps that other
+// windows took count too.
 async function advance(steps) {
   if (steps < 1) return;
   isAdvancing = true;
   const scene = opened;
+  const from = head.index;
   const { done, took } = await asked({ do: "advance", steps, contacts: wantsContacts(), target });
   if (scene !== opened) return;
   isAdvancing = false;
-  owed = done === steps ? owed - steps * look.timeStep : 0;
+  const taken = Math.max(steps, head.index - from);
+  owed = done === steps ? Math.max(-LONGEST_LEAD, owed - taken * look.timeStep) : 0;
   if (done > 0) cost = Number.isNaN(cost) ? took / done : 0.9 * cost + (0.1 * took) / done;
 }
 

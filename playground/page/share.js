@@ -15,10 +15,17 @@ async function fragmentOf(text) {
   return `#z=${encoded(new Uint8Array(await new Response(stream).arrayBuffer()))}`;
 }
 
-// Text of a fragment: `#z=` compressed, `#text=` plain. Null without either.
+// Largest part of an address in a message (characters).
+const MOST_SHOWN = 20;
+
+// Text of a fragment: `#z=` compressed, `#text=` plain. Null without a fragment.
 async function textOf(fragment) {
+  if (fragment.length < 2) return null;
   const [, kind, content] = /^#(z|text)=(.*)$/s.exec(fragment) ?? [];
-  if (kind === undefined) return null;
+  if (kind === undefined) {
+    const shown = fragment.length > MOST_SHOWN ? `${fragment.slice(0, MOST_SHOWN)}…` : fragment;
+    throw new Error(`The address ends in ${shown}, which is no scene. A scene begins with #z= or #text=.`);
+  }
   try {
     if (kind === "text") return decodeURIComponent(content);
     const packed = bytes(content.replaceAll("-", "+").replaceAll("_", "/"));

@@ -54,12 +54,14 @@ async function asked(request) {
   }
   if (answer.film) describe(answer, request);
   if (answer.numbers?.length > 0) accept(answer.numbers);
+  if (answer.scene !== undefined && answer.scene !== look?.scene) await attach();
   return answer;
 }
 
 // The program ended by itself.
 function stopped(why) {
   play(false);
+  isAttached = false;
   const remedy = isLive ? "Reload the page to connect again." : "Choose a scene to start it again.";
   alarm(`The program stopped (${why}). ${remedy}`);
   program.restart();
@@ -67,10 +69,14 @@ function stopped(why) {
   return { error: why };
 }
 
+// Largest message (characters).
+const LONGEST_ALARM = 500;
+
 // Shows a failure.
 function alarm(text) {
   // The program reads the text as a file of this name.
-  const plain = text.replace(/^scenarios\/scene\.toml: /, "");
+  const whole = text.replace(/^scenarios\/scene\.toml: /, "");
+  const plain = whole.length > LONGEST_ALARM ? `${whole.slice(0, LONGEST_ALARM)} …` : whole;
   const sentence = /[.!?]$/.test(plain) ? plain : `${plain}.`;
   put($("alert").querySelector("span"), sentence);
   $("alert").hidden = false;
@@ -94,27 +100,45 @@ async function open(text) {
 }
 let lastAnswer = 0;
 
-// Shows the scene that is open in the server.
+// Shows the scene that is open in the server. Another window may have changed it.
 async function attach() {
+  drop();
   await asked({ do: "look" });
+}
+
+// Time between two looks of a window that does not run (ms).
+const LOOK_AGAIN = 50;
+let isAttached = false;
+
+// Follows the run that other windows move.
+async function followOthers() {
+  if (!isAttached) return;
+  if (!isPlaying && !document.hidden) await asked({ do: "step", count: 0, contacts: wantsContacts() });
+  setTimeout(followOthers, LOOK_AGAIN);
 }
 
 // Takes the description of a scene: `request` made it.
 function describe(answer, request) {
+  const before = look;
   look = answer;
   const values = valuesOf(answer);
   for (const slider of sliders) slider.set(values[slider.kind.name]);
   const kind = Object.keys(request.change ?? { scene: 1 })[0];
-  const isNew = request.do === "open" || request.do === "look";
+  const isNew = request.do === "open" || answer.name !== before?.name;
+  if (isNew) strip.clear();
   touched = Math.min(touched, answer.masses.length - 1);
   const names = answer.film.bodies.map(({ name }) => name);
   const isOther = String(names) !== String(drawing?.run.bodies.map(({ name }) => name));
-  if (isNew || isOther || kind === "add" || kind === "remove") draw(answer.film, isNew);
+  if (isNew || isOther || request.do === "look" || kind === "add" || kind === "remove") draw(answer.film, isNew);
   $("body").replaceChildren(...names.map((name, body) => element("option", { value: String(body) }, name)));
   $("remove").disabled = names.length < 2;
   if (kind !== "mass") bodyMass = answer.masses[touched];
   touch(touched);
-  put($("notes"), answer.notes.map((note) => `${note}.`).join(" "));
+  const notes = answer.notes.map((note) => `${note}.`);
+  if (answer.parts > 0) {
+    notes.push(`The record has ${answer.parts + 1} parts: a change of the scene begins a new one. All are kept.`);
+  }
+  put($("notes"), notes.join(" "));
 }
 
 // Takes the numbers of a moment.
@@ -122,9 +146,12 @@ function accept(numbers) {
   lastAnswer = performance.now();
   const before = head;
   head = headOf(numbers);
+  const isSame = head.index === before?.index && head.grabbed === before.grabbed && numbers.length === shownNumbers;
+  shownNumbers = numbers.length;
   if (drawing && head.bodies === drawing.run.bodies.length) drawing.run.show(numbers);
   const status = statuses[head.status];
   const isBad = status === "failed" || status === "wild";
+  if (isSame) return;
   strip.add(head, isBad ? colours[status] : undefined);
   if (head.failed > (before?.failed ?? 0) && !isAnnounced) {
     isAnnounced = true;
@@ -135,3 +162,4 @@ function accept(numbers) {
   repaint();
 }
 let isAnnounced = false;
+let shownNumbers = 0;

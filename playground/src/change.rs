@@ -1,5 +1,6 @@
 //! Changes of a running scene: a new text that starts at the present state.
 
+use crate::scenes;
 use crate::session::Session;
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -8,7 +9,6 @@ use tumble_core::mechanics::RigidBody;
 use tumble_model::BodyModel;
 use tumble_model::failure::Failure;
 use tumble_scene::scene::Scene;
-use tumble_scene::written;
 
 /// A change of a scene.
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -64,13 +64,13 @@ impl Session {
     pub fn changed(&self, change: Change) -> Result<Self, String> {
         let scene = self.present().map_err(|failure| failure.to_string())?;
         let scene = changed(scene, change).map_err(|failure| failure.to_string())?;
-        self.continued(written::text(&scene).map_err(|failure| failure.to_string())?)
+        self.continued(scenes::text(&scene).map_err(|failure| failure.to_string())?)
     }
 
     /// Session of the same scene from the present state on, in a text of the page.
     pub(crate) fn rewritten(&self) -> Result<Self, String> {
         let scene = self.present().map_err(|failure| failure.to_string())?;
-        self.continued(written::text(&scene).map_err(|failure| failure.to_string())?)
+        self.continued(scenes::text(&scene).map_err(|failure| failure.to_string())?)
     }
 
     /// Scene whose start is the present state, in the notation `[[bodies]]`.

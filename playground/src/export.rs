@@ -24,6 +24,27 @@ pub fn text(session: &Session) -> String {
     session.text().to_owned()
 }
 
+/// Text of [`text`] with the number of rows that were simulated.
+///
+/// # Errors
+/// A text in which the number of rows cannot be set.
+pub fn whole(session: &Session) -> Result<String, String> {
+    let (text, rows) = (text(session), session.rows());
+    let mut top = text.lines().take_while(|line| !line.trim_start().starts_with('['));
+    let is_steps = |line: &&str| line.split('=').next().is_some_and(|name| name.trim() == "steps");
+    let steps = format!("steps = {rows}");
+    let whole = match top.find(is_steps) {
+        Some(line) => text.replacen(line, &steps, 1),
+        None => format!("{steps}\n{text}"),
+    };
+    match scenes::read(&whole) {
+        Ok(scene) if scene.rows == rows => Ok(whole),
+        _ => {
+            Err(format!("The text of the scene cannot hold {rows} rows; end the run to write it."))
+        }
+    }
+}
+
 /// Text with the native solver, or the same text if it cannot be added.
 fn with_native_solver(text: &str) -> String {
     const NAME: &str = "name = \"native\"\n";

@@ -1,5 +1,6 @@
 //! A moment of a session as numbers for the page.
 
+use crate::pull::Hand;
 use crate::session::Session;
 use nalgebra::Vector3;
 use tumble_core::contact::Partner;
@@ -13,8 +14,9 @@ pub const OF_BODY: usize = 7;
 /// Numbers of a contact: body, partner, point (m), normal, force (N), slip (m/s), friction.
 pub const OF_CONTACT: usize = 15;
 
-/// Appends the present moment to `numbers`: head, bodies, and contacts on request.
-pub fn write(session: &Session, contacts: bool, numbers: &mut Vec<f64>) {
+/// Appends the present moment to `numbers`: head with the body in a `hand`, bodies, and contacts on
+/// request.
+pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f64>) {
     let simulation = session.simulation();
     let (world, states) = (simulation.world(), simulation.states());
     let summary = session.summary();
@@ -24,7 +26,7 @@ pub fn write(session: &Session, contacts: bool, numbers: &mut Vec<f64>) {
     let bodies = world.bodies().iter().zip(states);
     let kinetic: f64 = bodies.map(|(body, state)| energy::kinetic(world, body, state)).sum();
     let unsolved = session.unsolved();
-    let grab = session.pulls().grabbed();
+    let grab = session.pulls().grabbed(hand);
     let start = numbers.len();
     numbers.extend([
         simulation.index() as f64,

@@ -11,7 +11,7 @@
 //!
 //! - [`session`] steps a scene, forwards and back.
 //! - [`pull`] is the spring between a body and the pointer. Its forces are loads of the scene.
-//! - [`change`] makes the text of a changed scene.
+//! - [`change`] makes the text of a changed scene. In a live run it ends a part of the record.
 //! - [`server`] gives the page a native program instead, on this machine.
 //! - [`request`] is the language between the page and the program, and [`port`] its door.
 //!
@@ -27,6 +27,7 @@ pub mod change;
 pub mod export;
 pub mod frame;
 mod history;
+mod parts;
 pub mod port;
 pub mod pull;
 pub mod request;

@@ -2,8 +2,12 @@
 //!
 //! The page writes a request into the memory of the program and reads the answer there.
 
+use crate::pull::Hand;
 use crate::request::Program;
 use std::cell::RefCell;
+
+/// The one window of the page.
+const HAND: Hand = 0;
 
 /// Places of an answer: address and length (bytes) of the text, address and count of the numbers.
 type Answer = [usize; 4];
@@ -31,7 +35,7 @@ pub extern "C" fn tumble_playground(length: usize) -> usize {
             return port.request.as_ptr().addr();
         }
         let Port { program, request, answer } = port;
-        program.answer(request);
+        program.answer(HAND, request);
         *answer = [
             program.text.as_ptr().addr(),
             program.text.len(),

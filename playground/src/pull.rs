@@ -142,41 +142,55 @@ pub struct Segment {
     pub wrench: Wrench,
 }
 
+/// Number of a window, whose pointer can hold one body.
+pub type Hand = u64;
+
 /// Pulls on the bodies of a scene since its start.
 #[derive(Debug, Clone, Default)]
 pub struct Pulls {
-    grab: Option<Grab>,
+    /// Grabs of the hands, at most one of each body.
+    grabs: BTreeMap<Hand, Grab>,
     segments: BTreeMap<usize, Vec<Segment>>,
 }
 
 impl Pulls {
-    /// Begins a pull and ends one before it.
-    pub(crate) fn grab(&mut self, grab: Grab) {
-        self.release(grab.since);
-        self.grab = Some(grab);
+    /// Begins a pull. It ends the one of the hand before it, and a pull on the same body.
+    pub(crate) fn grab(&mut self, hand: Hand, grab: Grab) {
+        self.release(hand, grab.since);
+        self.grabs.retain(|_, other| other.body != grab.body);
+        self.grabs.insert(hand, grab);
     }
 
-    /// Moves the target (m, world). A target that is not finite is ignored.
-    pub(crate) fn pull(&mut self, target: Vector3<f64>) {
-        if let Some(grab) = self.grab.as_mut().filter(|_| target.iter().all(|x| x.is_finite())) {
+    /// Moves the target of a hand (m, world). A target that is not finite is ignored.
+    pub(crate) fn pull(&mut self, hand: Hand, target: Vector3<f64>) {
+        let is_finite = target.iter().all(|x| x.is_finite());
+        if let Some(grab) = self.grabs.get_mut(&hand).filter(|_| is_finite) {
             grab.target = target;
         }
     }
 
-    /// Ends the pull before step `index`.
-    pub(crate) fn release(&mut self, index: u64) {
-        if let Some(grab) = self.grab.take() {
+    /// Ends the pull of a hand before step `index`.
+    pub(crate) fn release(&mut self, hand: Hand, index: u64) {
+        if let Some(grab) = self.grabs.remove(&hand) {
             self.set(grab.body, Segment { from: index, wrench: Wrench::zero() });
         }
     }
 
-    /// Computes the force of the next step if its interval begins.
+    /// Ends all pulls before step `index`.
+    pub(crate) fn release_all(&mut self, index: u64) {
+        while let Some((hand, _)) = self.grabs.first_key_value() {
+            self.release(*hand, index);
+        }
+    }
+
+    /// Computes the forces of the next step whose intervals begin.
     pub(crate) fn renew(&mut self, simulation: &Simulation<'_>) {
-        let Some(grab) = &self.grab else { return };
         let index = simulation.index();
-        if (index - grab.since).is_multiple_of(grab.interval) {
-            let segment = Segment { from: index, wrench: grab.wrench(simulation) };
-            self.set(grab.body, segment);
+        let due =
+            self.grabs.values().filter(|grab| (index - grab.since).is_multiple_of(grab.interval));
+        let wrenches: Vec<_> = due.map(|grab| (grab.body, grab.wrench(simulation))).collect();
+        for (body, wrench) in wrenches {
+            self.set(body, Segment { from: index, wrench });
         }
     }
 
@@ -200,7 +214,7 @@ impl Pulls {
 
     /// Ends all pulls at step `index` and forgets later ones.
     pub(crate) fn forget_from(&mut self, index: u64) {
-        self.grab = None;
+        self.grabs.clear();
         for segments in self.segments.values_mut() {
             segments.retain(|segment| segment.from < index);
             if segments.last().is_some_and(|last| last.wrench != Wrench::zero()) {
@@ -210,10 +224,10 @@ impl Pulls {
         self.segments.retain(|_, segments| !segments.is_empty());
     }
 
-    /// The grabbed body.
+    /// The body in a hand.
     #[must_use]
-    pub fn grabbed(&self) -> Option<&Grab> {
-        self.grab.as_ref()
+    pub fn grabbed(&self, hand: Hand) -> Option<&Grab> {
+        self.grabs.get(&hand)
     }
 
     /// Segments of the pulled bodies, by the index of the body.

@@ -1,6 +1,8 @@
 //! Requests of the page and their answers, as JSON and numbers.
 
 use crate::change::Change;
+use crate::parts::Parts;
+use crate::pull::Hand;
 use crate::scenes::{self, SCENES};
 use crate::session::{Hit, Session};
 use crate::{export, frame};
@@ -84,6 +86,10 @@ pub struct Program {
     end: Arc<AtomicBool>,
     /// Sessions before a change, the last at the end.
     past: Vec<Session>,
+    /// The recorded sessions before the present one.
+    parts: Parts,
+    /// Number of descriptions so far. A window with an older one asks for the present one.
+    described: u64,
     /// The scene at its start, with all changes.
     origin: Option<Session>,
     /// JSON of the last answer.
@@ -108,7 +114,15 @@ impl Program {
         let session = Session::of_scene(scene)?;
         let first = First { title, text: session.text().to_owned() };
         let origin = Some(session.restarted()?);
-        Ok(Self { first: Some(first), session: Some(session), origin, end, ..Self::default() })
+        let parts = Parts::recorded();
+        Ok(Self {
+            first: Some(first),
+            session: Some(session),
+            origin,
+            end,
+            parts,
+            ..Self::default()
+        })
     }
 
     /// Scene of the steps since the last change, with the pulls. It has as many rows as were
@@ -119,34 +133,59 @@ impl Program {
     pub fn recorded(&self) -> Result<Option<Scene>, Failure> {
         let Some(session) = &self.session else { return Ok(None) };
         let mut scene = scenes::read(&export::text(session))?;
-        scene.rows = session.simulation().index() - scene.start_index + 1;
+        scene.rows = session.rows();
         Ok(Some(scene))
     }
 
-    /// Answers a request in JSON.
-    pub fn answer(&mut self, request: &[u8]) {
+    /// Scenario texts of the parts that changes ended, in their order. Each repeats its steps.
+    #[must_use]
+    pub fn parts(&self) -> &[String] {
+        self.parts.texts()
+    }
+
+    /// Texts of all parts, each with its number of rows. The last one is the present session.
+    ///
+    /// # Errors
+    /// A text in which the number of rows cannot be set.
+    pub fn texts(&self) -> Result<Vec<String>, String> {
+        let present = self.session.as_ref().map(export::whole).transpose()?;
+        Ok(self.parts().iter().cloned().chain(present).collect())
+    }
+
+    /// Answers the request of a window in JSON.
+    pub fn answer(&mut self, hand: Hand, request: &[u8]) {
         self.numbers.clear();
         let request = serde_json::from_slice(request).map_err(|error| error.to_string());
-        let answer = request.and_then(|request| self.answered(request));
+        let answer = request.and_then(|request| self.answered(hand, request));
+        let answer = answer.map(|mut answer| {
+            answer["scene"] = self.described.into();
+            answer
+        });
         self.text = answer.unwrap_or_else(|error| json!({ "error": error })).to_string();
     }
 
-    fn answered(&mut self, request: Request) -> Result<Value, String> {
+    /// Lets the body go that a closed window held.
+    pub fn leave(&mut self, hand: Hand) {
+        if let Some(session) = &mut self.session {
+            session.release(hand);
+        }
+    }
+
+    fn answered(&mut self, hand: Hand, request: Request) -> Result<Value, String> {
         let mut contacts = false;
         let answer = match request {
             Request::Scenes => return Ok(self.list()),
             Request::Look => self.look()?,
             Request::Open { text } => {
                 let session = Session::open(&text)?;
-                self.origin = Some(session.restarted()?);
-                self.session = Some(session);
-                self.past.clear();
+                let origin = session.restarted()?;
+                self.begin(session)?;
+                self.origin = Some(origin);
                 self.look()?
             }
             Request::Restart => {
                 let origin = self.origin.as_ref().ok_or_else(no_scene)?;
-                self.session = Some(origin.restarted()?);
-                self.past.clear();
+                self.begin(origin.restarted()?)?;
                 self.look()?
             }
             Request::Step { count, contacts: wanted } => {
@@ -160,48 +199,49 @@ impl Program {
             }
             Request::Back { contacts: wanted } => {
                 contacts = wanted;
-                match (self.session()?.back(), self.past.pop()) {
-                    (Err(_), Some(mut before)) => {
-                        // It ends where the later one starts.
-                        let _ = before.back();
-                        self.session = Some(before);
-                        self.look()?
-                    }
-                    (done, before) => {
-                        self.past.extend(before);
-                        done?;
-                        json!({})
-                    }
+                let is_at_start = self.session()?.rows() == 1;
+                if is_at_start && let Some(mut before) = self.past.pop() {
+                    // It ends where the later one starts.
+                    let _ = before.back();
+                    self.session = Some(before);
+                    self.parts.reopen();
+                    self.described += 1;
+                    self.look()?
+                } else {
+                    self.session()?.back()?;
+                    json!({})
                 }
             }
             Request::Grab(aim) => {
                 let hit = self.session()?.hit(aim.origin.into(), aim.direction.into());
-                self.grab(hit)?
+                self.grab(hand, hit)?
             }
             Request::Hold { body } => {
                 let state = self.session()?.simulation().states().get(body);
                 let hit = state.map(|state| Hit { body, point: state.position });
-                self.grab(hit)?
+                self.grab(hand, hit)?
             }
             Request::Pull { target } => {
-                self.session()?.pull(Vector3::from(target));
+                self.session()?.pull(hand, Vector3::from(target));
                 json!({})
             }
             Request::Release => {
-                self.session()?.release();
+                self.session()?.release(hand);
                 json!({})
             }
             Request::Change { change } => {
                 let changed = self.session()?.changed(change)?;
                 let origin = self.origin.as_ref().ok_or_else(no_scene)?;
-                self.origin = Some(origin.changed(change)?);
-                self.replace(changed);
+                let origin = origin.changed(change)?;
+                self.replace(changed)?;
+                self.origin = Some(origin);
+                self.described += 1;
                 self.look()?
             }
             Request::Export => json!({ "text": export::text(self.session()?) }),
         };
         if let Some(session) = &self.session {
-            frame::write(session, contacts, &mut self.numbers);
+            frame::write(session, hand, contacts, &mut self.numbers);
         }
         Ok(answer)
     }
@@ -210,25 +250,46 @@ impl Program {
         self.session.as_mut().ok_or_else(no_scene)
     }
 
+    /// Begins with another session, without a way back to the one before.
+    fn begin(&mut self, session: Session) -> Result<(), String> {
+        self.end_part()?;
+        self.session = Some(session);
+        self.past.clear();
+        self.described += 1;
+        Ok(())
+    }
+
     /// Continues with another session. The one before stays for the way back.
-    fn replace(&mut self, session: Session) {
-        if let Some(mut before) = self.session.replace(session) {
-            before.release();
+    fn replace(&mut self, session: Session) -> Result<(), String> {
+        let has_steps = self.end_part()?;
+        if let Some(mut before) = self.session.replace(session).filter(|_| has_steps) {
             before.shorten();
             self.past.push(before);
         }
         if self.past.len() > MOST_PAST {
             self.past.remove(0);
         }
+        Ok(())
+    }
+
+    /// Ends the pulls of the present session and records it. Returns false if it has no steps.
+    fn end_part(&mut self) -> Result<bool, String> {
+        let Some(session) = &mut self.session else { return Ok(false) };
+        session.release_all();
+        let has_steps = session.rows() > 1;
+        if has_steps {
+            self.parts.add(session)?;
+        }
+        Ok(has_steps)
     }
 
     /// Grabs the body of a hit.
-    fn grab(&mut self, hit: Option<Hit>) -> Result<Value, String> {
+    fn grab(&mut self, hand: Hand, hit: Option<Hit>) -> Result<Value, String> {
         let Some(hit) = hit else { return Ok(json!({ "body": null })) };
         if let Some(session) = self.session()?.for_pulls()? {
-            self.replace(session);
+            self.replace(session)?;
         }
-        self.session()?.grab(&hit)?;
+        self.session()?.grab(hand, &hit)?;
         Ok(json!({ "body": hit.body, "point": <[f64; 3]>::from(hit.point) }))
     }
 
@@ -243,6 +304,7 @@ impl Program {
 
     /// Description of the scene for the drawing and the controls.
     fn look(&mut self) -> Result<Value, String> {
+        let parts = self.parts.texts().len();
         let session = self.session()?;
         let (scene, world) = (session.scene(), &session.scene().world);
         let drawing = drawing(session).map_err(|failure| failure.to_string())?;
@@ -256,6 +318,7 @@ impl Program {
             "gravity": <[f64; 3]>::from(*world.gravity()),
             "timeStep": world.time_step(),
             "masses": world.bodies().iter().map(|body| body.mass()).collect::<Vec<_>>(),
+            "parts": parts,
         }))
     }
 }

@@ -1,11 +1,14 @@
 //! Scenes of the page, and the files that they read.
 
+use std::fmt::Write as _;
 use std::io;
 use std::path::{Component, Path, PathBuf};
+use tumble_core::contact::Detection;
 use tumble_model::failure::Failure;
 use tumble_scene::run_file;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
+use tumble_scene::written;
 
 /// A scene of the page.
 #[derive(Debug, Clone, Copy)]
@@ -47,6 +50,24 @@ pub fn read(text: &str) -> Result<Scene, Failure> {
     let scene = Scene::of_text(text, Path::new(PLACE), Settings::default(), &file)?;
     run_file::refuse_large(&scene.model)?;
     Ok(scene)
+}
+
+/// Text of the page for a scene: a table for each body, and the settings of the native solver that
+/// differ from the usual ones.
+///
+/// # Errors
+/// A scene that no text can hold.
+pub fn text(scene: &Scene) -> Result<String, Failure> {
+    let mut text = written::text(scene)?;
+    let Some(contact) = &scene.contact else { return Ok(text) };
+    let residual = contact.residual().map(|residual| format!("residual = {residual:?}\n"));
+    let detection = Some(contact.detection).filter(|detection| *detection != Detection::default());
+    let detection = detection.map(|detection| format!("detection = \"{}\"\n", detection.name()));
+    let settings: String = [residual, detection].into_iter().flatten().collect();
+    if !settings.is_empty() {
+        let _ = write!(text, "\n[solver]\nname = \"native\"\n{settings}");
+    }
+    Ok(text)
 }
 
 /// Content of a file of the page.

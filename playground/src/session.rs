@@ -1,7 +1,7 @@
 //! A running scene: steps, and the way back.
 
 use crate::history::History;
-use crate::pull::{Grab, Pulls};
+use crate::pull::{Grab, Hand, Pulls};
 use crate::scenes;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -10,8 +10,10 @@ use tumble_core::contact::Partner;
 use tumble_core::query::{Query, Ray};
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_scene::choices::SolverName;
 use tumble_scene::scene::Scene;
-use tumble_scene::written;
+use tumble_scene::settings::Settings;
+use tumble_scene::solver_choice::SolverChoice;
 
 /// A scene with its simulation. The text of the scene gives the same bits on the command line.
 pub struct Session {
@@ -37,15 +39,23 @@ impl Session {
     /// The first fault of the text.
     pub fn open(text: &str) -> Result<Self, String> {
         let scene = scenes::read(text).map_err(|failure| failure.to_string())?;
-        let is_own = written::text(&scene).is_ok_and(|own| own == text) && !scene.trajectory;
+        let is_own = !scene.trajectory && scenes::text(&scene).is_ok_and(|own| own == text);
         Self::new(text.to_owned(), scene, is_own)
     }
 
     /// Session of a scene, whose text is that of the page. It has the native solver.
     ///
     /// # Errors
-    /// A scene that no text can hold.
-    pub fn of_scene(scene: Scene) -> Result<Self, String> {
+    /// A scene that no text can hold, or that asks for Ipopt.
+    pub fn of_scene(mut scene: Scene) -> Result<Self, String> {
+        if scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt) {
+            if !scene.usual_solver {
+                return Err("the scene names Ipopt; a live run has the native solver".to_owned());
+            }
+            let native = Settings { solver: Some(SolverName::Native), ..Settings::default() };
+            let native = SolverChoice::new(&native, SolverName::Native);
+            scene.contact = Some(native.map_err(|failure| failure.to_string())?);
+        }
         Self::new(String::new(), scene, false)?.rewritten()
     }
 
@@ -135,11 +145,11 @@ impl Session {
         }
     }
 
-    /// Grabs the body of a `hit`. It is pulled until [`Session::release`].
+    /// Grabs the body of a `hit` with a hand. It is pulled until [`Session::release`].
     ///
     /// # Errors
     /// A text that cannot hold pulls, see [`Session::for_pulls`]; a body with a load of its own.
-    pub fn grab(&mut self, hit: &Hit) -> Result<(), String> {
+    pub fn grab(&mut self, hand: Hand, hit: &Hit) -> Result<(), String> {
         if !self.is_own {
             return Err("The text of the scene cannot hold a pull.".to_owned());
         }
@@ -147,18 +157,23 @@ impl Session {
             let name = self.scene.bodies.get(hit.body).map_or("The body", String::as_str);
             return Err(format!("{name} has a load of its own, so it cannot be pulled."));
         }
-        self.pulls.grab(Grab::new(&self.simulation, hit));
+        self.pulls.grab(hand, Grab::new(&self.simulation, hit));
         Ok(())
     }
 
-    /// Moves the target of the grabbed point (m, world).
-    pub fn pull(&mut self, target: Vector3<f64>) {
-        self.pulls.pull(target);
+    /// Moves the target of the point that a hand grabbed (m, world).
+    pub fn pull(&mut self, hand: Hand, target: Vector3<f64>) {
+        self.pulls.pull(hand, target);
     }
 
-    /// Lets the grabbed body go.
-    pub fn release(&mut self) {
-        self.pulls.release(self.simulation.index());
+    /// Lets the body in a hand go.
+    pub fn release(&mut self, hand: Hand) {
+        self.pulls.release(hand, self.simulation.index());
+    }
+
+    /// Lets all bodies go.
+    pub(crate) fn release_all(&mut self) {
+        self.pulls.release_all(self.simulation.index());
     }
 
     /// Session whose text can hold pulls: one with a table per body. `None` if this one has it.
@@ -205,6 +220,12 @@ impl Session {
     #[must_use]
     pub fn simulation(&self) -> &Simulation<'static> {
         &self.simulation
+    }
+
+    /// Number of rows since the start of the session.
+    #[must_use]
+    pub fn rows(&self) -> u64 {
+        self.simulation.index() - self.scene.start_index + 1
     }
 
     /// Record of the last step; `None` before the first.

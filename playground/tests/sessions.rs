@@ -9,9 +9,13 @@ use tumble_core::simulation::StepRecord;
 use tumble_playground::change::{Change, NewShape};
 use tumble_playground::export;
 use tumble_playground::frame::{HEAD, OF_BODY, OF_CONTACT};
+use tumble_playground::pull::Hand;
 use tumble_playground::request::Program;
 use tumble_playground::scenes::{self, SCENES};
 use tumble_playground::session::{Hit, Session};
+use tumble_scene::choices::SolverName;
+use tumble_scene::settings::Settings;
+use tumble_scene::solver_choice::SolverChoice;
 
 /// States of the scene of a text after `steps` steps, as the command line computes them.
 fn run(text: &str, steps: usize) -> Vec<State> {
@@ -47,12 +51,12 @@ fn thrown() -> Session {
     let hit = session.hit(Vector3::new(5.0, 0.1, 0.95), -Vector3::x()).unwrap();
     assert_eq!(hit.body, 4);
     assert!((hit.point - Vector3::new(0.2, 0.1, 0.95)).norm() < 1e-9, "{}", hit.point);
-    session.grab(&hit).unwrap();
+    session.grab(0, &hit).unwrap();
     for k in 0..60 {
-        session.pull(hit.point + Vector3::new(0.02, 0.01, 0.002) * f64::from(k));
+        session.pull(0, hit.point + Vector3::new(0.02, 0.01, 0.002) * f64::from(k));
         session.step().unwrap();
     }
-    session.release();
+    session.release(0);
     session
 }
 
@@ -83,20 +87,20 @@ fn a_thrown_body_has_the_same_bits_in_the_exported_text() {
     stepped(&mut again, 260);
     assert_eq!(bits(states(&again)), bits(states(&session)));
     let mut again = again.for_pulls().unwrap().unwrap();
-    again.grab(&Hit { body: 4, point: states(&again)[4].position }).unwrap();
+    again.grab(0, &Hit { body: 4, point: states(&again)[4].position }).unwrap();
 }
 
 #[test]
 fn a_pulled_body_comes_to_rest_at_the_pointer() {
     let mut session = Session::open(SCENES[5].text).unwrap().for_pulls().unwrap().unwrap();
     let place = states(&session)[9].position;
-    session.grab(&Hit { body: 9, point: place }).unwrap();
+    session.grab(0, &Hit { body: 9, point: place }).unwrap();
     let target = place + Vector3::new(0.4, -0.2, 0.5);
-    session.pull(target);
+    session.pull(0, target);
     stepped(&mut session, 1500);
     // Forces have five digits, of a weight of 9.81 N and a stiffness of 144 N/m.
     assert!((states(&session)[9].position - target).norm() < 1e-4);
-    assert_eq!(session.pulls().grabbed().unwrap().body(), 9);
+    assert_eq!(session.pulls().grabbed(0).unwrap().body(), 9);
 }
 
 #[test]
@@ -156,11 +160,11 @@ fn hard_throws_at_extreme_friction_stay_counted_and_finite() {
         for k in 0..40 {
             let body = (7 * k) % states(&session).len();
             let point = states(&session)[body].position + Vector3::new(0.0, 0.0, 0.02);
-            session.grab(&Hit { body, point }).unwrap();
+            session.grab(0, &Hit { body, point }).unwrap();
             let side = f64::from(u32::try_from(k % 5).unwrap()) - 2.0;
-            session.pull(point + Vector3::new(9.0 * side, 5.0, -4.0));
+            session.pull(0, point + Vector3::new(9.0 * side, 5.0, -4.0));
             stepped(&mut session, 12);
-            session.release();
+            session.release(0);
         }
         assert!(
             states(&session).iter().all(|state| state.to_vector().iter().all(|x| x.is_finite()))
@@ -202,8 +206,100 @@ fn odd_values_are_refused_and_change_nothing() {
 }
 
 fn answer(program: &mut Program, request: &Value) -> Value {
-    program.answer(request.to_string().as_bytes());
+    answer_to(program, 0, request)
+}
+
+fn answer_to(program: &mut Program, hand: Hand, request: &Value) -> Value {
+    program.answer(hand, request.to_string().as_bytes());
     serde_json::from_str(&program.text).unwrap()
+}
+
+/// A live run of the tower, with a residual in its file.
+fn live() -> Program {
+    let text = format!("{}\n[solver]\nname = \"native\"\nresidual = 1e-7\n", SCENES[5].text);
+    Program::of_scene(scenes::read(&text).unwrap(), Arc::default()).unwrap()
+}
+
+#[test]
+fn two_windows_pull_two_bodies_and_the_record_has_both_pulls() {
+    let mut program = live();
+    for (hand, body) in [(1, 9), (2, 8)] {
+        let held = json!({ "do": "hold", "body": body });
+        assert_eq!(answer_to(&mut program, hand, &held)["body"], body);
+    }
+    let heights = |program: &mut Program, hand: Hand| {
+        answer_to(program, hand, &json!({ "do": "step", "count": 1, "contacts": false }));
+        [9, 8].map(|body| program.numbers[HEAD + body * OF_BODY + 2])
+    };
+    let start = heights(&mut program, 1);
+    assert_eq!(program.numbers[13], 9.0, "the body in the first hand");
+    for (hand, height) in [(1, 3.0), (2, 2.5)] {
+        answer_to(&mut program, hand, &json!({ "do": "pull", "target": [0.0, 0.0, height] }));
+    }
+    for _ in 0..300 {
+        heights(&mut program, 1);
+    }
+    let end = heights(&mut program, 2);
+    assert_eq!(program.numbers[13], 8.0, "the body in the second hand");
+    assert!(end[0] > start[0] + 0.5 && end[1] > start[1] + 0.3, "{start:?} {end:?}");
+    // A body goes to the hand that takes it, and a closed window holds none.
+    answer_to(&mut program, 2, &json!({ "do": "hold", "body": 9 }));
+    heights(&mut program, 1);
+    assert_eq!(program.numbers[13], -1.0);
+    program.leave(2);
+    let end = heights(&mut program, 2);
+    assert_eq!(program.numbers[13], -1.0);
+    let mut scene = program.recorded().unwrap().unwrap();
+    assert!(scene.loads.iter().filter(|load| !load.is_none()).count() == 2);
+    scene.start_index = 0;
+    let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+    let mut record = StepRecord::new();
+    for _ in 1..scene.rows {
+        simulation.step(&mut record).unwrap();
+    }
+    assert_eq!([9, 8].map(|body| simulation.states()[body].position[2]), end);
+}
+
+#[test]
+fn a_change_ends_a_part_of_the_record_and_nothing_is_lost() {
+    let mut program = live();
+    let step = |count: u32| json!({ "do": "step", "count": count, "contacts": false });
+    let first = answer(&mut program, &step(30))["scene"].clone();
+    let changed = answer(&mut program, &json!({ "do": "change", "change": { "friction": 0.1 } }));
+    assert_eq!(changed["parts"], 1);
+    assert_ne!(changed["scene"], first, "another window sees that the scene is another");
+    // A change before a step adds no part.
+    let changed = answer(&mut program, &json!({ "do": "change", "change": { "friction": 0.2 } }));
+    assert_eq!(changed["parts"], 1);
+    let back = answer(&mut program, &json!({ "do": "back", "contacts": false }));
+    assert_eq!((back["parts"].clone(), program.numbers[0]), (json!(0), 29.0), "its part continues");
+    answer(&mut program, &step(11));
+    let before = program.numbers[HEAD..].to_vec();
+    assert_eq!(answer(&mut program, &json!({ "do": "restart" }))["parts"], 1);
+    answer(&mut program, &step(5));
+    let opened = answer(&mut program, &json!({ "do": "open", "text": SCENES[0].text }));
+    assert_eq!(opened["parts"], 2);
+    let rows: Vec<_> =
+        program.parts().iter().map(|text| scenes::read(text).unwrap().rows).collect();
+    assert_eq!(rows, [41, 6]);
+    let end = run(&program.parts()[0], 40);
+    let end: Vec<_> = end.iter().flat_map(|state| state.position.iter().copied()).collect();
+    let shown: Vec<_> = before.chunks(OF_BODY).flat_map(|body| body[..3].to_vec()).collect();
+    assert_eq!(end, shown, "a part repeats its steps");
+    for text in program.parts() {
+        let contact = scenes::read(text).unwrap().contact.unwrap();
+        assert_eq!(contact.residual(), Some(1e-7), "the residual of the file");
+    }
+}
+
+#[test]
+fn a_live_run_refuses_a_file_that_names_ipopt() {
+    let mut scene = scenes::read(SCENES[5].text).unwrap();
+    let settings = Settings { solver: Some(SolverName::Ipopt), ..Settings::default() };
+    let Ok(ipopt) = SolverChoice::new(&settings, SolverName::Native) else { return };
+    (scene.contact, scene.usual_solver) = (Some(ipopt), false);
+    let refused = Program::of_scene(scene, Arc::default()).err().unwrap();
+    assert!(refused.contains("Ipopt"), "{refused}");
 }
 
 #[test]

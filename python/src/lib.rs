@@ -7,6 +7,7 @@ mod contacts;
 mod errors;
 mod gradient;
 mod last_step;
+mod live;
 mod owned;
 mod pictures;
 mod plan;
@@ -38,6 +39,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("RESIDUAL_PARTS", recording::RESIDUAL_PARTS)?;
     module.add("TumbleError", module.py().get_type::<errors::TumbleError>())?;
     module.add_class::<scene::PyScene>()?;
+    module.add_class::<live::PyLive>()?;
     module.add_class::<simulation::PySimulation>()?;
     module.add_function(wrap_pyfunction!(stepping::step_all, module)?)?;
     module.add_class::<robot::PyRobot>()?;

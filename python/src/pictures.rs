@@ -1,11 +1,13 @@
 //! Film of a recorded run, for plots, animations and pages.
 
+use crate::arrays::shaped;
 use crate::errors::refused;
 use crate::recording::PyRecording;
 use crate::scene::in_python;
-use pyo3::PyResult;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
 use tumble_film::{Cast, Keys, Role};
-use tumble_view::{Fact, Film};
+use tumble_view::{Fact, Film, Triangles};
 
 /// Largest number of rows for pictures, which need all rows in memory again.
 const MOST_ROWS: usize = 1_000_000;
@@ -39,6 +41,26 @@ impl PyRecording {
         film.facts.push(Fact::new("tumble", env!("CARGO_PKG_VERSION")));
         Ok(film)
     }
+}
+
+/// Mesh for another viewer: vertices (V, 3), triangles (F, 3), and red, green and blue.
+pub type Surface<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<u32>>, (u8, u8, u8));
+
+/// Meshes as arrays.
+pub fn surfaces<'py>(
+    py: Python<'py>,
+    objects: Vec<Vec<Triangles>>,
+) -> PyResult<Vec<Vec<Surface<'py>>>> {
+    let surface = |mesh: Triangles| {
+        let Triangles { vertices, triangles, colour: [red, green, blue] } = mesh;
+        let shapes = [[vertices.len(), 3], [triangles.len(), 3]];
+        let numbers = vertices.iter().flat_map(|vertex| vertex.iter().copied()).collect();
+        let corners = triangles.into_iter().flatten().map(|corner| corner as u32).collect();
+        let vertices = shaped(py, numbers, &shapes[0])?;
+        Ok((vertices, shaped(py, corners, &shapes[1])?, (red, green, blue)))
+    };
+    let of_object = |meshes: Vec<Triangles>| meshes.into_iter().map(surface).collect();
+    objects.into_iter().map(of_object).collect()
 }
 
 fn words(names: &[String]) -> Vec<&str> {

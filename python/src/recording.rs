@@ -3,6 +3,7 @@
 use crate::arrays::{Array, shaped};
 use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
 use crate::errors::refused;
+use crate::pictures::{Surface, surfaces};
 use crate::reading;
 use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
@@ -29,6 +30,10 @@ use tumble_scene::scene::Scene as Content;
 use tumble_view::animation::{AnimationSettings, View, animate, pixels};
 use tumble_view::plot::{self, PlotSheet};
 use tumble_view::view::page;
+use tumble_view::{FilmTriangles, triangles};
+
+/// Meshes of bodies and of fixed objects, and names of the latter.
+type Surfaces<'py> = (Vec<Vec<Surface<'py>>>, Vec<Vec<Surface<'py>>>, Vec<String>);
 
 /// A recorded run with K rows. The last row is a state without a step.
 #[pyclass(frozen, name = "Recording", module = "tumble._tumble")]
@@ -265,6 +270,15 @@ impl PyRecording {
             columns.set_item(name, shaped(py, numbers, &shape)?)?;
         }
         Ok(columns)
+    }
+
+    /// Meshes of the bodies, in their frames, and of the fixed objects, in the world. Names of the
+    /// latter.
+    fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<Surfaces<'py>> {
+        let film = self.film()?;
+        let FilmTriangles { bodies, fixed } = py.detach(|| triangles(&film));
+        let names = film.fixed.into_iter().map(|fixed| fixed.name).collect();
+        Ok((surfaces(py, bodies)?, surfaces(py, fixed)?, names))
     }
 
     /// Plot of a body, "motion" or "energy", as SVG.

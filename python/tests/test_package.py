@@ -71,7 +71,7 @@ def test_everything_public_is_documented():
 
 
 def test_optional_packages_are_imported_when_they_are_used():
-    optional = {"scipy", "matplotlib", "pandas", "h5py", "mujoco", "torch", "jax", "gymnasium", "dask"}
+    optional = {"scipy", "matplotlib", "pandas", "h5py", "mujoco", "torch", "jax", "gymnasium", "dask", "rerun", "viser"}
     code = "import sys, tumble; print(*sys.modules)"
     found = subprocess.check_output([sys.executable, "-c", code], text=True).split()
     assert "tumble" in found and not optional & {name.split(".")[0] for name in found}

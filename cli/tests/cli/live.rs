@@ -152,11 +152,12 @@ fn a_pull_is_recorded_and_the_run_is_verified() {
         socket.asked(&json!({ "do": "step", "count": 1, "contacts": false }));
     }
     socket.asked(&json!({ "do": "release" }));
-    // Another window continues where the first one was.
+    // Another window continues where the first one was, and the first one sees it.
     let mut other = live.socket();
     let (_, shown) = other.asked(&json!({ "do": "step", "count": 115, "contacts": true }));
-    assert_eq!(socket.closed(), 1008);
     assert_eq!(shown[0], 200.0);
+    let (_, seen) = socket.asked(&json!({ "do": "step", "count": 0, "contacts": true }));
+    assert_eq!(seen[HEAD..], shown[HEAD..]);
     assert_eq!(live.end(), 0);
 
     let table = Table::parse(&std::fs::read_to_string(live.states()).unwrap());
@@ -168,6 +169,36 @@ fn a_pull_is_recorded_and_the_run_is_verified() {
     let run_json: Value =
         serde_json::from_str(&std::fs::read_to_string(run_json).unwrap()).unwrap();
     assert!(!run_json["model"]["bodies"][4]["load"].is_null(), "the pull is a load");
+}
+
+#[test]
+fn a_change_ends_a_part_that_is_written_beside_the_run() {
+    let mut live = Live::start();
+    let mut socket = live.socket();
+    let step = |count: u32| json!({ "do": "step", "count": count, "contacts": false });
+    let (_, before) = socket.asked(&step(20));
+    let change = json!({ "do": "change", "change": { "friction": 0.2 } });
+    assert_eq!(socket.asked(&change).0["parts"], 1);
+    socket.asked(&step(5));
+    assert_eq!(live.end(), 0);
+    let out = live.directory.path().join("out");
+    let part = out.join("part-1.toml");
+    let again = simulate(&["run", part.to_str().unwrap()]);
+    assert_eq!(again.end.code, Some(0), "{:?}", again.end);
+    let table = std::fs::read_to_string(again.path("states.csv")).unwrap();
+    assert_eq!(last_states(&Table::parse(&table), 10), before[HEAD..]);
+    let run_json = std::fs::read_to_string(out.join("run.json")).unwrap();
+    let run_json: Value = serde_json::from_str(&run_json).unwrap();
+    assert!(run_json["files"].as_array().unwrap().contains(&json!("part-1.toml")));
+    assert_eq!(run(&["verify", live.states().to_str().unwrap()]).code, Some(0));
+    // A file that no run wrote is refused before the page is served.
+    std::fs::write(out.join("part-7.toml"), "mine").unwrap();
+    let scene = format!("{ROOT}/scenarios/stack.toml");
+    run(&["run", &scene, "--live", "--out", out.to_str().unwrap()])
+        .assert_refused(2, &["part-7.toml"]);
+    // The next run in the folder removes the part.
+    run(&["run", &scene, "--steps", "3", "--out", out.to_str().unwrap()]);
+    assert!(!part.exists() && out.join("part-7.toml").exists());
 }
 
 #[test]

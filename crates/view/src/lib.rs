@@ -8,6 +8,7 @@
 //! - [`view`] writes an HTML page that plays one or two films.
 //! - [`plan`] writes the page of a plan.
 //! - [`page`] provides building blocks of pages.
+//! - [`triangles()`] makes triangle meshes for other viewers.
 //!
 //! Nothing in this crate accesses files. Output is deterministic, byte for byte.
 
@@ -27,6 +28,7 @@ pub mod plot;
 mod samples;
 mod shape;
 mod skeleton;
+mod triangles;
 pub mod view;
 
 pub use film::{
@@ -34,3 +36,4 @@ pub use film::{
     FilmPartner, FilmPlace, FilmPose, FilmTie, Status, Takeover,
 };
 pub use shape::{FilmHull, FilmMesh, FilmPiece};
+pub use triangles::{FilmTriangles, Triangles, triangles};

@@ -1,6 +1,9 @@
 //! The little of HTTP that the page needs: heads of requests, one page, refusals.
 
+use super::PATIENCE;
 use std::io::{self, ErrorKind, Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 use tungstenite::handshake::derive_accept_key;
 
 /// Size limit of a head (bytes), and maximum number of its fields.
@@ -46,14 +49,23 @@ pub struct Head {
 }
 
 impl Head {
-    /// Reads the head of a request. A body is not read.
-    pub fn read(stream: &mut impl Read) -> Result<Self, Refusal> {
-        let (mut bytes, mut part) = (Vec::new(), [0; 1024]);
+    /// Reads the head of a request until `end` is true. A body is not read. The reading of `stream`
+    /// returns after a short time without bytes.
+    pub fn read(stream: &mut impl Read, end: &AtomicBool) -> Result<Self, Refusal> {
+        let (begin, mut bytes, mut part) = (Instant::now(), Vec::new(), [0; 1024]);
         loop {
-            let count = stream.read(&mut part).map_err(|error| match error.kind() {
-                ErrorKind::WouldBlock | ErrorKind::TimedOut => TOO_SLOW,
-                _ => MALFORMED,
-            })?;
+            let count = match stream.read(&mut part) {
+                Ok(count) => count,
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
+                {
+                    if begin.elapsed() > PATIENCE || end.load(Ordering::Relaxed) {
+                        return Err(TOO_SLOW);
+                    }
+                    continue;
+                }
+                Err(_) => return Err(MALFORMED),
+            };
             bytes.extend_from_slice(&part[..count]);
             if let Some(head) = Self::parsed(&bytes)? {
                 return Ok(head);

@@ -1,7 +1,7 @@
 //! Server of the page on this machine: the program runs natively, the browser draws.
 //!
 //! The address of the page has a random token. Who does not know it gets neither the page nor the
-//! socket. A request of the socket is one of [`crate::request`].
+//! socket. A request of the socket is one of [`crate::request`]. Several windows share one program.
 
 mod http;
 mod socket;
@@ -34,7 +34,7 @@ pub struct Server {
     token: String,
     page: String,
     program: Mutex<Program>,
-    /// Number of sockets so far. The last one has the program.
+    /// Number of sockets so far.
     sockets: AtomicU64,
     connections: AtomicUsize,
 }
@@ -101,9 +101,9 @@ impl Server {
     ) -> io::Result<()> {
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.set_read_timeout(Some(PAUSE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
-        let head = busy.map_or_else(|| Head::read(&mut stream), Err);
+        let head = busy.map_or_else(|| Head::read(&mut stream, end), Err);
         match head.and_then(|head| self.wanted(&head)) {
             Ok(Wanted::Page) => http::send_page(&mut stream, &self.page),
             Ok(Wanted::Socket { key }) => {

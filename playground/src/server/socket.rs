@@ -1,6 +1,7 @@
 //! Conversation of a page with the program through a WebSocket.
 
 use super::{PAUSE, Server, finish};
+use crate::pull::Hand;
 use crate::request::Program;
 use std::io::{self, ErrorKind};
 use std::net::TcpStream;
@@ -13,9 +14,15 @@ use tungstenite::{Error, Message, WebSocket};
 pub const LARGEST_MESSAGE: usize = 8 << 20;
 
 impl Server {
-    /// Answers requests until the page goes, another page comes or `end` is true.
+    /// Answers requests until the page goes or `end` is true. Then the page holds no body.
     pub(super) fn converse(&self, stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
-        let number = self.sockets.fetch_add(1, Ordering::Relaxed) + 1;
+        let hand = self.sockets.fetch_add(1, Ordering::Relaxed) + 1;
+        let done = self.converse_as(hand, stream, end);
+        self.program().leave(hand);
+        done
+    }
+
+    fn converse_as(&self, hand: Hand, stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
         stream.set_read_timeout(Some(PAUSE))?;
         let config = WebSocketConfig::default()
             .max_message_size(Some(LARGEST_MESSAGE))
@@ -25,14 +32,11 @@ impl Server {
             if end.load(Ordering::Relaxed) {
                 break (CloseCode::Away, "the run has ended");
             }
-            if self.sockets.load(Ordering::Relaxed) != number {
-                break (CloseCode::Policy, "the scene was opened in another window");
-            }
             match socket.read() {
                 Ok(Message::Text(text)) => {
                     let answer = {
                         let mut program = self.program();
-                        program.answer(text.as_bytes());
+                        program.answer(hand, text.as_bytes());
                         message(&program)
                     };
                     match socket.send(Message::Binary(answer.into())) {

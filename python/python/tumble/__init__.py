@@ -13,6 +13,7 @@ and ``unsolved`` lists it.
 
 from ._contacts import Contacts
 from ._gradients import Derivatives, RolloutDerivatives
+from ._live import Live
 from ._plan import Miss, Plan, plan
 from ._problem import ContactProblem, ContactSolution
 from ._query import Distance, PairDistance, Queries, RayHit, RayHits
@@ -34,6 +35,7 @@ __all__ = [
     "Distance",
     "Inertial",
     "Links",
+    "Live",
     "Miss",
     "Page",
     "PairDistance",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 from pathlib import Path
-from typing import Iterator, Sequence
+from typing import Iterable, Iterator, Sequence, Set
 
 from ._tumble import TumbleError, listed_files
 
@@ -43,21 +43,27 @@ def folder_of_a_run(folder: Path, names: Sequence[str], overwrite: bool) -> Iter
     """
     folder.mkdir(parents=True, exist_ok=True)
     with _claimed(folder):
-        try:
-            listed = set(listed_files((folder / "run.json").read_text("utf-8")))
-        except (OSError, UnicodeDecodeError):
-            listed = set()
-        for name in names:
-            path = folder / name
-            is_listed = name in listed and path.is_file() and not path.is_symlink()
-            is_there = os.path.lexists(path)
-            if is_there and not is_listed and (not overwrite or path.is_dir()):
-                raise TumbleError(
-                    f"{path} was not written by an earlier run: no run.json lists it; move it, choose another folder, or set overwrite=True"
-                )
+        listed = refuse_foreign(folder, names, overwrite)
         yield
         for name in listed.difference(names):
             (folder / name).unlink(missing_ok=True)
+
+
+def refuse_foreign(folder: Path, names: Iterable[str], overwrite: bool) -> Set[str]:
+    """Refuses a folder with foreign files of these names. Returns the files of its run.json."""
+    try:
+        listed = set(listed_files((folder / "run.json").read_text("utf-8")))
+    except (OSError, UnicodeDecodeError):
+        listed = set()
+    for name in names:
+        path = folder / name
+        is_listed = name in listed and path.is_file() and not path.is_symlink()
+        is_there = os.path.lexists(path)
+        if is_there and not is_listed and (not overwrite or path.is_dir()):
+            raise TumbleError(
+                f"{path} was not written by an earlier run: no run.json lists it; move it, choose another folder, or set overwrite=True"
+            )
+    return listed
 
 
 @contextlib.contextmanager

@@ -16,6 +16,7 @@ from ._tumble import CoreRobot, CoreScene, TumbleError
 
 if TYPE_CHECKING:
     from ._gradients import Derivatives
+    from ._live import Live
     from ._simulation import Simulation
     from ._trajectory import Trajectory
 
@@ -237,6 +238,25 @@ class Scene(CoreScene, Queries):
         """Runs the whole scene, or its first ``steps`` steps: see Simulation and Simulation.run."""
         simulation = self.simulate(threads=threads)
         return simulation.run(self.steps if steps is None else steps, **keywords)
+
+    def live(
+        self,
+        record: Union[str, "os.PathLike[str]", None] = None,
+        *,
+        overwrite: bool = False,
+        port: int = 0,
+    ) -> "Live":
+        """Serves a page in which bodies are pulled and constants changed while the scene runs.
+
+        The page is that of ``tumble run --live``, at a free port of 127.0.0.1 or at ``port``. Its
+        address ``url`` has a random token. ``record`` is a folder for the run, written at the end
+        and accepted by ``tumble verify``. A change of the scene begins a new run. The runs before
+        it are kept as scenario files part-1.toml, part-2.toml and so on. ``overwrite`` is that of
+        Trajectory.to_csv. See Live.
+        """
+        from ._live import Live
+
+        return Live(self, record, overwrite=overwrite, port=port)
 
     def jacobian(
         self,

@@ -32,6 +32,8 @@ STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s 
 _TABLES = ("states", "contacts", "steps", "joints", "gears")
 
 _OF_ONE = "trajectory.csv"
+RUN_FILES = (*(f"{name}.csv" for name in _TABLES), _OF_ONE, "run.json")
+"""Names of the files that a run may have."""
 
 _JOINT_COLUMNS = {
     "place": ("", "_m"),
@@ -341,12 +343,19 @@ class Trajectory:
         Files in the folder's run.json belong to an earlier run and are replaced or removed.
         Any other file with one of the names is refused, unless ``overwrite`` is true.
         """
+        return self._to_folder(folder, overwrite, {})
+
+    def _to_folder(
+        self, folder: Location, overwrite: bool, more: Mapping[str, bytes]
+    ) -> List[Path]:
+        """Writes the run as to_csv, with more files of the same run."""
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self.recording
         tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
         of_one = recording.trajectory()
         if of_one is not None:
             tables[_OF_ONE] = of_one
+        tables.update(more)
         files: Dict[str, Optional[bytes]] = {**tables, "run.json": recording.run_json(tables)}
         given = {name: content for name, content in files.items() if content is not None}
         with folder_of_a_run(folder, list(given), overwrite):

@@ -164,6 +164,26 @@ impl Browser {
         self.devtools("Browser.setDownloadBehavior", wanted);
     }
 
+    /// Hides the page as another tab in front would: it is told so and gets no more pictures. Headless
+    /// Chromium itself shows all tabs.
+    pub fn hide(&self) {
+        self.run(
+            "globalThis.drawLater = requestAnimationFrame; globalThis.held = []; \
+             window.requestAnimationFrame = (call) => held.push(call); \
+             Object.defineProperty(document, 'hidden', { get: () => true, configurable: true }); \
+             document.dispatchEvent(new Event('visibilitychange'))",
+        );
+    }
+
+    /// Shows the page again.
+    pub fn unhide(&self) {
+        self.run(
+            "delete document.hidden; window.requestAnimationFrame = drawLater; \
+             document.dispatchEvent(new Event('visibilitychange')); \
+             held.splice(0).forEach((call) => requestAnimationFrame(call))",
+        );
+    }
+
     /// Runs a script in the page and returns its value.
     pub fn run(&self, script: &str) -> Value {
         self.post("/execute/sync", json!({ "script": script, "args": [] }))

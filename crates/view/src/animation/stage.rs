@@ -84,7 +84,7 @@ pub struct Backdrop {
     /// Floor and grid in the current window.
     empty: Canvas,
     raster: Raster,
-    /// Built-in font. `None` if it is invalid, independent of input.
+    /// Built-in font. `None` for pictures without text, or if it is invalid, independent of input.
     font: Option<Font>,
 }
 
@@ -93,9 +93,11 @@ impl Backdrop {
     /// view it is placed such that moving bodies are visible. `None` if the picture has size 0.
     pub fn new(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<Self> {
         let view = settings.view.map_or_else(|| open_view(film, settings, moments), Some)?;
-        Self::seen_from(view, film, settings, moments)
+        let backdrop = Self::seen_from(view, film, settings, moments)?;
+        Some(Self { font: Font::bold(), ..backdrop })
     }
 
+    /// Backdrop for pictures without text: a page that needs only the view has no font.
     fn seen_from(
         view: View,
         film: &Film,
@@ -139,7 +141,7 @@ impl Backdrop {
             windows,
             empty,
             raster,
-            font: Font::bold(),
+            font: None,
         };
         stage.paint_floor();
         Some(stage)

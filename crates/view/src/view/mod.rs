@@ -11,6 +11,7 @@ mod encode;
 mod facts;
 mod live;
 mod poses;
+mod scripts;
 
 pub use live::{LiveParts, live_parts};
 
@@ -27,37 +28,6 @@ const PLOTTER_LICENCE: &str = include_str!("vendor/LICENSE-uPlot");
 const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 const DRAWER_LICENCE: &str = include_str!("vendor/LICENSE-three");
 const DRAWER: &str = include_str!("vendor/three.iife.min.js");
-/// Scripts in order of their dependencies.
-const SCRIPTS: [&str; 28] = [
-    include_str!("page/vectors.js"),
-    include_str!("page/numbers.js"),
-    include_str!("page/run.js"),
-    include_str!("page/runs.js"),
-    include_str!("page/graphics.js"),
-    include_str!("page/colours.js"),
-    include_str!("page/camera.js"),
-    include_str!("page/ground.js"),
-    include_str!("page/trails.js"),
-    include_str!("page/shapes.js"),
-    include_str!("page/overlays.js"),
-    include_str!("page/ambience.js"),
-    include_str!("page/outline.js"),
-    include_str!("page/solids.js"),
-    include_str!("page/occlusion.js"),
-    include_str!("page/pace.js"),
-    include_str!("page/light.js"),
-    include_str!("page/floor.js"),
-    include_str!("page/labels.js"),
-    include_str!("page/forces.js"),
-    include_str!("page/scenery.js"),
-    include_str!("page/stage.js"),
-    include_str!("page/plots.js"),
-    include_str!("page/sidebar.js"),
-    include_str!("page/strip.js"),
-    include_str!("page/sharing.js"),
-    include_str!("page/keys.js"),
-    include_str!("page/main.js"),
-];
 /// Size of the still picture shown without WebGL or JavaScript (pixels).
 const STILL: u16 = 560;
 
@@ -68,7 +38,7 @@ const STILL: u16 = 560;
 pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     let data = serde_json::to_string(&data::PageData::of(version, films))
         .map_err(|error| error.to_string())?;
-    let scripts = format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.join("\n"));
+    let scripts = format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts::of_page().join("\n"));
     let mut page =
         String::with_capacity(data.len() + scripts.len() + DRAWER.len() + 2 * PLOTTER.len());
     let mut rest = TEMPLATE;
@@ -157,7 +127,7 @@ mod tests {
 
     #[test]
     fn no_part_ends_the_element_it_stands_in() {
-        for script in SCRIPTS.iter().chain([&PLOTTER, &DRAWER]) {
+        for script in scripts::of_page().into_iter().chain([PLOTTER, DRAWER]) {
             assert!(!script.contains("</script") && !script.contains("<!--"));
         }
         for style in STYLES {

@@ -138,19 +138,7 @@ function jumpToMark(direction) {
   }
 }
 
-function setSpeed(wanted) {
-  speed = wanted;
-  $("speed").value = String(wanted);
-}
-
-function changeSpeed(places) {
-  const place = SPEEDS.indexOf(speed) + places;
-  setSpeed(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, place))]);
-}
-
-function toggle(what) {
-  show[what] = !show[what];
-  $(what).setAttribute("aria-pressed", String(show[what]));
+function toggled(what) {
   // The current target stays fixed relative to the bodies.
   if (what === "follow") show.anchor = camera.target;
   arrange();

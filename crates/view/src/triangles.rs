@@ -1,0 +1,164 @@
+//! Triangle meshes of a film's bodies and fixed objects, for other viewers.
+
+use crate::film::Film;
+use crate::palette::{self, STILL};
+use crate::shape::{FilmPiece, Outline};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+
+/// Closed triangle mesh of one colour. Triangles are counter-clockwise seen from outside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangles {
+    /// Vertices (m).
+    pub vertices: Vec<Vector3<f64>>,
+    /// Indices of the corners.
+    pub triangles: Vec<[usize; 3]>,
+    /// Red, green and blue.
+    pub colour: [u8; 3],
+}
+
+/// Meshes of a film.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmTriangles {
+    /// Meshes of each body, in its frame.
+    pub bodies: Vec<Vec<Triangles>>,
+    /// Meshes of each fixed object, in the world.
+    pub fixed: Vec<Vec<Triangles>>,
+}
+
+/// Meshes of all bodies and fixed objects. Points without a shape have none.
+#[must_use]
+pub fn triangles(film: &Film) -> FilmTriangles {
+    let of = |piece: &FilmPiece, usual: [u8; 3]| {
+        let colour = match piece {
+            FilmPiece::Mesh(mesh) => mesh.colour.unwrap_or(usual),
+            _ => usual,
+        };
+        let (vertices, triangles) =
+            if piece.radius() > 0.0 { rounded(piece) } else { polyhedron(piece) };
+        Triangles { vertices, triangles, colour }
+    };
+    let bodies = film.bodies.iter().zip(palette::of_bodies(film)).map(|(body, colour)| {
+        let looks = Outline::of(&body.pieces, &body.points);
+        let solid = looks.iter().filter_map(|look| match look {
+            Outline::Solid(piece) => Some(of(piece, colour)),
+            Outline::Points(_) => None,
+        });
+        solid.collect()
+    });
+    let fixed = film.fixed.iter();
+    let fixed = fixed.map(|fixed| fixed.pieces.iter().map(|piece| of(piece, STILL)).collect());
+    FilmTriangles { bodies: bodies.collect(), fixed: fixed.collect() }
+}
+
+type Mesh = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
+
+/// Faces of a hull or a mesh, cut into triangles. Each face has its own vertices, so that viewers
+/// that average normals at a vertex show sharp edges.
+fn polyhedron(piece: &FilmPiece) -> Mesh {
+    let (core, mut vertices, mut triangles) = (piece.core(), Vec::new(), Vec::new());
+    for face in piece.surface().faces {
+        let first = vertices.len();
+        vertices.extend(face.corners.iter().map(|corner| core[*corner]));
+        for corner in first + 1..vertices.len().saturating_sub(1) {
+            let [a, b, c] = [first, corner, corner + 1].map(|corner| vertices[corner]);
+            let outward = (b - a).cross(&(c - a)).dot(&face.normal) >= 0.0;
+            let ends = if outward { [corner, corner + 1] } else { [corner + 1, corner] };
+            triangles.push([first, ends[0], ends[1]]);
+        }
+    }
+    (vertices, triangles)
+}
+
+/// Number of directions around the axis of a round piece, and from pole to pole.
+const AROUND: usize = 32;
+const ACROSS: usize = 17;
+
+/// Surface of a round convex piece: for each direction of a globe, the farthest point. The poles lie
+/// along the longest diagonal of the core.
+fn rounded(piece: &FilmPiece) -> Mesh {
+    let (core, radius) = (piece.core(), piece.radius());
+    let along =
+        core.iter().map(|point| point - core[0]).max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let axis = along.and_then(|along| along.try_normalize(1e-12)).unwrap_or(Vector3::z());
+    let (right, up) = across(&axis);
+    let farthest = |direction: &Vector3<f64>| {
+        let height = |point: &Vector3<f64>| direction.dot(point);
+        core.iter().max_by(|a, b| height(a).total_cmp(&height(b))).copied().unwrap_or_default()
+    };
+    let mut vertices = Vec::with_capacity(AROUND * (ACROSS + 1));
+    for row in 0..=ACROSS {
+        // No row is the equator, whose farthest point on a capsule is ambiguous.
+        let (sin, cos) = (PI * row as f64 / ACROSS as f64).sin_cos();
+        for column in 0..AROUND {
+            let (y, x) = (TAU * column as f64 / AROUND as f64).sin_cos();
+            let direction = cos * axis + sin * (x * right + y * up);
+            vertices.push(farthest(&direction) + radius * direction);
+        }
+    }
+    let mut triangles = Vec::with_capacity(2 * AROUND * ACROSS);
+    for row in 0..ACROSS {
+        for column in 0..AROUND {
+            let next = (column + 1) % AROUND;
+            let at = |row: usize, column: usize| row * AROUND + column;
+            let [a, b] = [at(row, column), at(row, next)];
+            let [c, d] = [at(row + 1, column), at(row + 1, next)];
+            triangles.extend([[a, c, d], [a, d, b]]);
+        }
+    }
+    (vertices, triangles)
+}
+
+/// Two unit vectors that form a right-handed frame with an axis.
+fn across(axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let least = Vector3::ith(axis.iamin(), 1.0);
+    let up = axis.cross(&least).normalize();
+    (up.cross(axis), up)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::FilmHull;
+
+    /// Volume by the divergence theorem. It is positive if the triangles face outwards.
+    fn volume((vertices, triangles): &Mesh) -> f64 {
+        let part = |corners: &[usize; 3]| {
+            let [a, b, c] = corners.map(|corner| vertices[corner]);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        triangles.iter().map(part).sum()
+    }
+
+    fn cube() -> FilmPiece {
+        let corner = |i: usize| Vector3::from_fn(|k, _| (i >> k & 1) as f64);
+        FilmPiece::cuboid(&(0..8).map(corner).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn meshes_have_the_volume_of_their_pieces() {
+        assert!((volume(&polyhedron(&cube())) - 1.0).abs() < 1e-12);
+        let ball = FilmPiece::Sphere { centre: Vector3::new(1.0, 2.0, 3.0), radius: 0.5 };
+        let capsule = FilmPiece::Capsule { ends: [Vector3::zeros(), Vector3::x()], radius: 0.5 };
+        let of_ball = PI / 6.0;
+        // The corners lie on the surface. Chords of 11° cut off about 2 % of a ball.
+        for (piece, expected) in [(ball, of_ball), (capsule, of_ball + PI / 4.0)] {
+            let ratio = volume(&rounded(&piece)) / expected;
+            assert!((0.97..1.0).contains(&ratio), "{ratio}");
+        }
+    }
+
+    #[test]
+    fn a_rounded_cube_contains_its_core_and_stays_within_its_radius() {
+        let FilmPiece::Hull(hull) = cube() else { unreachable!("a box is a hull") };
+        let piece = FilmPiece::Hull(FilmHull { radius: 0.2, ..hull });
+        let mesh = rounded(&piece);
+        // Volume of the cube with six slabs, twelve quarter cylinders and a ball.
+        let most = 1.0 + 6.0 * 0.2 + 3.0 * PI * 0.04 + 4.0 / 3.0 * PI * 0.008;
+        assert!((1.0..most).contains(&volume(&mesh)), "{}", volume(&mesh));
+        for vertex in &mesh.0 {
+            let beyond = vertex.map(|x| (x - x.clamp(0.0, 1.0)).abs()).norm();
+            assert!((beyond - 0.2).abs() < 1e-12, "{vertex}");
+        }
+    }
+}
