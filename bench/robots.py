@@ -1,6 +1,6 @@
 """Batches of robots beside MuJoCo: processor time per step, as a ratio.
 
-python bench/robots.py [--worlds 64] [--steps 500] [--rounds 5] [--threads 1]
+python bench/robots.py [--worlds 64] [--steps 500] [--rounds 5] [--threads 1] [--environments]
 
 It needs the packages tumble, gymnasium (files of hopper, half-cheetah, walker and ant) and mujoco.
 Both engines take the same number of steps of the same length from the initial state of the file.
@@ -10,6 +10,9 @@ the solver, cone and integrator of the file.
 The first models are mechanisms written here: free chains of hinges, and a walker that lands and
 stands on four feet by twelve motors. Rounds of the engines alternate. The table shows medians
 and the range of the ratio over the rounds.
+
+``--environments`` compares steps of Gymnasium's environments instead, one world on one thread, with
+the same random actions. An episode that ends is reset; the time includes it.
 """
 
 import argparse
@@ -23,6 +26,7 @@ import mujoco
 import mujoco.rollout
 import numpy as np
 import tumble
+import tumble.locomotion  # registers the environments
 
 MODELS = {"hopper.xml": 1, "half_cheetah.xml": 4, "walker2d_v5.xml": 1, "ant.xml": 1}
 """Each with how many steps tumble takes in one of the file: the half-cheetah turns its feet too far in 10 ms."""
@@ -140,11 +144,54 @@ def by_mujoco(model: Mechanism | Model, threads: int) -> float:
     return time.process_time() - clock
 
 
+ENVIRONMENTS = {
+    "Hopper": "Hopper-v5",
+    "Walker2d": "Walker2d-v5",
+    "Ant": "Ant-v5",
+    "HalfCheetah": "HalfCheetah-v5",
+}
+"""Name of each environment in tumble and in Gymnasium."""
+
+
+def of_environment(name: str, actions: np.ndarray) -> float:
+    """Processor time of a step of environment ``name`` (s)."""
+    environment = gymnasium.make(name)
+    environment.reset(seed=0)
+    clock = time.process_time()
+    for action in actions:
+        _, _, over, truncated, _ = environment.step(action)
+        if over or truncated:
+            environment.reset()
+    return (time.process_time() - clock) / len(actions)
+
+
+def compare_environments(steps: int, rounds: int) -> None:
+    """Prints the times of environment steps in both engines."""
+    print("| environment | tumble, us | MuJoCo, us | tumble / MuJoCo |")
+    print("|---|---|---|---|")
+    for name, other in ENVIRONMENTS.items():
+        space = gymnasium.make(other).action_space
+        drawn = np.random.default_rng(0).uniform(space.low, space.high, (steps, *space.shape))
+        actions = drawn.astype(np.float32)
+        times = [
+            (of_environment(f"tumble/{name}-v0", actions), of_environment(other, actions))
+            for _ in range(rounds)
+        ]
+        ratios = [a / b for a, b in times]
+        a, b = (1e6 * statistics.median(all) for all in zip(*times))
+        spread = f"({min(ratios):.2f} to {max(ratios):.2f})"
+        print(f"| {name} | {a:.0f} | {b:.0f} | {statistics.median(ratios):.2f} {spread} |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--environments", action="store_true")
     for name, usual in (("worlds", 64), ("steps", 500), ("rounds", 5), ("threads", 1)):
         parser.add_argument(f"--{name}", type=int, default=usual)
     args = parser.parse_args()
+    if args.environments:
+        compare_environments(args.steps, args.rounds)
+        return
     folder = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
     print(f"MuJoCo {mujoco.__version__}, tumble {tumble.__version__}; {args.worlds} worlds, {args.steps} steps")
     print("| model | step, ms | tumble, us | MuJoCo, us | tumble / MuJoCo | not solved | largest residual, m/s |")
