@@ -26,14 +26,21 @@ impl Simulation<'_> {
                 "only the last step has one; call this right after the step, with its record",
             );
         }
-        if matches!(self.motion, Motion::Floating) {
-            return refused("the Runge-Kutta method has no derivative; use the contact step");
-        }
+        self.check_motion()?;
         let mut free = derivative.take_flights();
         let step = self.recorded_step(record, &mut free);
         let found = derivative.linearise(&step, &record.contacts, &record.solution);
         derivative.keep_flights(free);
         found
+    }
+
+    /// Refuses the Runge–Kutta method.
+    pub(super) fn check_motion(&self) -> Result<(), Error> {
+        if !matches!(self.motion, Motion::Floating) {
+            return Ok(());
+        }
+        let why = "the Runge-Kutta method has no derivative; use the contact step";
+        Err(Error::Unsupported { what: "the derivative of this step", why })
     }
 
     /// Step described by `record`, in the present world. `free` receives its free flights.

@@ -132,6 +132,7 @@ impl Simulation<'_> {
             // Rejects constants that cannot vary.
             self.world().with_constants(&[(*constant, &constant.of(self.world()))])?;
         }
+        self.check_motion()?;
         let mut backward = Backward::begin(run, self.index(), self.world())?;
         backward.go(self, run, 0, run.steps, start)?;
         backward.end(self, run, start)
