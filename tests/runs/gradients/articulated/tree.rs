@@ -1,9 +1,7 @@
 //! Random articulated bodies: trees of links with a free root.
 
 use super::super::draw::Draw;
-use nalgebra::{
-    Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3, Vector4,
-};
+use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3, Vector4};
 use std::f64::consts::FRAC_PI_2;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::geometry::Piece;
