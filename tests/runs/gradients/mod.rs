@@ -1,6 +1,7 @@
 //! Derivative of a step against central differences of steps, in every regime and by every
 //! argument.
 
+mod articulated;
 mod batch;
 mod campaign;
 mod central;
@@ -8,6 +9,7 @@ mod compare;
 mod digits;
 mod draw;
 mod driven;
+mod dry;
 mod joints;
 mod laws;
 mod loops;

@@ -44,6 +44,23 @@ pub(crate) enum PieceChange {
 }
 
 impl Axis {
+    /// Smallest change of the speed (m/s) at which changes of the initial coordinate become
+    /// one-sided, for an axis that is held at a speed.
+    pub(crate) fn stop_margin(
+        &self,
+        start: &AxisStart,
+        time_step: f64,
+        length: f64,
+        at: GraphPlace,
+    ) -> f64 {
+        match self {
+            Self::Free(drive) if at.is_vertical => {
+                drive.stop_margin(at.u, start.coordinate, length, time_step)
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Differential of the piece with the point `at`, in a step of `time_step` (s) from `start`.
     /// `length` and `unit` are those of [`Axis::graph`]. The terms of the sum are
     ///
@@ -119,6 +136,21 @@ impl Axis {
 }
 
 impl Drive {
+    /// Smallest change of the speed u (m/s) of a held axis by which its nearest stop meets its dry
+    /// friction or velocity motor. Infinite without both. `x` is the initial coordinate.
+    fn stop_margin(&self, u: f64, x: f64, length: f64, h: f64) -> f64 {
+        let friction = (self.friction > 0.0).then_some(0.0);
+        let motor = match self.motor {
+            Some(Motor::Speed { target, .. }) => Some(target * length),
+            _ => None,
+        };
+        let nearest = |all: &mut dyn Iterator<Item = f64>| {
+            all.map(|at| (at - u).abs()).fold(f64::INFINITY, f64::min)
+        };
+        let mut stops = self.limits.into_iter().flatten().map(|limit| length * (limit - x) / h);
+        nearest(&mut stops).max(nearest(&mut friction.into_iter().chain(motor)))
+    }
+
     /// Differential δu₀ of the stop, friction or motor at the speed u.
     fn corner_change(&self, u: f64, x: f64, length: f64, h: f64, change: &AxisChange) -> f64 {
         // Selects the one with the nearest speed.

@@ -40,7 +40,7 @@ use island::LinearIsland;
 use nalgebra::{SMatrix, Vector3};
 use point::IslandStep;
 use rest::{FEW_BODIES, RestingStep};
-use tied::Slots;
+use tied::{LinearRows, Slots};
 
 /// Change of a step's data. Lists have one entry per body of the world. An empty list means no
 /// change.
@@ -308,7 +308,9 @@ impl StepDerivative {
         let smooth = if is_central { view.contacts.len() } else { 0 };
         self.margin = self.margin.min(linear.margin(smooth));
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
-        self.room = pressing.map(|c| c.tangent.room() / h).fold(self.room, f64::min);
+        let rooms = pressing.map(|c| c.tangent.room() / h);
+        let stops = point.joints.iter().map(LinearRows::stop_margin);
+        self.room = rooms.chain(stops).fold(self.room, f64::min);
         // Some sticking contacts slip under arbitrarily small changes.
         if !linear.follows_poses {
             self.room = 0.0;
@@ -340,7 +342,8 @@ impl StepDerivative {
     /// The boundary is the edge of a face or the end of an edge. It is a kink for changes that move
     /// or stretch the bodies at the start of the step. The margin is 0 for flush boxes of equal
     /// width. It is also 0 for bodies that stick in a loop of contacts which cannot follow every
-    /// such change.
+    /// such change, and for a joint that dry friction or a velocity motor holds exactly at its
+    /// stop.
     #[must_use]
     pub fn feature_margin(&self) -> f64 {
         self.room

@@ -108,6 +108,11 @@ impl TiedRowLaw {
         }
     }
 
+    /// Distance to the speed at which the axis' stop and its dry friction meet (m/s).
+    fn stop_margin(&self) -> f64 {
+        self.axis.stop_margin(&self.start, self.time_step, self.length, self.at)
+    }
+
     /// Motion along the row and impulse for a change of the graph's data (G10). The impulse has no
     /// compliance if the limit is taken (G14).
     pub(super) fn local_solution(&self, change: &AxisChange) -> (f64, f64) {
@@ -310,6 +315,12 @@ pub(super) fn linearise(
 }
 
 impl LinearRows {
+    /// Smallest distance of a held row to the speed at which its stop and its dry friction meet
+    /// (m/s).
+    pub(super) fn stop_margin(&self) -> f64 {
+        self.laws.iter().map(TiedRowLaw::stop_margin).fold(f64::INFINITY, f64::min)
+    }
+
     fn new(
         coupling: usize,
         joint: usize,
