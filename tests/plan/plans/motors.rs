@@ -199,6 +199,31 @@ fn a_quadruped_hops_to_a_place() {
     assert!(found.replay.modes.iter().filter(flies).count() > 5);
 }
 
+/// Checks a planar hopper that lifts its foot by 0.15 m, flies, and stands again. While nothing touches,
+/// its centre of mass falls freely.
+#[test]
+#[ignore = "minutes"]
+fn a_hopper_jumps_and_lands() {
+    let file = shipped("jump.toml");
+    let found = is_found(&file);
+    let (scene, replay) = (file.problem.scene(), &found.replay);
+    let (bodies, h) = (scene.world.bodies(), scene.world.time_step());
+    let mass: f64 = bodies.iter().map(|body| body.mass()).sum();
+    let momentum = |step: usize| -> f64 {
+        let states = replay.states[step].iter().zip(bodies);
+        states.map(|(state, body)| body.mass() * state.velocity.z).sum()
+    };
+    let mut in_flight = 0;
+    for (step, modes) in replay.modes.iter().enumerate() {
+        if modes.iter().all(|of| of.mode == Mode::Open) {
+            let acceleration = (momentum(step + 1) - momentum(step)) / (h * mass);
+            assert!((acceleration + 9.81).abs() < 1e-6, "{step}: {acceleration}");
+            in_flight += 1;
+        }
+    }
+    assert!(in_flight > 10, "{in_flight}");
+}
+
 fn is_found(file: &ProblemFile) -> Plan {
     let found = planned(file);
     assert_eq!(found.status, PlanStatus::Replayed, "{}", found.reason);
