@@ -12,7 +12,7 @@ import tumble
 import tumble.locomotion
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from tumble.locomotion import RobotEnv, RobotVectorEnv
+from tumble.locomotion import RobotEnv, RobotVectorEnv, model
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "robots"
 QUADRUPED = DATA / "quadruped.urdf"
@@ -222,3 +222,34 @@ def test_gymnasium_makes_many_of_its_robots(name):
     observed, rewards, *_ = many.step(many.action_space.sample())
     assert observed.shape == many.observation_space.shape and rewards.shape == (3,)
     assert gymnasium.spec(f"tumble/{name}-v0").to_json()
+
+
+@pytest.mark.parametrize("action", [0.5, [0.5], [0.5, 0.1], [0.0, 0.0, np.nan]])
+def test_an_action_of_another_shape_is_refused(action):
+    ranges = {name: (-1.0, 1.0) for name in ("thigh_joint", "leg_joint", "foot_joint")}
+    env = RobotEnv(model("hopper.xml"), 4, actions="torque", ranges=ranges)
+    env.reset(seed=0)
+    before = env.observe()
+    with pytest.raises(tumble.TumbleError, match="action"):
+        env.step(action)
+    assert np.array_equal(env.observe(), before)
+
+
+def test_actions_for_another_number_of_environments_are_refused():
+    env = RobotVectorEnv(lambda: RobotEnv(model("hopper.xml"), 4), 2)
+    env.reset(seed=0)
+    for shape in [(1, 3), (3, 3), (2, 2), (3,)]:
+        with pytest.raises(tumble.TumbleError, match=r"\(2, 3\) is needed"):
+            env.step(np.zeros(shape))
+
+
+@pytest.mark.parametrize("pair", [3.0, (1.0, -1.0), (0.0, 0.0), (0.0, np.nan), (0.0, np.inf), ()])
+def test_a_range_that_is_none_is_refused(pair):
+    with pytest.raises(tumble.TumbleError, match="range of thigh_joint"):
+        RobotEnv(model("hopper.xml"), ranges={"thigh_joint": pair}, actions="torque")
+
+
+@pytest.mark.parametrize("noise", [-0.1, np.nan, np.inf, "much"])
+def test_noise_is_a_number_from_zero(noise):
+    with pytest.raises(tumble.TumbleError, match="noise is"):
+        RobotEnv(model("hopper.xml"), noise=noise)

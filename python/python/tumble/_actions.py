@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Iterable, List, Mapping, Optional, Tuple, Union
+from typing import Any, Iterable, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from ._arrays import numbers
 from ._checks import real
 from ._names import unknown
 from ._robot import Robot
@@ -63,7 +64,10 @@ class Actions:
             if name not in self.names:
                 raise unknown("range of action", name, self.names)
         limits = _control_range if kind == "controls" else _force_range if kind == "torque" else _target_range
-        found = [given.get(name) or limits(robot, index, name) for index, name in enumerate(self.names)]
+        found = [
+            _pair(name, given[name]) if name in given else limits(robot, index, name)
+            for index, name in enumerate(self.names)
+        ]
         self.low, self.high = np.array(found, np.float64).reshape(-1, 2).T
 
     def begin(self, robot: Robot) -> None:
@@ -80,6 +84,11 @@ class Actions:
                 joint.damping = real(f"damping of {name}", _of(self._gains["damping"], name))
             if self.kind != "torque" and joint.most is None:
                 raise TumbleError(f"most of {name}, the force limit of its motor, is needed; give most")
+
+    def checked(self, action: Any) -> Floats:
+        """``action`` as one finite number for each name."""
+        found: Floats = numbers("action", action, (len(self.names),))
+        return found
 
     def apply(self, robot: Robot, action: Floats, duration: float) -> None:
         """Sets the drives for an action that lasts ``duration`` s. It is clipped to its range."""
@@ -100,6 +109,14 @@ class Actions:
 
 def _of(numbers: Optional[ByJoint], name: str) -> Optional[float]:
     return numbers.get(name) if isinstance(numbers, Mapping) else numbers
+
+
+def _pair(name: str, given: Any) -> Range:
+    """A given range: two finite numbers, the lower one first."""
+    low, high = numbers(f"range of {name}", given, (2,)).tolist()
+    if not low < high:
+        raise TumbleError(f"range of {name} is {low} to {high}; the lower end goes first")
+    return low, high
 
 
 def _driven(robot: Robot, joints: Optional[Iterable[str]]) -> List[str]:

@@ -92,7 +92,8 @@ def jacobian(
 ) -> Derivatives:
     """Derivative of the step ``index`` of ``scene`` from ``states`` (N, 13).
 
-    Loads and prescribed motions depend on the index, which is by default the scene's start. It has parts with respect to ``states`` (N, 12, N, 12) and ``wrenches`` (N, 12, N, 6). The
+    Loads and prescribed motions depend on the index, which is by default the scene's start. The
+    result has parts with respect to ``states`` (N, 12, N, 12) and ``wrenches`` (N, 12, N, 6). The
     part of a constant named in ``by`` has the shape (N, 12) followed by the constant's own
     shape.
 
@@ -126,8 +127,7 @@ def vjp(
     ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The result
     has the derivatives with respect to ``states`` (N, 12), ``controls`` (T, N, 6) and the
     constants named in ``by``. ``steps`` defaults to the number of controls, or 1. ``index`` is the
-    first step, by default the scene's start.
-    ``compliance`` and ``central_path`` smooth the derivatives of the steps as in ``jacobian``;
+    first step, by default the scene's start. ``compliance`` and ``central_path`` smooth the derivatives of the steps as in ``jacobian``;
     the run itself stays exact.
     """
     names = constant_names(by)

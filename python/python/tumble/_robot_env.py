@@ -13,7 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ._actions import Actions, ByJoint, Range
-from ._checks import whole
+from ._arrays import numbers
+from ._checks import real, whole
 from ._robot import Robot
 from ._rollout import threads_of
 from ._scene import Scene, load
@@ -88,7 +89,9 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         reading = {"packages": packages, "leave_out": leave_out, "point_contacts": point_contacts}
         self.scene: Scene = _scene(file, whole("substeps", substeps, 1), reading)
         self.frame_skip = whole("frame_skip", frame_skip, 1) * substeps
-        self.noise = noise
+        self.noise = real("noise", noise)
+        if not 0.0 <= self.noise < np.inf:
+            raise TumbleError(f"noise is {noise}; a finite number from 0 is needed")
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / self.dt))}
         self._prefix = robot
@@ -156,7 +159,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         Returns observation, reward, True at the end of the episode, False (``gymnasium.make``
         truncates), and info.
         """
-        action = np.asarray(action, dtype=np.float64)
+        action = self.actions.checked(action)
         before = self._begin(action)
         (unsolved,) = step_all([self.simulation], self.frame_skip, 1)
         observed, reward, over, info = self._end(before, action, unsolved)
@@ -242,7 +245,7 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
 
         Returns observations (B, ...), rewards, terminated and truncated flags, and info.
         """
-        actions = np.asarray(actions, dtype=np.float64)
+        actions = numbers("actions", actions, (self.num_envs, len(self.envs[0].actions.names)))
         fresh, kept = self._ended.copy(), np.flatnonzero(~self._ended)
         begun = [self.envs[index]._begin(actions[index]) for index in kept]
         unsolved = step_all([self.envs[index].simulation for index in kept], self.envs[0].frame_skip, self.threads)
