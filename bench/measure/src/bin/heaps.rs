@@ -32,6 +32,7 @@ struct HeapCounts {
     /// Largest overlap (m).
     overlap: f64,
     contacts: usize,
+    iterations: u64,
     /// Slowest step (s).
     slowest: f64,
     time: f64,
@@ -51,6 +52,7 @@ impl HeapCounts {
         }
         self.overlap = self.overlap.max(record.overlap);
         self.contacts = self.contacts.max(record.contacts.len());
+        self.iterations += u64::from(record.report.iterations);
         self.slowest = self.slowest.max(seconds);
         self.time += seconds;
     }
@@ -95,14 +97,14 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     };
     println!(
         "scene    bodies  mu  contact steps  retried     wild   failed  worst failed  still  overlap  \
-         contacts  slowest  a step"
+         contacts  iterations  slowest  a step"
     );
     let wanted = |heap: &&Heap| arguments.get(3).is_none_or(|name| name == heap.name);
     for heap in HEAPS.iter().filter(wanted) {
         let counts = run(heap, first..first.saturating_add(seeds), steps)?;
         let part = |number: u32| 100.0 * f64::from(number) / f64::from(counts.contact.max(1));
         println!(
-            "{:8} {:6} {:3} {:14} {:7.2}% {:8} {:8} {:9.1e} m/s {:6} {:5.2} mm {:9} {:5.0} ms {:5.0} µs",
+            "{:8} {:6} {:3} {:14} {:7.2}% {:8} {:8} {:9.1e} m/s {:6} {:5.2} mm {:9} {:11.2} {:5.0} ms {:5.0} µs",
             heap.name,
             heap.bodies,
             heap.friction,
@@ -114,6 +116,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             counts.still,
             1e3 * counts.overlap,
             counts.contacts,
+            counts.iterations as f64 / f64::from(counts.contact.max(1)),
             1e3 * counts.slowest,
             1e6 * counts.time / f64::from(seeds * steps),
         );
