@@ -5,9 +5,9 @@
 //! The gap along it is exact if the cores overlap. If they are apart it is a lower bound on their
 //! distance, which is exact if a face or two crossing edges are closest.
 
+use super::edge_axes::best_edges;
 use super::facet;
 use super::pair::{PairScratch, PiecePair, highest, lowest};
-use super::segment::span;
 use super::touch::PieceSide;
 use nalgebra::Vector3;
 
@@ -84,36 +84,78 @@ pub(super) fn best_axis(
 }
 
 fn best_face_of_a(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<SeparatingAxis> {
-    let mut best: Option<SeparatingAxis> = None;
+    let mut best = None;
+    let mut lowest = LowestAbove::of(&scratch.vertices);
     for (index, face) in pair.a.faces().iter().enumerate() {
-        let gap = lowest(&scratch.vertices, &face.normal).1 - face.offset;
-        if best.is_none_or(|best| gap > best.gap) {
-            best = Some(SeparatingAxis {
-                kind: AxisSource::FaceA(index),
-                normal: face.normal,
-                gap,
-                exact: false,
-            });
-        }
+        let (kind, normal) = (AxisSource::FaceA(index), face.normal);
+        keep_larger(&mut best, kind, normal, |least| {
+            lowest.find(&normal, least, |height| height - face.offset)
+        });
     }
     best
 }
 
 fn best_face_of_b(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<SeparatingAxis> {
-    let mut best: Option<SeparatingAxis> = None;
+    let mut best = None;
+    let mut lowest = LowestAbove::of(pair.a.vertices());
     for (index, (face, normal)) in pair.b.faces().iter().zip(&scratch.normals).enumerate() {
-        let low = lowest(pair.a.vertices(), normal).1;
-        let gap = low - face.offset - normal.dot(&pair.shift);
-        if best.is_none_or(|best| gap > best.gap) {
-            best = Some(SeparatingAxis {
-                kind: AxisSource::FaceB(index),
-                normal: -normal,
-                gap,
-                exact: false,
-            });
-        }
+        let shift = normal.dot(&pair.shift);
+        keep_larger(&mut best, AxisSource::FaceB(index), -normal, |least| {
+            lowest.find(normal, least, |height| height - face.offset - shift)
+        });
     }
     best
+}
+
+/// Replaces the best axis by another one, if `gap` finds a gap above the given one.
+fn keep_larger(
+    best: &mut Option<SeparatingAxis>,
+    kind: AxisSource,
+    normal: Vector3<f64>,
+    gap: impl FnOnce(f64) -> Option<f64>,
+) {
+    let least = best.map_or(f64::NEG_INFINITY, |best| best.gap);
+    if let Some(gap) = gap(least) {
+        *best = Some(SeparatingAxis { kind, normal, gap, exact: false });
+    }
+}
+
+/// Search for the lowest vertices of a core over many planes.
+///
+/// One vertex that is low enough rules out a plane. It often rules out the next plane, too.
+struct LowestAbove<'v> {
+    vertices: &'v [Vector3<f64>],
+    last: usize,
+}
+
+impl<'v> LowestAbove<'v> {
+    fn of(vertices: &'v [Vector3<f64>]) -> Self {
+        Self { vertices, last: 0 }
+    }
+
+    /// Height of the lowest vertex along a normal, if it is above `least`. `height_of` maps the dot
+    /// product to the height and must not decrease.
+    fn find(
+        &mut self,
+        normal: &Vector3<f64>,
+        least: f64,
+        height_of: impl Fn(f64) -> f64,
+    ) -> Option<f64> {
+        if height_of(normal.dot(&self.vertices[self.last])) <= least {
+            return None;
+        }
+        let mut lowest = f64::INFINITY;
+        for (index, vertex) in self.vertices.iter().enumerate() {
+            let along = normal.dot(vertex);
+            if along < lowest {
+                (lowest, self.last) = (along, index);
+                if height_of(along) <= least {
+                    return None;
+                }
+            }
+        }
+        Some(height_of(lowest))
+    }
 }
 
 /// The face with the larger gap, if the gaps differ by more than the `tie`. Otherwise the larger
@@ -156,68 +198,4 @@ fn meets_face(
         }
         AxisSource::Edges(..) => false,
     }
-}
-
-/// The axis across two edges with the largest gap, or `best` if its gap is larger.
-///
-/// Two edges make a face of the Minkowski difference if two arcs cross: the arc between the normals
-/// of A's faces at the edge, and the arc between the negative normals of B's. With e the directions
-/// of the edges and l and r the normals to the left and right (e ∥ l × r):
-///
-/// ```text
-/// (l_B·e_A)(r_B·e_A) < 0,   (l_A·e_B)(r_A·e_B) < 0,   (l_B·e_A)(r_A·e_B) < 0
-/// ```
-///
-/// A segment has a full circle instead of an arc, so its conditions are skipped.
-fn best_edges(
-    pair: &PiecePair<'_>,
-    scratch: &mut PairScratch,
-    mut best: SeparatingAxis,
-) -> SeparatingAxis {
-    let (vertices, normals) = (&scratch.vertices, &scratch.normals);
-    let products = &mut scratch.products;
-    for (index_a, edge_a) in pair.a.edges().iter().enumerate() {
-        let (from_a, along_a) = span(pair.a.vertices(), edge_a);
-        products.clear();
-        products.extend(normals.iter().map(|normal| normal.dot(&along_a)));
-        for (index_b, edge_b) in pair.b.edges().iter().enumerate() {
-            let left_b = edge_b.faces.map(|faces| faces.map(|face| products[face as usize]));
-            if left_b.is_some_and(|[left, right]| left * right >= 0.0) {
-                continue;
-            }
-            let (from_b, along_b) = span(vertices, edge_b);
-            let faces_a =
-                edge_a.faces.map(|faces| faces.map(|face| &pair.a.faces()[face as usize].normal));
-            if let Some([left, right]) = faces_a.map(|faces| faces.map(|n| n.dot(&along_b))) {
-                let same_side = left_b.is_none_or(|[left_b, _]| left_b * right < 0.0);
-                if left * right >= 0.0 || !same_side {
-                    continue;
-                }
-            }
-            let across = along_a.cross(&along_b);
-            let norm = across.norm();
-            if norm <= PARALLEL * along_a.norm() * along_b.norm() {
-                continue;
-            }
-            // Outward at A, or inward at B.
-            let outward = match (faces_a, edge_b.faces) {
-                (Some([left, right]), _) => across.dot(&(left + right)),
-                (None, Some([left, right])) => {
-                    -across.dot(&(normals[left as usize] + normals[right as usize]))
-                }
-                (None, None) => continue,
-            };
-            let normal = across * (outward.signum() / norm);
-            let gap = normal.dot(&(from_b - from_a));
-            if gap > best.gap {
-                best = SeparatingAxis {
-                    kind: AxisSource::Edges(index_a, index_b),
-                    normal,
-                    gap,
-                    exact: false,
-                };
-            }
-        }
-    }
-    best
 }

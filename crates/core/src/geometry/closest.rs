@@ -1,5 +1,6 @@
 //! Closest points of two separated cores, by search over all pairs of features.
 
+use super::gjk::close_points;
 use super::hull::Edge;
 use super::pair::{PairScratch, PiecePair, highest, lowest};
 use super::segment::{nearest_shares, span};
@@ -28,14 +29,18 @@ impl Points {
     }
 }
 
+/// Number of pairs of edges above which a search for close points pays off.
+const MANY: usize = 400;
+
 /// Closest points of two cores.
 ///
 /// `axis` is an axis along which the cores are separated. It is `None` if neither core has a face.
 /// `scratch` holds B's vertices and normals in the frame of A.
 ///
 /// Let ub be an upper bound on the distance. Let α and β be the highest point of A and the lowest
-/// point of B along the axis n. The closest points obey n·b ≤ α + ub and n·a ≥ β − ub, so features
-/// beyond these planes are skipped.
+/// point of B along a unit vector n. The closest points obey n·b ≤ α + ub and n·a ≥ β − ub, so features
+/// beyond these planes are skipped. If `axis` leaves many features, n is the direction between close
+/// points.
 pub(super) fn closest(
     pair: &PiecePair<'_>,
     scratch: &mut PairScratch,
@@ -53,11 +58,14 @@ pub(super) fn closest(
         on_b: On::Vertex(low_b),
     };
     let bound = best.distance();
-    let slack = 1e-12 * (1.0 + bound);
-    let near_a = |v: &Vector3<f64>| axis.dot(v) >= beta - bound - slack;
-    let near_b = |v: &Vector3<f64>| axis.dot(v) <= alpha + bound + slack;
-    near.a.find(pair.a.vertices(), pair.a.edges(), near_a);
-    near.b.find(vertices, pair.b.edges(), near_b);
+    near.find(pair, vertices, axis, [alpha, beta], bound);
+    if near.pairs() > MANY
+        && let Some([a, b]) = close_points(pair.a.vertices(), vertices, axis)
+        && let Some(along) = (b - a).try_normalize(0.0)
+    {
+        let ends = [highest(pair.a.vertices(), &along).1, lowest(vertices, &along).1];
+        near.find(pair, vertices, &along, ends, (b - a).norm().min(bound));
+    }
 
     let mut square = bound * bound;
     let mut keep = |points: Points| {

@@ -1,6 +1,7 @@
 //! Candidate features for the closest points of two cores.
 
 use super::hull::Edge;
+use super::pair::PiecePair;
 use nalgebra::Vector3;
 
 /// Placeholder edge index of a core without edges; it means the core's single point.
@@ -22,6 +23,30 @@ pub(super) struct CoreFeatures {
 }
 
 impl Near {
+    /// Collects the features that reach into the layer along `axis` in which the closest points lie.
+    ///
+    /// `vertices` are those of B in the frame of A. `ends` are the highest point of A and the lowest
+    /// point of B along the axis (m). `bound` is an upper bound on the distance (m).
+    pub fn find(
+        &mut self,
+        pair: &PiecePair<'_>,
+        vertices: &[Vector3<f64>],
+        axis: &Vector3<f64>,
+        [high, low]: [f64; 2],
+        bound: f64,
+    ) {
+        let slack = 1e-12 * (1.0 + bound);
+        let near_a = |v: &Vector3<f64>| axis.dot(v) >= low - bound - slack;
+        let near_b = |v: &Vector3<f64>| axis.dot(v) <= high + bound + slack;
+        self.a.find(pair.a.vertices(), pair.a.edges(), near_a);
+        self.b.find(vertices, pair.b.edges(), near_b);
+    }
+
+    /// Number of pairs of candidate edges.
+    pub fn pairs(&self) -> usize {
+        self.a.edges.len() * self.b.edges.len()
+    }
+
     /// Calls `visit` on all pairs of candidate edges in ascending order; see [`POINT`].
     pub fn each_pair(&self, mut visit: impl FnMut(usize, usize)) {
         for &a in &self.a.edges {
@@ -34,7 +59,7 @@ impl Near {
 
 impl CoreFeatures {
     /// Collects the vertices for which `is_near` holds, and the edges with at least one such end.
-    pub fn find(
+    fn find(
         &mut self,
         vertices: &[Vector3<f64>],
         edges: &[Edge],

@@ -19,6 +19,8 @@ pub struct PairScratch {
     pub(super) normals: Vec<Vector3<f64>>,
     /// Dot products of an edge of A with B's normals.
     pub(super) products: Vec<f64>,
+    /// Edges of A and of B that may span the axis of largest separation.
+    pub(super) edges: [Vec<usize>; 2],
     /// Candidate features for the closest points.
     pub(super) near: super::near::Near,
     /// Two faces to be intersected.
