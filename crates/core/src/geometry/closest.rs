@@ -59,12 +59,12 @@ pub(super) fn closest(
     };
     let bound = best.distance();
     near.find(pair, vertices, axis, [alpha, beta], bound);
-    if near.pairs() > MANY
-        && let Some([a, b]) = close_points(pair.a.vertices(), vertices, axis)
-        && let Some(along) = (b - a).try_normalize(0.0)
-    {
-        let ends = [highest(pair.a.vertices(), &along).1, lowest(vertices, &along).1];
-        near.find(pair, vertices, &along, ends, (b - a).norm().min(bound));
+    if near.pairs() > MANY {
+        let [a, b] = close_points(pair.a.vertices(), vertices, axis);
+        if let Some(along) = (b - a).try_normalize(0.0) {
+            let ends = [highest(pair.a.vertices(), &along).1, lowest(vertices, &along).1];
+            near.find(pair, vertices, &along, ends, (b - a).norm().min(bound));
+        }
     }
 
     let mut square = bound * bound;

@@ -25,15 +25,11 @@ struct Simplex {
     count: usize,
 }
 
-/// A point of each core (m, frame of A) whose distance is nearly the smallest. `None` if the cores
-/// overlap, or if rounding stops the search.
+/// A point of each core (m, frame of A) whose distance is nearly the smallest. The search ends early
+/// if the cores overlap to rounding.
 ///
 /// `along` is the first direction, from A to B. `a` and `b` are the vertices.
-pub(super) fn close_points(
-    a: &[Vector3<f64>],
-    b: &[Vector3<f64>],
-    along: &Vector3<f64>,
-) -> Option<Pair> {
+pub(super) fn close_points(a: &[Vector3<f64>], b: &[Vector3<f64>], along: &Vector3<f64>) -> Pair {
     let support = |along: &Vector3<f64>| [a[highest(a, along).0], b[lowest(b, along).0]];
     let mut closest = support(along);
     let mut simplex = Simplex { corners: [closest; 4], count: 1 };
@@ -41,12 +37,13 @@ pub(super) fn close_points(
         let v = closest[1] - closest[0];
         let next = support(&v);
         if v.norm_squared() - v.dot(&(next[1] - next[0])) <= ENOUGH * v.norm_squared() {
-            return Some(closest);
+            break;
         }
         simplex.push(next);
-        (simplex, closest) = simplex.nearest_to_origin()?;
+        let Some(nearest) = simplex.nearest_to_origin() else { break };
+        (simplex, closest) = nearest;
     }
-    None
+    closest
 }
 
 fn difference([a, b]: &Pair) -> Vector3<f64> {
