@@ -13,20 +13,56 @@ pub(super) type Triangle = [usize; 3];
 /// no solid hull.
 pub(super) const FLAT: f64 = 1e-5;
 
+/// Relative error bound of a height that is computed in floating-point numbers: some 20 roundings.
+const ROUNDING: f64 = 1e-14;
+
+/// A triangle of the hull so far.
+struct Side {
+    corners: Triangle,
+    /// A corner (m).
+    from: Vector3<f64>,
+    /// Outward normal, twice as long as the area of the triangle.
+    normal: Vector3<f64>,
+    /// Height times the length of the normal below which its sign is not certain.
+    uncertain: f64,
+}
+
+impl Side {
+    /// `size` is a bound on the distance of two points (m).
+    fn new(points: &[Vector3<f64>], corners: Triangle, size: f64) -> Self {
+        let [from, b, c] = corners.map(|corner| points[corner]);
+        let (along, across) = (b - from, c - from);
+        let uncertain = ROUNDING * along.norm() * across.norm() * size;
+        Self { corners, from, normal: along.cross(&across), uncertain }
+    }
+
+    /// True if a point is strictly on the outer side of the plane. The test is exact.
+    fn is_below(&self, points: &[Vector3<f64>], point: usize) -> bool {
+        let height = self.normal.dot(&(points[point] - self.from));
+        if height.abs() > self.uncertain {
+            height > 0.0
+        } else {
+            is_above(points, self.corners, point)
+        }
+    }
+}
+
 /// Triangles of the hull of `points`, or `None` if the points are [`FLAT`].
 ///
 /// A point in the interior of a coplanar polygon or an edge need not be a corner. It can be one if
 /// it was inserted before the corners around it.
 pub(super) fn hull_triangles(points: &[Vector3<f64>]) -> Option<Vec<Triangle>> {
     let first = first_tetrahedron(points)?;
-    let mut triangles = faces_of(points, first);
+    let size = 2.0 * points.iter().map(|point| (point - points[0]).norm()).fold(0.0, f64::max);
+    let side = |corners| Side::new(points, corners, size);
+    let mut sides: Vec<Side> = faces_of(points, first).into_iter().map(side).collect();
     let (mut visible, mut rim) = (Vec::new(), Vec::new());
     for point in (0..points.len()).filter(|point| !first.contains(point)) {
         visible.clear();
-        triangles.retain(|&triangle| {
-            let seen = is_above(points, triangle, point);
+        sides.retain(|side| {
+            let seen = side.is_below(points, point);
             if seen {
-                let [a, b, c] = triangle;
+                let [a, b, c] = side.corners;
                 visible.extend([(a, b), (b, c), (c, a)]);
             }
             !seen
@@ -36,9 +72,9 @@ pub(super) fn hull_triangles(points: &[Vector3<f64>]) -> Option<Vec<Triangle>> {
         rim.clear();
         let is_rim = |&&(u, v): &&(usize, usize)| visible.binary_search(&(v, u)).is_err();
         rim.extend(visible.iter().filter(is_rim));
-        triangles.extend(rim.iter().map(|&(u, v)| [u, v, point]));
+        sides.extend(rim.iter().map(|&(u, v)| side([u, v, point])));
     }
-    Some(triangles)
+    Some(sides.into_iter().map(|side| side.corners).collect())
 }
 
 /// Four points that are far apart: the lowest in x, the farthest from it, the farthest from their
