@@ -44,25 +44,6 @@ pub struct Hulled {
     pub thickened: f64,
 }
 
-impl Hulled {
-    /// Note on a hull that is thickened or reduced.
-    pub fn note(&self, name: &str) -> Option<String> {
-        let (name, count, outside) = (shown::line(name), self.corners.len(), self.outside);
-        if self.thickened > 0.0 {
-            return Some(format!(
-                "{name}: it is flat and is thickened to {:.1e} m",
-                self.thickened
-            ));
-        }
-        (outside > 0.0).then(|| {
-            format!(
-                "{name}: its hull is reduced to {count} corners; the others are up to \
-                 {outside:.1e} m outside"
-            )
-        })
-    }
-}
-
 /// Extension of a file name, in lower case.
 fn extension(name: &str) -> String {
     let extension = Path::new(name).extension().and_then(|end| end.to_str()).unwrap_or("");

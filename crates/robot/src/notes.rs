@@ -1,6 +1,8 @@
 //! Notes on content of a file that has no effect.
 
+use super::meshes::Hulled;
 use std::collections::BTreeMap;
+use tumble_model::shown;
 
 /// Ignored content of a file, collected by kind.
 #[derive(Debug, Default)]
@@ -14,7 +16,18 @@ pub struct RobotNotes {
     rub_alone: usize,
     /// Number of shapes of size 0, and the position of the first.
     empty: Option<(usize, String)>,
+    /// Number of meshes with reduced hulls, and the mesh with the points farthest outside its hull.
+    reduced: Option<(usize, ReducedHull)>,
     said: Vec<String>,
+}
+
+/// A mesh that is represented by some corners of its hull.
+#[derive(Debug)]
+struct ReducedHull {
+    mesh: String,
+    corners: usize,
+    /// Largest distance of the other corners outside the hull (m).
+    outside: f64,
 }
 
 impl RobotNotes {
@@ -46,6 +59,21 @@ impl RobotNotes {
     /// Counts a dropped shape of size 0 at the position `at` of the file.
     pub fn empty(&mut self, at: String) {
         self.empty.get_or_insert((0, at)).0 += 1;
+    }
+
+    /// Records that the hull of a mesh is thickened or reduced.
+    pub fn hull(&mut self, mesh: &str, hull: &Hulled) {
+        let (mesh, corners, outside) = (shown::line(mesh), hull.corners.len(), hull.outside);
+        if hull.thickened > 0.0 {
+            self.say(format!("{mesh}: it is flat and is thickened to {:.1e} m", hull.thickened));
+        } else if outside > 0.0 {
+            let one = ReducedHull { mesh, corners, outside };
+            self.reduced = Some(match self.reduced.take() {
+                None => (1, one),
+                Some((count, worst)) if worst.outside >= outside => (count + 1, worst),
+                Some((count, _)) => (count + 1, one),
+            });
+        }
     }
 
     /// Adds any other sentence, without duplicates.
@@ -92,6 +120,16 @@ impl RobotNotes {
             sentences.push(format!(
                 "shapes of size 0 are ignored: {count}, the first in {first}; give it a size above \
                  0 for contacts"
+            ));
+        }
+        if let Some((count, ReducedHull { mesh, corners, outside })) = self.reduced {
+            let others = match count {
+                1 => String::new(),
+                _ => format!("; {} more hulls are reduced", count - 1),
+            };
+            sentences.push(format!(
+                "{mesh}: its hull is reduced to {corners} corners; the others are up to \
+                 {outside:.1e} m outside{others}"
             ));
         }
         sentences.extend(self.said);

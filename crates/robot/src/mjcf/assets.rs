@@ -57,8 +57,8 @@ impl MjcfReader<'_> {
                 let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
                 let file = self.mesh_file(file);
                 let found = meshes::read(self.reading, &file, scale);
-                if let Some(note) = found.as_ref().ok().and_then(|found| found.note(&file)) {
-                    self.notes.say(note);
+                if let Ok(found) = &found {
+                    self.notes.hull(&file, found);
                 }
                 self.files.insert(name.clone(), (file, scale));
                 (name, found)

@@ -131,12 +131,10 @@ impl UrdfReader<'_> {
         Ok(forms)
     }
 
-    /// Vertices of the convex hull of a mesh, with a note if they are not all.
+    /// Vertices of the convex hull of a mesh, and a note if they are not all.
     fn hull(&mut self, name: &str, scale: [f64; 3]) -> Result<Vec<[f64; 3]>, String> {
         let hulled = meshes::read(self.reading, name, scale)?;
-        if let Some(note) = hulled.note(name) {
-            self.notes.say(note);
-        }
+        self.notes.hull(name, &hulled);
         Ok(hulled.corners)
     }
 
