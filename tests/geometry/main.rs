@@ -4,6 +4,7 @@
 mod common;
 mod contact;
 mod distances;
+mod many_corners;
 mod pieces;
 mod planes;
 mod queried;

@@ -256,11 +256,9 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
 /// Hull of the points, reduced if it has too many vertices. Also returns the largest distance of a
 /// point outside its planes (m).
 fn whole_or_reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
-    if points.len() > LEAST_REDUCED && has_too_many(points) {
-        return reduced(points, MOST_CORNERS);
-    }
-    match Piece::hull(points, 0.0) {
-        Err(Error::Count { .. }) if points.len() > LEAST_REDUCED => reduced(points, MOST_CORNERS),
+    let Some(outer) = outer_points(points) else { return reduced(points, MOST_CORNERS) };
+    match Piece::hull(&outer, 0.0) {
+        Err(Error::Count { .. }) if outer.len() > LEAST_REDUCED => reduced(points, MOST_CORNERS),
         whole => whole.map(|piece| (piece, 0.0)),
     }
 }
@@ -297,20 +295,35 @@ const LEAST_REDUCED: usize = 1000;
 /// of a link together.
 const MOST_CORNERS: usize = 200;
 
-/// Relative distance beyond which a point is outside a hull despite rounding.
+/// Number of points of a partial hull. Some of them are on its faces and edges.
+const MOST_GROWN: usize = LEAST_REDUCED + LEAST_REDUCED / 4;
+/// Relative distance beyond which a point is outside or inside a hull despite rounding.
 const SURELY: f64 = 1e-9;
 /// Relative growth per round below which the hull may soon be complete.
 const SURE_GROWTH: f64 = 0.25;
 
-/// True if the hull certainly exceeds the vertex limit of a piece: a partial hull reaches the limit
-/// while points are still outside. Much faster than the full hull, which tests each point against
-/// each face.
-fn has_too_many(points: &[Vector3<f64>]) -> bool {
-    let grown = grown(points, LEAST_REDUCED, SURELY, SURE_GROWTH);
-    grown.is_ok_and(|(piece, outside)| {
-        let core = piece.core();
-        core.vertices().len() >= LEAST_REDUCED && outside > SURELY * 2.0 * core.reach()
-    })
+/// Points that may be vertices of the hull: those that are not inside a partial hull. `None` if
+/// the hull certainly exceeds the vertex limit of a piece, since the partial hull exceeds it.
+///
+/// This is much faster than the hull of all points, which tests each point against each face.
+fn outer_points(points: &[Vector3<f64>]) -> Option<Vec<Vector3<f64>>> {
+    if points.len() <= LEAST_REDUCED {
+        return Some(points.to_vec());
+    }
+    let (piece, outside) = match grown(points, MOST_GROWN, SURELY, SURE_GROWTH) {
+        Ok(found) => found,
+        Err(Error::Count { .. }) => return None,
+        Err(_) => return Some(points.to_vec()),
+    };
+    let core = piece.core();
+    let surely = SURELY * 2.0 * core.reach();
+    if core.vertices().len() >= LEAST_REDUCED && outside > surely {
+        return None;
+    }
+    let is_outer = |point: &&Vector3<f64>| {
+        core.faces().iter().any(|face| face.normal.dot(point) - face.offset > -surely)
+    };
+    Some(points.iter().filter(is_outer).copied().collect())
 }
 
 /// File name without folder and extension.
