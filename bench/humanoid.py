@@ -135,15 +135,10 @@ class Model:
 
 
 class Humanoid(RobotEnv):
-    """Environment of one step an action."""
+    """Environment that keeps its actions as they are."""
 
     def judge(self, before: np.ndarray, action: np.ndarray) -> tuple:
         return 0.0, False, {}
-
-
-def targets(low: np.ndarray, high: np.ndarray, part: float, steps: int) -> np.ndarray:
-    drawn = np.random.default_rng(1).uniform(part * low, part * high, (-(-steps // HELD), len(low)))
-    return np.repeat(drawn, HELD, axis=0)[:steps]
 
 
 def main() -> None:
@@ -168,10 +163,11 @@ def measure(file: Path, arguments: argparse.Namespace) -> None:
     soft = mujoco.MjModel.from_xml_path(str(file))
     ours, theirs = middle - start, time.process_time() - middle
     print(f"loading: {ours:.2f} s, {ours / theirs:.1f} times MuJoCo's\n")
-    steps, rows = round(arguments.seconds / arguments.step), []
-    env = Humanoid(scene)
+    steps, rows = HELD * round(arguments.seconds / arguments.step / HELD), []
+    env = Humanoid(scene, frame_skip=HELD)
+    low, high = env.action_space.low, env.action_space.high
     for part in (0.0, 0.1, 0.5, 1.0):
-        wanted = targets(env.action_space.low, env.action_space.high, part, steps)
+        wanted = np.random.default_rng(1).uniform(part * low, part * high, (steps // HELD, len(low)))
         env.reset(seed=1)
         start = time.process_time()
         unsolved = sum(env.step(action)[4]["unsolved"] for action in wanted)
@@ -180,7 +176,7 @@ def measure(file: Path, arguments: argparse.Namespace) -> None:
         start = time.process_time()
         for action in wanted:
             data.ctrl[:] = action
-            mujoco.mj_step(soft, data)
+            mujoco.mj_step(soft, data, HELD)
         theirs = (time.process_time() - start) / steps
         speed = arguments.step / ours
         rows.append([f"{part:.0%}", f"{ours * 1e6:.0f}", f"{theirs * 1e6:.0f}", f"{ours / theirs:.1f}", f"{speed:.1f}", f"{unsolved} of {steps}"])
