@@ -1,0 +1,301 @@
+"""A Go1 robot learns to walk by proximal policy optimisation; its learning curve is drawn.
+
+python python/examples/learn_walk.py go1.urdf --out DIR [--minutes 60] [--seed 1]
+
+The robot file is in https://github.com/unitreerobotics/unitree_ros (robots/go1_description/urdf).
+The script needs gymnasium and stable-baselines3. DIR gets policy.pt, curve.csv and curve.svg.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+import warnings
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Tuple
+
+import numpy as np
+import numpy.typing as npt
+import torch
+import tumble
+from gymnasium import spaces
+from gymnasium.vector import VectorEnv
+from learn_hopper import svg
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.common.vec_env import VecEnv
+from tumble.locomotion import RobotEnv, RobotVectorEnv
+
+Floats = npt.NDArray[np.float64]
+
+STAND = np.array([0.0, 0.8, -1.6] * 4)
+"""Joint angles of the standing pose: hip, thigh and calf of each leg."""
+REACH = np.array([0.2, 0.5, 0.5] * 4)
+"""Largest distance of the motors' targets from that pose, rad."""
+LIFT = np.array([0.0, 0.3, -0.6])
+"""Movement of a leg that lifts its foot."""
+PAIRS = np.array([1.0, -1.0, -1.0, 1.0])
+"""Diagonal pairs of legs."""
+STRIDE = 25
+"""Actions in a stride."""
+STIFFNESS, DAMPING = 30.0, 0.8
+HEIGHT = 0.32
+FAR = 1.2
+PERIOD = 0.02
+"""Duration of an action, s."""
+TIME_STEP = 0.005
+SPEED = 0.5
+EPISODE = 500
+ENVIRONMENTS = 16
+TESTS = 6
+TESTED = 20
+"""Number of updates between tests of the policy."""
+
+
+def rotation(q: Floats) -> Floats:
+    """Matrix (3, 3) of the trunk's attitude, trunk to world."""
+    w, x, y, z = q[3:7]
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def targets(seen: Floats, actions: Floats) -> Floats:
+    """Targets (B, 12) of the motors for observations and actions of a policy, from -1 to 1.
+
+    Without actions, diagonal pairs of feet are lifted in turn.
+    """
+    lifted = np.maximum(0.0, seen[:, :1] * PAIRS)[:, :, None] * LIFT
+    found: Floats = STAND + lifted.reshape(-1, len(STAND)) + REACH * np.clip(actions, -1.0, 1.0)
+    return found
+
+
+class Task:
+    """Observation, reward and start of the walk, for coordinates and rates of any engine."""
+
+    def __init__(self) -> None:
+        self.last, self.clock = np.zeros(len(STAND)), 0
+
+    def start(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+        """Standing pose with noise on attitude, angles and rates."""
+        self.last, self.clock = np.zeros(len(STAND)), 0
+        roll, pitch, yaw = rng.uniform(-0.1, 0.1, 3) / 2.0
+        attitude = np.array([1.0, roll, pitch, yaw])
+        place = [0.0, 0.0, HEIGHT]
+        q = np.concatenate([place, attitude / np.linalg.norm(attitude), STAND + rng.uniform(-0.1, 0.1, 12)])
+        return q, rng.uniform(-0.1, 0.1, 18)
+
+    def observation(self, q: Floats, v: Floats) -> Floats:
+        """The clock of the stride, and in the trunk's frame directions up and ahead, velocities, joints, last action."""
+        turn = rotation(q)
+        angle = 2.0 * np.pi * self.clock / STRIDE
+        parts = [[np.sin(angle), np.cos(angle)], turn[2], turn[0], turn.T @ v[:3], 0.25 * v[3:6], q[7:] - STAND, 0.05 * v[6:], self.last]
+        return np.concatenate(parts)
+
+    def judge(self, q: Floats, v: Floats, action: Floats) -> Tuple[float, bool, Dict[str, Any]]:
+        """Reward of an action, True after a fall, and info."""
+        turn = rotation(q)
+        pace = 1.5 - abs(v[0] - SPEED) / SPEED
+        drift = 0.5 * abs(v[1]) + 0.5 * turn[1, 0] ** 2
+        shaking = v[2] ** 2 + 0.05 * (v[3] ** 2 + v[4] ** 2)
+        tilt = turn[2, 0] ** 2 + turn[2, 1] ** 2
+        height = 20.0 * min(q[2] - 0.25, 0.0) ** 2
+        jerk = 0.02 * float(np.square(action - self.last).sum())
+        self.last, self.clock = action, self.clock + 1
+        fell = bool(q[2] < 0.15 or turn[2, 2] < 0.6)
+        reward = pace - drift - 0.5 * shaking - tilt - height - jerk - 5.0 * fell
+        return float(reward), fell, {"x": float(q[0]), "fell": fell}
+
+
+class Walk(RobotEnv):
+    """The walk in tumble. Actions are targets of the joints' motors."""
+
+    def __init__(self, scene: tumble.Scene) -> None:
+        self.task = Task()
+        joints = [joint.name for joint in scene.simulate().robot.slides_and_hinges]
+        ranges = {name: (at - FAR, at + FAR) for name, at in zip(joints, STAND)}
+        super().__init__(
+            scene,
+            round(PERIOD / scene.time_step),
+            actions="pd",
+            stiffness=STIFFNESS,
+            damping=DAMPING,
+            ranges=ranges,
+        )
+
+    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+        """Start of the task."""
+        return self.task.start(rng)
+
+    def observe(self) -> Floats:
+        """Observation of the task."""
+        return self.task.observation(self.robot.q, self.robot.v)
+
+    def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Dict[str, Any]]:
+        """Reward of the task."""
+        return self.task.judge(self.robot.q, self.robot.v, (action - STAND) / REACH)
+
+
+class Adapter(VecEnv):  # type: ignore[misc,unused-ignore]
+    """Vector environment for stable-baselines3, with actions from -1 to 1.
+
+    Gymnasium's step after the end of an episode becomes its last step, with reward 0.
+    """
+
+    def __init__(self, envs: VectorEnv, seed: int) -> None:  # type: ignore[type-arg,unused-ignore]
+        self.envs, self.seed_of_starts = envs, seed
+        action = spaces.Box(-1.0, 1.0, (len(STAND),), np.float32)
+        super().__init__(envs.num_envs, envs.single_observation_space, action)
+
+    def reset(self) -> Floats:
+        """Draws all starts."""
+        self.seen, _ = self.envs.reset(seed=self.seed_of_starts)
+        self.ended = np.zeros(self.num_envs, bool)
+        self.cut = np.zeros(self.num_envs, bool)
+        return self.seen
+
+    def step_async(self, actions: Any) -> None:
+        """Keeps the actions for ``step_wait``."""
+        self.actions = actions
+
+    def step_wait(self) -> Any:
+        """Takes a step of every environment."""
+        seen, rewards, over, cut, _ = self.envs.step(targets(self.seen, self.actions))
+        infos: List[Dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for index in np.flatnonzero(self.ended):
+            infos[index] = {"terminal_observation": self.seen[index], "TimeLimit.truncated": bool(self.cut[index])}
+        done, self.ended, self.cut, self.seen = self.ended, over | cut, cut & ~over, seen
+        return seen, rewards, done, infos
+
+    def close(self) -> None:
+        """Closes the environments."""
+        self.envs.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> List[Any]:
+        """Attribute of the vector environment, for each environment."""
+        return [getattr(self.envs, attr_name)] * self.num_envs
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Sets an attribute of the vector environment."""
+        setattr(self.envs, attr_name, value)
+
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **keywords: Any) -> List[Any]:
+        """Result of a method of the vector environment, for each environment."""
+        return [getattr(self.envs, method_name)(*args, **keywords)] * self.num_envs
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> List[bool]:
+        """False: no environment has a wrapper of stable-baselines3."""
+        return [False] * self.num_envs
+
+
+class Episodes(NamedTuple):
+    """Results of one episode in each environment."""
+
+    rewards: Floats
+    distances: Floats
+    falls: npt.NDArray[np.bool_]
+    unsolved: int
+
+
+def evaluate(envs: VectorEnv, policy: BasePolicy, seed: int) -> Episodes:  # type: ignore[type-arg,unused-ignore]
+    """Plays an episode in each environment with the mean action of the policy."""
+    seen, _ = envs.reset(seed=seed)
+    rewards, distances = np.zeros(envs.num_envs), np.zeros(envs.num_envs)
+    falls, unsolved = np.zeros(envs.num_envs, bool), 0
+    for _ in range(EPISODE):
+        on = ~falls
+        actions, _ = policy.predict(seen, deterministic=True)
+        seen, reward, over, _, info = envs.step(targets(seen, actions))
+        rewards[on] += reward[on]
+        distances[on] = info["x"][on]
+        unsolved += int(np.sum(info.get("unsolved", 0)))
+        falls |= over
+    return Episodes(rewards, distances, falls, unsolved)
+
+
+def tumbling(file: str, number: int) -> RobotVectorEnv:
+    """Environments in tumble."""
+    with warnings.catch_warnings():
+        # The robot's file has elements of Gazebo and meshes to look at.
+        warnings.simplefilter("ignore")
+        scene = tumble.load(file, time_step=TIME_STEP)
+    return RobotVectorEnv(Walk, number, scene=scene, threads=1, max_episode_steps=EPISODE)
+
+
+class Curve(BaseCallback):  # type: ignore[misc,unused-ignore]
+    """Tests the policy after every TESTED updates, and stops after some minutes."""
+
+    def __init__(self, envs: VectorEnv, minutes: float, out: Path) -> None:  # type: ignore[type-arg,unused-ignore]
+        super().__init__()
+        self.envs, self.minutes, self.out = envs, minutes, out
+        self.began, self.updates = time.monotonic(), 0
+        self.points: List[Tuple[int, float, float, float]] = []
+        with open(out / "curve.csv", "w", encoding="utf-8") as file:
+            file.write("steps,minutes,processor_minutes,reward,least,most,distance_m,falls,unsolved\n")
+
+    def remaining(self, _: float = 1.0) -> float:
+        """Share of the time that remains."""
+        return max(0.0, 1.0 - (time.monotonic() - self.began) / 60.0 / self.minutes)
+
+    def _on_step(self) -> bool:
+        return self.remaining() > 0.0
+
+    def _on_rollout_start(self) -> None:
+        if self.updates % TESTED == 0:
+            self.test()
+        self.updates += 1
+
+    def test(self) -> None:
+        """Adds a point to the curve."""
+        done = evaluate(self.envs, self.model.policy, seed=1_000_000)
+        self.points.append((self.num_timesteps, done.rewards.mean(), done.rewards.min(), done.rewards.max()))
+        minutes = (time.monotonic() - self.began) / 60.0
+        row = [self.num_timesteps, f"{minutes:.2f}", f"{time.process_time() / 60.0:.2f}"]
+        row += [f"{number:.2f}" for number in (*self.points[-1][1:], done.distances.mean())]
+        row += [int(done.falls.sum()), done.unsolved]
+        with open(self.out / "curve.csv", "a", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerow(row)
+        print(*row, flush=True)
+        self.model.policy.save(self.out / "policy.pt")
+
+
+def learn(envs: VectorEnv, tests: VectorEnv, out: Path, minutes: float, seed: int) -> None:  # type: ignore[type-arg,unused-ignore]
+    """Trains a policy, and writes it to ``out`` with its learning curve."""
+    torch.set_num_threads(1)
+    curve = Curve(tests, minutes, out)
+    model = PPO(
+        "MlpPolicy",
+        Adapter(envs, seed),
+        learning_rate=lambda _: 1e-3 * max(0.1, curve.remaining()),
+        n_steps=128,
+        batch_size=512,
+        n_epochs=5,
+        target_kl=0.03,
+        policy_kwargs={"net_arch": [128, 128], "log_std_init": -1.0, "activation_fn": torch.nn.ELU},
+        seed=seed,
+        device="cpu",
+    )
+    model.learn(10**9, callback=curve)
+    curve.test()
+    (out / "curve.svg").write_text(svg(curve.points), encoding="utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("robot")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args()
+    args.out.mkdir(parents=True, exist_ok=True)
+    learn(tumbling(args.robot, ENVIRONMENTS), tumbling(args.robot, TESTS), args.out, args.minutes, args.seed)
+
+
+if __name__ == "__main__":
+    main()
