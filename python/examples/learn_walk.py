@@ -4,6 +4,7 @@ python python/examples/learn_walk.py go1.urdf --out DIR [--minutes 60] [--seed 1
 
 The robot file is in https://github.com/unitreerobotics/unitree_ros (robots/go1_description/urdf).
 The script needs gymnasium and stable-baselines3. DIR gets policy.pt, curve.csv and curve.svg.
+walk_task.py has the task, and walk_mujoco.py plays the policy.
 """
 
 from __future__ import annotations
@@ -11,14 +12,12 @@ from __future__ import annotations
 import argparse
 import csv
 import time
-import warnings
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Tuple
 
 import numpy as np
 import numpy.typing as npt
 import torch
-import tumble
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
 from learn_hopper import svg
@@ -26,120 +25,12 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import VecEnv
-from tumble.locomotion import RobotEnv, RobotVectorEnv
+from walk_task import EPISODE, STAND, Floats, targets, tumbling
 
-Floats = npt.NDArray[np.float64]
-
-STAND = np.array([0.0, 0.8, -1.6] * 4)
-"""Joint angles of the standing pose: hip, thigh and calf of each leg."""
-REACH = np.array([0.2, 0.5, 0.5] * 4)
-"""Largest distance of the motors' targets from that pose, rad."""
-LIFT = np.array([0.0, 0.3, -0.6])
-"""Movement of a leg that lifts its foot."""
-PAIRS = np.array([1.0, -1.0, -1.0, 1.0])
-"""Diagonal pairs of legs."""
-STRIDE = 25
-"""Actions in a stride."""
-STIFFNESS, DAMPING = 30.0, 0.8
-HEIGHT = 0.32
-FAR = 1.2
-PERIOD = 0.02
-"""Duration of an action, s."""
-TIME_STEP = 0.005
-SPEED = 0.5
-EPISODE = 500
 ENVIRONMENTS = 16
 TESTS = 6
 TESTED = 20
 """Number of updates between tests of the policy."""
-
-
-def rotation(q: Floats) -> Floats:
-    """Matrix (3, 3) of the trunk's attitude, trunk to world."""
-    w, x, y, z = q[3:7]
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def targets(seen: Floats, actions: Floats) -> Floats:
-    """Targets (B, 12) of the motors for observations and actions of a policy, from -1 to 1.
-
-    Without actions, diagonal pairs of feet are lifted in turn.
-    """
-    lifted = np.maximum(0.0, seen[:, :1] * PAIRS)[:, :, None] * LIFT
-    found: Floats = STAND + lifted.reshape(-1, len(STAND)) + REACH * np.clip(actions, -1.0, 1.0)
-    return found
-
-
-class Task:
-    """Observation, reward and start of the walk, for coordinates and rates of any engine."""
-
-    def __init__(self) -> None:
-        self.last, self.clock = np.zeros(len(STAND)), 0
-
-    def start(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-        """Standing pose with noise on attitude, angles and rates."""
-        self.last, self.clock = np.zeros(len(STAND)), 0
-        roll, pitch, yaw = rng.uniform(-0.1, 0.1, 3) / 2.0
-        attitude = np.array([1.0, roll, pitch, yaw])
-        place = [0.0, 0.0, HEIGHT]
-        q = np.concatenate([place, attitude / np.linalg.norm(attitude), STAND + rng.uniform(-0.1, 0.1, 12)])
-        return q, rng.uniform(-0.1, 0.1, 18)
-
-    def observation(self, q: Floats, v: Floats) -> Floats:
-        """The clock of the stride, and in the trunk's frame directions up and ahead, velocities, joints, last action."""
-        turn = rotation(q)
-        angle = 2.0 * np.pi * self.clock / STRIDE
-        parts = [[np.sin(angle), np.cos(angle)], turn[2], turn[0], turn.T @ v[:3], 0.25 * v[3:6], q[7:] - STAND, 0.05 * v[6:], self.last]
-        return np.concatenate(parts)
-
-    def judge(self, q: Floats, v: Floats, action: Floats) -> Tuple[float, bool, Dict[str, Any]]:
-        """Reward of an action, True after a fall, and info."""
-        turn = rotation(q)
-        pace = 1.5 - abs(v[0] - SPEED) / SPEED
-        drift = 0.5 * abs(v[1]) + 0.5 * turn[1, 0] ** 2
-        shaking = v[2] ** 2 + 0.05 * (v[3] ** 2 + v[4] ** 2)
-        tilt = turn[2, 0] ** 2 + turn[2, 1] ** 2
-        height = 20.0 * min(q[2] - 0.25, 0.0) ** 2
-        jerk = 0.02 * float(np.square(action - self.last).sum())
-        self.last, self.clock = action, self.clock + 1
-        fell = bool(q[2] < 0.15 or turn[2, 2] < 0.6)
-        reward = pace - drift - 0.5 * shaking - tilt - height - jerk - 5.0 * fell
-        return float(reward), fell, {"x": float(q[0]), "fell": fell}
-
-
-class Walk(RobotEnv):
-    """The walk in tumble. Actions are targets of the joints' motors."""
-
-    def __init__(self, scene: tumble.Scene) -> None:
-        self.task = Task()
-        joints = [joint.name for joint in scene.simulate().robot.slides_and_hinges]
-        ranges = {name: (at - FAR, at + FAR) for name, at in zip(joints, STAND)}
-        super().__init__(
-            scene,
-            round(PERIOD / scene.time_step),
-            actions="pd",
-            stiffness=STIFFNESS,
-            damping=DAMPING,
-            ranges=ranges,
-        )
-
-    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-        """Start of the task."""
-        return self.task.start(rng)
-
-    def observe(self) -> Floats:
-        """Observation of the task."""
-        return self.task.observation(self.robot.q, self.robot.v)
-
-    def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Dict[str, Any]]:
-        """Reward of the task."""
-        return self.task.judge(self.robot.q, self.robot.v, (action - STAND) / REACH)
 
 
 class Adapter(VecEnv):  # type: ignore[misc,unused-ignore]
@@ -150,6 +41,7 @@ class Adapter(VecEnv):  # type: ignore[misc,unused-ignore]
 
     def __init__(self, envs: VectorEnv, seed: int) -> None:  # type: ignore[type-arg,unused-ignore]
         self.envs, self.seed_of_starts = envs, seed
+        self.seen: Floats
         action = spaces.Box(-1.0, 1.0, (len(STAND),), np.float32)
         super().__init__(envs.num_envs, envs.single_observation_space, action)
 
@@ -217,15 +109,6 @@ def evaluate(envs: VectorEnv, policy: BasePolicy, seed: int) -> Episodes:  # typ
         unsolved += int(np.sum(info.get("unsolved", 0)))
         falls |= over
     return Episodes(rewards, distances, falls, unsolved)
-
-
-def tumbling(file: str, number: int) -> RobotVectorEnv:
-    """Environments in tumble."""
-    with warnings.catch_warnings():
-        # The robot's file has elements of Gazebo and meshes to look at.
-        warnings.simplefilter("ignore")
-        scene = tumble.load(file, time_step=TIME_STEP)
-    return RobotVectorEnv(Walk, number, scene=scene, threads=1, max_episode_steps=EPISODE)
 
 
 class Curve(BaseCallback):  # type: ignore[misc,unused-ignore]

@@ -21,22 +21,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import SyncVectorEnv
 from gymnasium.wrappers import TimeLimit
-from learn_walk import (
-    DAMPING,
-    ENVIRONMENTS,
-    EPISODE,
-    FAR,
-    PERIOD,
-    REACH,
-    STAND,
-    STIFFNESS,
-    TESTS,
-    Task,
-    evaluate,
-    learn,
-    tumbling,
-)
-from stable_baselines3.common.policies import ActorCriticPolicy
+from walk_task import DAMPING, EPISODE, PERIOD, STIFFNESS, Task, tumbling
 
 TIME_STEP = 0.002
 """Time step of MuJoCo, s: its default. Its contacts are stiffer with shorter steps."""
@@ -66,8 +51,8 @@ class MujocoWalk(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model, self.data, self.task = model, mujoco.MjData(model), Task()
-        low, high = (STAND + sign * FAR for sign in (-1.0, 1.0))
-        self.action_space = spaces.Box(low.astype(np.float32), high.astype(np.float32))
+        low, high = model.jnt_range[1:].astype(np.float32).T
+        self.action_space = spaces.Box(low, high)
         self.observation_space = spaces.Box(-np.inf, np.inf, self.observe().shape, np.float64)
 
     def observe(self) -> Any:
@@ -85,10 +70,9 @@ class MujocoWalk(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     def step(self, action: Any) -> Tuple[Any, float, bool, bool, Dict[str, Any]]:
         """Takes the steps of one action."""
-        action = np.clip(action, STAND - FAR, STAND + FAR)
         self.data.ctrl[:] = action
         mujoco.mj_step(self.model, self.data, round(PERIOD / self.model.opt.timestep))
-        reward, over, info = self.task.judge(self.data.qpos.copy(), self.data.qvel.copy(), (action - STAND) / REACH)
+        reward, over, info = self.task.judge(self.data.qpos.copy(), self.data.qvel.copy(), action)
         return self.observe(), reward, over, False, info
 
 
@@ -108,6 +92,10 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
+    # The environments do without stable-baselines3.
+    from learn_walk import ENVIRONMENTS, TESTS, evaluate, learn
+    from stable_baselines3.common.policies import ActorCriticPolicy
+
     if args.out is not None:
         args.out.mkdir(parents=True, exist_ok=True)
         learn(soft(args.robot, ENVIRONMENTS), soft(args.robot, TESTS), args.out, args.minutes, args.seed)
