@@ -1,0 +1,158 @@
+"""A robot on four legs stands up from a crouch. Exact gradients of the run find its motors' targets.
+
+python python/examples/stand_up.py go1.urdf [--iterations 150] [--out stand_up.csv]
+
+The robot is Unitree's Go1 or a similar one, with hip, thigh and calf on each leg. Its motors follow
+targets that are linear between knots. Adam (Kingma and Ba, 2015) moves the knots against the gradient
+of a loss: distance from the standing pose, tilt and speed of the trunk over the last 0.1 s. The first
+targets are those of the crouch. The result is compared with two plans by hand: the standing pose as the
+target from the first step, and as the end of a ramp.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+import warnings
+from typing import Any, Tuple
+
+import numpy as np
+import numpy.typing as npt
+import tumble
+
+Floats = npt.NDArray[np.float64]
+
+CROUCH = np.array([0.0, 1.2, -2.5] * 4)
+STAND = np.array([0.0, 0.8, -1.6] * 4)
+STIFFNESS, DAMPING = 30.0, 0.8
+TIME_STEP, STEPS, KNOTS = 0.005, 100, 10
+TAIL = 20
+"""Number of steps at the end in which the robot should stand."""
+WEIGHTS = {"place": 10.0, "height": 100.0, "tilt": 10.0, "speed": 0.3, "spin": 0.01}
+SMOOTH = 1e-3
+"""Weight of the squared differences of neighbouring knots."""
+RATE = 0.05
+
+
+def scene_of(file: str) -> Tuple[tumble.Scene, float]:
+    """The robot in a crouch on the ground with motors, and the height of its trunk as it stands."""
+    with warnings.catch_warnings():
+        # The file has elements of Gazebo, and meshes for pictures.
+        warnings.simplefilter("ignore")
+        robot = tumble.load(file).simulate().robot
+        heights = []
+        for joints in (CROUCH, STAND):
+            q = np.concatenate([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], joints])
+            heights.append(1.0 - robot.lowest(robot.placed(q, np.zeros(18), robot.simulation.states)))
+        names = [joint.name for joint in robot.slides_and_hinges]
+        table = {"file": file, "position": [0.0, 0.0, heights[0]], "coordinates": dict(zip(names, CROUCH))}
+        scene = tumble.Scene([], {"friction": 1.0}, robots=[table], time_step=TIME_STEP)
+    return scene.with_motors(stiffness=STIFFNESS, damping=DAMPING), heights[1]
+
+
+def weights_of_knots() -> Floats:
+    """Weights (T, K + 1) of linear interpolation. The first knot is the crouch at the start."""
+    times = np.arange(1, STEPS + 1) * KNOTS / STEPS
+    return np.maximum(0.0, 1.0 - np.abs(times[:, None] - np.arange(KNOTS + 1)))
+
+
+class Loss:
+    """Loss of states (1, T, N, 13), and its derivative by them in twelve numbers of each body."""
+
+    def __init__(self, height: float) -> None:
+        self.height, self.value = height, 0.0
+
+    def __call__(self, states: Floats) -> Floats:
+        """Derivative. The value is kept."""
+        trunk = states[:, -TAIL:, 0]
+        place, w, axis = trunk[..., :3] - [0.0, 0.0, self.height], trunk[..., 3:4], trunk[..., 4:7]
+        of_place = np.array([WEIGHTS["place"], WEIGHTS["place"], WEIGHTS["height"]])
+        duals = np.zeros((*states.shape[:3], 12))
+        # The squared vector part of an attitude changes by w times itself with a rotation of the body.
+        parts = [2.0 * of_place * place, WEIGHTS["tilt"] * w * axis]
+        parts += [2.0 * WEIGHTS["speed"] * trunk[..., 7:10], 2.0 * WEIGHTS["spin"] * trunk[..., 10:13]]
+        duals[:, -TAIL:, 0] = np.concatenate(parts, axis=-1) / TAIL
+        squares = [of_place * place**2, WEIGHTS["tilt"] * axis**2]
+        squares += [WEIGHTS["speed"] * trunk[..., 7:10] ** 2, WEIGHTS["spin"] * trunk[..., 10:13] ** 2]
+        self.value = sum(float(part.sum()) for part in squares) / TAIL
+        return duals
+
+
+def stand_up(scene: tumble.Scene, height: float, iterations: int) -> Floats:
+    """Targets (T, 12) of the best iterate, found by Adam from those of the crouch."""
+    loss, weights = Loss(height), weights_of_knots()
+    knots = np.tile(CROUCH, (KNOTS + 1, 1))
+    first, second, best, lowest = np.zeros((KNOTS, 12)), np.zeros((KNOTS, 12)), weights @ knots, np.inf
+    began = time.process_time()
+    for count in range(1, iterations + 1):
+        aimed = weights @ knots
+        runs = tumble.rollout(scene, motors=aimed[None], gradients=loss)
+        assert runs.gradients is not None
+        steps = np.diff(knots, axis=0)
+        value = loss.value + SMOOTH * float(np.square(steps).sum())
+        if value < lowest:
+            best, lowest = aimed, value
+        slope = (weights.T @ runs.gradients["motors"][0])[1:] + 2.0 * SMOOTH * steps
+        slope[:-1] -= 2.0 * SMOOTH * steps[1:]
+        first = 0.9 * first + 0.1 * slope
+        second = 0.999 * second + 0.001 * slope**2
+        scaled = first / (1.0 - 0.9**count) / (np.sqrt(second / (1.0 - 0.999**count)) + 1e-8)
+        knots[1:] -= RATE * (1.0 - (count - 1) / iterations) * scaled
+        if count == 1 or count % 10 == 0:
+            spent = time.process_time() - began
+            print(f"{count:4} gradients, {spent:5.1f} s: loss {value:.5f}, least {lowest:.5f}", flush=True)
+    return best
+
+
+def report(name: str, scene: tumble.Scene, height: float, aimed: Floats) -> float:
+    """Prints how a plan ends. Returns its loss."""
+    loss = Loss(height)
+    runs = tumble.rollout(scene, motors=aimed[None])
+    loss(runs.states)
+    trunk = runs.states[0, :, 0]
+    end = trunk[-1]
+    print(
+        f"{name}: loss {loss.value:.4f}; at the end {1e3 * (end[2] - height):.0f} mm from its height, "
+        f"{1e3 * np.hypot(*end[:2]):.0f} mm aside, {2.0 * np.degrees(np.arcsin(np.linalg.norm(end[4:7]))):.1f}° "
+        f"turned, {np.linalg.norm(end[7:10]):.3f} m/s; highest {trunk[:, 2].max():.3f} m; "
+        f"{len(runs.unsolved)} steps not solved"
+    )
+    return loss.value
+
+
+def cost(scene: tumble.Scene, aimed: Floats) -> Tuple[float, float]:
+    """Processor times of a run, and of a run with its gradient, s: medians of nine."""
+
+    def duals(states: Floats) -> Any:
+        return np.ones((*states.shape[:3], 12))
+
+    spent: Tuple[list[float], list[float]] = ([], [])
+    for _ in range(9):
+        for times, gradients in zip(spent, (None, duals)):
+            began = time.process_time()
+            tumble.rollout(scene, motors=aimed[None], gradients=gradients, threads=1)
+            times.append(time.process_time() - began)
+    return float(np.median(spent[0])), float(np.median(spent[1]))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("robot")
+    parser.add_argument("--iterations", type=int, default=150)
+    parser.add_argument("--out", help="CSV file of the targets, one row per step")
+    args = parser.parse_args()
+    scene, height = scene_of(args.robot)
+    ramp = CROUCH + (STAND - CROUCH) * np.minimum(1.0, np.arange(1, STEPS + 1) / (STEPS - TAIL))[:, None]
+    report("standing pose at once", scene, height, np.tile(STAND, (STEPS, 1)))
+    report("ramp", scene, height, ramp)
+    found = stand_up(scene, height, args.iterations)
+    report("found", scene, height, found)
+    run, both = cost(scene, found)
+    print(f"a run {1e3 * run:.0f} ms, with its gradient {1e3 * both:.0f} ms: {both / run:.2f} times")
+    if args.out:
+        names = ",".join(name for name, _ in scene.motor_axes)
+        np.savetxt(args.out, found, delimiter=",", header=names, comments="")
+
+
+if __name__ == "__main__":
+    main()
