@@ -3,7 +3,7 @@
 python python/examples/learn_walk.py go1.urdf --out DIR [--minutes 60] [--seed 1]
 
 The robot file is in https://github.com/unitreerobotics/unitree_ros (robots/go1_description/urdf).
-The script needs gymnasium and stable-baselines3. DIR gets policy.pt, curve.csv and curve.svg.
+The script needs gymnasium and stable-baselines3. DIR gets policy.pt, curve.csv, curve.svg and walk.png.
 walk_task.py has the task, and walk_mujoco.py plays the policy.
 """
 
@@ -21,11 +21,13 @@ import torch
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
 from learn_hopper import svg
+from PIL import Image
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import VecEnv
-from walk_task import EPISODE, STAND, Floats, targets, tumbling
+from tumble.locomotion import RobotVectorEnv
+from walk_task import EPISODE, STAND, STRIDE, Floats, targets, tumbling
 
 ENVIRONMENTS = 16
 TESTS = 6
@@ -36,7 +38,7 @@ TESTED = 20
 class Adapter(VecEnv):  # type: ignore[misc,unused-ignore]
     """Vector environment for stable-baselines3, with actions from -1 to 1.
 
-    Gymnasium's step after the end of an episode becomes its last step, with reward 0.
+    Gymnasium's step after the end of an episode is the last step of it here, with reward 0.
     """
 
     def __init__(self, envs: VectorEnv, seed: int) -> None:  # type: ignore[type-arg,unused-ignore]
@@ -93,6 +95,7 @@ class Episodes(NamedTuple):
     distances: Floats
     falls: npt.NDArray[np.bool_]
     unsolved: int
+    """Number of steps of tumble that failed or are wild."""
 
 
 def evaluate(envs: VectorEnv, policy: BasePolicy, seed: int) -> Episodes:  # type: ignore[type-arg,unused-ignore]
@@ -106,7 +109,7 @@ def evaluate(envs: VectorEnv, policy: BasePolicy, seed: int) -> Episodes:  # typ
         seen, reward, over, _, info = envs.step(targets(seen, actions))
         rewards[on] += reward[on]
         distances[on] = info["x"][on]
-        unsolved += int(np.sum(info.get("unsolved", 0)))
+        unsolved += int(info.get("unsolved", np.zeros(envs.num_envs, int))[on].sum())
         falls |= over
     return Episodes(rewards, distances, falls, unsolved)
 
@@ -148,7 +151,7 @@ class Curve(BaseCallback):  # type: ignore[misc,unused-ignore]
         self.model.policy.save(self.out / "policy.pt")
 
 
-def learn(envs: VectorEnv, tests: VectorEnv, out: Path, minutes: float, seed: int) -> None:  # type: ignore[type-arg,unused-ignore]
+def learn(envs: VectorEnv, tests: VectorEnv, out: Path, minutes: float, seed: int) -> BasePolicy:  # type: ignore[type-arg,unused-ignore]
     """Trains a policy, and writes it to ``out`` with its learning curve."""
     torch.set_num_threads(1)
     curve = Curve(tests, minutes, out)
@@ -167,6 +170,19 @@ def learn(envs: VectorEnv, tests: VectorEnv, out: Path, minutes: float, seed: in
     model.learn(10**9, callback=curve)
     curve.test()
     (out / "curve.svg").write_text(svg(curve.points), encoding="utf-8")
+    return model.policy
+
+
+def strip(envs: RobotVectorEnv, policy: BasePolicy, path: Path) -> None:
+    """Draws a stride after two seconds of walking, in pictures of one tenth of a second."""
+    seen, _ = envs.reset(seed=1)
+    pictures = []
+    for count in range(100 + STRIDE):
+        if count >= 100 and count % 5 == 0:
+            pictures.append(envs.envs[0].simulation.picture(360, (-70.0, 8.0)))
+        actions, _ = policy.predict(seen, deterministic=True)
+        seen, *_ = envs.step(targets(seen, actions))
+    Image.fromarray(np.concatenate(pictures, axis=1)[60:300]).save(path)
 
 
 def main() -> None:
@@ -177,7 +193,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
-    learn(tumbling(args.robot, ENVIRONMENTS), tumbling(args.robot, TESTS), args.out, args.minutes, args.seed)
+    tests = tumbling(args.robot, TESTS)
+    policy = learn(tumbling(args.robot, ENVIRONMENTS), tests, args.out, args.minutes, args.seed)
+    strip(tests, policy, args.out / "walk.png")
 
 
 if __name__ == "__main__":

@@ -110,7 +110,7 @@ def main() -> None:
             f"{name}: {done.distances.mean():.2f} m walked ({done.distances.min():.2f} to "
             f"{done.distances.max():.2f}), {done.falls.sum()} of {args.episodes} fell, reward "
             f"{done.rewards.mean():.0f} ({done.rewards.min():.0f} to {done.rewards.max():.0f}), "
-            f"{spent:.0f} s of processor time, {done.unsolved} steps without an answer"
+            f"{spent:.0f} s of processor time, {done.unsolved} steps not solved"
         )
 
 

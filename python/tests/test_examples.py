@@ -97,6 +97,23 @@ def test_a_trot_without_a_policy_goes_as_far_as_in_mujoco(root, monkeypatch):
     np.testing.assert_allclose(places[0], places[1], rtol=0.1)
 
 
+def test_a_crouching_robot_rises_by_gradients(root, capsys):
+    rise = runpy.run_path(str(EXAMPLES / "stand_up.py"))
+    scene, height = rise["scene_of"](str(root / "data/robots/quadruped.urdf"))
+    loss, aimed = rise["Loss"](height), np.tile(rise["STAND"], (rise["STEPS"], 1))
+    along = np.random.default_rng(0).normal(size=aimed.shape)
+    runs = tumble.rollout(scene, motors=aimed[None], gradients=loss)
+    slope, values = (runs.gradients["motors"][0] * along).sum(), []
+    for sign in (1, -1):
+        loss(tumble.rollout(scene, motors=aimed[None] + sign * 1e-6 * along).states)
+        values.append(loss.value)
+    # Rounding of the runs, 1e-12, over the step of the difference.
+    assert (values[0] - values[1]) / 2e-6 == pytest.approx(slope, rel=1e-3)
+    crouched = rise["report"]("crouch", scene, height, np.tile(rise["CROUCH"], (rise["STEPS"], 1)))
+    risen = rise["report"]("risen", scene, height, rise["stand_up"](scene, height, 20))
+    assert risen < 0.5 * crouched, capsys.readouterr().out
+
+
 def test_dask_makes_the_bytes_of_one_process_though_a_worker_is_lost(monkeypatch):
     pytest.importorskip("distributed")
     from distributed import Client, LocalCluster
