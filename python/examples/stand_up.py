@@ -1,12 +1,12 @@
 """A robot on four legs stands up from a crouch. Exact gradients of the run find its motors' targets.
 
-python python/examples/stand_up.py go1.urdf [--iterations 150] [--out stand_up.csv]
+python python/examples/stand_up.py go1.urdf [--iterations 150] [--out targets.csv] [--picture rise.png]
 
 The robot is Unitree's Go1 or a similar one, with hip, thigh and calf on each leg. Its motors follow
 targets that are linear between knots. Adam (Kingma and Ba, 2015) moves the knots against the gradient
-of a loss: distance from the standing pose, tilt and speed of the trunk over the last 0.1 s. The first
-targets are those of the crouch. The result is compared with two plans by hand: the standing pose as the
-target from the first step, and as the end of a ramp.
+of a loss: distance from the place of rest, tilt and speed of the trunk over the last 0.1 s. The first
+targets are those of the crouch, and the last ones those of the standing pose. The result is compared
+with two plans by hand: the standing pose as the target from the first step, and a ramp to it.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ Floats = npt.NDArray[np.float64]
 
 CROUCH = np.array([0.0, 1.2, -2.5] * 4)
 STAND = np.array([0.0, 0.8, -1.6] * 4)
-STIFFNESS, DAMPING = 30.0, 0.8
+STIFFNESS, DAMPING = 60.0, 2.0
 TIME_STEP, STEPS, KNOTS = 0.005, 100, 10
+FREE = slice(1, 9)
+"""Knots that are found: the first is the crouch, and the last two are the standing pose."""
 TAIL = 20
 """Number of steps at the end in which the robot should stand."""
 WEIGHTS = {"place": 10.0, "height": 100.0, "tilt": 10.0, "speed": 0.3, "spin": 0.01}
@@ -35,19 +37,21 @@ RATE = 0.05
 
 
 def scene_of(file: str) -> Tuple[tumble.Scene, float]:
-    """The robot in a crouch on the ground with motors, and the height of its trunk as it stands."""
+    """The robot in a crouch on the ground with motors, and the height of its trunk at rest as it stands."""
     with warnings.catch_warnings():
         # The file has elements of Gazebo, and meshes for pictures.
         warnings.simplefilter("ignore")
         robot = tumble.load(file).simulate().robot
-        heights = []
+        names = [joint.name for joint in robot.slides_and_hinges]
+        scenes = []
         for joints in (CROUCH, STAND):
             q = np.concatenate([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], joints])
-            heights.append(1.0 - robot.lowest(robot.placed(q, np.zeros(18), robot.simulation.states)))
-        names = [joint.name for joint in robot.slides_and_hinges]
-        table = {"file": file, "position": [0.0, 0.0, heights[0]], "coordinates": dict(zip(names, CROUCH))}
-        scene = tumble.Scene([], {"friction": 1.0}, robots=[table], time_step=TIME_STEP)
-    return scene.with_motors(stiffness=STIFFNESS, damping=DAMPING), heights[1]
+            lowest = robot.lowest(robot.placed(q, np.zeros(18), robot.simulation.states))
+            table = {"file": file, "position": [0.0, 0.0, 1.0 - lowest], "coordinates": dict(zip(names, joints))}
+            scene = tumble.Scene([], {"friction": 1.0}, robots=[table], time_step=TIME_STEP)
+            scenes.append(scene.with_motors(stiffness=STIFFNESS, damping=DAMPING))
+    standing = tumble.rollout(scenes[1], motors=np.tile(STAND, (1, 400, 1)))
+    return scenes[0], float(standing.states[0, -1, 0, 2])
 
 
 def weights_of_knots() -> Floats:
@@ -82,7 +86,8 @@ def stand_up(scene: tumble.Scene, height: float, iterations: int) -> Floats:
     """Targets (T, 12) of the best iterate, found by Adam from those of the crouch."""
     loss, weights = Loss(height), weights_of_knots()
     knots = np.tile(CROUCH, (KNOTS + 1, 1))
-    first, second = np.zeros((KNOTS, 12)), np.zeros((KNOTS, 12))
+    knots[FREE.stop :] = STAND
+    first, second = np.zeros_like(knots[FREE]), np.zeros_like(knots[FREE])
     best: Floats = weights @ knots
     lowest = np.inf
     began = time.process_time()
@@ -94,12 +99,14 @@ def stand_up(scene: tumble.Scene, height: float, iterations: int) -> Floats:
         value = loss.value + SMOOTH * float(np.square(steps).sum())
         if value < lowest:
             best, lowest = aimed, value
-        slope = (weights.T @ runs.gradients["motors"][0])[1:] + 2.0 * SMOOTH * steps
-        slope[:-1] -= 2.0 * SMOOTH * steps[1:]
+        slope = weights.T @ runs.gradients["motors"][0]
+        slope[1:] += 2.0 * SMOOTH * steps
+        slope[:-1] -= 2.0 * SMOOTH * steps
+        slope = slope[FREE]
         first = 0.9 * first + 0.1 * slope
         second = 0.999 * second + 0.001 * slope**2
         scaled = first / (1.0 - 0.9**count) / (np.sqrt(second / (1.0 - 0.999**count)) + 1e-8)
-        knots[1:] -= RATE * (1.0 - (count - 1) / iterations) * scaled
+        knots[FREE] -= RATE * (1.0 - (count - 1) / iterations) * scaled
         if count == 1 or count % 10 == 0:
             spent = time.process_time() - began
             print(f"{count:4} gradients, {spent:5.1f} s: loss {value:.5f}, least {lowest:.5f}", flush=True)
@@ -107,19 +114,30 @@ def stand_up(scene: tumble.Scene, height: float, iterations: int) -> Floats:
 
 
 def report(name: str, scene: tumble.Scene, height: float, aimed: Floats) -> float:
-    """Prints how a plan ends. Returns its loss."""
+    """Prints how a plan ends, and how far its trunk moves in a further second. Returns its loss."""
     loss = Loss(height)
-    runs = tumble.rollout(scene, motors=aimed[None])
-    loss(runs.states)
+    held = np.concatenate([aimed, np.tile(aimed[-1], (200, 1))])
+    runs = tumble.rollout(scene, motors=held[None])
+    loss(runs.states[:, :STEPS])
     trunk = runs.states[0, :, 0]
-    end = trunk[-1]
+    end = trunk[STEPS - 1]
     print(
-        f"{name}: loss {loss.value:.4f}; at the end {1e3 * (end[2] - height):.0f} mm from its height, "
-        f"{1e3 * np.hypot(*end[:2]):.0f} mm aside, {2.0 * np.degrees(np.arcsin(np.linalg.norm(end[4:7]))):.1f}° "
-        f"turned, {np.linalg.norm(end[7:10]):.3f} m/s; highest {trunk[:, 2].max():.3f} m; "
-        f"{len(runs.unsolved)} steps not solved"
+        f"{name}: loss {loss.value:.4f}; {1e3 * np.hypot(*end[:2]):.0f} mm aside, {1e3 * (end[2] - height):.0f} mm "
+        f"from the height of rest, {2.0 * np.degrees(np.arcsin(np.linalg.norm(end[4:7]))):.1f}° turned, "
+        f"{np.linalg.norm(end[7:10]):.3f} m/s; {1e3 * np.linalg.norm(trunk[-1, :3] - end[:3]):.0f} mm in a further "
+        f"second; {len(runs.unsolved)} steps not solved"
     )
     return loss.value
+
+
+def strip(scene: tumble.Scene, aimed: Floats, path: str) -> None:
+    """Draws the crouch, and five states of the run at equal intervals."""
+    from PIL import Image
+
+    states = tumble.rollout(scene, motors=aimed[None]).states[0]
+    shown = [scene.states, *states[STEPS // 5 - 1 :: STEPS // 5]]
+    pictures = [scene.simulate(one).picture(360, (-70.0, 8.0)) for one in shown]
+    Image.fromarray(np.concatenate(pictures, axis=1)[60:300]).save(path)
 
 
 def cost(scene: tumble.Scene, aimed: Floats) -> Tuple[float, float]:
@@ -142,6 +160,7 @@ def main() -> None:
     parser.add_argument("robot")
     parser.add_argument("--iterations", type=int, default=150)
     parser.add_argument("--out", help="CSV file of the targets, one row per step")
+    parser.add_argument("--picture", help="PNG file with six pictures of the robot")
     args = parser.parse_args()
     scene, height = scene_of(args.robot)
     ramp = CROUCH + (STAND - CROUCH) * np.minimum(1.0, np.arange(1, STEPS + 1) / (STEPS - TAIL))[:, None]
@@ -151,6 +170,8 @@ def main() -> None:
     report("found", scene, height, found)
     run, both = cost(scene, found)
     print(f"a run {1e3 * run:.1f} ms, its reverse pass {1e3 * (both - run):.1f} ms: {both / run - 1.0:.2f} runs")
+    if args.picture:
+        strip(scene, found, args.picture)
     if args.out:
         names = ",".join(name for name, _ in scene.motor_axes)
         np.savetxt(args.out, found, delimiter=",", header=names, comments="")
