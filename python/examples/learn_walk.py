@@ -179,10 +179,10 @@ def strip(envs: RobotVectorEnv, policy: BasePolicy, path: Path) -> None:
     pictures = []
     for count in range(100 + STRIDE):
         if count >= 100 and count % 5 == 0:
-            pictures.append(envs.envs[0].simulation.picture(360, (-70.0, 8.0)))
+            pictures.append(envs.envs[0].simulation.picture(240, (-70.0, 8.0)))
         actions, _ = policy.predict(seen, deterministic=True)
         seen, *_ = envs.step(targets(seen, actions))
-    Image.fromarray(np.concatenate(pictures, axis=1)[60:300]).save(path)
+    Image.fromarray(np.concatenate(pictures, axis=1)[40:200]).save(path)
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 """A robot on four legs stands up from a crouch. Exact gradients of the run find its motors' targets.
 
-python python/examples/stand_up.py go1.urdf [--iterations 150] [--out targets.csv] [--picture rise.png]
+python python/examples/stand_up.py go1.urdf [--iterations 200] [--out targets.csv] [--picture rise.png]
 
 The robot is Unitree's Go1 or a similar one, with hip, thigh and calf on each leg. Its motors follow
 targets that are linear between knots. Adam (Kingma and Ba, 2015) moves the knots against the gradient
@@ -31,9 +31,9 @@ FREE = slice(1, 9)
 TAIL = 20
 """Number of steps at the end in which the robot should stand."""
 WEIGHTS = {"place": 10.0, "height": 100.0, "tilt": 10.0, "speed": 0.3, "spin": 0.01}
-SMOOTH = 1e-3
+SMOOTH = 0.03
 """Weight of the squared differences of neighbouring knots."""
-RATE = 0.05
+RATE = 0.03
 
 
 def scene_of(file: str) -> Tuple[tumble.Scene, float]:
@@ -136,8 +136,8 @@ def strip(scene: tumble.Scene, aimed: Floats, path: str) -> None:
 
     states = tumble.rollout(scene, motors=aimed[None]).states[0]
     shown = [scene.states, *states[STEPS // 5 - 1 :: STEPS // 5]]
-    pictures = [scene.simulate(one).picture(360, (-70.0, 8.0)) for one in shown]
-    Image.fromarray(np.concatenate(pictures, axis=1)[60:300]).save(path)
+    pictures = [scene.simulate(one).picture(240, (-70.0, 8.0)) for one in shown]
+    Image.fromarray(np.concatenate(pictures, axis=1)[40:200]).save(path)
 
 
 def cost(scene: tumble.Scene, aimed: Floats) -> Tuple[float, float]:
@@ -158,7 +158,7 @@ def cost(scene: tumble.Scene, aimed: Floats) -> Tuple[float, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("robot")
-    parser.add_argument("--iterations", type=int, default=150)
+    parser.add_argument("--iterations", type=int, default=200)
     parser.add_argument("--out", help="CSV file of the targets, one row per step")
     parser.add_argument("--picture", help="PNG file with six pictures of the robot")
     args = parser.parse_args()
