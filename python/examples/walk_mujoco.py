@@ -1,6 +1,6 @@
 """The walk of learn_walk.py in MuJoCo, and its policies in both engines.
 
-python python/examples/walk_mujoco.py go1.urdf --policy DIR/policy.pt [--episodes 20]
+python python/examples/walk_mujoco.py go1.urdf --policy DIR/policy.pt [--episodes 20] [--friction 1]
 python python/examples/walk_mujoco.py go1.urdf --out DIR [--minutes 60] [--seed 1]
 
 The first form plays episodes of 10 s with a policy in tumble and in MuJoCo, from the same random
@@ -27,7 +27,7 @@ TIME_STEP = 0.002
 """Time step of MuJoCo, s: its default. Its contacts are stiffer with shorter steps."""
 
 
-def model_of(file: str) -> mujoco.MjModel:
+def model_of(file: str, friction: float) -> mujoco.MjModel:
     """The robot on level ground, with position motors."""
     robot = ElementTree.parse(file).getroot()
     for link in robot.findall("link"):
@@ -38,6 +38,8 @@ def model_of(file: str) -> mujoco.MjModel:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[50.0, 50.0, 1.0])
+    for geom in spec.geoms:
+        geom.friction[0] = friction
     spec.worldbody.first_body().add_freejoint()
     for joint in spec.joints:
         if joint.type == mujoco.mjtJoint.mjJNT_HINGE:
@@ -76,9 +78,9 @@ class MujocoWalk(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         return self.observe(), reward, over, False, info
 
 
-def soft(file: str, number: int) -> SyncVectorEnv:
+def soft(file: str, number: int, friction: float = 1.0) -> SyncVectorEnv:
     """Environments in MuJoCo."""
-    model = model_of(file)
+    model = model_of(file, friction)
     return SyncVectorEnv([lambda: TimeLimit(MujocoWalk(model), EPISODE) for _ in range(number)])
 
 
@@ -89,6 +91,7 @@ def main() -> None:
     doing.add_argument("--policy", type=Path)
     doing.add_argument("--out", type=Path)
     parser.add_argument("--episodes", type=int, default=20)
+    parser.add_argument("--friction", type=float, default=1.0)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
@@ -102,7 +105,7 @@ def main() -> None:
         return
     policy = ActorCriticPolicy.load(args.policy, device="cpu")
     for name, make in (("tumble", tumbling), ("MuJoCo", soft)):
-        envs = make(args.robot, args.episodes)
+        envs = make(args.robot, args.episodes, args.friction)
         began = time.process_time()
         done = evaluate(envs, policy, args.seed)
         spent = time.process_time() - began

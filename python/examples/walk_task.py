@@ -119,10 +119,10 @@ class Walk(RobotEnv):
         return self.task.judge(self.robot.q, self.robot.v, action)
 
 
-def tumbling(file: Union[str, "os.PathLike[str]"], number: int) -> RobotVectorEnv:
+def tumbling(file: Union[str, "os.PathLike[str]"], number: int, friction: float = 1.0) -> RobotVectorEnv:
     """Environments in tumble."""
     with warnings.catch_warnings():
         # The file has elements of Gazebo, and meshes for pictures.
         warnings.simplefilter("ignore")
-        scene = tumble.load(file, time_step=TIME_STEP)
+        scene = tumble.load(file, time_step=TIME_STEP, friction=friction)
     return RobotVectorEnv(Walk, number, scene=scene, threads=1, max_episode_steps=EPISODE)
