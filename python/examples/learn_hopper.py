@@ -109,11 +109,19 @@ class Search:
         self.policy = self.policy + STEP / (BEST * spread) * slope
 
 
+def spacing(range_of: float) -> float:
+    """Round distance of at most seven marks: 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(range_of / 7.0))
+    return float(next(power * digit for digit in (1.0, 2.0, 5.0, 10.0) if power * digit >= range_of / 7.0))
+
+
 def svg(curve: List[Tuple[int, float, float, float]]) -> str:
     """Learning curve over steps: mean, minimum and maximum of the tests."""
     width, height, left, bottom = 640, 320, 60, 40
     steps = max(point[0] for point in curve)
-    most = max(500.0, 500.0 * np.ceil(max(point[3] for point in curve) / 500.0))
+    best = max(1.0, *(point[3] for point in curve))
+    between, apart = spacing(best), spacing(steps)
+    most = between * np.ceil(best / between)
 
     def at(step: float, reward: float) -> str:
         x = left + (width - left - 20) * step / steps
@@ -124,13 +132,13 @@ def svg(curve: List[Tuple[int, float, float, float]]) -> str:
     band = [at(point[0], point[3]) for point in curve]
     band += [at(point[0], point[2]) for point in reversed(curve)]
     marks = []
-    for reward in np.arange(0.0, most + 1.0, 500.0):
+    for reward in np.arange(0.0, most + 0.5 * between, between):
         y = float(at(0.0, reward).split(",")[1])
         marks.append(f'<path d="M{left} {y}H{width - 20}" stroke="#ddd"/>')
         marks.append(f'<text x="{left - 8}" y="{y + 4}" text-anchor="end">{reward:.0f}</text>')
-    for step in np.arange(0, steps, 50_000):
+    for step in np.arange(0.0, steps, apart):
         x = at(float(step), 0.0).split(",")[0]
-        marks.append(f'<text x="{x}" y="{height - bottom + 18}" text-anchor="middle">{step}</text>')
+        marks.append(f'<text x="{x}" y="{height - bottom + 18}" text-anchor="middle">{step:.0f}</text>')
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '

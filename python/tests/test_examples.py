@@ -71,6 +71,49 @@ def test_the_cubes_are_pushed_to_their_targets():
     assert ended >= 64 and reached >= 0.95 * ended
 
 
+def test_a_trot_without_a_policy_goes_as_far_as_in_mujoco(root, monkeypatch):
+    for module in ("gymnasium", "mujoco"):
+        pytest.importorskip(module)
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    import walk_mujoco
+    import walk_task
+
+    starts, places = [], []
+    for make in (walk_task.tumbling, walk_mujoco.soft):
+        envs = make(str(root / "data/robots/quadruped.urdf"), 4)
+        seen, _ = envs.reset(seed=3)
+        starts.append(seen)
+        fell = np.zeros(4, bool)
+        for _ in range(100):
+            seen, rewards, over, _, info = envs.step(walk_task.targets(seen, np.zeros((4, 12))))
+            # The pace is worth at most 1.5. A fall costs 5.
+            assert np.isfinite(seen).all() and (rewards <= 1.5).all()
+            fell |= over
+        assert not fell.any()
+        places.append(info["x"])
+    np.testing.assert_allclose(starts[0], starts[1], atol=1e-6)
+    # The lifted feet push the robots 0.4 m back. Soft contact and another time step change that by a few percent.
+    assert (places[0] < -0.3).all()
+    np.testing.assert_allclose(places[0], places[1], rtol=0.1)
+
+
+def test_a_crouching_robot_rises_by_gradients(root, capsys):
+    rise = runpy.run_path(str(EXAMPLES / "stand_up.py"))
+    scene, height = rise["scene_of"](str(root / "data/robots/quadruped.urdf"))
+    loss, aimed = rise["Loss"](height), np.tile(rise["STAND"], (rise["STEPS"], 1))
+    along = np.random.default_rng(0).normal(size=aimed.shape)
+    runs = tumble.rollout(scene, motors=aimed[None], gradients=loss)
+    slope, values = (runs.gradients["motors"][0] * along).sum(), []
+    for sign in (1, -1):
+        loss(tumble.rollout(scene, motors=aimed[None] + sign * 1e-6 * along).states)
+        values.append(loss.value)
+    # Rounding of the runs, 1e-12, over the step of the difference.
+    assert (values[0] - values[1]) / 2e-6 == pytest.approx(slope, rel=1e-3)
+    crouched = rise["report"]("crouch", scene, height, np.tile(rise["CROUCH"], (rise["STEPS"], 1)))
+    risen = rise["report"]("risen", scene, height, rise["stand_up"](scene, height, 20))
+    assert risen < 0.5 * crouched, capsys.readouterr().out
+
+
 def test_dask_makes_the_bytes_of_one_process_though_a_worker_is_lost(monkeypatch):
     pytest.importorskip("distributed")
     from distributed import Client, LocalCluster

@@ -96,14 +96,14 @@ class Actions:
             # Actuators clip their controls as the file says.
             robot.controls = action
             return
-        q = robot.q
+        q = robot.q if self.kind == "position" else None
         for name, number in zip(self._joints, np.clip(action, self.low, self.high).tolist()):
             joint = robot[name]
             if self.kind == "torque":
                 joint.set_force(number)
             elif self.kind == "pd":
                 joint.target = number
-            else:
+            elif q is not None:
                 joint.hold_speed((number - float(q[joint.place])) / duration)
 
 
