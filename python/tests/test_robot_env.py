@@ -1,6 +1,7 @@
 """Environments of robots from any file: declared actions, images, and many at once."""
 
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -128,8 +129,7 @@ def test_what_is_refused(tmp_path):
         ({"actions": "position", "most": 5.0}, r"hinge has no limits; give ranges"),
         ({"actions": "position", "joints": ["slider"]}, "most of slider, the force limit of its motor"),
         ({"actions": "torque", "joints": ["slide"]}, "slide or hinge 'slide' is unknown; did you mean"),
-        ({"render_mode": "human"}, "gymnasium.wrappers.HumanRendering"),
-        ({"render_mode": "ansi"}, '"rgb_array" or None is needed'),
+        ({"render_mode": "ansi"}, '"rgb_array", "human" or None is needed'),
     ]
     for keywords, words in refused:
         with pytest.raises(tumble.TumbleError, match=words):
@@ -179,6 +179,37 @@ def test_an_image_shows_the_robot():
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 50
     assert env.metadata["render_fps"] == round(1 / env.dt)
     assert RobotEnv(QUADRUPED, 5, **DECLARED["pd"]).render() is None
+
+
+def test_a_window_shows_every_action_until_it_is_closed(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    import pygame
+
+    env = RobotEnv(QUADRUPED, 5, **DECLARED["pd"], render_mode="human")
+    env.reset(seed=0)
+    shown = pygame.surfarray.array3d(pygame.display.get_surface())
+    assert shown.shape == (480, 480, 3) and np.array_equal(shown.swapaxes(0, 1), env.simulation.picture())
+    env.step(env.action_space.sample())
+    later = pygame.surfarray.array3d(pygame.display.get_surface())
+    assert np.array_equal(later.swapaxes(0, 1), env.simulation.picture()) and not np.array_equal(later, shown)
+    assert env.render() is None
+    pygame.event.post(pygame.event.Event(pygame.QUIT))
+    env.step(env.action_space.sample())
+    assert pygame.display.get_surface() is None
+    env.step(env.action_space.sample())
+    assert pygame.display.get_surface() is None
+    env.close()
+
+
+def test_a_window_needs_pygame(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(tumble.TumbleError, match="pip install pygame"):
+        RobotEnv(QUADRUPED, 5, **DECLARED["pd"], render_mode="human")
+
+
+def test_many_robots_have_no_windows():
+    with pytest.raises(tumble.TumbleError, match="one window for each"):
+        RobotVectorEnv(RobotEnv, 2, file=QUADRUPED, **DECLARED["pd"], render_mode="human")
 
 
 class Short(RobotEnv):

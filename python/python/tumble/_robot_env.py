@@ -20,6 +20,7 @@ from ._rollout import threads_of
 from ._scene import Scene, load
 from ._simulation import Simulation
 from ._tumble import TumbleError, step_all
+from ._window import Window
 
 Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -48,12 +49,13 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         Like ``stiffness`` and ``damping``, one number or numbers by joint.
     :param robot: prefix of the robot in a scene with several.
     :param packages: see ``tumble.load``, like ``leave_out`` and ``point_contacts``.
-    :param render_mode: "rgb_array" for images of 480 pixels, or None.
+    :param render_mode: "rgb_array" for images of 480 pixels, "human" for a window (needs pygame),
+        or None.
     :raises TumbleError: for a robot without actuators or declared actions, an action without a
         range, and an invalid file.
     """
 
-    metadata: Dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}
+    metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 50}
     up: Optional[int] = None
     """Index of the coordinate that lifts the robot. A start below the ground is lifted to it.
 
@@ -79,13 +81,8 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         point_contacts: Optional[bool] = None,
         render_mode: Optional[str] = None,
     ) -> None:
-        if render_mode == "human":
-            raise TumbleError(
-                'render_mode is "human", but environments open no window; use render_mode="rgb_array", with '
-                "gymnasium.wrappers.HumanRendering for a window"
-            )
-        if render_mode not in (None, "rgb_array"):
-            raise TumbleError(f'render_mode is {render_mode!r}; "rgb_array" or None is needed')
+        if render_mode not in (None, "rgb_array", "human"):
+            raise TumbleError(f'render_mode is {render_mode!r}; "rgb_array", "human" or None is needed')
         reading = {"packages": packages, "leave_out": leave_out, "point_contacts": point_contacts}
         self.scene: Scene = _scene(file, whole("substeps", substeps, 1), reading)
         self.frame_skip = whole("frame_skip", frame_skip, 1) * substeps
@@ -94,6 +91,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
             raise TumbleError(f"noise is {noise}; a finite number from 0 is needed")
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / self.dt))}
+        self._window = Window("tumble", self.metadata["render_fps"]) if render_mode == "human" else None
         self._prefix = robot
         self.simulation: Simulation = self.scene.simulate()
         floats = bool(self.robot.joint_list) and self.robot.joint_list[0][1] == "free"
@@ -151,6 +149,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
             q[self.up] -= lowest
         self.robot.set(q, v)
         self.actions.begin(self.robot)
+        self._show()
         return self.observe(), {}
 
     def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
@@ -163,13 +162,21 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         before = self._begin(action)
         (unsolved,) = step_all([self.simulation], self.frame_skip, 1)
         observed, reward, over, info = self._end(before, action, unsolved)
+        self._show()
         return observed, reward, over, False, info
 
     def render(self) -> Any:
-        """Image of the current state, (480, 480, 3), or None without a render mode."""
-        if self.render_mode is None:
-            return None
-        return self.simulation.picture()
+        """Image of the current state, (480, 480, 3), or None without the render mode "rgb_array"."""
+        return self.simulation.picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Closes the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+
+    def _show(self) -> None:
+        if self._window is not None:
+            self._window.show(self.simulation.picture())
 
     def _begin(self, action: Floats) -> Floats:
         """Applies an action. Returns the coordinates."""
@@ -214,6 +221,10 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         self.threads = threads_of(threads)
         self.envs = [make(**keywords) for _ in range(num_envs)]
         first = self.envs[0]
+        if first.render_mode == "human":
+            raise TumbleError(
+                'render_mode is "human", which would open one window for each robot; "rgb_array" or None is needed'
+            )
         self.metadata = {**self.metadata, "render_fps": first.metadata["render_fps"]}
         self.render_mode = first.render_mode
         self.single_observation_space = first.observation_space
