@@ -4,6 +4,7 @@
 mod arrays;
 mod constants;
 mod contacts;
+mod coordinates;
 mod errors;
 mod gradient;
 mod last_step;

@@ -1,5 +1,6 @@
 //! Data of a running simulation, and its threads after a fork.
 
+use crate::coordinates::LastCoordinates;
 use crate::errors::refused;
 use crate::query::Placed;
 use crate::running::Running;
@@ -21,6 +22,7 @@ pub struct Owned {
     pub process: u32,
     /// Text stored in the restored state, until it is read.
     pub kept: String,
+    pub coordinates: LastCoordinates,
 }
 
 impl Owned {

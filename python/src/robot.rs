@@ -26,6 +26,11 @@ impl PyRobot {
         &self.content.robots[self.index]
     }
 
+    /// Number of the robot in its scene.
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
     /// Hinges: joint and angular axis in the simulation, place among the coordinates, and reference
     /// coordinate.
     pub fn hinges(&self) -> impl Iterator<Item = ((usize, usize), usize, f64)> + '_ {

@@ -1,6 +1,7 @@
 //! A running simulation.
 
 use crate::arrays::{Array, as_many, numbers, of_states, shaped, to_states};
+use crate::coordinates::LastCoordinates;
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::owned::Owned;
@@ -89,7 +90,16 @@ impl PySimulation {
         let interrupt = Arc::new(AtomicBool::new(false));
         running.simulation.interrupt_by(Arc::clone(&interrupt));
         let (threads, process) = (threads.get() > 1, std::process::id());
-        Ok(Self(Mutex::new(Owned { content, running, interrupt, threads, process, kept })))
+        let coordinates = LastCoordinates::default();
+        Ok(Self(Mutex::new(Owned {
+            content,
+            running,
+            interrupt,
+            threads,
+            process,
+            kept,
+            coordinates,
+        })))
     }
 
     /// Serialises the simulation and the text `kept`.
@@ -376,20 +386,11 @@ impl PySimulation {
         robot: PyRef<'_, PyRobot>,
         near: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
-        let own = self.owned()?;
-        let simulation = &own.running.simulation;
-        let angles: Vec<_> = simulation.joint_angles().collect();
-        let mut near = numbers("near", &near)?.to_vec();
-        for (joint, place, reference) in robot.hinges() {
-            let angle = angles.get(joint.0).map(|angles| angles[joint.1]);
-            if let (Some(near), Some(angle)) = (near.get_mut(place), angle) {
-                *near = angle + reference;
-            }
-        }
-        let found = robot.own().coordinates(simulation.states(), &near);
+        let mut own = self.owned()?;
+        let Owned { running, coordinates, .. } = &mut *own;
+        let found = coordinates.of(&robot, &running.simulation, numbers("near", &near)?);
         let (q, v) = found.map_err(refused)?;
-        let (positions, rates) = (q.len(), v.len());
-        Ok((shaped(py, q, &[positions])?, shaped(py, v, &[rates])?))
+        Ok((shaped(py, q.to_vec(), &[q.len()])?, shaped(py, v.to_vec(), &[v.len()])?))
     }
 
     /// Current coordinates of the joints, and their rates and forces over the last step, as columns
