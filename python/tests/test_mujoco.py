@@ -149,6 +149,30 @@ def test_a_hinge_stops_at_its_limit():
     assert data.qfrc_constraint[0] == pytest.approx(-mass * GRAVITY * 0.5 * np.cos(np.radians(20)), rel=1e-6)
 
 
+def test_a_limit_that_is_exceeded_at_the_start_is_named():
+    model, data = load(
+        "<body><joint name='elbow' type='hinge' axis='0 1 0' limited='true' range='30 60'/>"
+        "<geom type='sphere' size='.05' pos='.5 0 0'/></body>"
+    )
+    report = tm.hard_step(model, data)
+    assert report.solved and report.notes == (
+        "elbow starts 0.52 rad or m beyond its limit, which is removed over several steps",
+    )
+    assert steps(model, data, 2000)[-1].notes == ()
+
+
+@pytest.mark.parametrize("name", ["qpos", "qvel", "ctrl"])
+def test_numbers_that_are_not_finite_are_refused(name):
+    model, data = load(
+        "<body><joint name='hinge'/><geom size='.1'/></body>", more="<actuator><motor joint='hinge'/></actuator>"
+    )
+    steps(model, data, 3)
+    getattr(data, name)[0] = np.nan
+    with pytest.raises(tumble.TumbleError, match=rf"data.{name}\[0\] is nan; finite numbers are needed"):
+        tm.hard_step(model, data)
+    assert data.time == pytest.approx(3 * model.opt.timestep)
+
+
 def test_a_ball_joint_stops_at_its_limit():
     model, data = load(
         "<body><joint type='ball' limited='true' range='0 30'/><geom type='sphere' size='.05' pos='.5 0 0'/></body>"

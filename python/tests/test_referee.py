@@ -186,7 +186,12 @@ def test_the_steps_of_a_thrown_box_are_certified(size):
         ({"pairs": [[0, 1]]}, "pairs has body 1; -1 to 0 are needed"),
         ({"pairs": [[0.0, -1.0]]}, "whole numbers (1, 2) are needed"),
         ({"names": ["a", "b"]}, "names has 2 entries; 1 are needed"),
-        ({"inertias": [np.zeros((3, 3))]}, "M is not positive definite; a mass matrix of the step is needed"),
+        ({"pairs": [[0, 0]]}, "pairs has body 0 twice in a contact; two bodies are needed"),
+        ({"friction": -0.5}, "friction has -0.5; coefficients from 0 are needed"),
+        ({"friction": np.nan}, "friction is nan; finite numbers are needed"),
+        ({"inertias": [np.zeros((3, 3))]}, "inertias[0] is not a symmetric matrix with positive moments"),
+        ({"inertias": [np.eye(3) + np.eye(3, k=1)]}, "inertias[0] is not a symmetric matrix with positive moments"),
+        ({"inertias": [np.diag([1, 1, 100])]}, "inertias[0] has a moment above the sum of the two others"),
     ],
 )
 def test_what_is_wrong_is_named(wrong, said):

@@ -38,7 +38,7 @@ def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
         raise TumbleError(f"{name} has shape {array.shape}; {wanted} is needed")
     array = np.require(array, np.float64, ["C", "ALIGNED"]).reshape(array.shape)
     if not np.isfinite(array).all():
-        place = tuple(int(index[0]) for index in np.nonzero(~np.isfinite(array)))
+        place = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
         at = f"[{', '.join(map(str, place))}]" if place else ""
         raise TumbleError(f"{name}{at} is {array[place]}; finite numbers are needed")
     return array

@@ -10,6 +10,7 @@ from typing import Any, Iterator, List, Optional, Tuple
 import numpy as np
 import numpy.typing as npt
 
+from ._arrays import numbers
 from ._problem import Law
 from ._tumble import TumbleError
 
@@ -25,6 +26,8 @@ _EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 _LOSSES = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
 _LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+LIMITS = (_LIMIT_JOINT, _LIMIT_TENDON)
+"""Constraints that are limits of joints and tendons."""
 _PASSIVE = 2
 """Values of ``contact.exclude`` from which a contact has no rows."""
 _IMMOVABLE = 1e-9
@@ -140,6 +143,8 @@ class RowCollector:
             raise TumbleError(f"data is {type(data).__name__}; a mujoco.MjData is needed")
         if len(data.qpos) != self.model.nq or len(data.qvel) != self.model.nv:
             raise TumbleError("data belongs to another model; mujoco.MjData(model) is needed")
+        for name in ("qpos", "qvel", "act", "ctrl"):
+            numbers(f"data.{name}", getattr(data, name), ("n",))
 
     def contacts(self, data: Any, ahead: Optional[Reach] = None) -> ContactRows:
         """Contacts of ``data``. ``ahead`` is how the margins were raised with which they were detected."""

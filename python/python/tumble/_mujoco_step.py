@@ -20,6 +20,7 @@ from ._mujoco_problem import (
     recovered,
 )
 from ._mujoco_rows import (
+    LIMITS,
     ContactRows,
     Floats,
     JointRows,
@@ -49,6 +50,8 @@ _LEAST_WILD = 20.0
 """Speed that is not too large for this, m/s or rad/s."""
 _RETRY = 20
 """Overlaps that are kept are tried again after this many steps."""
+_LEAST_BEYOND = 1e-6
+"""Excess of a limit that a note names, rad or m."""
 _LARGEST = 1e10
 """Acceleration from which MuJoCo resets a state, mjMAXVAL."""
 _BOUNCE = 2.0
@@ -153,7 +156,8 @@ class HardStepper:
         self.collector.check(data)
         model, options = self.model, self.model.opt
         integrator, time_step = options.integrator, options.timestep
-        if data.time != self._last_time:
+        began = data.time
+        if began != self._last_time:
             self._last, self._kept = None, 0
         options.integrator = single_stage(integrator)
         try:
@@ -176,6 +180,8 @@ class HardStepper:
         free = data.qvel.copy()
         mass = step_mass(model, data)
         report, after = self._solve(data, mass, before, free, contacts, joints)
+        if data.time <= began:
+            report.notes += (f"MuJoCo has reset the state at {began:.6g} s: it was too fast",)
         self._write_forces(data, report, contacts, joints, before)
         data.qpos[:] = position
         mujoco.mj_integratePos(model, data.qpos, after, time_step)
@@ -242,6 +248,7 @@ class HardStepper:
         self._kept = self._kept + 1 if keeps else 0
         if keeps:
             notes = (*notes, "overlaps that cannot be removed are kept")
+        notes += self._beyond(joints)
         offsets[:, 0] = np.minimum(offsets[:, 0], rebound)
         self._last = by_key(contacts, joints, found.impulses, found.tail)
         solved = found.residual <= self.residual and bool(np.isfinite(found.after).all())
@@ -269,6 +276,15 @@ class HardStepper:
         if not solved:
             self._complain(f"the step to {data.time:.6g} s is not solved: residual {found.residual:.1e} m/s")
         return report, found.after
+
+    def _beyond(self, joints: JointRows) -> Tuple[str, ...]:
+        """Note on the limit that is exceeded most at the start of the step."""
+        gaps = np.where(np.isin(joints.kind, LIMITS), joints.gap, 0.0)
+        if gaps.min(initial=0.0) >= -_LEAST_BEYOND:
+            return ()
+        at = int(gaps.argmin())
+        name = self.collector.joint_name(int(joints.kind[at]), int(joints.id[at]))
+        return (f"{name} starts {-gaps[at]:.2g} rad or m beyond its limit, which is removed over several steps",)
 
     def _rebound(self, contacts: ContactRows, before: Floats) -> Floats:
         """Offset of each normal row by restitution; infinite for contacts that do not bounce."""

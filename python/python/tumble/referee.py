@@ -161,6 +161,8 @@ def certify_bodies(
     bodies = _pairs(pairs, contacts, count)
     pushes = numbers("forces", forces, (contacts, 3))
     coefficients = np.broadcast_to(numbers("friction", friction, (), (contacts,)), (contacts,))
+    if (coefficients < 0.0).any():
+        raise TumbleError(f"friction has {coefficients.min():g}; coefficients from 0 are needed")
     start = np.zeros(contacts) if gaps is None else numbers("gaps", gaps, (contacts,))
     loads = np.zeros((count, 6)) if wrenches is None else numbers("wrenches", wrenches, (count, 6)).copy()
     loads[:, :3] += weights[:, None] * numbers("gravity", gravity, (3,))
@@ -230,6 +232,12 @@ def _name(labels: List[str], body: int) -> str:
 def _turned(name: str, inertias: Any, attitudes: Any, count: int, of: str = "attitudes") -> Floats:
     """Inertias in the world's frame (N, 3, 3)."""
     tensors = numbers(name, inertias, (count, 3, 3))
+    for body, tensor in enumerate(tensors):
+        moments = np.linalg.eigvalsh(tensor)
+        if not (np.abs(tensor - tensor.T).max() <= 1e-9 * moments[2] and moments[0] > 0.0):
+            raise TumbleError(f"{name}[{body}] is not a symmetric matrix with positive moments")
+        if moments[2] > (1.0 + 1e-9) * (moments[0] + moments[1]):
+            raise TumbleError(f"{name}[{body}] has a moment above the sum of the two others, which no body has")
     quaternions = numbers(of, attitudes, (count, 4))
     lengths = np.linalg.norm(quaternions, axis=1)
     if (np.abs(lengths - 1.0) > 1e-6).any():
@@ -264,4 +272,6 @@ def _pairs(pairs: Any, contacts: int, count: int) -> "npt.NDArray[np.int64]":
         raise TumbleError(f"pairs has shape {array.shape} and dtype {array.dtype}; whole numbers ({contacts}, 2) are needed")
     if array.min() < -1 or array.max() >= count:
         raise TumbleError(f"pairs has body {array.min() if array.min() < -1 else array.max()}; -1 to {count - 1} are needed")
+    if (array[:, 0] == array[:, 1]).any():
+        raise TumbleError(f"pairs has body {array[array[:, 0] == array[:, 1]][0, 0]} twice in a contact; two bodies are needed")
     return array.astype(np.int64)
