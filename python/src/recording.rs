@@ -5,6 +5,7 @@ use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
 use crate::errors::refused;
 use crate::pictures::{Surface, surfaces};
 use crate::reading;
+use crate::run_files::is_of_scene;
 use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
@@ -62,28 +63,41 @@ pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
 
 #[pymethods]
 impl PyRecording {
-    /// Reads a run or a part of one from its tables as bytes. Scenes with joints or gears need
-    /// their tables too. A run without recorded contacts needs the forces (K - 1, N, 3).
+    /// Reads a run or a part of one from its tables as bytes: states, contacts, steps, joints and
+    /// gears. Scenes without joints or gears need no tables for them. A run without recorded
+    /// contacts needs the forces (K - 1, N, 3). `run` is the text of its run.json.
     #[staticmethod]
-    #[pyo3(signature = (scene, states, contacts, steps, joints=None, gears=None, forces=None))]
+    #[pyo3(signature = (scene, tables, forces=None, run=None))]
     fn of_tables(
         scene: PyRef<'_, PyScene>,
-        states: &[u8],
-        contacts: &[u8],
-        steps: &[u8],
-        joints: Option<&[u8]>,
-        gears: Option<&[u8]>,
+        tables: Vec<PyBackedBytes>,
         forces: Option<PyReadonlyArrayDyn<'_, f64>>,
+        run: Option<&str>,
     ) -> PyResult<Self> {
-        let streams =
-            Streams { states, contacts: Some(contacts), steps, joints, gears, ends: None };
-        reading::of_tables(Arc::clone(&scene.content), streams, forces)
+        let [states, contacts, steps, others @ ..] = &tables[..] else {
+            return Err(refused("tables of states, contacts and steps are needed"));
+        };
+        let other = |place: usize| others.get(place).map(|table| &table[..]);
+        let streams = Streams {
+            states: &states[..],
+            contacts: Some(&contacts[..]),
+            steps: &steps[..],
+            joints: other(0),
+            gears: other(1),
+            ends: None,
+        };
+        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
+        let read = reading::of_tables(Arc::clone(&scene.content), streams, forces)?;
+        Ok(Self { is_of_scene, ..read })
     }
 
     /// Reads a run of one body and the ground from its table trajectory.csv as bytes.
     #[staticmethod]
-    fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8]) -> PyResult<Self> {
-        reading::of_trajectory(Arc::clone(&scene.content), table)
+    #[pyo3(signature = (scene, table, run=None))]
+    fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8], run: Option<&str>) -> PyResult<Self> {
+        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
+        let read = reading::of_trajectory(Arc::clone(&scene.content), table)?;
+        Ok(Self { is_of_scene, ..read })
     }
 
     /// Least memory of a step with this many bodies and joints, bytes.

@@ -1,10 +1,48 @@
-//! File names in a run.json.
+//! Contents of a run.json.
 
+use crate::errors::refused;
+use crate::scene::in_python;
 use pyo3::prelude::*;
+use std::path::Path;
+use tumble_model::BodyModel;
 use tumble_scene::run_file::RunFile;
+use tumble_scene::scene::Scene as Content;
 
 /// Names of the files of the run with this text of run.json; empty for an invalid text.
 #[pyfunction]
 pub fn listed_files(text: &str) -> Vec<String> {
     RunFile::listed_files(text)
+}
+
+/// True if only inputs of the scene moved the run with this text of run.json.
+///
+/// # Errors
+/// A text that is not a run.json, or that has other bodies than the scene.
+pub fn is_of_scene(content: &Content, text: &str) -> PyResult<bool> {
+    let lonely = || Ok(());
+    let file = RunFile::read(Ok(text.to_owned()), Path::new("run.json"), lonely);
+    let Some(file) = file.map_err(in_python)? else { return Ok(false) };
+    let (own, of_run) = (&content.model.bodies, &file.model.bodies);
+    let other = own.iter().zip(of_run).find(|(own, of_run)| !is_same(own, of_run));
+    let difference = match other {
+        Some((own, of_run)) => Some((told(own), told(of_run))),
+        None if own.len() == of_run.len() => None,
+        None => Some((format!("{} bodies", own.len()), format!("{} bodies", of_run.len()))),
+    };
+    match difference {
+        None => Ok(!file.pushed),
+        Some((own, of_run)) => Err(refused(format!(
+            "the run is of another scene: its run.json has {of_run} where the scene has {own}; give \
+             the scene of the run"
+        ))),
+    }
+}
+
+/// True if two bodies have the same name, mass and inertia.
+fn is_same(a: &BodyModel, b: &BodyModel) -> bool {
+    a.name == b.name && a.mass == b.mass && a.inertia == b.inertia
+}
+
+fn told(body: &BodyModel) -> String {
+    format!("{:?} of {} kg", body.name, body.mass)
 }

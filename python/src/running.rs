@@ -4,6 +4,7 @@ use crate::last_step::LastStep;
 use crate::recording::{PyRecording, add_forces};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+use tumble::rollout::Driven;
 use tumble_core::contact::Contact;
 use tumble_core::error::Error;
 use tumble_core::mechanics::{State, Wrench};
@@ -22,6 +23,15 @@ type StepNotes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bo
 
 /// Tag of these notes.
 const NOTES: &str = "python";
+
+/// Inputs of each step of a run, one step after the other.
+#[derive(Default)]
+pub struct StepInputs<'a> {
+    pub wrenches: Option<&'a [f64]>,
+    /// Targets of motors.
+    pub motors: Option<&'a [f64]>,
+    pub joint_forces: Option<&'a [f64]>,
+}
 
 /// A simulation and its last step.
 pub struct Running {
@@ -105,20 +115,28 @@ impl Running {
         Ok(unsolved)
     }
 
-    /// Takes `steps` steps and records them, with their `wrenches` if there are any.
-    pub fn run(
+    /// Takes `steps` steps with their inputs and records them.
+    pub fn run<'i>(
         &mut self,
         steps: usize,
-        wrenches: Option<&[f64]>,
+        inputs: &StepInputs<'i>,
         recording: &mut PyRecording,
         done: &AtomicU64,
     ) -> Result<(), Error> {
         recording.rows.reserve(steps.min(1 << 20) + 1);
-        let width = 6 * self.simulation.states().len();
+        let driven = Driven::of(self.simulation.world());
+        if inputs.motors.is_some() || inputs.joint_forces.is_some() {
+            self.is_of_scene = Some(false);
+        }
         for step in 0..steps {
-            if let Some(wrenches) = wrenches {
-                self.set_wrenches(&wrenches[step * width..][..width])?;
-            }
+            let now = |all: Option<&'i [f64]>| {
+                let all = all.unwrap_or_default();
+                let width = all.len() / steps;
+                &all[step * width..][..width]
+            };
+            self.set_wrenches(now(inputs.wrenches))?;
+            let (forces, targets) = (now(inputs.joint_forces), now(inputs.motors));
+            driven.set(&mut self.simulation, forces, targets)?;
             self.simulation.step(self.last.change())?;
             let mut row = TableStep::of(self.simulation.world(), self.last.record());
             add_forces(&row, &mut recording.forces);

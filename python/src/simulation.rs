@@ -8,7 +8,7 @@ use crate::owned::Owned;
 use crate::query::{Between, Hits};
 use crate::recording::{JOINT_COLUMNS, NO_STEP, PyRecording};
 use crate::robot::{PyRobot, at_place};
-use crate::running::Running;
+use crate::running::{Running, StepInputs};
 use crate::scene::{PyScene, in_python, read};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
@@ -479,23 +479,37 @@ impl PySimulation {
         running.last.contacts(py, content)
     }
 
-    /// Takes `steps` steps, with wrenches (T, N, 6) if not None, and records them. Also returns the
-    /// exception that ended them early, if any.
-    #[pyo3(signature = (steps, wrenches=None, *, contacts=true, progress=None))]
+    /// Takes `steps` steps and records them, with wrenches (T, N, 6), targets of motors (T, M) and
+    /// joint forces (T, A) if not None. Also returns the exception that ended them early, if any.
+    #[pyo3(signature = (steps, wrenches=None, motors=None, joint_forces=None, *, contacts=true, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "the arguments of one Python method")]
     fn record(
         &self,
         py: Python<'_>,
         steps: usize,
         wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
+        motors: Option<PyReadonlyArrayDyn<'_, f64>>,
+        joint_forces: Option<PyReadonlyArrayDyn<'_, f64>>,
         contacts: bool,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(PyRecording, Option<Py<PyBaseException>>)> {
         let mut own = self.owned()?;
         own.leave_lost_threads()?;
         let Owned { running, interrupt, content, .. } = &mut *own;
-        let count = (6 * running.simulation.states().len()).checked_mul(steps);
-        let pushes =
-            wrenches.as_ref().map(|array| as_many("wrenches", array, count)).transpose()?;
+        let world = running.simulation.world();
+        let given = |name, array: &'_ Option<PyReadonlyArrayDyn<'_, f64>>, width: usize| {
+            let count = width.checked_mul(steps);
+            array.as_ref().map(|array| as_many(name, array, count).map(<[f64]>::to_vec)).transpose()
+        };
+        let targets = world.motors().len() + world.gear_motors().len();
+        let pushes = given("wrenches", &wrenches, 6 * world.bodies().len())?;
+        let motors = given("motors", &motors, targets)?;
+        let joint_forces = given("joint_forces", &joint_forces, world.driven_axes().len())?;
+        let inputs = StepInputs {
+            wrenches: pushes.as_deref(),
+            motors: motors.as_deref(),
+            joint_forces: joint_forces.as_deref(),
+        };
         let done = AtomicU64::new(0);
         let progress = progress.as_ref();
         let watched = Watched { interrupt, done: &done, total: steps as u64, progress };
@@ -506,7 +520,7 @@ impl PySimulation {
             has_contacts: contacts,
             is_of_scene: running.is_of_scene,
         };
-        let ended = watched.run(py, || running.run(steps, pushes, &mut recording, &done));
+        let ended = watched.run(py, || running.run(steps, &inputs, &mut recording, &done));
         let ended = ended.and_then(|ended| ended.map_err(|error| of_step(&error)));
         recording.rows.push(running.end());
         recording.is_of_scene = running.is_of_scene;

@@ -161,9 +161,26 @@ def test_rollouts_drive_motors_and_vary_joints():
             simulation.set_force("pin", 0.3)
             simulation.step()
             np.testing.assert_array_equal(simulation.states, out.states[rollout, step])
-    with pytest.raises(tumble.TumbleError, match="which a scene cannot describe"):
+    with pytest.raises(tumble.TumbleError, match="each rollout had its own joint_friction"):
         out.trajectory(0)
     with pytest.raises(tumble.TumbleError, match="motors"):
         tumble.rollout(scene, motors=targets[:, :, [0, 0]])
     with pytest.raises(tumble.TumbleError, match="joint_forces has 49 steps, but motors has 50"):
         tumble.rollout(scene, motors=targets, joint_forces=pushes[:, 1:])
+
+
+def test_runs_take_targets_and_forces_of_every_step():
+    motor = {"joint": "pin", "position": 0.0, "stiffness": 200.0, "damping": 20.0, "most": 500.0}
+    scene = tumble.Scene([ROD], NO_GROUND, joints=[PIN], motors=[motor], time_step=0.001)
+    targets = np.linspace(0, [[0.2], [0.4]], 50, axis=1)
+    pushes = np.sin(np.arange(50.0)).reshape(1, 50, 1)
+    out = tumble.rollout(scene, motors=targets, joint_forces=pushes)
+    for rollout in range(2):
+        run = out.trajectory(rollout)
+        np.testing.assert_array_equal(run.states[1:], out.states[rollout])
+        again = scene.run(50, motors=targets[rollout], joint_forces=pushes[0])
+        np.testing.assert_array_equal(again.states, run.states)
+    with pytest.raises(tumble.TumbleError, match=r"motors has shape \(49, 1\); \(50, 1\) is needed"):
+        scene.run(50, motors=targets[0, 1:])
+    with pytest.raises(tumble.TumbleError, match=r"joint_forces has shape \(50, 2\); \(50, 1\) is needed"):
+        scene.run(50, joint_forces=np.zeros((50, 2)))

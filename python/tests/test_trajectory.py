@@ -77,6 +77,23 @@ def test_another_scene_s_tables_are_refused(stack, tmp_path):
         tumble.Trajectory.from_csv(tumble.drop(), tmp_path)
 
 
+def test_tables_of_equally_many_other_bodies_are_refused(stack, tmp_path):
+    stack.to_csv(tmp_path)
+    others = tumble.Scene(
+        [{"name": name, "box": 0.2, "mass": 9.0, "position": [0, 0, 0.1 + 0.2 * at]} for at, name in enumerate("abc")]
+    )
+    with pytest.raises(tumble.TumbleError, match="the run is of another scene: its run.json has"):
+        tumble.Trajectory.from_csv(others, tmp_path)
+
+
+def test_tables_that_were_read_are_written_with_their_run_json(stack, tmp_path):
+    stack.to_csv(tmp_path / "first")
+    read = tumble.Trajectory.from_csv(stack.scene, tmp_path / "first")
+    files = read.to_csv(tmp_path / "second")
+    assert files[-1].name == "run.json"
+    assert files[-1].read_text() == (tmp_path / "first" / "run.json").read_text()
+
+
 def test_pandas_has_the_same_numbers(stack, tmp_path):
     pandas = pytest.importorskip("pandas")
     frame = stack.to_pandas()

@@ -1,11 +1,12 @@
 //! Input and output arrays of a batch of rollouts, and their checks.
 
+use super::driven::Driven;
 use super::varied::{Varied, varied};
 use super::watch::RolloutWatch;
 use nalgebra::{SVector, Vector3};
 use std::sync::Arc;
 use tumble_core::error::Error;
-use tumble_core::joint::{Course, Drive, JointAxis, Knots};
+use tumble_core::joint::{Course, Knots};
 use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::{Motion, Simulation};
 use tumble_core::world::World;
@@ -129,7 +130,7 @@ impl Batch<'_> {
             varied(self.world, self.parameters, rollout)?
         };
         let motion = (self.motion)(&world)?;
-        let driven = Driven::of(self, world.clone());
+        let driven = Driven::of(&world);
         let mut simulation = Simulation::new(world, self.start(rollout), motion)?;
         for (body, load) in self.loads.iter().enumerate() {
             simulation.set_load(body, load.clone())?;
@@ -152,76 +153,33 @@ impl Batch<'_> {
 
     /// Wrenches of the controls on each body in `step` of `rollout`; empty without controls.
     fn wrenches(&self, rollout: usize, step: usize) -> impl Iterator<Item = Wrench> + '_ {
-        let width = 6 * self.bodies();
-        let all = of(self.controls, self.steps * width, rollout);
-        let now = if all.is_empty() { all } else { &all[step * width..][..width] };
+        let now = self.now(self.controls, 6 * self.bodies(), rollout, step);
         now.chunks_exact(6).map(|numbers| Wrench {
             force: Vector3::from_column_slice(&numbers[..3]),
             torque: Vector3::from_column_slice(&numbers[3..]),
         })
     }
-}
-
-/// Actuated axes and motors of a rollout: those of joints and of gears.
-pub(super) struct Driven {
-    /// World of the rollout with its initial drives.
-    own: World,
-    axes: Vec<(usize, JointAxis)>,
-    motors: Vec<(usize, JointAxis)>,
-    gears: Vec<usize>,
-}
-
-impl Driven {
-    /// Selects the axes and motors that have arrays in `batch`.
-    fn of(batch: &Batch<'_>, own: World) -> Self {
-        fn or_none<T>(of: &[f64], axes: Vec<T>) -> Vec<T> {
-            if of.is_empty() { Vec::new() } else { axes }
-        }
-        Self {
-            own,
-            axes: or_none(batch.joint_forces, batch.world.driven_axes()),
-            motors: or_none(batch.motors, batch.world.motors()),
-            gears: or_none(batch.motors, batch.world.gear_motors()),
-        }
-    }
 
     /// Sets wrenches, joint forces and motor targets for `step` of `rollout`.
     pub(super) fn set(
         &self,
-        batch: &Batch<'_>,
+        driven: &Driven,
         rollout: usize,
         step: usize,
         simulation: &mut Simulation<'_>,
     ) -> Result<(), Error> {
-        for (body, wrench) in batch.wrenches(rollout, step).enumerate() {
+        for (body, wrench) in self.wrenches(rollout, step).enumerate() {
             simulation.set_wrench(body, wrench)?;
         }
-        let now = |numbers, width: usize| {
-            let all: &[f64] = of(numbers, batch.steps * width, rollout);
-            if all.is_empty() { all } else { &all[step * width..][..width] }
-        };
-        let drive = |world: &World, (joint, axis): (usize, JointAxis)| {
-            world.joints()[joint].drive(axis).copied().unwrap_or_default()
-        };
-        for (&(joint, axis), force) in
-            self.axes.iter().zip(now(batch.joint_forces, self.axes.len()))
-        {
-            let force = drive(&self.own, (joint, axis)).force + force;
-            let set = Drive { force, ..drive(simulation.world(), (joint, axis)) };
-            simulation.set_drive(joint, axis, set)?;
-        }
-        let targets = now(batch.motors, self.motors.len() + self.gears.len());
-        for (&(joint, axis), target) in self.motors.iter().zip(targets) {
-            let set = drive(simulation.world(), (joint, axis));
-            let motor = set.motor.map(|motor| motor.to(*target));
-            simulation.set_drive(joint, axis, Drive { motor, ..set })?;
-        }
-        for (&gear, target) in self.gears.iter().zip(targets.iter().skip(self.motors.len())) {
-            let set = simulation.world().gears()[gear].drive().copied().unwrap_or_default();
-            let motor = set.motor.map(|motor| motor.to(*target));
-            simulation.set_gear_drive(gear, Drive { motor, ..set })?;
-        }
-        Ok(())
+        let targets = self.now(self.motors, driven.targets(), rollout, step);
+        let forces = self.now(self.joint_forces, driven.forces(), rollout, step);
+        driven.set(simulation, forces, targets)
+    }
+
+    /// The `width` numbers of `step` of `rollout`; none of an empty array.
+    fn now<'n>(&self, numbers: &'n [f64], width: usize, rollout: usize, step: usize) -> &'n [f64] {
+        let all = of(numbers, self.steps * width, rollout);
+        if all.is_empty() { all } else { &all[step * width..][..width] }
     }
 }
 

@@ -193,7 +193,7 @@ fn one(
     };
     let mut before = |simulation: &mut Simulation<'_>| {
         let step = (simulation.index() - batch.index) as usize;
-        driven.set(batch, rollout, step, simulation)
+        batch.set(&driven, rollout, step, simulation)
     };
     // A mass changes its inertia in proportion. Where both vary, subtract the part through the
     // inertia.

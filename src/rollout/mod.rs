@@ -55,6 +55,7 @@
 //! [`RolloutReport`].
 
 mod batch;
+mod driven;
 #[cfg(feature = "save")]
 mod gradient;
 mod run;
@@ -62,6 +63,7 @@ mod varied;
 mod watch;
 
 pub use batch::{Batch, RolloutOutputs};
+pub use driven::Driven;
 #[cfg(feature = "save")]
 pub use gradient::{By, Cotangents, Gradients, Noted, gradients};
 pub use run::{RolloutError, RolloutReport, RolloutTally, Unsolved, roll_out};

@@ -155,7 +155,7 @@ fn one(
     let mut report = RolloutReport::default();
     let mut counted = 0;
     for step in 0..batch.steps {
-        driven.set(batch, rollout, step, &mut simulation)?;
+        batch.set(&driven, rollout, step, &mut simulation)?;
         simulation.step(record)?;
         report.count(rollout, step, record);
         if !states.is_empty() {

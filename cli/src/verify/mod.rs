@@ -96,7 +96,7 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     if recording.run.as_ref().is_some_and(|run| run.pushed) {
         return Err(Failure::Input(format!(
             "{place} cannot be verified: wrenches, motors or states were set during the run \
-             (`pushed` in run.json)"
+             (`pushed` in run.json); put loads and motors into the scene"
         )));
     }
     let world = &recording.world;

@@ -77,18 +77,12 @@ class Rollouts(_Outputs):
     def trajectory(self, index: int) -> "Trajectory":
         """One rollout as a trajectory with its contacts. It is simulated again, to the same bits.
 
-        :raises TumbleError: for an invalid index, for rollouts with motors or joint_forces, and if
-            the rollouts differ in mass, inertia, gravity or another constant that no keyword of a
-            scene sets.
+        :raises TumbleError: for an invalid index, and if the rollouts differ in mass, inertia, gravity
+            or another constant that no keyword of a scene sets.
         """
         rollouts, steps = self.status.shape
         index = whole("index", index, 0, rollouts - 1)
         scene, _, _, starts, pushes, motors, joint_forces, values = self._batch
-        if motors is not None or joint_forces is not None:
-            raise TumbleError(
-                "trajectory: motors or joint_forces changed from step to step, which a scene cannot describe; "
-                "use states and forces"
-            )
         text, path, settings = scene._source
         settings = dict(settings)
         for name, array in values:
@@ -99,9 +93,11 @@ class Rollouts(_Outputs):
                 )
             settings[name] = float(array[index])
         scene = Scene.from_text(text, path, **settings)
-        start = starts[index if len(starts) > 1 else 0]
-        push = None if pushes is None else pushes[index if len(pushes) > 1 else 0]
-        return scene.simulate(start).run(steps, push)
+        start, push, target, force = (
+            None if of is None else of[index if len(of) > 1 else 0]
+            for of in (starts, pushes, motors, joint_forces)
+        )
+        return scene.simulate(start).run(steps, push, motors=target, joint_forces=force)
 
 
 def rollout(

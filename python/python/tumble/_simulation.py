@@ -240,13 +240,17 @@ class Simulation(CoreSimulation, Queries):
         steps: int,
         wrenches: Any = None,
         *,
+        motors: Any = None,
+        joint_forces: Any = None,
         contacts: bool = True,
         progress: Progress = False,
     ) -> Trajectory:
         """Takes ``steps`` steps and records them.
 
         ``wrenches`` (T, N, 6), for one body also (T, 6), act on the bodies in each of the T
-        steps, see step. Without ``contacts`` only states and total forces on each body are
+        steps, see step. ``motors`` (T, M) are targets of the motors, first those of
+        ``scene.motor_axes``, then those of ``scene.motor_gears``. ``joint_forces`` (T, A) act on the
+        axes of ``scene.driven_axes``, in addition to their own (N or N m). Without ``contacts`` only states and total forces on each body are
         recorded, which needs a tenth of the memory. Too large a recording raises MemoryError.
 
         Ctrl-C raises KeyboardInterrupt, and the simulation stays at its last step. Any
@@ -261,8 +265,13 @@ class Simulation(CoreSimulation, Queries):
         if wrenches is not None:
             shapes = _shapes((steps, bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(steps, bodies, 6)
+        targets = len(self.scene.motor_axes) + len(self.scene.motor_gears)
+        if motors is not None:
+            motors = numbers("motors", motors, (steps, targets))
+        if joint_forces is not None:
+            joint_forces = numbers("joint_forces", joint_forces, (steps, len(self.scene.driven_axes)))
         recorded, raised = self.record(
-            steps, wrenches, contacts=contacts, progress=callback(progress)
+            steps, wrenches, motors, joint_forces, contacts=contacts, progress=callback(progress)
         )
         trajectory = Trajectory(self.scene, recorded)
         if raised is not None:

@@ -366,26 +366,29 @@ class Trajectory:
         """Reads the tables of a run of ``scene`` or of a part of one.
 
         ``folder`` contains tables of to_csv or the command line. Or it is, or contains, the
-        only table trajectory.csv of a run of ``[body]``.
+        only table trajectory.csv of a run of ``[body]``. A run.json beside the tables that has other
+        bodies is refused.
         """
         scene, folder = made("scene", scene, Scene), Path(folder)
         of_one = folder if folder.is_file() else folder / _OF_ONE
+        json = of_one.with_name("run.json")
+        run = json.read_text("utf-8") if json.is_file() else None
         if of_one.is_file():
-            trajectory = cls(scene, Recording.of_trajectory(scene, of_one.read_bytes()))
+            trajectory = cls(scene, Recording.of_trajectory(scene, of_one.read_bytes(), run))
             if of_one == folder or not (folder / "states.csv").exists():
                 return trajectory
         else:
             trajectory = None
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
         tables = [(folder / f"{name}.csv").read_bytes() for name in names]
-        run = cls(scene, _recording(scene, tables))
+        whole = cls(scene, Recording.of_tables(scene, tables, run=run))
         # The tables contain more of the same run.
-        if trajectory is not None and run.states.tobytes() != trajectory.states.tobytes():
+        if trajectory is not None and whole.states.tobytes() != trajectory.states.tobytes():
             raise TumbleError(
                 f"{folder}: states.csv and {_OF_ONE} belong to two runs; read the second with {of_one}, "
                 "and move the first to its own folder"
             )
-        return run
+        return whole
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
         """Plots of a body over time as SVG.
@@ -502,14 +505,7 @@ def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> "pd.DataFrame":
 
 
 def _restored(scene: Scene, tables: List[bytes], forces: Any) -> Trajectory:
-    return Trajectory(scene, _recording(scene, tables, forces))
-
-
-def _recording(scene: Scene, tables: List[bytes], forces: Any = None) -> Recording:
-    states, contacts, steps, *others = tables
-    joints = others[0] if others else None
-    gears = others[1] if len(others) > 1 else None
-    return Recording.of_tables(scene, states, contacts, steps, joints, gears, forces)
+    return Trajectory(scene, Recording.of_tables(scene, tables, forces))
 
 
 def by_name(

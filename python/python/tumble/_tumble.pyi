@@ -237,6 +237,8 @@ class CoreSimulation:
         self,
         steps: int,
         wrenches: Optional[Floats] = None,
+        motors: Optional[Floats] = None,
+        joint_forces: Optional[Floats] = None,
         *,
         contacts: bool = True,
         progress: Progress = None,
@@ -252,15 +254,12 @@ class Recording:
     @staticmethod
     def of_tables(
         scene: CoreScene,
-        states: bytes,
-        contacts: bytes,
-        steps: bytes,
-        joints: Optional[bytes] = None,
-        gears: Optional[bytes] = None,
+        tables: List[bytes],
         forces: Optional[Floats] = None,
+        run: Optional[str] = None,
     ) -> Recording: ...
     @staticmethod
-    def of_trajectory(scene: CoreScene, table: bytes) -> Recording: ...
+    def of_trajectory(scene: CoreScene, table: bytes, run: Optional[str] = None) -> Recording: ...
     def surfaces(self) -> Tuple[List[List[Surface]], List[List[Surface]], List[str]]: ...
     @staticmethod
     def step_bytes(bodies: int, joints: int) -> int: ...
