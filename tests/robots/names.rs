@@ -1,4 +1,4 @@
-//! Misspelt and unknown names in a URDF file.
+//! Misspelt and unknown names in the files of robots.
 
 use tumble_robot::{Reading, read};
 
@@ -43,4 +43,30 @@ fn other_unknown_names_are_ignored_with_a_note() {
     assert!(said.contains(&unknown.to_owned()), "{said:?}");
     let idle = "elements without effect on the motion: 1 <gazebo>";
     assert!(said.contains(&idle.to_owned()), "{said:?}");
+}
+
+#[test]
+fn misspelt_names_of_an_mjcf_file_are_answered_with_the_nearest() {
+    let body = |inner: &str, motor: &str| {
+        format!(
+            "<mujoco><worldbody><body name='arm'>{inner}<geom size='0.1'/></body></worldbody>\
+             <actuator><motor joint='{motor}'/></actuator></mujoco>"
+        )
+    };
+    let cases = [
+        (body("<hinge/><joint name='elbow'/>", "elbow"), "this element is not supported in a body"),
+        (body("<freejoit/>", "elbow"), "in a body; did you mean `freejoint`?"),
+        (
+            body("<joint name='elbow' frictionlos='1'/>", "elbow"),
+            "frictionlos: this attribute is unknown; did you mean `frictionloss`?",
+        ),
+        (
+            body("<joint name='elbow'/>", "elbw"),
+            "there is no joint \"elbw\"; did you mean `elbow`?",
+        ),
+    ];
+    for (text, said) in cases {
+        let why = scene("", &[("robot.xml", &text)]).err().unwrap_or_default();
+        assert!(why.contains(said), "{why}");
+    }
 }

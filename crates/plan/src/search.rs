@@ -133,7 +133,10 @@ impl PlanProblem {
         }
         let mut parts = Vec::new();
         if replay.unsolved > 0 {
-            parts.push(format!("{} steps of the replay were not solved", replay.unsolved));
+            let steps = replay.unsolved;
+            parts.push(format!(
+                "{steps} steps of the replay failed or are wild; shorten the time step"
+            ));
         }
         parts.extend(replay.misses.iter().filter(|miss| !miss.is_met()).map(|miss| {
             let Miss { name, by, tolerance, unit, after } = miss;

@@ -3,7 +3,7 @@
 use roxmltree::{Document, Node, ParsingOptions};
 use std::borrow::Cow;
 use std::rc::Rc;
-use tumble_model::shown;
+use tumble_model::{nearest, shown};
 
 /// Maximum size of a robot's file (bytes).
 pub const LARGEST_FILE: u64 = 16 << 20;
@@ -231,8 +231,9 @@ pub trait Attributes {
         match self.element().attributes.iter().find(|(name, _)| !known(name)) {
             None => Ok(()),
             Some((name, _)) => {
+                let hint = nearest::hint(name, read.iter().chain(idle).copied());
                 let name = shown::line(name);
-                Err(self.element().wrong(format!("{name}: this attribute is unknown")))
+                Err(self.element().wrong(format!("{name}: this attribute is unknown{hint}")))
             }
         }
     }

@@ -7,12 +7,15 @@ use crate::mass::symmetric;
 use crate::model::{LinkMass, Moves, RobotJoint, RobotLink};
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3};
+use tumble_model::nearest;
 
 /// Maximum number of links.
 const MOST_LINKS: usize = 2000;
 
 /// Elements that do not affect the motion.
 const IDLE: [&str; 2] = ["camera", "light"];
+/// Elements of a body that are read.
+const READ: [&str; 7] = ["geom", "body", "joint", "freejoint", "site", "inertial", "frame"];
 
 /// Context of child elements: link, their frame in it, and their default class.
 #[derive(Clone)]
@@ -150,8 +153,10 @@ impl MjcfReader<'_> {
                     self.read_contents(child, &Within { frame, class, ..*within }, below)?;
                 }
                 tag if IDLE.contains(&tag) => self.notes.idle(tag),
-                _ => {
-                    return Err(child.wrong("this element is not supported in a body"));
+                tag => {
+                    let hint = nearest::hint(tag, READ.iter().chain(&IDLE).copied());
+                    let why = format!("this element is not supported in a body{hint}");
+                    return Err(child.wrong(why));
                 }
             }
         }

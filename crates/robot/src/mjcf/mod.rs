@@ -29,6 +29,7 @@ use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use tumble_core::geometry::terrain::HeightField;
+use tumble_model::{nearest, shown};
 
 /// Elements allowed in the root of a file.
 const SECTIONS: [&str; 16] = [
@@ -176,19 +177,27 @@ impl MjcfReader<'_> {
 
     /// Index of the link with this name.
     fn link(&self, element: &Element, field: &str, name: &str) -> Result<usize, String> {
-        self.robot.link(name).ok_or_else(|| {
-            element
-                .wrong(format!("{field}: there is no body {:?}", tumble_model::shown::line(name)))
-        })
+        let names = self.robot.links.iter().map(|link| &*link.name);
+        self.robot.link(name).ok_or_else(|| unknown(element, field, "body", name, names))
     }
 
     /// Index of the joint with this name.
     fn joint(&self, element: &Element, field: &str, name: &str) -> Result<usize, String> {
-        self.robot.joint(name).ok_or_else(|| {
-            element
-                .wrong(format!("{field}: there is no joint {:?}", tumble_model::shown::line(name)))
-        })
+        let names = self.robot.joints.iter().map(|joint| &*joint.name);
+        self.robot.joint(name).ok_or_else(|| unknown(element, field, "joint", name, names))
     }
+}
+
+/// Error about a `name` that no `kind` of the file has.
+fn unknown<'n>(
+    element: &Element,
+    field: &str,
+    kind: &str,
+    name: &str,
+    names: impl Iterator<Item = &'n str>,
+) -> String {
+    let (hint, name) = (nearest::hint(name, names), shown::line(name));
+    element.wrong(format!("{field}: there is no {kind} {name:?}{hint}"))
 }
 
 /// Options of a file without `<option>`.
