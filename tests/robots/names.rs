@@ -66,7 +66,7 @@ fn misspelt_names_of_an_mjcf_file_are_answered_with_the_nearest() {
         ),
     ];
     for (text, said) in cases {
-        let why = scene("", &[("robot.xml", &text)]).err().unwrap_or_default();
+        let why = read(&text, &Reading::none()).unwrap_err();
         assert!(why.contains(said), "{why}");
     }
 }

@@ -199,6 +199,20 @@ fn a_quadruped_hops_to_a_place() {
     assert!(found.replay.modes.iter().filter(flies).count() > 5);
 }
 
+/// Checks a hopper on a springy leg that lands from a fall and hops to a place. It stands there for
+/// its last step.
+#[test]
+#[ignore = "minutes"]
+fn a_leg_hops_to_a_place() {
+    let file = shipped("hopper.toml");
+    let found = is_found(&file);
+    let open = |modes: &Vec<ContactMode>| modes.iter().all(|of| of.mode == Mode::Open);
+    // Take-offs, after the fall.
+    let hops = found.replay.modes.windows(2).filter(|pair| !open(&pair[0]) && open(&pair[1]));
+    assert!(hops.count() >= 1);
+    assert!(!open(found.replay.modes.last().unwrap()));
+}
+
 /// Checks a planar hopper that lifts its foot by 0.15 m, flies, and stands again. While nothing touches,
 /// its centre of mass falls freely.
 #[test]
