@@ -168,8 +168,11 @@ def main() -> None:
     report("ramp", scene, height, ramp)
     found = stand_up(scene, height, args.iterations)
     report("found", scene, height, found)
-    run, both = cost(scene, found)
-    print(f"a run {1e3 * run:.1f} ms, its reverse pass {1e3 * (both - run):.1f} ms: {both / run - 1.0:.2f} runs")
+    plans = {"standing pose at once": np.tile(STAND, (STEPS, 1)), "found": found, "crouch": np.tile(CROUCH, (STEPS, 1))}
+    for name, aimed in plans.items():
+        run, both = cost(scene, aimed)
+        reverse = f"its reverse pass {1e3 * (both - run):.1f} ms: {both / run - 1.0:.2f} runs"
+        print(f"{name}: a run takes {1e3 * run:.1f} ms, {reverse}")
     if args.picture:
         strip(scene, found, args.picture)
     if args.out:

@@ -101,8 +101,8 @@ def main() -> None:
 
     if args.out is not None:
         args.out.mkdir(parents=True, exist_ok=True)
-        envs, tests = (soft(args.robot, number, args.friction) for number in (ENVIRONMENTS, TESTS))
-        learn(envs, tests, args.out, args.minutes, args.seed)
+        training, tests = (soft(args.robot, number, args.friction) for number in (ENVIRONMENTS, TESTS))
+        learn(training, tests, args.out, args.minutes, args.seed)
         return
     policy = ActorCriticPolicy.load(args.policy, device="cpu")
     for name, make in (("tumble", tumbling), ("MuJoCo", soft)):
