@@ -124,7 +124,7 @@ def test_what_is_refused(tmp_path):
         ({"actions": "controls"}, "has no actuators"),
         ({"actions": "speed"}, "actions is 'speed'; one of controls, torque, pd, position"),
         ({"actions": "pd"}, "stiffness is needed"),
-        ({"actions": "torque", "stiffness": 1.0}, "stiffness is for pd alone"),
+        ({"actions": "torque", "stiffness": 1.0}, 'actions="torque" does not use stiffness; .* use actions="pd"'),
         ({"actions": "torque"}, r"slider has no force limit; give ranges=\{'slider': \(low, high\)\}"),
         ({"actions": "position", "most": 5.0}, r"hinge has no limits; give ranges"),
         ({"actions": "position", "joints": ["slider"]}, "most of slider, the force limit of its motor"),
@@ -136,6 +136,48 @@ def test_what_is_refused(tmp_path):
             RobotEnv(plain, **keywords)
     with pytest.raises(tumble.TumbleError, match="has no control range, and none follows from its limits"):
         RobotEnv(cart(tmp_path, '<motor joint="slider"/>'))
+
+
+@pytest.mark.parametrize(
+    ("keywords", "words"),
+    [
+        ({"actions": "torque", "most": 1.0}, 'does not use most; leave it out, or use actions="pd" or "position"'),
+        ({"actions": "torque", "damping": 1.0}, "does not use damping"),
+        ({"actions": "position", "damping": 1.0}, "does not use damping"),
+        ({"actions": "position", "most": {"fr_rol": 1.0}}, "name in most 'fr_rol' is unknown; did you mean `fr_roll"),
+        ({"actions": "torque", "ranges": {"fr_rolls": (-1, 1)}}, "name in ranges 'fr_rolls' is unknown; did you mean"),
+        ({"actions": "torque", "ranges": (-1, 1)}, r"ranges is \(-1, 1\); a dictionary is needed"),
+        ({"actions": "pd", "stiffness": {"fr_roll": 1.0}}, "stiffness has no number for fl_roll; give one for each"),
+        ({"actions": "pd", "stiffness": 1.0, "damping": {"fr_roll": 1.0}}, "damping has no number for fl_roll"),
+        ({"actions": "pd", "stiffness": "60"}, "stiffness of fl_roll is '60'; a number is needed"),
+        ({"actions": "torque", "joints": "fr_roll"}, r"joints is 'fr_roll'; a list of names is needed: \['fr_roll'\]"),
+        ({"actions": "torque", "joints": 3}, "joints is 3; a list of names is needed"),
+        ({"actions": "torque", "joints": [3]}, "joints has 3; a name is a string"),
+        ({"actions": "torque", "joints": []}, "joints is empty; name a slide or hinge"),
+        ({"actions": "torque", "joints": ["fr_roll", "fr_roll"]}, "joints has 'fr_roll' twice"),
+        ({"actions": "torque", "leave_out": "transmission"}, r"leave_out is .* a list of names is needed: \['trans"),
+    ],
+)
+def test_an_option_without_effect_is_refused(keywords, words):
+    with pytest.raises(tumble.TumbleError, match=words):
+        RobotEnv(QUADRUPED, **keywords)
+
+
+def test_controls_have_no_joints_and_gains():
+    for option in ({"joints": ["thigh_joint"]}, {"damping": 1.0}, {"most": 1.0}):
+        with pytest.raises(tumble.TumbleError, match='actions="controls" does not use'):
+            RobotEnv(model("hopper.xml"), **option)
+
+
+def test_gains_by_joint_reach_the_motors():
+    names = RobotEnv(QUADRUPED, actions="torque").actions.names
+    gains = {option: {name: 10.0 + place for place, name in enumerate(names)} for option in ("stiffness", "damping")}
+    env = RobotEnv(QUADRUPED, actions="pd", most={"fr_roll": 3.0}, **gains)
+    env.reset(seed=0)
+    joints = env.robot.slides_and_hinges
+    assert [joint.stiffness for joint in joints] == [joint.damping for joint in joints] == [10.0 + i for i in range(12)]
+    limits = {joint.name: joint.most for joint in joints}
+    assert limits["fr_roll"] == 3.0 and limits["fl_roll"] == tumble.load(QUADRUPED).simulate().robot["fl_roll"].most
 
 
 def test_arguments_of_the_loader_reach_it(tmp_path):

@@ -73,7 +73,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         joints: Optional[List[str]] = None,
         ranges: Optional[Mapping[str, Range]] = None,
         stiffness: Optional[ByJoint] = None,
-        damping: ByJoint = 0.0,
+        damping: Optional[ByJoint] = None,
         most: Optional[ByJoint] = None,
         robot: Optional[str] = None,
         packages: Union[str, "os.PathLike[str]", None] = None,
