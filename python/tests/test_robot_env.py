@@ -273,7 +273,9 @@ def test_many_take_the_steps_of_single_ones(threads):
     single = SyncVectorEnv(single, autoreset_mode=AutoresetMode.NEXT_STEP)
     assert many.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     assert many.observation_space == single.observation_space and many.action_space == single.action_space
-    assert np.array_equal(many.reset(seed=3)[0], single.reset(seed=3)[0])
+    (first, infos), (other, others) = many.reset(seed=3), single.reset(seed=3)
+    assert np.array_equal(first, other) and infos.keys() == others.keys()
+    assert infos["unsolved"].dtype == others["unsolved"].dtype and not infos["unsolved"].any()
     many.action_space.seed(0)
     ends = cuts = 0
     for _ in range(25):
@@ -326,3 +328,11 @@ def test_a_range_that_is_none_is_refused(pair):
 def test_noise_is_a_number_from_zero(noise):
     with pytest.raises(tumble.TumbleError, match="noise is"):
         RobotEnv(model("hopper.xml"), noise=noise)
+
+
+def test_unsolved_steps_are_counted_when_all_start_again():
+    env = RobotVectorEnv(RobotEnv, 3, file=model("hopper.xml"), max_episode_steps=1)
+    env.reset(seed=0)
+    for _ in range(3):
+        infos = env.step(np.zeros((3, 3)))[-1]
+        assert infos["unsolved"].tolist() == [0, 0, 0]

@@ -135,7 +135,10 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[Info] = None
     ) -> Tuple[Floats, Info]:
-        """Draws a new start, from the seed if there is one. ``options`` are ignored."""
+        """Draws a new start, from the seed if there is one. ``options`` are ignored.
+
+        The info has ``unsolved``, 0, as that of a step.
+        """
         super().reset(seed=seed)
         self.simulation = self.scene.simulate()
         q, v = self.draw(self.np_random)
@@ -150,7 +153,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self.robot.set(q, v)
         self.actions.begin(self.robot)
         self._show()
-        return self.observe(), {}
+        return self.observe(), {"unsolved": 0}
 
     def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
         """Takes the steps of one action.
