@@ -336,3 +336,33 @@ def test_unsolved_steps_are_counted_when_all_start_again():
     for _ in range(3):
         infos = env.step(np.zeros((3, 3)))[-1]
         assert infos["unsolved"].tolist() == [0, 0, 0]
+
+
+def test_many_environments_are_alike():
+    hopper, walker = model("hopper.xml"), model("walker2d_v5.xml")
+    ranges = dict.fromkeys(("thigh_joint", "leg_joint", "foot_joint"), (-1.0, 1.0))
+    backwards = list(ranges)[::-1]
+
+    class Blind(RobotEnv):
+        def observe(self):
+            return self.robot.v
+
+    for first, other, words in [
+        (lambda: RobotEnv(hopper, 4), lambda: RobotEnv(hopper, 2), "frame_skip of environment 1 is 2, and 4 of"),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(tumble.load(hopper, time_step=0.001)), "dt of environment 1 is"),
+        (lambda: RobotEnv(hopper), lambda: Blind(hopper), "observation_space of environment 1"),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(hopper, ranges={"actuator-0": (0, 1)}), "action_space of"),
+        (
+            lambda: RobotEnv(hopper, actions="torque", ranges=ranges),
+            lambda: RobotEnv(hopper, actions="torque", ranges=ranges, joints=backwards),
+            r"list of actions of environment 1 is \['foot_joint",
+        ),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(hopper, render_mode="rgb_array"), "render_mode of environment 1"),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(walker), "of environment 1"),
+        (lambda: RobotEnv(hopper), lambda: gymnasium.make("tumble/Hopper-v0"), "RobotEnv is needed, without wrappers"),
+    ]:
+        makers = iter([first, other])
+        with pytest.raises(tumble.TumbleError, match=words):
+            RobotVectorEnv(lambda: next(makers)(), 2)
+    with pytest.raises(tumble.TumbleError, match="make is 3; a function that creates a RobotEnv is needed"):
+        RobotVectorEnv(3, 2)

@@ -222,7 +222,10 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         self.num_envs = whole("num_envs", num_envs, 1)
         self.max_episode_steps = whole("max_episode_steps", max_episode_steps, 1)
         self.threads = threads_of(threads)
+        if not callable(make):
+            raise TumbleError(f"make is {make!r}; a function that creates a RobotEnv is needed")
         self.envs = [make(**keywords) for _ in range(num_envs)]
+        _check_alike(self.envs)
         first = self.envs[0]
         if first.render_mode == "human":
             raise TumbleError(
@@ -283,6 +286,23 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     def render(self) -> Any:
         """Images of the environments, or None without a render mode."""
         return None if self.render_mode is None else tuple(env.render() for env in self.envs)
+
+
+def _check_alike(envs: List[RobotEnv]) -> None:
+    """Refuses environments whose actions, observations or steps differ from those of the first one."""
+    for index, env in enumerate(envs):
+        if not isinstance(env, RobotEnv):
+            raise TumbleError(f"make returned {env!r}; a RobotEnv is needed, without wrappers")
+        for name, own in _shared(env).items():
+            first = _shared(envs[0])[name]
+            if own != first:
+                raise TumbleError(f"{name} of environment {index} is {own}, and {first} of environment 0; make them equal")
+
+
+def _shared(env: RobotEnv) -> Info:
+    """Properties that environments must share to be simulated together."""
+    names = ("frame_skip", "dt", "render_mode", "observation_space", "action_space")
+    return {**{name: getattr(env, name) for name in names}, "list of actions": env.actions.names}
 
 
 def _scene(file: Any, substeps: int, reading: Mapping[str, Any]) -> Scene:
