@@ -366,3 +366,42 @@ def test_many_environments_are_alike():
             RobotVectorEnv(lambda: next(makers)(), 2)
     with pytest.raises(tumble.TumbleError, match="make is 3; a function that creates a RobotEnv is needed"):
         RobotVectorEnv(3, 2)
+
+
+@pytest.mark.parametrize(
+    ("method", "returned", "words"),
+    [
+        ("judge", 1.0, "judge returned 1.0; 3 values are needed: reward, end"),
+        ("judge", (1.0, False), "3 values are needed"),
+        ("judge", (np.nan, False, {}), "judge returned nan and {}; a finite reward"),
+        ("judge", ("much", False, {}), "a finite reward"),
+        ("judge", (1.0, False, None), "judge returned 1.0 and None; .* a dictionary"),
+        ("observe", 1.0, r"observe returned an array of shape \(\); \(12,\) is needed"),
+        ("observe", np.zeros(3), r"shape \(3,\); \(12,\) is needed"),
+        ("draw", np.zeros(3), "draw returned .* 2 values are needed: coordinates, rates"),
+        ("draw", (np.zeros(5), np.zeros(6)), r"q of draw has shape \(5,\); \(6,\) is needed"),
+        ("draw", (np.zeros(6), None), "v of draw"),
+        ("draw", (np.full(6, np.nan), np.zeros(6)), r"q of draw\[0\] is nan"),
+    ],
+)
+def test_what_a_subclass_returns_is_checked(method, returned, words):
+    # The first observation, of the constructor, defines the space.
+    own = {method: lambda self, *_: returned if hasattr(self, "observation_space") else np.zeros(12)}
+    env = type("Own", (RobotEnv,), own)(model("hopper.xml"))
+    with pytest.raises(tumble.TumbleError, match=words):
+        env.reset(seed=0)
+        env.step(np.zeros(3))
+
+
+@pytest.mark.parametrize("returned", [1.0, None, {"q": 1.0}])
+def test_an_observation_is_an_array(returned):
+    kind = type("Own", (RobotEnv,), {"observe": lambda self: returned})
+    with pytest.raises(tumble.TumbleError, match="^observe returned .* an array is needed"):
+        kind(model("hopper.xml"))
+
+
+@pytest.mark.parametrize("path", [None, 3, ["hopper.xml"]])
+def test_a_file_is_a_path(path):
+    for read in (tumble.load, RobotEnv):
+        with pytest.raises(tumble.TumbleError, match="path is .*; the path of a scenario or a robot's file is needed"):
+            read(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from math import isfinite
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple, Union
 
 import gymnasium
@@ -103,8 +104,10 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self.actions.begin(self.robot)
         low, high = (of.astype(np.float32) for of in (self.actions.low, self.actions.high))
         self.action_space = spaces.Box(low, high, dtype=np.float32)
-        size = len(self.observe())
-        self.observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float64)
+        shape = np.shape(self.observe())
+        if not shape:
+            raise TumbleError(f"observe returned {self.observe()!r}; an array is needed")
+        self.observation_space = spaces.Box(-np.inf, np.inf, shape, np.float64)
 
     @property
     def robot(self) -> Robot:
@@ -141,8 +144,9 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         """
         super().reset(seed=seed)
         self.simulation = self.scene.simulate()
-        q, v = self.draw(self.np_random)
-        q = np.array(q)
+        q, v = _parts("draw", self.draw(self.np_random), "coordinates", "rates")
+        coordinates, rates = self.robot.counts
+        q, v = numbers("q of draw", q, (coordinates,)).copy(), numbers("v of draw", v, (rates,))
         for index, (_, kind, at, _, _) in enumerate(self.robot.joint_list):
             limits = self.robot.bounds(index)[0]
             if kind in ("slide", "hinge") and limits is not None:
@@ -153,7 +157,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self.robot.set(q, v)
         self.actions.begin(self.robot)
         self._show()
-        return self.observe(), {"unsolved": 0}
+        return self._observed(), {"unsolved": 0}
 
     def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
         """Takes the steps of one action.
@@ -191,9 +195,22 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self, before: Floats, action: Floats, unsolved: int
     ) -> Tuple[Floats, float, bool, Info]:
         """Observation, reward, True at the end of the episode, and info after the steps."""
-        reward, over, info = self.judge(before, action)
+        reward, over, info = _parts("judge", self.judge(before, action), "reward", "end of the episode", "info")
+        try:
+            finite = isfinite(reward)
+        except TypeError:
+            finite = False
+        if not finite or not isinstance(info, dict):
+            raise TumbleError(f"judge returned {reward!r} and {info!r}; a finite reward and a dictionary are needed")
         info["unsolved"] = unsolved
-        return self.observe(), reward, over, info
+        return self._observed(), reward, over, info
+
+    def _observed(self) -> Floats:
+        """Observation, with the shape of its space."""
+        observed, shape = self.observe(), self.observation_space.shape
+        if np.shape(observed) != shape:
+            raise TumbleError(f"observe returned an array of shape {np.shape(observed)}; {shape} is needed, as at first")
+        return observed
 
 
 class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
@@ -286,6 +303,13 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     def render(self) -> Any:
         """Images of the environments, or None without a render mode."""
         return None if self.render_mode is None else tuple(env.render() for env in self.envs)
+
+
+def _parts(method: str, returned: Any, *parts: str) -> Any:
+    """The ``parts`` that a method of a subclass returned."""
+    if not isinstance(returned, (tuple, list)) or len(returned) != len(parts):
+        raise TumbleError(f"{method} returned {returned!r}; {len(parts)} values are needed: {', '.join(parts)}")
+    return returned
 
 
 def _check_alike(envs: List[RobotEnv]) -> None:

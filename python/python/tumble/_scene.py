@@ -363,7 +363,10 @@ def load(
 
     Raises TumbleError for an unreadable file and for an invalid scene.
     """
-    path = os.fsdecode(path)
+    try:
+        path = os.fsdecode(path)
+    except TypeError:
+        raise TumbleError(f"path is {path!r}; the path of a scenario or a robot's file is needed") from None
     most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
     try:
         with open(path, "rb") as stream:
