@@ -405,3 +405,59 @@ def test_a_file_is_a_path(path):
     for read in (tumble.load, RobotEnv):
         with pytest.raises(tumble.TumbleError, match="path is .*; the path of a scenario or a robot's file is needed"):
             read(path)
+
+
+def dog_on(**surroundings):
+    robots = [{"file": str(QUADRUPED), "position": [0, 0, 0.55]}]
+    return tumble.Scene([], {"friction": 0.5}, robots=robots, **surroundings)
+
+
+SURROUNDINGS = {
+    "step": {"fixed": [{"name": "step", "box": [1, 1, 0.1], "position": [0.4, 0, 0]}]},
+    "hills": {"terrain": [{"name": "hills", "heights": (0.1 * np.eye(9)).tolist(), "spacing": 0.2}]},
+}
+
+
+class Low(RobotEnv):
+    """Quadruped whose starts are up to 0.3 m too low."""
+
+    def draw(self, rng):
+        q, v = super().draw(rng)
+        q[2] -= rng.uniform(0.0, 0.3)
+        return q, v
+
+
+@pytest.mark.parametrize("name", SURROUNDINGS)
+def test_a_start_is_lifted_out_of_fixed_pieces_and_terrain(name):
+    env = Low(dog_on(**SURROUNDINGS[name]), **DECLARED["pd"])
+    lifted = 0
+    for seed in range(30):
+        observed, _ = env.reset(seed=seed)
+        rng = np.random.default_rng(0)
+        rng.bit_generator.state = np.random.PCG64(np.random.SeedSequence(seed)).state
+        drawn = env.draw(rng)[0]
+        lift = observed[2] - drawn[2]
+        overlap = max([-pair.distance for pair in env.simulation.pairs_within(0.0)], default=0.0)
+        assert lift > -1e-9 and observed[:19] == pytest.approx(np.insert(np.delete(drawn, 2), 2, observed[2])) and overlap < 1e-4
+        if lift > 1e-9:
+            lifted += 1
+            assert min(pair.distance for pair in env.simulation.pairs_within(0.01)) < 2e-4
+    assert 5 < lifted < 30
+
+
+def test_a_start_that_overlaps_itself_is_drawn_again():
+    folded = np.array([0, 0, 0.6, 1, 0, 0, 0, *(-0.8, 0, -2.6), *(0.8, 0, -2.6), *(0, 0, -2.6), *(0, 0, -2.6)])
+
+    class Folding(RobotEnv):
+        drawn, worst = 0, 3
+
+        def draw(self, rng):
+            self.drawn += 1
+            return (folded if self.drawn <= self.worst else self.robot.start), np.zeros(18)
+
+    env = Folding(QUADRUPED, **DECLARED["pd"])
+    env.reset(seed=0)
+    assert env.drawn == 4 and np.array_equal(env.robot.q, env.robot.start)
+    env.worst = 100
+    with pytest.raises(tumble.TumbleError, match="10 drawn starts were refused, the last one for: fl_thigh and .* overlap"):
+        env.reset(seed=0)

@@ -20,6 +20,7 @@ from ._robot import Robot
 from ._rollout import threads_of
 from ._scene import Scene, load
 from ._simulation import Simulation
+from ._starts import place
 from ._tumble import TumbleError, step_all
 from ._window import Window
 
@@ -29,6 +30,8 @@ Info = Dict[str, Any]
 
 EPISODE = 1000
 """Steps of an environment until an episode is truncated."""
+DRAWS = 10
+"""Largest number of starts drawn for an episode."""
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
@@ -58,7 +61,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 50}
     up: Optional[int] = None
-    """Index of the coordinate that lifts the robot. A start below the ground is lifted to it.
+    """Index of the coordinate that lifts the robot. A start that overlaps something is lifted out of it.
 
     The default is the height of a floating base.
     """
@@ -143,7 +146,21 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         The info has ``unsolved``, 0, as that of a step.
         """
         super().reset(seed=seed)
-        self.simulation = self.scene.simulate()
+        for left in reversed(range(DRAWS)):
+            self.simulation = self.scene.simulate()
+            q, v = self._drawn()
+            try:
+                place(self.robot, q, v, self.up)
+                break
+            except TumbleError as error:
+                if not left:
+                    raise TumbleError(f"{DRAWS} drawn starts were refused, the last one for: {error}; change draw or noise") from None
+        self.actions.begin(self.robot)
+        self._show()
+        return self._observed(), {"unsolved": 0}
+
+    def _drawn(self) -> Tuple[Floats, Floats]:
+        """Drawn coordinates, clipped to the joints' ranges, and rates."""
         q, v = _parts("draw", self.draw(self.np_random), "coordinates", "rates")
         coordinates, rates = self.robot.counts
         q, v = numbers("q of draw", q, (coordinates,)).copy(), numbers("v of draw", v, (rates,))
@@ -151,13 +168,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
             limits = self.robot.bounds(index)[0]
             if kind in ("slide", "hinge") and limits is not None:
                 q[at] = min(max(q[at], limits[0]), limits[1])
-        lowest = self.robot.lowest(self.robot.placed(q, v, self.simulation.states))
-        if self.up is not None and lowest < 0.0:
-            q[self.up] -= lowest
-        self.robot.set(q, v)
-        self.actions.begin(self.robot)
-        self._show()
-        return self._observed(), {"unsolved": 0}
+        return q, v
 
     def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
         """Takes the steps of one action.
