@@ -461,3 +461,19 @@ def test_a_start_that_overlaps_itself_is_drawn_again():
     env.worst = 100
     with pytest.raises(tumble.TumbleError, match="10 drawn starts were refused, the last one for: fl_thigh and .* overlap"):
         env.reset(seed=0)
+
+
+def test_scenes_of_many_environments_may_differ():
+    """Each takes the steps of its own scene."""
+    scenes = [tumble.load(QUADRUPED, friction=friction) for friction in (0.2, 1.0)]
+    waiting = iter(scenes)
+    many = RobotVectorEnv(lambda: RobotEnv(next(waiting), 10, **DECLARED["pd"]), 2)
+    single = [RobotEnv(scene, 10, **DECLARED["pd"]) for scene in scenes]
+    many.reset(seed=0)
+    for index, env in enumerate(single):
+        env.reset(seed=index)
+    action = many.single_action_space.high
+    for _ in range(20):
+        observed = many.step(np.stack([action, action]))[0]
+        assert all(np.array_equal(env.step(action)[0], own) for env, own in zip(single, observed))
+    assert not np.array_equal(*observed)

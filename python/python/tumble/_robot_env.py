@@ -154,7 +154,8 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
                 break
             except TumbleError as error:
                 if not left:
-                    raise TumbleError(f"{DRAWS} drawn starts were refused, the last one for: {error}; change draw or noise") from None
+                    why = f"{DRAWS} drawn starts were refused, the last one for: {error}; change draw or noise"
+                    raise TumbleError(why) from None
         self.actions.begin(self.robot)
         self._show()
         return self._observed(), {"unsolved": 0}
