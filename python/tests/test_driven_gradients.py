@@ -131,6 +131,8 @@ def test_a_robot_without_motors_is_told_what_to_do():
         tumble.rollout(arm(), motors=np.zeros((1, 3, 2)))
     with pytest.raises(tumble.TumbleError, match="slide or hinge 'knee' is unknown"):
         arm().with_motors(stiffness=1.0, joints=["knee"])
+    with pytest.raises(tumble.TumbleError, match=r"joints is 'elbow'; a list of names is needed: \['elbow'\]"):
+        arm().with_motors(stiffness=1.0, joints="elbow")
     with pytest.raises(tumble.TumbleError, match="stiffness is 0.0; a number above 0"):
         arm().with_motors(stiffness=0.0)
     limited = tumble.Scene.from_text(ARM.replace('effort="20" ', ""), "arm.urdf")

@@ -78,3 +78,27 @@ def test_the_vector_starts_anew_in_the_step_after_the_end():
     assert (fresh[:, 0:2] != last[:, 0:2]).all() and (fresh[:, 7:13] == 0.0).all()
     moved, *_ = vector.step(np.ones((3, 2), np.float32))
     assert (moved[:, 7] > 0).all()
+
+
+@pytest.mark.parametrize("action", [0.5, [0.5], [0.5, 0.1, 0.0], [[0.5, 0.1]], [0.0, np.nan], "up"])
+def test_an_action_of_another_shape_is_refused(action):
+    env = tumble.gym.PushCube()
+    env.reset(seed=0)
+    with pytest.raises(tumble.TumbleError, match=r"^action"):
+        env.step(action)
+
+
+@pytest.mark.parametrize("actions", [np.zeros((3, 2)), np.zeros((1, 2)), np.zeros(2), np.full((2, 2), np.inf)])
+def test_actions_for_another_number_of_cubes_are_refused(actions):
+    env = tumble.gym.PushCubeVector(2)
+    env.reset(seed=0)
+    with pytest.raises(tumble.TumbleError, match=r"^actions"):
+        env.step(actions)
+
+
+def test_a_step_before_the_first_reset_is_refused():
+    for env, action in ((tumble.gym.PushCube(), np.zeros(2)), (tumble.gym.PushCubeVector(2), np.zeros((2, 2)))):
+        with pytest.raises(tumble.TumbleError, match="call reset first"):
+            env.step(action)
+        env.reset(seed=0)
+        env.step(action)

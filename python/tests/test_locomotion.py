@@ -8,6 +8,22 @@ locomotion = pytest.importorskip("tumble.locomotion")
 
 SIZES = {"Hopper": (11, 3), "HalfCheetah": (17, 6), "Walker2d": (17, 6), "Ant": (27, 8)}
 
+PLACES = {
+    "HalfCheetah": lambda before, after, dt: {"x_position": after[0], "x_velocity": (after[0] - before[0]) / dt},
+    "Hopper": lambda before, after, dt: {
+        **PLACES["HalfCheetah"](before, after, dt),
+        "z_distance_from_origin": after[1] - 1.25,
+    },
+    "Walker2d": lambda before, after, dt: PLACES["Hopper"](before, after, dt),
+    "Ant": lambda before, after, dt: {
+        **PLACES["HalfCheetah"](before, after, dt),
+        "y_position": after[1],
+        "y_velocity": (after[1] - before[1]) / dt,
+        "distance_from_origin": np.hypot(after[0], after[1]),
+    },
+}
+"""Infos about the place of a robot, by its coordinates before and after an action that lasts dt."""
+
 pytestmark = pytest.mark.skipif(
     not locomotion.model("hopper.xml").is_file(), reason="this Gymnasium has no models"
 )
@@ -33,6 +49,8 @@ def test_environments_are_as_documented(name):
     assert info["x_velocity"] == pytest.approx(speed)
     assert reward == pytest.approx(speed + info["reward_survive"] - cost)
     assert info["unsolved"] == 0
+    place = {name: value for name, value in info.items() if "position" in name or "origin" in name or "_vel" in name}
+    assert place == pytest.approx(PLACES[name](before, after, env.unwrapped.dt))
 
 
 def test_an_episode_of_each_is_solved():
@@ -60,3 +78,15 @@ def test_a_hopper_that_falls_is_over():
         if over:
             break
     assert over and info["reward_survive"] == 0.0
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_infos_are_those_of_version_5(name):
+    pytest.importorskip("mujoco")
+    own = {"include_cfrc_ext_in_observation": False, "contact_cost_weight": 0.0} if name == "Ant" else {}
+    theirs, ours = gymnasium.make(f"{name}-v5", **own), gymnasium.make(f"tumble/{name}-v0")
+    assert ours.observation_space.shape == theirs.observation_space.shape
+    theirs.reset(seed=0), ours.reset(seed=0)
+    action = np.zeros(ours.action_space.shape, np.float32)
+    infos = [set(env.step(action)[-1]) - {"TimeLimit.truncated"} for env in (theirs, ours)]
+    assert infos[1] - infos[0] <= {"unsolved", "reward_survive"} and infos[0] - infos[1] <= {"reward_contact"}

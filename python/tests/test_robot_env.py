@@ -124,7 +124,7 @@ def test_what_is_refused(tmp_path):
         ({"actions": "controls"}, "has no actuators"),
         ({"actions": "speed"}, "actions is 'speed'; one of controls, torque, pd, position"),
         ({"actions": "pd"}, "stiffness is needed"),
-        ({"actions": "torque", "stiffness": 1.0}, "stiffness is for pd alone"),
+        ({"actions": "torque", "stiffness": 1.0}, 'actions="torque" does not use stiffness; .* use actions="pd"'),
         ({"actions": "torque"}, r"slider has no force limit; give ranges=\{'slider': \(low, high\)\}"),
         ({"actions": "position", "most": 5.0}, r"hinge has no limits; give ranges"),
         ({"actions": "position", "joints": ["slider"]}, "most of slider, the force limit of its motor"),
@@ -136,6 +136,48 @@ def test_what_is_refused(tmp_path):
             RobotEnv(plain, **keywords)
     with pytest.raises(tumble.TumbleError, match="has no control range, and none follows from its limits"):
         RobotEnv(cart(tmp_path, '<motor joint="slider"/>'))
+
+
+@pytest.mark.parametrize(
+    ("keywords", "words"),
+    [
+        ({"actions": "torque", "most": 1.0}, 'does not use most; leave it out, or use actions="pd" or "position"'),
+        ({"actions": "torque", "damping": 1.0}, "does not use damping"),
+        ({"actions": "position", "damping": 1.0}, "does not use damping"),
+        ({"actions": "position", "most": {"fr_rol": 1.0}}, "name in most 'fr_rol' is unknown; did you mean `fr_roll"),
+        ({"actions": "torque", "ranges": {"fr_rolls": (-1, 1)}}, "name in ranges 'fr_rolls' is unknown; did you mean"),
+        ({"actions": "torque", "ranges": (-1, 1)}, r"ranges is \(-1, 1\); a dictionary is needed"),
+        ({"actions": "pd", "stiffness": {"fr_roll": 1.0}}, "stiffness has no number for fl_roll; give one for each"),
+        ({"actions": "pd", "stiffness": 1.0, "damping": {"fr_roll": 1.0}}, "damping has no number for fl_roll"),
+        ({"actions": "pd", "stiffness": "60"}, "stiffness of fl_roll is '60'; a number is needed"),
+        ({"actions": "torque", "joints": "fr_roll"}, r"joints is 'fr_roll'; a list of names is needed: \['fr_roll'\]"),
+        ({"actions": "torque", "joints": 3}, "joints is 3; a list of names is needed"),
+        ({"actions": "torque", "joints": [3]}, "joints has 3; a name is a string"),
+        ({"actions": "torque", "joints": []}, "joints is empty; name a slide or hinge"),
+        ({"actions": "torque", "joints": ["fr_roll", "fr_roll"]}, "joints has 'fr_roll' twice"),
+        ({"actions": "torque", "leave_out": "transmission"}, r"leave_out is .* a list of names is needed: \['trans"),
+    ],
+)
+def test_an_option_without_effect_is_refused(keywords, words):
+    with pytest.raises(tumble.TumbleError, match=words):
+        RobotEnv(QUADRUPED, **keywords)
+
+
+def test_controls_have_no_joints_and_gains():
+    for option in ({"joints": ["thigh_joint"]}, {"damping": 1.0}, {"most": 1.0}):
+        with pytest.raises(tumble.TumbleError, match='actions="controls" does not use'):
+            RobotEnv(model("hopper.xml"), **option)
+
+
+def test_gains_by_joint_reach_the_motors():
+    names = RobotEnv(QUADRUPED, actions="torque").actions.names
+    gains = {option: {name: 10.0 + place for place, name in enumerate(names)} for option in ("stiffness", "damping")}
+    env = RobotEnv(QUADRUPED, actions="pd", most={"fr_roll": 3.0}, **gains)
+    env.reset(seed=0)
+    joints = env.robot.slides_and_hinges
+    assert [joint.stiffness for joint in joints] == [joint.damping for joint in joints] == [10.0 + i for i in range(12)]
+    limits = {joint.name: joint.most for joint in joints}
+    assert limits["fr_roll"] == 3.0 and limits["fl_roll"] == tumble.load(QUADRUPED).simulate().robot["fl_roll"].most
 
 
 def test_arguments_of_the_loader_reach_it(tmp_path):
@@ -231,7 +273,9 @@ def test_many_take_the_steps_of_single_ones(threads):
     single = SyncVectorEnv(single, autoreset_mode=AutoresetMode.NEXT_STEP)
     assert many.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     assert many.observation_space == single.observation_space and many.action_space == single.action_space
-    assert np.array_equal(many.reset(seed=3)[0], single.reset(seed=3)[0])
+    (first, infos), (other, others) = many.reset(seed=3), single.reset(seed=3)
+    assert np.array_equal(first, other) and infos.keys() == others.keys()
+    assert infos["unsolved"].dtype == others["unsolved"].dtype and not infos["unsolved"].any()
     many.action_space.seed(0)
     ends = cuts = 0
     for _ in range(25):
@@ -284,3 +328,152 @@ def test_a_range_that_is_none_is_refused(pair):
 def test_noise_is_a_number_from_zero(noise):
     with pytest.raises(tumble.TumbleError, match="noise is"):
         RobotEnv(model("hopper.xml"), noise=noise)
+
+
+def test_unsolved_steps_are_counted_when_all_start_again():
+    env = RobotVectorEnv(RobotEnv, 3, file=model("hopper.xml"), max_episode_steps=1)
+    env.reset(seed=0)
+    for _ in range(3):
+        infos = env.step(np.zeros((3, 3)))[-1]
+        assert infos["unsolved"].tolist() == [0, 0, 0]
+
+
+def test_many_environments_are_alike():
+    hopper, walker = model("hopper.xml"), model("walker2d_v5.xml")
+    ranges = dict.fromkeys(("thigh_joint", "leg_joint", "foot_joint"), (-1.0, 1.0))
+    backwards = list(ranges)[::-1]
+
+    class Blind(RobotEnv):
+        def observe(self):
+            return self.robot.v
+
+    for first, other, words in [
+        (lambda: RobotEnv(hopper, 4), lambda: RobotEnv(hopper, 2), "frame_skip of environment 1 is 2, and 4 of"),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(tumble.load(hopper, time_step=0.001)), "dt of environment 1 is"),
+        (lambda: RobotEnv(hopper), lambda: Blind(hopper), "observation_space of environment 1"),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(hopper, ranges={"actuator-0": (0, 1)}), "action_space of"),
+        (
+            lambda: RobotEnv(hopper, actions="torque", ranges=ranges),
+            lambda: RobotEnv(hopper, actions="torque", ranges=ranges, joints=backwards),
+            r"list of actions of environment 1 is \['foot_joint",
+        ),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(hopper, render_mode="rgb_array"), "render_mode of environment 1"),
+        (lambda: RobotEnv(hopper), lambda: RobotEnv(walker), "of environment 1"),
+        (lambda: RobotEnv(hopper), lambda: gymnasium.make("tumble/Hopper-v0"), "RobotEnv is needed, without wrappers"),
+    ]:
+        makers = iter([first, other])
+        with pytest.raises(tumble.TumbleError, match=words):
+            RobotVectorEnv(lambda: next(makers)(), 2)
+    with pytest.raises(tumble.TumbleError, match="make is 3; a function that creates a RobotEnv is needed"):
+        RobotVectorEnv(3, 2)
+
+
+@pytest.mark.parametrize(
+    ("method", "returned", "words"),
+    [
+        ("judge", 1.0, "judge returned 1.0; 3 values are needed: reward, end"),
+        ("judge", (1.0, False), "3 values are needed"),
+        ("judge", (np.nan, False, {}), "judge returned nan and {}; a finite reward"),
+        ("judge", ("much", False, {}), "a finite reward"),
+        ("judge", (1.0, False, None), "judge returned 1.0 and None; .* a dictionary"),
+        ("observe", 1.0, r"observe returned an array of shape \(\); \(12,\) is needed"),
+        ("observe", np.zeros(3), r"shape \(3,\); \(12,\) is needed"),
+        ("draw", np.zeros(3), "draw returned .* 2 values are needed: coordinates, rates"),
+        ("draw", (np.zeros(5), np.zeros(6)), r"q of draw has shape \(5,\); \(6,\) is needed"),
+        ("draw", (np.zeros(6), None), "v of draw"),
+        ("draw", (np.full(6, np.nan), np.zeros(6)), r"q of draw\[0\] is nan"),
+    ],
+)
+def test_what_a_subclass_returns_is_checked(method, returned, words):
+    # The first observation, of the constructor, defines the space.
+    own = {method: lambda self, *_: returned if hasattr(self, "observation_space") else np.zeros(12)}
+    env = type("Own", (RobotEnv,), own)(model("hopper.xml"))
+    with pytest.raises(tumble.TumbleError, match=words):
+        env.reset(seed=0)
+        env.step(np.zeros(3))
+
+
+@pytest.mark.parametrize("returned", [1.0, None, {"q": 1.0}])
+def test_an_observation_is_an_array(returned):
+    kind = type("Own", (RobotEnv,), {"observe": lambda self: returned})
+    with pytest.raises(tumble.TumbleError, match="^observe returned .* an array is needed"):
+        kind(model("hopper.xml"))
+
+
+@pytest.mark.parametrize("path", [None, 3, ["hopper.xml"]])
+def test_a_file_is_a_path(path):
+    for read in (tumble.load, RobotEnv):
+        with pytest.raises(tumble.TumbleError, match="path is .*; the path of a scenario or a robot's file is needed"):
+            read(path)
+
+
+def dog_on(**surroundings):
+    robots = [{"file": str(QUADRUPED), "position": [0, 0, 0.55]}]
+    return tumble.Scene([], {"friction": 0.5}, robots=robots, **surroundings)
+
+
+SURROUNDINGS = {
+    "step": {"fixed": [{"name": "step", "box": [1, 1, 0.1], "position": [0.4, 0, 0]}]},
+    "hills": {"terrain": [{"name": "hills", "heights": (0.1 * np.eye(9)).tolist(), "spacing": 0.2}]},
+}
+
+
+class Low(RobotEnv):
+    """Quadruped whose starts are up to 0.3 m too low."""
+
+    def draw(self, rng):
+        q, v = super().draw(rng)
+        q[2] -= rng.uniform(0.0, 0.3)
+        return q, v
+
+
+@pytest.mark.parametrize("name", SURROUNDINGS)
+def test_a_start_is_lifted_out_of_fixed_pieces_and_terrain(name):
+    env = Low(dog_on(**SURROUNDINGS[name]), **DECLARED["pd"])
+    lifted = 0
+    for seed in range(30):
+        observed, _ = env.reset(seed=seed)
+        rng = np.random.default_rng(0)
+        rng.bit_generator.state = np.random.PCG64(np.random.SeedSequence(seed)).state
+        drawn = env.draw(rng)[0]
+        lift = observed[2] - drawn[2]
+        overlap = max([-pair.distance for pair in env.simulation.pairs_within(0.0)], default=0.0)
+        assert lift > -1e-9 and observed[:19] == pytest.approx(np.insert(np.delete(drawn, 2), 2, observed[2])) and overlap < 1e-4
+        if lift > 1e-9:
+            lifted += 1
+            assert min(pair.distance for pair in env.simulation.pairs_within(0.01)) < 2e-4
+    assert 5 < lifted < 30
+
+
+def test_a_start_that_overlaps_itself_is_drawn_again():
+    folded = np.array([0, 0, 0.6, 1, 0, 0, 0, *(-0.8, 0, -2.6), *(0.8, 0, -2.6), *(0, 0, -2.6), *(0, 0, -2.6)])
+
+    class Folding(RobotEnv):
+        drawn, worst = 0, 3
+
+        def draw(self, rng):
+            self.drawn += 1
+            return (folded if self.drawn <= self.worst else self.robot.start), np.zeros(18)
+
+    env = Folding(QUADRUPED, **DECLARED["pd"])
+    env.reset(seed=0)
+    assert env.drawn == 4 and np.array_equal(env.robot.q, env.robot.start)
+    env.worst = 100
+    with pytest.raises(tumble.TumbleError, match="10 drawn starts were refused, the last one for: fl_thigh and .* overlap"):
+        env.reset(seed=0)
+
+
+def test_scenes_of_many_environments_may_differ():
+    """Each takes the steps of its own scene."""
+    scenes = [tumble.load(QUADRUPED, friction=friction) for friction in (0.2, 1.0)]
+    waiting = iter(scenes)
+    many = RobotVectorEnv(lambda: RobotEnv(next(waiting), 10, **DECLARED["pd"]), 2)
+    single = [RobotEnv(scene, 10, **DECLARED["pd"]) for scene in scenes]
+    many.reset(seed=0)
+    for index, env in enumerate(single):
+        env.reset(seed=index)
+    action = many.single_action_space.high
+    for _ in range(20):
+        observed = many.step(np.stack([action, action]))[0]
+        assert all(np.array_equal(env.step(action)[0], own) for env, own in zip(single, observed))
+    assert not np.array_equal(*observed)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable, List, Mapping, Optional, Tuple, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from ._arrays import numbers
-from ._checks import real
+from ._checks import name_list
 from ._names import unknown
 from ._robot import Robot
 from ._tumble import TumbleError
@@ -18,7 +18,13 @@ Range = Tuple[float, float]
 ByJoint = Union[float, Mapping[str, float]]
 """One number for all joints, or numbers by the joints' names."""
 
-KINDS = ("controls", "torque", "pd", "position")
+USED = {
+    "controls": (),
+    "torque": ("joints",),
+    "pd": ("joints", "stiffness", "damping", "most"),
+    "position": ("joints", "most"),
+}
+"""Options of each kind of actions, besides ranges."""
 
 
 class Actions:
@@ -39,7 +45,7 @@ class Actions:
         joints: Optional[Iterable[str]] = None,
         ranges: Optional[Mapping[str, Range]] = None,
         stiffness: Optional[ByJoint] = None,
-        damping: ByJoint = 0.0,
+        damping: Optional[ByJoint] = None,
         most: Optional[ByJoint] = None,
     ) -> None:
         if kind is None:
@@ -49,20 +55,30 @@ class Actions:
                     '"pd" (with stiffness and damping) or "position"'
                 )
             kind = "controls"
-        if kind not in KINDS:
-            raise TumbleError(f"actions is {kind!r}; one of {', '.join(KINDS)} is needed")
+        if kind not in tuple(USED):
+            raise TumbleError(f"actions is {kind!r}; one of {', '.join(USED)} is needed")
         if kind == "controls" and not robot.actuators:
             raise TumbleError(f'{robot.name}: the robot has no actuators; use actions="torque", "pd" or "position"')
-        if (stiffness is None) == (kind == "pd"):
-            raise TumbleError(f'actions="{kind}": stiffness is {"needed" if kind == "pd" else "for pd alone"}')
+        if kind == "pd" and stiffness is None:
+            raise TumbleError('actions="pd": stiffness is needed; give one number, or numbers by joint')
+        gains = {"stiffness": stiffness, "damping": damping, "most": most}
+        for option, value in {"joints": joints, **gains}.items():
+            if value is not None and option not in USED[kind]:
+                users = " or ".join(f'"{name}"' for name in USED if option in USED[name])
+                raise TumbleError(f'actions="{kind}" does not use {option}; leave it out, or use actions={users}')
         self.kind = kind
-        self._gains = {"stiffness": stiffness, "damping": damping, "most": most}
         self.names = robot.actuators if kind == "controls" else _driven(robot, joints)
         self._joints = [] if kind == "controls" else self.names
-        given = dict(ranges or {})
-        for name in given:
-            if name not in self.names:
-                raise unknown("range of action", name, self.names)
+        self._gains = {
+            option: _named(option, value if isinstance(value, Mapping) else dict.fromkeys(self.names, value), self.names)
+            for option, value in gains.items()
+            if value is not None
+        }
+        for option, by_name in self._gains.items():
+            missing = [name for name in self.names if name not in by_name]
+            if missing and option != "most":
+                raise TumbleError(f"{option} has no number for {missing[0]}; give one for each driven joint")
+        given = _named("ranges", {} if ranges is None else ranges, self.names)
         limits = _control_range if kind == "controls" else _force_range if kind == "torque" else _target_range
         found = [
             _pair(name, given[name]) if name in given else limits(robot, index, name)
@@ -76,12 +92,9 @@ class Actions:
             joint = robot[name]
             joint.target = None
             joint.set_force(0.0)
-            most = _of(self._gains["most"], name)
-            if most is not None:
-                joint.most = most
-            if self.kind == "pd":
-                joint.stiffness = real(f"stiffness of {name}", _of(self._gains["stiffness"], name))
-                joint.damping = real(f"damping of {name}", _of(self._gains["damping"], name))
+            for option, by_name in self._gains.items():
+                if name in by_name:
+                    setattr(joint, option, by_name[name])
             if self.kind != "torque" and joint.most is None:
                 raise TumbleError(f"most of {name}, the force limit of its motor, is needed; give most")
 
@@ -107,8 +120,14 @@ class Actions:
                 joint.hold_speed((number - float(q[joint.place])) / duration)
 
 
-def _of(numbers: Optional[ByJoint], name: str) -> Optional[float]:
-    return numbers.get(name) if isinstance(numbers, Mapping) else numbers
+def _named(option: str, given: Any, names: List[str]) -> Dict[str, Any]:
+    """Values of an option by the names of actions."""
+    if not isinstance(given, Mapping):
+        raise TumbleError(f"{option} is {given!r}; a dictionary is needed, with the names {', '.join(names)}")
+    for name in given:
+        if name not in names:
+            raise unknown(f"name in {option}", name, names)
+    return dict(given)
 
 
 def _pair(name: str, given: Any) -> Range:
@@ -123,10 +142,14 @@ def _driven(robot: Robot, joints: Optional[Iterable[str]]) -> List[str]:
     """Names of the driven joints: ``joints``, those with actuators, or all slides and hinges."""
     every = [joint.name for joint in robot.slides_and_hinges]
     if joints is not None:
-        wanted = list(joints)
-        for name in wanted:
+        wanted = name_list("joints", joints)
+        if not wanted:
+            raise TumbleError(f"joints is empty; name a slide or hinge, or leave it out (known: {', '.join(every)})")
+        for place, name in enumerate(wanted):
             if name not in every:
                 raise unknown("slide or hinge", name, every)
+            if name in wanted[:place]:
+                raise TumbleError(f"joints has {name!r} twice; name each joint once")
         return wanted
     names = robot.joints
     actuated = {names[joint] for parts in robot.actuator_list for joint, _ in parts[0]}

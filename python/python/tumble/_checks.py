@@ -54,6 +54,20 @@ def real(name: str, value: Any) -> float:
     return number
 
 
+def name_list(name: str, value: Any) -> List[str]:
+    """``value`` as a list of names. A string is refused, since its letters would be the names."""
+    listed = None if isinstance(value, str) else value
+    try:
+        items = list(listed)  # type: ignore[arg-type]
+    except TypeError:
+        one = f": [{value!r}]" if isinstance(value, str) else ""
+        raise TumbleError(f"{name} is {value!r}; a list of names is needed{one}") from None
+    for item in items:
+        if not isinstance(item, str):
+            raise TumbleError(f"{name} has {item!r}; a name is a string")
+    return items
+
+
 def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
     """``value`` as a list of dictionaries. ``instead`` is a hint for the error message."""
     listed = None if isinstance(value, (Mapping, str)) else value

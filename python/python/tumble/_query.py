@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from ._arrays import numbers
+from ._checks import name_list
 from ._toml import document
 from ._tumble import TumbleError
 
@@ -150,7 +151,7 @@ class Queries:
         if not isinstance(piece, Mapping):
             raise TumbleError(f"piece is {piece!r}; a dictionary is needed")
         path = self._folder()
-        near = self._core().near(document(piece), path, _metres("within", within), _names(ignore))
+        near = self._core().near(document(piece), path, _metres("within", within), name_list("ignore", ignore))
         return dict(near)
 
     def pairs_within(self, distance: float, *, excluded: bool = False) -> List[PairDistance]:
@@ -168,7 +169,7 @@ class Queries:
         names = ("origin", "direction") if len(shape) == 1 else ("origins", "directions")
         rays = [numbers(name, value, shape) for name, value in zip(names, (origins, directions))]
         most = _metres("max_distance", most)
-        owners, *columns = self._core().hits(*rays, most, _names(ignore), all_)
+        owners, *columns = self._core().hits(*rays, most, name_list("ignore", ignore), all_)
         return RayHits(tuple(owners), *columns)
 
     def _core(self) -> Any:
@@ -199,9 +200,3 @@ def _name(name: Any) -> str:
     if not isinstance(name, str):
         raise TumbleError(f"{name!r} is not a name; a string is needed")
     return name
-
-
-def _names(names: Any) -> List[str]:
-    if isinstance(names, str):
-        raise TumbleError(f"ignore is {names!r}; a list of names is needed: [{names!r}]")
-    return [_name(name) for name in names]

@@ -6,7 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 
 from ._arrays import numbers
-from ._checks import pandas, real, whole
+from ._checks import name_list, pandas, real, whole
 from ._names import unknown
 from ._tumble import CoreRobot, TumbleError
 
@@ -91,7 +91,7 @@ def position_motors(
     stiffness, damping = _above_zero("stiffness", stiffness), _from_zero("damping", damping)
     most = None if most is None else _from_zero("most", most)
     found: Dict[str, Tuple[int, int, float, float, float, float]] = {}
-    wanted = None if joints is None else list(joints)
+    wanted = None if joints is None else name_list("joints", joints)
     for index in range(len(scene.robots)):
         robot = CoreRobot(scene, index)
         for number, (name, _, at, _, reference) in enumerate(robot.joint_list):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from math import isfinite
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple, Union
 
 import gymnasium
@@ -19,6 +20,7 @@ from ._robot import Robot
 from ._rollout import threads_of
 from ._scene import Scene, load
 from ._simulation import Simulation
+from ._starts import place
 from ._tumble import TumbleError, step_all
 from ._window import Window
 
@@ -28,6 +30,8 @@ Info = Dict[str, Any]
 
 EPISODE = 1000
 """Steps of an environment until an episode is truncated."""
+DRAWS = 10
+"""Largest number of starts drawn for an episode."""
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
@@ -57,7 +61,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 50}
     up: Optional[int] = None
-    """Index of the coordinate that lifts the robot. A start below the ground is lifted to it.
+    """Index of the coordinate that lifts the robot. A start that overlaps something is lifted out of it.
 
     The default is the height of a floating base.
     """
@@ -73,7 +77,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         joints: Optional[List[str]] = None,
         ranges: Optional[Mapping[str, Range]] = None,
         stiffness: Optional[ByJoint] = None,
-        damping: ByJoint = 0.0,
+        damping: Optional[ByJoint] = None,
         most: Optional[ByJoint] = None,
         robot: Optional[str] = None,
         packages: Union[str, "os.PathLike[str]", None] = None,
@@ -103,8 +107,10 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self.actions.begin(self.robot)
         low, high = (of.astype(np.float32) for of in (self.actions.low, self.actions.high))
         self.action_space = spaces.Box(low, high, dtype=np.float32)
-        size = len(self.observe())
-        self.observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float64)
+        shape = np.shape(self.observe())
+        if not shape:
+            raise TumbleError(f"observe returned {self.observe()!r}; an array is needed")
+        self.observation_space = spaces.Box(-np.inf, np.inf, shape, np.float64)
 
     @property
     def robot(self) -> Robot:
@@ -135,22 +141,35 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[Info] = None
     ) -> Tuple[Floats, Info]:
-        """Draws a new start, from the seed if there is one. ``options`` are ignored."""
+        """Draws a new start, from the seed if there is one. ``options`` are ignored.
+
+        The info has ``unsolved``, 0, as that of a step.
+        """
         super().reset(seed=seed)
-        self.simulation = self.scene.simulate()
-        q, v = self.draw(self.np_random)
-        q = np.array(q)
+        for left in reversed(range(DRAWS)):
+            self.simulation = self.scene.simulate()
+            q, v = self._drawn()
+            try:
+                place(self.robot, q, v, self.up)
+                break
+            except TumbleError as error:
+                if not left:
+                    why = f"{DRAWS} drawn starts were refused, the last one for: {error}; change draw or noise"
+                    raise TumbleError(why) from None
+        self.actions.begin(self.robot)
+        self._show()
+        return self._observed(), {"unsolved": 0}
+
+    def _drawn(self) -> Tuple[Floats, Floats]:
+        """Drawn coordinates, clipped to the joints' ranges, and rates."""
+        q, v = _parts("draw", self.draw(self.np_random), "coordinates", "rates")
+        coordinates, rates = self.robot.counts
+        q, v = numbers("q of draw", q, (coordinates,)).copy(), numbers("v of draw", v, (rates,))
         for index, (_, kind, at, _, _) in enumerate(self.robot.joint_list):
             limits = self.robot.bounds(index)[0]
             if kind in ("slide", "hinge") and limits is not None:
                 q[at] = min(max(q[at], limits[0]), limits[1])
-        lowest = self.robot.lowest(self.robot.placed(q, v, self.simulation.states))
-        if self.up is not None and lowest < 0.0:
-            q[self.up] -= lowest
-        self.robot.set(q, v)
-        self.actions.begin(self.robot)
-        self._show()
-        return self.observe(), {}
+        return q, v
 
     def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
         """Takes the steps of one action.
@@ -188,9 +207,22 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self, before: Floats, action: Floats, unsolved: int
     ) -> Tuple[Floats, float, bool, Info]:
         """Observation, reward, True at the end of the episode, and info after the steps."""
-        reward, over, info = self.judge(before, action)
+        reward, over, info = _parts("judge", self.judge(before, action), "reward", "end of the episode", "info")
+        try:
+            finite = isfinite(reward)
+        except TypeError:
+            finite = False
+        if not finite or not isinstance(info, dict):
+            raise TumbleError(f"judge returned {reward!r} and {info!r}; a finite reward and a dictionary are needed")
         info["unsolved"] = unsolved
-        return self.observe(), reward, over, info
+        return self._observed(), reward, over, info
+
+    def _observed(self) -> Floats:
+        """Observation, with the shape of its space."""
+        observed, shape = self.observe(), self.observation_space.shape
+        if np.shape(observed) != shape:
+            raise TumbleError(f"observe returned an array of shape {np.shape(observed)}; {shape} is needed, as at first")
+        return observed
 
 
 class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
@@ -219,7 +251,10 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         self.num_envs = whole("num_envs", num_envs, 1)
         self.max_episode_steps = whole("max_episode_steps", max_episode_steps, 1)
         self.threads = threads_of(threads)
+        if not callable(make):
+            raise TumbleError(f"make is {make!r}; a function that creates a RobotEnv is needed")
         self.envs = [make(**keywords) for _ in range(num_envs)]
+        _check_alike(self.envs)
         first = self.envs[0]
         if first.render_mode == "human":
             raise TumbleError(
@@ -280,6 +315,30 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     def render(self) -> Any:
         """Images of the environments, or None without a render mode."""
         return None if self.render_mode is None else tuple(env.render() for env in self.envs)
+
+
+def _parts(method: str, returned: Any, *parts: str) -> Any:
+    """The ``parts`` that a method of a subclass returned."""
+    if not isinstance(returned, (tuple, list)) or len(returned) != len(parts):
+        raise TumbleError(f"{method} returned {returned!r}; {len(parts)} values are needed: {', '.join(parts)}")
+    return returned
+
+
+def _check_alike(envs: List[RobotEnv]) -> None:
+    """Refuses environments whose actions, observations or steps differ from those of the first one."""
+    for index, env in enumerate(envs):
+        if not isinstance(env, RobotEnv):
+            raise TumbleError(f"make returned {env!r}; a RobotEnv is needed, without wrappers")
+        for name, own in _shared(env).items():
+            first = _shared(envs[0])[name]
+            if own != first:
+                raise TumbleError(f"{name} of environment {index} is {own}, and {first} of environment 0; make them equal")
+
+
+def _shared(env: RobotEnv) -> Info:
+    """Properties that environments must share to be simulated together."""
+    names = ("frame_skip", "dt", "render_mode", "observation_space", "action_space")
+    return {**{name: getattr(env, name) for name in names}, "list of actions": env.actions.names}
 
 
 def _scene(file: Any, substeps: int, reading: Mapping[str, Any]) -> Scene:

@@ -8,7 +8,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple, Union
 
-from ._checks import tables, whole
+from ._checks import name_list, tables, whole
 from ._files import written
 from ._query import Queries
 from ._toml import document
@@ -149,7 +149,7 @@ class Scene(CoreScene, Queries):
             "solver": solver,
             "residual": residual,
             "packages": None if packages is None else os.fspath(packages),
-            "leave_out": None if leave_out is None else list(leave_out),
+            "leave_out": None if leave_out is None else name_list("leave_out", leave_out),
             "point_contacts": point_contacts,
             "model": model,
         }
@@ -363,7 +363,10 @@ def load(
 
     Raises TumbleError for an unreadable file and for an invalid scene.
     """
-    path = os.fsdecode(path)
+    try:
+        path = os.fsdecode(path)
+    except TypeError:
+        raise TumbleError(f"path is {path!r}; the path of a scenario or a robot's file is needed") from None
     most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
     try:
         with open(path, "rb") as stream:

@@ -20,8 +20,10 @@ from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from ._arrays import numbers
 from ._rollout import Rollouts, rollout
 from ._scene import Scene
+from ._tumble import TumbleError
 
 Floats = npt.NDArray[np.float64]
 Observation = npt.NDArray[np.float32]
@@ -87,9 +89,11 @@ def _drawn(rng: np.random.Generator) -> Tuple[Floats, Floats]:
     return state, target
 
 
-def _pushed(scene: Scene, states: Floats, actions: Any, threads: int) -> Rollouts:
+def _pushed(scene: Scene, states: Floats, actions: Floats, threads: int) -> Rollouts:
     """Simulates SUBSTEPS steps from ``states`` (B, 13) under ``actions`` (B, 2)."""
-    forces = LARGEST_FORCE * np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0)
+    if not states.any():
+        raise TumbleError("the environment has no start for a step; call reset first")
+    forces = LARGEST_FORCE * np.clip(actions, -1.0, 1.0)
     controls = np.zeros((len(states), SUBSTEPS, 6))
     controls[:, :, 0:2] = forces[:, np.newaxis, :]
     return rollout(scene, states, controls, threads=threads)
@@ -146,7 +150,8 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         truncates), and info. The info has ``unsolved``, the number of steps that failed or
         are wild, and ``is_success``.
         """
-        pushed = _pushed(self.scene, self._state[np.newaxis], np.asarray(action)[np.newaxis], 1)
+        action = numbers("action", action, (2,))
+        pushed = _pushed(self.scene, self._state[np.newaxis], action[np.newaxis], 1)
         self._state = pushed.states[0, -1, 0].copy()
         reward, there, lost = _judged(self._state[np.newaxis], self._target[np.newaxis])
         info = {"unsolved": len(pushed.unsolved), "is_success": bool(there[0])}
@@ -212,12 +217,12 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         Returns observations (B, 15), rewards, terminated and truncated flags, and info. The
         info has ``unsolved`` and ``is_success`` of PushCube, each (B,).
         """
+        actions = numbers("actions", actions, (self.num_envs, 2))
         fresh = self._ended.copy()
         unsolved = np.zeros(self.num_envs, dtype=np.int64)
         pushed = np.flatnonzero(~fresh)
         if len(pushed) > 0:
-            actions = np.asarray(actions)[pushed]
-            result = _pushed(self.scene, self._states[pushed], actions, self.threads)
+            result = _pushed(self.scene, self._states[pushed], actions[pushed], self.threads)
             self._states[pushed] = result.states[:, -1, 0]
             self._taken[pushed] += 1
             for step in result.unsolved:

@@ -6,7 +6,8 @@
 Observations, actions, rewards and ends of episodes follow Gymnasium's environments of these names,
 version 5, with its model files. Every step is exact and certified. Steps that did not converge are
 counted in ``info["unsolved"]``. The ant has no contact forces in its observation and no contact
-cost, as with ``include_cfrc_ext_in_observation=False`` and ``contact_cost_weight=0``.
+cost, as with ``include_cfrc_ext_in_observation=False`` and ``contact_cost_weight=0``. Keywords are
+those of ``RobotEnv``, not those of version 5.
 
 ``RobotEnv`` is the base class for custom environments. ``RobotVectorEnv`` simulates many of them
 on all cores; ``gymnasium.make_vec`` uses it for these environments.
@@ -15,6 +16,7 @@ on all cores; ``gymnasium.make_vec`` uses it for these environments.
 from __future__ import annotations
 
 from functools import partial
+from math import hypot
 from pathlib import Path
 from typing import Any, Tuple
 
@@ -57,19 +59,19 @@ class Runner(RobotEnv):
         """True if the robot is healthy."""
         return True
 
+    def progress(self, before: Floats, after: Floats) -> Info:
+        """Position and velocity along x, from the coordinates before and after an action, for the info."""
+        x = float(after[self.forward])
+        return {"x_position": x, "x_velocity": (x - float(before[self.forward])) / self.dt}
+
     def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
         """Reward: speed along x, plus the healthy reward, minus the control cost."""
         after, well = self.robot.q, self.is_healthy()
-        speed = float((after - before)[self.forward] / self.dt)
+        info = self.progress(before, after)
+        speed = info["x_velocity"]
         survive = self.healthy_reward if well or not self.ends_unwell else 0.0
         cost = self.control_cost * float(np.square(action).sum())
-        info = {
-            "x_position": float(after[self.forward]),
-            "x_velocity": speed,
-            "reward_forward": speed,
-            "reward_survive": survive,
-            "reward_ctrl": -cost,
-        }
+        info.update(reward_forward=speed, reward_survive=survive, reward_ctrl=-cost)
         return speed + survive - cost, self.ends_unwell and not well, info
 
 
@@ -106,6 +108,11 @@ class Hopper(Runner):
         q, v = self.robot.q, self.robot.v
         state = np.concatenate([q[2:], v])
         return bool(np.all(np.abs(state) < 100.0) and q[1] > 0.7 and abs(q[2]) < 0.2)
+
+    def progress(self, before: Floats, after: Floats) -> Info:
+        """Position and velocity along x, and height above the start of the file."""
+        height = float(after[self.up] - self.robot.start[self.up])
+        return {**super().progress(before, after), "z_distance_from_origin": height}
 
 
 class Walker2d(Hopper):
@@ -176,6 +183,12 @@ class Ant(Runner):
     def is_healthy(self) -> bool:
         """True if its torso is 0.2 to 1 m high."""
         return bool(0.2 <= self.robot.q[2] <= 1.0)
+
+    def progress(self, before: Floats, after: Floats) -> Info:
+        """Position and velocity along x and y, and distance from the origin."""
+        x, y = after[:2].tolist()
+        along_y = {"y_position": y, "y_velocity": (y - float(before[1])) / self.dt}
+        return {**super().progress(before, after), **along_y, "distance_from_origin": hypot(x, y)}
 
 
 HopperVector = partial(RobotVectorEnv, Hopper)

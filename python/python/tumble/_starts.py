@@ -1,0 +1,65 @@
+"""Placing a robot at the start of an episode, without overlaps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional
+
+from ._robot import Robot
+from ._tumble import TumbleError
+
+if TYPE_CHECKING:
+    from ._arrays import Floats
+
+FIRST_LIFT = 1e-3
+"""First trial of a lift, m. Later ones are twice as high."""
+HIGHEST_LIFT = 0.512
+"""Largest lift, m: 2⁹ times the first trial, about the height of a quadruped."""
+ACCURACY = 1e-4
+"""Largest distance of a lift from the least one, m. A fall from there has 4 cm/s."""
+
+
+def place(robot: Robot, q: "Floats", v: "Floats", up: Optional[int]) -> None:
+    """Sets coordinates and rates, lifted out of the ground, other bodies, fixed pieces and terrain.
+
+    ``up`` is the index of the coordinate that lifts the robot, or None.
+
+    :raises TumbleError: for an overlap that a lift does not remove.
+    """
+    lowest = robot.lowest(robot.placed(q, v, robot.simulation.states))
+    if up is not None and lowest < 0.0:
+        q[up] -= lowest
+    refusal = _refusal(robot, q, v)
+    if refusal is None:
+        return
+    if up is None:
+        raise refusal
+    bottom, low, high = q[up], 0.0, FIRST_LIFT
+    while _refusal(robot, _lifted(q, up, bottom + high), v) is not None:
+        low, high = high, 2.0 * high
+        if high > HIGHEST_LIFT:
+            raise refusal
+    while high - low > ACCURACY:
+        middle = 0.5 * (low + high)
+        if _refusal(robot, _lifted(q, up, bottom + middle), v) is None:
+            high = middle
+        else:
+            low = middle
+    robot.set(_lifted(q, up, bottom + high), v)
+    # The simulation accepts a small overlap at a start, which would push the robot away.
+    overlap = max((-pair.distance for pair in robot.simulation.pairs_within(0.0)), default=0.0)
+    robot.set(_lifted(q, up, bottom + high + overlap), v)
+
+
+def _lifted(q: "Floats", up: int, height: float) -> Any:
+    lifted = q.copy()
+    lifted[up] = height
+    return lifted
+
+
+def _refusal(robot: Robot, q: "Floats", v: "Floats") -> Optional[TumbleError]:
+    """Sets coordinates and rates. Returns the error of a simulation that refuses them."""
+    try:
+        robot.set(q, v)
+    except TumbleError as error:
+        return error
+    return None
