@@ -356,8 +356,10 @@ class Simulation(CoreSimulation, Queries):
     @property
     def robot(self) -> Robot:
         """The only robot of the scene."""
-        if len(self._robots) != 1:
-            raise TumbleError(f"robot: the scene has {len(self._robots)} robots; use robots")
+        if not self._robots:
+            raise TumbleError("robot: the scene has no robot from a file; add one to robots of the scene")
+        if len(self._robots) > 1:
+            raise TumbleError(f"robot: the scene has {len(self._robots)} robots; use robots[prefix]")
         return next(iter(self._robots.values()))
 
     @property
