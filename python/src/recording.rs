@@ -86,8 +86,8 @@ impl PyRecording {
             gears: other(1),
             ends: None,
         };
-        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
         let read = reading::of_tables(Arc::clone(&scene.content), streams, forces)?;
+        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
         Ok(Self { is_of_scene, ..read })
     }
 
@@ -95,8 +95,8 @@ impl PyRecording {
     #[staticmethod]
     #[pyo3(signature = (scene, table, run=None))]
     fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8], run: Option<&str>) -> PyResult<Self> {
-        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
         let read = reading::of_trajectory(Arc::clone(&scene.content), table)?;
+        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
         Ok(Self { is_of_scene, ..read })
     }
 

@@ -79,9 +79,8 @@ def test_another_scene_s_tables_are_refused(stack, tmp_path):
 
 def test_tables_of_equally_many_other_bodies_are_refused(stack, tmp_path):
     stack.to_csv(tmp_path)
-    others = tumble.Scene(
-        [{"name": name, "box": 0.2, "mass": 9.0, "position": [0, 0, 0.1 + 0.2 * at]} for at, name in enumerate("abc")]
-    )
+    boxes = [{"name": name, "box": 0.2, "mass": 9.0, "position": [0, 0, at]} for at, name in enumerate("abc", 1)]
+    others = tumble.Scene(boxes, {"friction": 0.5}, time_step=stack.scene.time_step)
     with pytest.raises(tumble.TumbleError, match="the run is of another scene: its run.json has"):
         tumble.Trajectory.from_csv(others, tmp_path)
 
@@ -268,7 +267,8 @@ def test_the_tutorial_s_table_reads_as_the_run_that_it_is_of(tumbled, run, tmp_p
     part = read[100:201]
     np.testing.assert_array_equal(part.forces, run.forces[100:200])
     files = part.to_csv(tmp_path / "part")
-    assert [file.name for file in files] == ["states.csv", "contacts.csv", "steps.csv", "trajectory.csv"]
+    names = ["states.csv", "contacts.csv", "steps.csv", "trajectory.csv", "run.json"]
+    assert [file.name for file in files] == names
     again = tumble.Trajectory.from_csv(run.scene, tmp_path / "part")
     np.testing.assert_array_equal(again.states, part.states)
     assert read.page().startswith(("<!DOCTYPE", "<!doctype")) and len(read.contacts_to_pandas())
@@ -365,9 +365,13 @@ def test_a_copy_knows_whether_something_pushed_it(tmp_path):
             simulation.step(np.ones(6))
         copy.copy(simulation).run(5).to_csv(tmp_path)
         assert ('"pushed": true' in (tmp_path / "run.json").read_text()) is pushed
-    # Tables do not contain this information.
     read = tumble.Trajectory.from_csv(simulation.scene, tmp_path)
     read.to_csv(tmp_path)
+    assert '"pushed": true' in (tmp_path / "run.json").read_text()
+    # Tables do not contain this information.
+    (tmp_path / "run.json").unlink()
+    read = tumble.Trajectory.from_csv(simulation.scene, tmp_path)
+    read.to_csv(tmp_path, overwrite=True)
     assert not (tmp_path / "run.json").exists()
 
 
