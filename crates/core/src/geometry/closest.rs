@@ -1,4 +1,4 @@
-//! Closest points of two separated cores, by search over all pairs of features.
+//! Closest points of two separated cores, by search over all pairs of features that bounds leave.
 
 use super::gjk::close_points;
 use super::hull::Edge;

@@ -9,8 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 /// corners of a rotated box leave their common plane by a few 1e-16 of its size.
 const COPLANAR: f64 = 1e-9;
 
-/// Largest number of vertices of a hull. The narrow phase visits all features, so larger hulls
-/// would be slow without a warning.
+/// Largest number of vertices of a hull. The narrow phase visits all vertices and faces of a pair, so
+/// larger hulls would be slow without a warning.
 const MOST_VERTICES: usize = 1000;
 
 /// Largest number of input points of a hull.
