@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple, Union
+from typing import Any, Iterable, List, Mapping, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ._arrays import numbers
 from ._checks import name_list
-from ._names import unknown
+from ._names import ByJoint, by_name, unknown
 from ._robot import Robot
 from ._tumble import TumbleError
 
 Floats = npt.NDArray[np.float64]
 Range = Tuple[float, float]
-ByJoint = Union[float, Mapping[str, float]]
-"""One number for all joints, or numbers by the joints' names."""
-
 USED = {
     "controls": (),
     "torque": ("joints",),
@@ -70,15 +67,13 @@ class Actions:
         self.names = robot.actuators if kind == "controls" else _driven(robot, joints)
         self._joints = [] if kind == "controls" else self.names
         self._gains = {
-            option: _named(option, value if isinstance(value, Mapping) else dict.fromkeys(self.names, value), self.names)
+            option: by_name(option, value, self.names, each=option != "most")
             for option, value in gains.items()
             if value is not None
         }
-        for option, by_name in self._gains.items():
-            missing = [name for name in self.names if name not in by_name]
-            if missing and option != "most":
-                raise TumbleError(f"{option} has no number for {missing[0]}; give one for each driven joint")
-        given = _named("ranges", {} if ranges is None else ranges, self.names)
+        if ranges is not None and not isinstance(ranges, Mapping):
+            raise TumbleError(f"ranges is {ranges!r}; a dictionary is needed, with the names {', '.join(self.names)}")
+        given = by_name("ranges", ranges or {}, self.names)
         limits = _control_range if kind == "controls" else _force_range if kind == "torque" else _target_range
         found = [
             _pair(name, given[name]) if name in given else limits(robot, index, name)
@@ -92,9 +87,9 @@ class Actions:
             joint = robot[name]
             joint.target = None
             joint.set_force(0.0)
-            for option, by_name in self._gains.items():
-                if name in by_name:
-                    setattr(joint, option, by_name[name])
+            for option, values in self._gains.items():
+                if name in values:
+                    setattr(joint, option, values[name])
             if self.kind != "torque" and joint.most is None:
                 raise TumbleError(f"most of {name}, the force limit of its motor, is needed; give most")
 
@@ -118,16 +113,6 @@ class Actions:
                 joint.target = number
             elif q is not None:
                 joint.hold_speed((number - float(q[joint.place])) / duration)
-
-
-def _named(option: str, given: Any, names: List[str]) -> Dict[str, Any]:
-    """Values of an option by the names of actions."""
-    if not isinstance(given, Mapping):
-        raise TumbleError(f"{option} is {given!r}; a dictionary is needed, with the names {', '.join(names)}")
-    for name in given:
-        if name not in names:
-            raise unknown(f"name in {option}", name, names)
-    return dict(given)
 
 
 def _pair(name: str, given: Any) -> Range:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, Mapping, TypeVar
+from typing import Any, Dict, Iterable, List, Mapping, TypeVar, Union
 
 from ._tumble import TumbleError, name_hint
 
@@ -31,3 +31,23 @@ class ByName(Dict[str, Value]):
 
     def __missing__(self, name: str) -> Value:
         raise unknown(self._what, name, self)
+
+
+ByJoint = Union[float, Mapping[str, float]]
+"""One number for all joints, or numbers by the joints' names."""
+
+
+def by_name(option: str, given: Any, names: List[str], *, each: bool = False) -> Dict[str, Any]:
+    """Values of an option by name. ``given`` has values by name, or is the value of all.
+
+    :param each: True if each name needs a value.
+    :raises TumbleError: for an unknown name, and for a missing one.
+    """
+    found = dict(given) if isinstance(given, Mapping) else dict.fromkeys(names, given)
+    for name in found:
+        if name not in names:
+            raise unknown(f"name in {option}", name, names)
+    missing = [name for name in names if name not in found]
+    if each and missing:
+        raise TumbleError(f"{option} has no number for {missing[0]}; give one for each driven joint")
+    return found

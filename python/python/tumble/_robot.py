@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from math import inf
-from typing import TYPE_CHECKING, Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 from ._arrays import numbers
 from ._checks import name_list, pandas, real, whole
-from ._names import unknown
+from ._names import ByJoint, by_name, unknown
 from ._tumble import CoreRobot, TumbleError
 
 if TYPE_CHECKING:
@@ -77,20 +77,32 @@ def _above_zero(name: str, value: float) -> float:
     return value
 
 
+def _checked(option: str, given: ByJoint, names: List[str], check: Callable[[str, float], float]) -> Dict[str, float]:
+    """Numbers of an option by name, checked."""
+    each = by_name(option, given, names, each=option != "most").items()
+    return {name: check(f"{option} of {name}" if isinstance(given, Mapping) else option, value) for name, value in each}
+
+
+def _gains(
+    names: List[str], stiffness: ByJoint, damping: ByJoint, most: Optional[ByJoint]
+) -> Tuple[Dict[str, float], Dict[str, float], Dict[str, float]]:
+    """Stiffness, damping and given force limits of motors by name."""
+    limits = {} if most is None else _checked("most", most, names, _from_zero)
+    return _checked("stiffness", stiffness, names, _above_zero), _checked("damping", damping, names, _from_zero), limits
+
+
 def position_motors(
     scene: "Scene",
-    stiffness: float,
-    damping: float,
-    most: Optional[float],
+    stiffness: ByJoint,
+    damping: ByJoint,
+    most: Optional[ByJoint],
     joints: Optional[Iterable[str]],
 ) -> List[Tuple[int, int, float, float, float, float]]:
     """Position motors of slides and hinges at the scene's start.
 
     Each has joint, axis, target, stiffness, damping and force limit.
     """
-    stiffness, damping = _above_zero("stiffness", stiffness), _from_zero("damping", damping)
-    most = None if most is None else _from_zero("most", most)
-    found: Dict[str, Tuple[int, int, float, float, float, float]] = {}
+    found: Dict[str, Tuple[Tuple[int, int], float, Optional[float]]] = {}
     wanted = None if joints is None else name_list("joints", joints)
     for index in range(len(scene.robots)):
         robot = CoreRobot(scene, index)
@@ -99,16 +111,21 @@ def position_motors(
             is_default = wanted is None and number not in robot.followers
             if axis is None or not (is_default or name in (wanted or ())):
                 continue
-            limit = min(-effort[0], effort[1]) if most is None and effort is not None else most
-            if limit is None:
-                raise TumbleError(f"most of {name}, the force limit of its motor, is needed; set most")
-            found[name] = (*axis, float(robot.start[at]) - reference, stiffness, damping, limit)
+            limit = None if effort is None else min(-effort[0], effort[1])
+            found[name] = axis, float(robot.start[at]) - reference, limit
     for name in wanted or ():
         if name not in found:
             raise unknown("slide or hinge", name, list(found))
     if not found:
         raise TumbleError("motors: the scene has no robot with slides or hinges; use its motors table")
-    return list(found.values())
+    stiff, damp, limits = _gains(list(found), stiffness, damping, most)
+    motors = []
+    for name, (axis, target, own) in found.items():
+        limit = limits.get(name, own)
+        if limit is None:
+            raise TumbleError(f"most of {name}, the force limit of its motor, is needed; set most")
+        motors.append((*axis, target, stiff[name], damp[name], limit))
+    return motors
 
 
 class RobotJoint:
@@ -283,20 +300,21 @@ class Robot(CoreRobot):
         return self._handles[name]
 
     def set_gains(
-        self, *, stiffness: float, damping: float = 0.0, most: Optional[float] = None
+        self, *, stiffness: ByJoint, damping: ByJoint = 0.0, most: Optional[ByJoint] = None
     ) -> None:
         """Sets stiffness, damping and force limit of all slides and hinges.
 
-        The gains apply from the next targets on. ``most`` None keeps the force limits.
+        Each is one number for all, or numbers by the joints' names. The gains apply from the next
+        targets on. Without ``most`` the force limits stay.
 
-        :raises TumbleError: if the stiffness is not positive, or another value is negative.
+        :raises TumbleError: if a stiffness is not positive, another value is negative, or a joint
+            has no stiffness or damping.
         """
-        stiffness = _above_zero("stiffness", stiffness)
-        damping = _from_zero("damping", damping)
-        most = None if most is None else _from_zero("most", most)
-        for joint in self.slides_and_hinges:
-            joint.stiffness, joint.damping = stiffness, damping
-            joint.most = joint.most if most is None else most
+        joints = list(self.slides_and_hinges)
+        stiff, damp, limits = _gains([joint.name for joint in joints], stiffness, damping, most)
+        for joint in joints:
+            joint.stiffness, joint.damping = stiff[joint.name], damp[joint.name]
+            joint.most = limits.get(joint.name, joint.most)
 
     @property
     def _kept(self) -> Dict[str, Any]:

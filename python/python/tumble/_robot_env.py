@@ -13,9 +13,10 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ._actions import Actions, ByJoint, Range
+from ._actions import Actions, Range
 from ._arrays import numbers
 from ._checks import real, whole
+from ._names import ByJoint
 from ._robot import Robot
 from ._rollout import threads_of
 from ._scene import Scene, load

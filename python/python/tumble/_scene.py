@@ -12,6 +12,7 @@ from ._checks import name_list, tables, whole
 from ._files import written
 from ._query import Queries
 from ._toml import document
+from ._names import ByJoint
 from ._tumble import CoreRobot, CoreScene, TumbleError
 
 if TYPE_CHECKING:
@@ -199,9 +200,9 @@ class Scene(CoreScene, Queries):
     def with_motors(
         self,
         *,
-        stiffness: float,
-        damping: float = 0.0,
-        most: Optional[float] = None,
+        stiffness: ByJoint,
+        damping: ByJoint = 0.0,
+        most: Optional[ByJoint] = None,
         joints: Optional[Iterable[str]] = None,
     ) -> "Scene":
         """Scene with a position motor on slides and hinges of its robots.
@@ -210,7 +211,7 @@ class Scene(CoreScene, Queries):
         file's actuators on these joints, and are axes of ``motor_axes``: ``rollout`` takes
         targets for them. ``joints`` are names of joints with the prefix of their robot, by
         default all slides and hinges. ``most`` limits the forces, by default to the limits of
-        the file.
+        the file. Gains and limits are one number for all, or numbers by these names.
 
         :raises TumbleError: for a joint without a limit of its force, or an unknown joint.
         """
