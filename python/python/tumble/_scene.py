@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple,
 
 from ._checks import name_list, tables, whole
 from ._files import written
+from ._names import ByJoint
 from ._query import Queries
 from ._toml import document
-from ._names import ByJoint
 from ._tumble import CoreRobot, CoreScene, TumbleError
 
 if TYPE_CHECKING:
