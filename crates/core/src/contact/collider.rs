@@ -129,6 +129,18 @@ impl Colliders {
         self.terrains.len() > 1
     }
 
+    /// Number of a collider. `None` if it does not exist.
+    pub(crate) fn number(&self, owner: PieceOwner, piece: usize) -> Option<usize> {
+        match owner {
+            PieceOwner::Fixed(index) if index >= self.fixed => {
+                let terrain = index - self.fixed;
+                let number = self.terrains.get(terrain)? + piece;
+                (number < *self.terrains.get(terrain + 1)?).then_some(number)
+            }
+            _ => self.list.iter().position(|known| *known == Collider { owner, piece }),
+        }
+    }
+
     /// Collider `number`.
     #[inline]
     pub(crate) fn at(&self, number: usize) -> Collider {

@@ -402,6 +402,9 @@ impl<'a> Simulation<'a> {
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
+        let StepScratch { candidates, solution, .. } = &mut self.scratch;
+        let (states, next) = (&self.now.states, &solution.states);
+        record.placement = candidates.placement_error(&self.world, states, next, solution.forces());
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.scratch.solution);

@@ -26,6 +26,9 @@ pub struct StepRecord {
     /// Deepest overlap of two pieces at k+1 (m), from their geometry. Contact planes are fixed
     /// during a step, so it is of second order in the rotation per step.
     pub overlap: f64,
+    /// Largest error of the placement of a loaded contact between two pieces (eq. 18g) (m); 0 if all
+    /// are where the pieces touch. It is no part of the certificate's residual.
+    pub placement: f64,
     /// Smallest share of the coefficients of restitution that an island applied. It is 1 unless the
     /// full restitution would add energy ([`bounce`](super::bounce)).
     pub restitution_share: f64,
@@ -60,6 +63,7 @@ impl StepRecord {
             report: StepReport::without_problem(StepStatus::End),
             certificate: Certificate::default(),
             overlap: 0.0,
+            placement: 0.0,
             restitution_share: 1.0,
             stiffness: 0.0,
             squeeze: None,
