@@ -25,6 +25,9 @@
 //! of a plane or of a straight ridge has no contact of its own, so a body slides over the seams of a
 //! floor as over one face.
 //!
+//! A facet of a terrain has two sides. It is touched on the side of the other piece's centre, unless
+//! another facet at the point has them on one side.
+//!
 //! The test is done at the start of a step and at its end. A point has to be hidden at both to be
 //! left out.
 
@@ -289,6 +292,11 @@ impl Exposure<'_> {
         // exactly across it.
         let n = pose.rotation * at.normal;
         let Some(n) = (n - rise(&own.normals, &n)).try_normalize(0.0) else { return true };
+        let (toucher, toucher_pose) = placed(self.world, poses, self.colliders[1 - side]);
+        let centre = toucher_pose.position + toucher_pose.rotation * toucher.core().centre();
+        if !is_on_its_side(std::iter::once(&*own).chain(others), &n, &(centre - x)) {
+            return false;
+        }
         if others.iter().any(|other| !is_in_cone(&other.normals, &n)) {
             exposed.clear();
             for index in 0..own.normals.len() {
@@ -468,6 +476,21 @@ fn part_on(feature: Feature, side: PieceSide) -> Option<CorePart> {
         }
         (Feature::Vertex(..) | Feature::Ellipsoid(..), _) => None,
     }
+}
+
+/// True unless all facets among the `surfaces` at a point have the outward normal `n` of a contact on
+/// one side and the other piece's centre on the other side. `way` is the vector to the centre (m).
+fn is_on_its_side<'a>(
+    surfaces: impl Iterator<Item = &'a LocalSurface>,
+    n: &Vector3<f64>,
+    way: &Vector3<f64>,
+) -> bool {
+    let mut facets = surfaces.filter_map(|of| match of.normals[..] {
+        [up, down, ..] if up == -down => Some(up),
+        _ => None,
+    });
+    let is_on_side = |up: Vector3<f64>| up.dot(n) * up.dot(way) >= 0.0;
+    facets.next().is_none_or(|first| is_on_side(first) || facets.any(is_on_side))
 }
 
 /// Projection of the unit vector `n` on the tangent cone of the `normals`. It is zero if n is a

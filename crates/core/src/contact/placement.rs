@@ -7,12 +7,16 @@
 //! ```text
 //! s = min_a n·x − max_b n·x,
 //! e = max( |s − φ| − δ_φ,   d_a(x) − δ_x,   d_b(x) − δ_x ),                (eq. 18g)
-//! δ_φ = 10⁻⁷ ℓ + (ϑ ℓ + h|u_t|) ϑ,   δ_x = δ_φ + h|u_t| + [ϑ ℓ],   ϑ = h (|ω_A| + |ω_B|)
+//! δ_φ = 10⁻⁷ ℓ + (ϑ ℓ + τ) ϑ + 0.03 τ + o,   δ_x = δ_φ + τ + [ϑ ℓ],   ϑ = h (|ω_A| + |ω_B|)
 //! ```
 //!
-//! s is the separation of the pieces along the normal, from their support functions. d is the height
-//! of the point above a piece. ℓ is the reach of the smaller piece. Points and planes are fixed to
-//! their bodies within a step, so rotation and slip are allowed for. The term in brackets is the way
+//! s is the separation of the pieces along the normal, from their support functions. The normal is
+//! fixed in B, fixed in A, across both edges if two edges touch, or along the shortest line if that is
+//! within ϑ + 0.03 rad. The largest s counts. o is the overlap of the pair, which is reported. d is the height of the point above a piece. ℓ is the
+//! reach of the smaller piece at rounding, and that of the larger body at ϑ. Points and planes are fixed to
+//! their bodies within a step, so rotation and motion are allowed for. τ is the slip h|u_t|, and for two
+//! edges also the way of their crossing along them. A plane continues that far beyond its face. The
+//! term in brackets is the way
 //! of a rounded feature that rolls. A contact on a [hidden](super::exposure) face has the error ℓ. A continued distance (4b) may be smaller than s.
 //!
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
@@ -21,14 +25,29 @@
 use super::collider::{Collider, Colliders, PieceOwner, placed, size};
 use super::exposure::{Exposure, ExposureScratch};
 use super::partners::Partners;
+use super::curved::Core;
 use super::{Contact, Curved, Partner};
-use crate::geometry::Piece;
+use crate::geometry::{
+    Feature, Hint, PairScratch, Piece, nearest_shares, separation as separate,
+};
 use crate::mechanics::Pose;
 use crate::world::World;
 use nalgebra::Vector3;
 
 /// Rounding and drift of gaps and places, as a fraction of the smaller piece.
 const ROUNDING: f64 = 1e-7;
+
+/// Angle up to which a contact point has the normal of a face instead of that of the shortest line (rad),
+/// see [`manifold`](crate::geometry::manifold()).
+const ACROSS: f64 = 0.03;
+
+/// Workspace of the check.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PlacementScratch {
+    pub(super) exposure: ExposureScratch,
+    hint: Hint,
+    pair: PairScratch,
+}
 
 /// Poses of the bodies at both ends of a step.
 pub(super) struct PlacementCheck<'a> {
@@ -42,10 +61,13 @@ pub(super) struct PlacementCheck<'a> {
 impl PlacementCheck<'_> {
     /// Error of a loaded contact between two pieces (eq. 18g) (m); 0 if it is where they touch. NaN if
     /// the world does not have its pieces.
-    pub(super) fn error(&self, contact: &Contact, scratch: &mut ExposureScratch) -> f64 {
-        let Some(colliders) = self.colliders_of(contact) else { return f64::NAN };
+    pub(super) fn error(&self, contact: &Contact, scratch: &mut PlacementScratch) -> f64 {
+        let Some(mut colliders) = self.colliders_of(contact) else { return f64::NAN };
         let (poses, is_end) =
             if contact.bounces() { (self.start, false) } else { (self.end, true) };
+        if self.world.terrain(fixed_index(contact)).is_some() {
+            colliders[1] = self.nearest_triangle(contact, colliders, poses);
+        }
         let [a, b] = colliders.map(|(_, collider)| placed(self.world, poses, collider));
         let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b.1);
         let gap = contact.gap_at(a.1, b_pose);
@@ -55,12 +77,25 @@ impl PlacementCheck<'_> {
         let length = size(a.0).min(size(b.0));
         let (turned, slipped) = self.motion(contact);
         let rounding = ROUNDING * length;
-        let by_turn = if is_end { turned * length + slipped } else { length };
-        let separation = -extent(a, &-normal) - extent(b, &normal);
+        let reach = self.reach(contact);
+        let travel = slipped + self.travel(contact);
+        let by_turn = if is_end { turned * reach + travel } else { reach };
+        let second_order = by_turn * turned + travel * ACROSS;
+        let along = |n: &Vector3<f64>| -extent(a, &-n) - extent(b, n);
+        let mut separation = along(&normal);
+        for other in self.normals(contact, &normal, a.1) {
+            separation = separation.max(along(&other));
+        }
+        let PlacementScratch { exposure, hint, pair } = scratch;
+        let nearest = separate(a, b, hint, pair);
+        if -nearest.axis.dot(&normal) >= libm::cos(turned + ACROSS) {
+            separation = separation.max(nearest.distance);
+        }
+        let overlap = (-nearest.distance).max(0.0);
         let continued = contact.features.curved.as_ref().and_then(Curved::cores).is_some();
         let misses = match separation - gap {
             above if above > 0.0 && continued => 0.0,
-            other => other.abs() - rounding - by_turn * turned,
+            other => other.abs() - rounding - second_order - overlap,
         };
         let far = |(piece, pose): (&Piece, &Pose), point: &Vector3<f64>| {
             piece.height_of(&pose.rotation.tr_mul(&(point - pose.position)))
@@ -70,20 +105,20 @@ impl PlacementCheck<'_> {
             Some(_) => 0.0,
             None => far(b, &on_b),
         };
-        let rolled = if contact.is_rounded() { turned * length } else { 0.0 };
-        let beside = far(a, &on_a).max(off_b) - rounding - slipped - rolled - by_turn * turned;
+        let rolled = if contact.is_rounded() { turned * reach } else { 0.0 };
+        let beside = far(a, &on_a).max(off_b) - rounding - travel - rolled - second_order - overlap;
         let error = misses.max(beside).max(0.0);
         if error > 0.0 || !self.partners.has_others(colliders.map(|(number, _)| number)) {
             return error;
         }
-        let exposure = Exposure {
+        let of = Exposure {
             world: self.world,
             partners: self.partners,
             colliders: colliders.map(|(_, collider)| collider),
             numbers: colliders.map(|(number, _)| number),
         };
         let points = [(on_a, -normal), (on_b, normal)];
-        match exposure.shows(points, poses, &[self.start, self.end], scratch) {
+        match of.shows(points, poses, &[self.start, self.end], exposure) {
             true => 0.0,
             false => length,
         }
@@ -102,6 +137,76 @@ impl PlacementCheck<'_> {
             Partner::Ground => return None,
         };
         Some([of(PieceOwner::Body(contact.key.body), pair.pieces.0)?, of(owner, pair.pieces.1)?])
+    }
+
+    /// The triangle at a contact with a terrain. A plane of a terrain belongs to all triangles in it, and
+    /// the key names the first.
+    fn nearest_triangle(
+        &self,
+        contact: &Contact,
+        [(number, a), b]: [(usize, Collider); 2],
+        poses: &[Pose],
+    ) -> (usize, Collider) {
+        let pose = &poses[contact.key.body];
+        let still = placed(self.world, poses, b.1).1;
+        let (_, point) = touching_point(contact, pose, still);
+        let (mut nearest, mut height) = (b, placed(self.world, poses, b.1).0.height_of(&point));
+        self.partners.each_near([number, b.0], &mut |other, collider| {
+            if collider.owner == b.1.owner && collider.owner != a.owner {
+                let above = placed(self.world, poses, collider).0.height_of(&point);
+                if above < height {
+                    (nearest, height) = ((other, collider), above);
+                }
+            }
+        });
+        nearest
+    }
+
+    /// Other normals of the contact at the end: fixed in A, and across two edges.
+    fn normals(&self, contact: &Contact, normal: &Vector3<f64>, a: &Pose) -> [Vector3<f64>; 2] {
+        let start = &self.start[contact.key.body];
+        let with_a = a.rotation * start.rotation.tr_mul(&contact.normal());
+        let edges = self.edges(contact, self.end);
+        let across = edges.and_then(|[u, v]| u.along.cross(&v.along).try_normalize(0.0));
+        [with_a, across.map_or(with_a, |across| across * across.dot(normal).signum())]
+    }
+
+    /// Edges of a contact between two edges (m, world), that of A first.
+    fn edges(&self, contact: &Contact, poses: &[Pose]) -> Option<[Core; 2]> {
+        let Feature::Edges(first, second) = contact.key.pair?.feature else { return None };
+        // The features of a pair are in the order of the bodies.
+        let numbers = match contact.key.partner {
+            Partner::Body(other) if other < contact.key.body => [second, first],
+            _ => [first, second],
+        };
+        let colliders = self.colliders_of(contact)?.map(|(_, collider)| collider);
+        let edge = |side: usize| {
+            let (piece, pose) = placed(self.world, poses, colliders[side]);
+            let ends = piece.core().edges().get(numbers[side] as usize)?.vertices;
+            let [from, to] = ends.map(|end| piece.core().vertices()[end as usize]);
+            Some(Core { from, along: to - from }.moved(&pose.rotation, &pose.position))
+        };
+        Some([edge(0)?, edge(1)?])
+    }
+
+    /// How far the crossing of two edges moves along them in the step (m); 0 for other contacts.
+    fn travel(&self, contact: &Contact) -> f64 {
+        let shares = |poses| {
+            self.edges(contact, poses).map(|[u, v]| {
+                let (s, t) = nearest_shares(&u.from, &u.along, &v.from, &v.along);
+                (s * u.along.norm(), t * v.along.norm())
+            })
+        };
+        match (shares(self.start), shares(self.end)) {
+            (Some(from), Some(to)) => (to.0 - from.0).abs() + (to.1 - from.1).abs(),
+            _ => 0.0,
+        }
+    }
+
+    /// ℓ: largest reach of the bodies of a contact (m).
+    fn reach(&self, contact: &Contact) -> f64 {
+        let bodies = self.world.bodies();
+        contact.key.bodies().map(|body| bodies[body].reach()).fold(0.0, f64::max)
     }
 
     /// Rotation of both bodies in the step (rad), and the slip of the contact (m).

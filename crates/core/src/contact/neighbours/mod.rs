@@ -12,13 +12,13 @@ mod places;
 
 use super::between::Between;
 use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
-use super::exposure::{ContactSearch, Exposure, ExposureScratch};
+use super::exposure::{ContactSearch, Exposure};
 use super::key_index::{PieceIndex, ends_of};
 use super::meeting::{BAND, CollisionSearch, Meeting};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
 use super::partners::Partners;
-use super::placement::PlacementCheck;
+use super::placement::{PlacementCheck, PlacementScratch};
 use super::seams::{is_same, is_triangle};
 use super::shared_edge::shares_a_line_only;
 use super::{Contact, Partner};
@@ -88,7 +88,7 @@ pub(super) struct Neighbours {
     index: PieceIndex,
     /// The pairs, by collider.
     partners: Partners,
-    exposure: ExposureScratch,
+    placement: PlacementScratch,
     scratch: PairScratch,
     touches: Vec<ManifoldPoint>,
 }
@@ -106,8 +106,9 @@ impl Neighbours {
             return;
         }
         let Self {
-            memory, colliders, extents, poses, partners, exposure, scratch, touches, ..
+            memory, colliders, extents, poses, partners, placement, scratch, touches, ..
         } = self;
+        let exposure = &mut placement.exposure;
         let Memory { pairs, start, kept, joined, .. } = memory;
         partners.update(world, colliders, pairs);
         if start == poses {
@@ -277,7 +278,7 @@ impl Neighbours {
             is_solved,
             index: &mut self.index,
             partners,
-            exposure: &mut self.exposure,
+            exposure: &mut self.placement.exposure,
             scratch: &mut self.scratch,
             touches: &mut self.touches,
             is_hidden: false,
@@ -402,10 +403,10 @@ impl Neighbours {
         if !is_placed && !self.place(world, states, next) {
             return f64::NAN;
         }
-        let Self { memory, colliders, poses, begin, partners, exposure, .. } = self;
+        let Self { memory, colliders, poses, begin, partners, placement, .. } = self;
         partners.update(world, colliders, &memory.pairs);
         let check = PlacementCheck { world, colliders, partners, start: begin, end: poses };
-        loaded.map(|contact| check.error(&contact, exposure)).fold(0.0, largest)
+        loaded.map(|contact| check.error(&contact, placement)).fold(0.0, largest)
     }
 
     /// Applies `change` to the state of the search after bodies were added, removed or held.
