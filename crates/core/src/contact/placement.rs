@@ -7,32 +7,31 @@
 //! ```text
 //! s = min_a n·x − max_b n·x,
 //! e = max( |s − φ| − δ_φ,   d_a(x) − δ_x,   d_b(x) − δ_x ),                (eq. 18g)
-//! δ_φ = 10⁻⁷ ℓ + (ϑ ℓ + τ) ϑ + 0.03 τ + o,   δ_x = δ_φ + τ + [ϑ ℓ],   ϑ = h (|ω_A| + |ω_B|)
+//! δ_φ = 10⁻⁷ ℓ + (ϑ r + τ) ϑ + 0.03 τ + o,   δ_x = δ_φ + τ,   ϑ = h (|ω_A| + |ω_B|)
 //! ```
 //!
 //! s is the separation of the pieces along the normal, from their support functions. The normal is
 //! fixed in B, fixed in A, across both edges if two edges touch, or along the shortest line if that is
-//! within ϑ + 0.03 rad. The largest s counts. o is the overlap of the pair, which is reported. d is the height of the point above a piece. ℓ is the
-//! reach of the smaller piece at rounding, and that of the larger body at ϑ. Points and planes are fixed to
-//! their bodies within a step, so rotation and motion are allowed for. τ is the slip h|u_t|, and for two
-//! edges also the way of their crossing along them. A plane continues that far beyond its face. The
-//! term in brackets is the way
-//! of a rounded feature that rolls. A contact on a [hidden](super::exposure) face has the error ℓ. A continued distance (4b) may be smaller than s.
+//! within ϑ + 0.03 rad. The largest s counts. d is the height of the point above a piece.
+//!
+//! Points and planes are fixed to their bodies within a step, so rotation and motion are allowed for.
+//! τ is the way of the touching point over both bodies in the step. A plane continues that far beyond
+//! its face. ℓ is the reach of the smaller piece, r that of the larger body, and o the overlap of the
+//! pair, which is reported. A continued distance (4b) may be smaller than s. A contact on a
+//! [hidden](super::exposure) face has the error ℓ.
 //!
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
 //! first order in ϑ.
 
 use super::collider::{Collider, Colliders, PieceOwner, placed, size};
+use super::curved::Core;
 use super::exposure::{Exposure, ExposureScratch};
 use super::partners::Partners;
-use super::curved::Core;
 use super::{Contact, Curved, Partner};
-use crate::geometry::{
-    Feature, Hint, PairScratch, Piece, nearest_shares, separation as separate,
-};
+use crate::geometry::{Feature, Hint, PairScratch, Piece, nearest_shares, separation as separate};
 use crate::mechanics::Pose;
 use crate::world::World;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Rounding and drift of gaps and places, as a fraction of the smaller piece.
 const ROUNDING: f64 = 1e-7;
@@ -62,7 +61,8 @@ impl PlacementCheck<'_> {
     /// Error of a loaded contact between two pieces (eq. 18g) (m); 0 if it is where they touch. NaN if
     /// the world does not have its pieces.
     pub(super) fn error(&self, contact: &Contact, scratch: &mut PlacementScratch) -> f64 {
-        let Some(mut colliders) = self.colliders_of(contact) else { return f64::NAN };
+        let Some(named) = self.colliders_of(contact) else { return f64::NAN };
+        let mut colliders = named;
         let (poses, is_end) =
             if contact.bounces() { (self.start, false) } else { (self.end, true) };
         if self.world.terrain(fixed_index(contact)).is_some() {
@@ -75,10 +75,9 @@ impl PlacementCheck<'_> {
         let on_b = on_a - normal * gap;
 
         let length = size(a.0).min(size(b.0));
-        let (turned, slipped) = self.motion(contact);
+        let (turned, travel) = (self.turn(contact), self.travel(contact));
         let rounding = ROUNDING * length;
         let reach = self.reach(contact);
-        let travel = slipped + self.travel(contact);
         let by_turn = if is_end { turned * reach + travel } else { reach };
         let second_order = by_turn * turned + travel * ACROSS;
         let along = |n: &Vector3<f64>| -extent(a, &-n) - extent(b, n);
@@ -105,11 +104,27 @@ impl PlacementCheck<'_> {
             Some(_) => 0.0,
             None => far(b, &on_b),
         };
-        let rolled = if contact.is_rounded() { turned * reach } else { 0.0 };
-        let beside = far(a, &on_a).max(off_b) - rounding - travel - rolled - second_order - overlap;
+        let beside = far(a, &on_a).max(off_b) - rounding - travel - second_order - overlap;
         let error = misses.max(beside).max(0.0);
         if error > 0.0 || !self.partners.has_others(colliders.map(|(number, _)| number)) {
             return error;
+        }
+        let is_shown = [self.start, self.end]
+            .into_iter()
+            .any(|poses| self.is_shown(contact, named, poses, exposure));
+        if is_shown { 0.0 } else { length }
+    }
+
+    /// True if the contact is on exposed surfaces where it is with the bodies at `poses`.
+    fn is_shown(
+        &self,
+        contact: &Contact,
+        mut colliders: [(usize, Collider); 2],
+        poses: &[Pose],
+        scratch: &mut ExposureScratch,
+    ) -> bool {
+        if self.world.terrain(fixed_index(contact)).is_some() {
+            colliders[1] = self.nearest_triangle(contact, colliders, poses);
         }
         let of = Exposure {
             world: self.world,
@@ -117,11 +132,11 @@ impl PlacementCheck<'_> {
             colliders: colliders.map(|(_, collider)| collider),
             numbers: colliders.map(|(number, _)| number),
         };
-        let points = [(on_a, -normal), (on_b, normal)];
-        match of.shows(points, poses, &[self.start, self.end], exposure) {
-            true => 0.0,
-            false => length,
-        }
+        let [a, b] = of.colliders.map(|collider| placed(self.world, poses, collider).1);
+        let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b);
+        let (normal, on_a) = touching_point(contact, a, b);
+        let points = [(on_a, -normal), (on_a - normal * contact.gap_at(a, b_pose), normal)];
+        of.shows(points, poses, &[self.start, self.end], scratch)
     }
 
     /// Colliders of a contact with their numbers, A first.
@@ -189,18 +204,24 @@ impl PlacementCheck<'_> {
         Some([edge(0)?, edge(1)?])
     }
 
-    /// How far the crossing of two edges moves along them in the step (m); 0 for other contacts.
+    /// τ: way of the touching point over both bodies in the step (m).
     fn travel(&self, contact: &Contact) -> f64 {
-        let shares = |poses| {
-            self.edges(contact, poses).map(|[u, v]| {
+        let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+        let places = [self.start, self.end].map(|poses| {
+            let a = &poses[contact.key.body];
+            let b = contact.key.partner.body().map_or(&still, |body| &poses[body]);
+            let crossing = self.edges(contact, poses).map(|[u, v]| {
                 let (s, t) = nearest_shares(&u.from, &u.along, &v.from, &v.along);
-                (s * u.along.norm(), t * v.along.norm())
-            })
-        };
-        match (shares(self.start), shares(self.end)) {
-            (Some(from), Some(to)) => (to.0 - from.0).abs() + (to.1 - from.1).abs(),
-            _ => 0.0,
-        }
+                [u.at(s), v.at(t)]
+            });
+            let [on_a, on_b] = crossing.unwrap_or_else(|| [touching_point(contact, a, b).1; 2]);
+            let seen = |pose: &Pose, x: &Vector3<f64>| pose.rotation.tr_mul(&(x - pose.position));
+            [seen(a, &on_a), seen(b, &on_b)]
+        });
+        let [start, end] = places;
+        let normal = contact.features.frame.column(2);
+        let over_b = end[1] - start[1];
+        (end[0] - start[0]).norm() + (over_b - normal * normal.dot(&over_b)).norm()
     }
 
     /// ℓ: largest reach of the bodies of a contact (m).
@@ -209,18 +230,10 @@ impl PlacementCheck<'_> {
         contact.key.bodies().map(|body| bodies[body].reach()).fold(0.0, f64::max)
     }
 
-    /// Rotation of both bodies in the step (rad), and the slip of the contact (m).
-    fn motion(&self, contact: &Contact) -> (f64, f64) {
+    /// ϑ: rotation of both bodies in the step (rad).
+    fn turn(&self, contact: &Contact) -> f64 {
         let turn = |body: usize| (self.end[body].rotation - self.start[body].rotation).norm();
-        let (a, b) = (contact.key.body, contact.key.partner.body());
-        let turned = turn(a) + b.map_or(0.0, turn);
-        let u = contact.motion(
-            [&self.start[a], &self.end[a]],
-            b.map(|b| [&self.start[b], &self.end[b]]),
-            1.0,
-        );
-        let normal = contact.normal();
-        (turned, (u - normal * normal.dot(&u)).norm())
+        contact.key.bodies().map(turn).sum()
     }
 }
 

@@ -95,7 +95,8 @@ fn thrown_on_floors(count: u64, steps: usize) -> Campaign {
     for shape in SHAPES {
         for name in FLOORS.iter().filter(|name| **name != "belts") {
             for seed in 0..count {
-                let mut random = Random::new(1000 + 97 * seed + shape.len() as u64 + 7 * name.len() as u64);
+                let mut random =
+                    Random::new(1000 + 97 * seed + shape.len() as u64 + 7 * name.len() as u64);
                 let body = standing(shape, &mut random);
                 let start = State {
                     position: Vector3::new(
@@ -220,61 +221,4 @@ fn bodies_of_all_shapes_thrown_on_a_hundred_rough_terrains_make_no_energy() {
 #[ignore = "slow"]
 fn pairs_of_all_shapes_in_eight_attitudes_make_no_energy() {
     pairs_of_shapes(8, 200).assert_right("pairs");
-}
-
-#[test]
-fn one_terrain() {
-    let Ok(text) = std::env::var("ONE") else { return };
-    let words: Vec<&str> = text.split(':').collect();
-    let mut random = Random::new(5000 + words[1].parse::<u64>().unwrap());
-    let terrain = Arc::new(rough(&mut random));
-    let body = standing(words[0], &mut random);
-    let start = State {
-        position: Vector3::new(0.0, 0.0, 0.5),
-        attitude: attitude(&any_turn(&mut random)),
-        velocity: any_vector(&mut random, 1.5),
-        spin: any_vector(&mut random, 6.0),
-    };
-    let world = World::new(parameters(vec![body.body], random.between(0.0, 0.8))).unwrap();
-    let world = world.with_terrains(vec![FixedTerrain { terrain: terrain.clone(), friction: None }]).unwrap();
-    let mut simulation = Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
-    let mut record = StepRecord::new();
-    for _ in 0..300 {
-        simulation.step(&mut record).unwrap();
-        if record.placement > 0.0 {
-            println!("k {} {:?} placement {:.3e} overlap {:.3e} r {:?}", record.index, record.report.status, record.placement, record.overlap, record.next().position.as_slice());
-            for (c, f) in record.contacts.iter().zip(record.solution.forces()) {
-                println!("    {:?} n {:?} gap {:.3e} f {:.3e}", c.key.pair.map(|p| (p.pieces, p.feature)), c.normal().as_slice(), c.gap, f.norm());
-            }
-        }
-    }
-}
-
-#[test]
-fn one_floor() {
-    let Ok(text) = std::env::var("ONE") else { return };
-    let words: Vec<&str> = text.split(':').collect();
-    let (shape, name) = (words[0], words[1]);
-    let seed = words[2].parse::<u64>().unwrap();
-    let mut random = Random::new(1000 + 97 * seed + shape.len() as u64 + 7 * name.len() as u64);
-    let body = standing(shape, &mut random);
-    let start = State {
-        position: Vector3::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5), 0.35),
-        attitude: attitude(&any_turn(&mut random)),
-        velocity: any_vector(&mut random, 2.0),
-        spin: any_vector(&mut random, 8.0),
-    };
-    let friction = random.between(0.0, 0.8);
-    let world = floor(name, &body.body, friction, &mut random);
-    let mut simulation = Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
-    let mut record = StepRecord::new();
-    for _ in 0..400 {
-        simulation.step(&mut record).unwrap();
-        if record.placement > 0.0 {
-            println!("k {} {:?} placement {:.3e} overlap {:.3e} r {:?}", record.index, record.report.status, record.placement, record.overlap, record.next().position.as_slice());
-            for (c, f) in record.contacts.iter().zip(record.solution.forces()) {
-                println!("    {:?} n {:?} gap {:.3e} f {:.3e}", c.key.pair.map(|p| (p.pieces, p.feature)), c.normal().as_slice(), c.gap, f.norm());
-            }
-        }
-    }
 }
