@@ -45,6 +45,13 @@ pub fn total(world: &World, states: &[State]) -> f64 {
     of.sum()
 }
 
+/// Kinetic and potential energy at the stored velocities [J].
+fn unlagged(world: &World, states: &[State]) -> f64 {
+    let bodies = world.bodies().iter().zip(states);
+    let lifted = bodies.map(|(body, state)| -body.mass() * world.gravity().dot(&state.position));
+    kinetic(world, states) + lifted.sum::<f64>()
+}
+
 /// Scene of a file's text.
 pub fn scene(text: &str) -> Scene {
     let none = |_: &Path, _: u64| Err(io::ErrorKind::NotFound.into());
@@ -84,7 +91,11 @@ impl PassiveSteps {
         let status = record.report.status;
         let [before, after] = [&record.states, &record.solution.states];
         let size = kinetic(world, before).max(kinetic(world, after));
-        let gain = total(world, after) - total(world, before);
+        let gain = match status {
+            // Its velocities do not belong to a step, and do not lag.
+            StepStatus::Failed => unlagged(world, after) - unlagged(world, before),
+            _ => total(world, after) - total(world, before),
+        };
         let residual = record.certificate.residual();
         self.steps += 1;
         self.substepped += usize::from(status == StepStatus::Substepped);

@@ -46,22 +46,22 @@ fn cones_stop_without_making_energy() {
     }
 }
 
-/// A rod without weight that circles along its cone at 4 rad/s. The stop takes 2 (h ψ̇ cos σ)² of its
+/// A ball without weight whose arm circles along its cone at 4 rad/s. The stop takes 2 (h ψ̇ cos σ)² of its
 /// energy in a step, and never gives any.
 #[test]
-fn a_rod_that_circles_along_its_cone_loses_energy_to_first_order() {
+fn an_arm_that_circles_along_its_cone_loses_energy_to_first_order() {
     let (rate, swing) = (4.0_f64, 0.6_f64);
     for h in [0.002, 0.001] {
         let (sin, cos) = swing.sin_cos();
-        // The axis of the rod circles about z. Without spin about its own axis, ω is across both.
+        // The arm circles about z. Without spin about its own axis, ω is across both.
         let across = Vector3::new(0.0, rate * sin, 0.0);
         let along = Vector3::new(sin, 0.0, cos);
         let spin = along.cross(&across);
         let turned = turn(Vector3::y(), swing);
         let text = format!(
             "steps = 501\ntime_step = {h}\ngravity = 0\n[ground]\nnone = true\nfriction = 0\n[[bodies]]\n\
-             name = \"rod\"\ncapsule = {{ length = 0.4, radius = 0.02 }}\nmass = 1.0\nposition = {}\n\
-             attitude = {:?}\nvelocity = {}\nspin = {}\n[[joints]]\ntype = \"ball\"\nbodies = \"rod\"\n\
+             name = \"ball\"\nsphere = 0.28\nmass = 1.0\nposition = {}\n\
+             attitude = {:?}\nvelocity = {}\nspin = {}\n[[joints]]\ntype = \"ball\"\nbodies = \"ball\"\n\
              anchor = [0, 0, 0]\naxis_a = [0, 0, 1]\naxis_b = [0, 0, 1]\ncone = {swing}\n",
             list(&(along * 0.3)),
             turned.data.0[0],

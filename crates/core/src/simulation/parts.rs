@@ -21,7 +21,7 @@
 
 use super::islands::Islands;
 use super::wild::{Budget, EnergyGain, UnphysicalCause};
-use super::{Motion, Simulation, StepRecord, StepScratch};
+use super::{Motion, Simulation, StepRecord, StepScratch, wild};
 use crate::contact::certificate::Claim;
 use crate::contact::{Candidates, Certificate};
 use crate::joint::JointForce;
@@ -136,9 +136,12 @@ impl Simulation<'_> {
         if energy.exceeds() {
             return None;
         }
+        let mut ends = exchanged(&short.now.states, &short.world, &self.world)?;
+        let stands = |body: &usize| unsolved[*body] && !flies[*body] && !self.world.is_held(*body);
+        let standing: Vec<_> = (0..unsolved.len()).filter(stands).collect();
+        self.slow_standing(&mut ends, &standing, parts, energy.gained.max(0.0));
         let body = unsolved.iter().position(|unsolved| *unsolved).unwrap_or(0);
         self.scratch.gain = energy.gains().then_some(EnergyGain { body, energy: energy.gained });
-        let ends = exchanged(&short.now.states, &short.world, &self.world)?;
         let StepScratch { solution, .. } = &mut self.scratch;
         for (body, end) in ends.into_iter().enumerate().filter(|(body, _)| unsolved[*body]) {
             solution.states[body] = end;
@@ -159,6 +162,35 @@ impl Simulation<'_> {
             }
         }
         Some(())
+    }
+
+    /// Slows the standing `bodies` down at the `ends` of the `parts`, alike, so that they gain no
+    /// energy. Besides the `made` energy of the parts (J) they gain, because they keep their
+    /// velocities in spite of the other time step (35),
+    ///
+    /// ```text
+    /// Σ ½ m (h − h/n) g·(v⁺ − v)
+    /// ```
+    fn slow_standing(&self, ends: &mut [State], bodies: &[usize], parts: u64, made: f64) {
+        let (world, h) = (&self.world, self.world.time_step());
+        let (mut gained, mut kinetic, mut lag) = (made, 0.0, 0.0);
+        for &index in bodies {
+            let (body, end) = (&world.bodies()[index], &ends[index]);
+            let fall = world.gravity() * (0.5 * h * body.mass());
+            let faster = end.velocity - self.now.states[index].velocity;
+            gained += fall.dot(&faster) * (1.0 - 1.0 / parts as f64);
+            kinetic += wild::kinetic_energy(world, body, end);
+            lag += fall.dot(&end.velocity);
+        }
+        if gained > 0.0 && kinetic > 0.0 {
+            // Energy (35) at s times the velocities: s² T + s Σ ½ m h g·v.
+            let root = (lag * lag + 4.0 * kinetic * (kinetic + lag - gained)).max(0.0).sqrt();
+            let slower = ((root - lag) / (2.0 * kinetic)).clamp(0.0, 1.0);
+            for &index in bodies {
+                ends[index].velocity *= slower;
+                ends[index].spin *= slower;
+            }
+        }
     }
 
     /// True per body if its island touches the ground or a fixed piece, or has a held body.

@@ -361,7 +361,7 @@ fn work_of_bounce(
 }
 
 /// Translational energy ½ m v² plus the rotational [energy](energy::turning) (J).
-fn kinetic_energy(world: &World, body: &RigidBody, state: &State) -> f64 {
+pub(super) fn kinetic_energy(world: &World, body: &RigidBody, state: &State) -> f64 {
     let along = 0.5 * body.mass() * state.velocity.norm_squared();
     along + energy::turning(world, body, &state.spin)
 }
