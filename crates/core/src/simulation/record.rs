@@ -1,6 +1,6 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::{Squeeze, UnphysicalCause};
+use super::{EnergyGain, Squeeze, UnphysicalCause};
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
@@ -38,9 +38,12 @@ pub struct StepRecord {
     pub stiffness: f64,
     /// Cause of a failed step, if two bodies leave too little room for a third one.
     pub squeeze: Option<Squeeze>,
-    /// Cause of a step with [`StepStatus::Wild`].
+    /// Cause of a step with [`StepStatus::Wild`], or of a failed step whose solution makes energy.
     pub unphysical: Option<UnphysicalCause>,
-    /// Bodies of unsolved islands, if the native solver did not solve the step as a whole.
+    /// Largest energy beyond the balance (32) that an island makes in the step as taken, if beyond
+    /// rounding.
+    pub gain: Option<EnergyGain>,
+    /// Bodies of islands that the native solver did not solve in one step without making energy.
     pub unsolved: Vec<usize>,
 }
 
@@ -68,6 +71,7 @@ impl StepRecord {
             stiffness: 0.0,
             squeeze: None,
             unphysical: None,
+            gain: None,
             unsolved: Vec::new(),
         }
     }
