@@ -1,27 +1,34 @@
 """Makes the figures of the concept pages from measured runs.
 
-python docs/figures/make.py [NAME...]      writes docs/figures/NAME.svg, by default all of them
-python docs/figures/make.py --check        makes all and names those that differ from the files
+python docs/figures/make.py [NAME...]           writes docs/figures/NAME.svg, by default all of them
+python docs/figures/make.py --check [NAME...]   makes them and names those that differ from the files
 
-Needs the Python package, mujoco and matplotlib. The same versions write the same bytes. The check allows
-differences of one point, because another processor may round differently.
+Needs the Python package, mujoco and matplotlib. Each file has the data of its curves as description, and the check
+compares these data. The bytes of a file are no measure: layout and names within it depend on the last digit of a
+coordinate, and another processor may round it differently.
 """
 
 from __future__ import annotations
 
-import re
+import json
+import pathlib
 import sys
-import tempfile
-from pathlib import Path
 from typing import Any, Callable, Dict, List
+from xml.etree import ElementTree
 
 import contact
 import matplotlib
 import matplotlib.pyplot as plt
 import motion
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.path import Path
 
-FOLDER = Path(__file__).resolve().parent
+FOLDER = pathlib.Path(__file__).resolve().parent
 FIGURES: Dict[str, Callable[[], Figure]] = {
     "hard-contact": contact.hard_contact,
     "certificate": contact.certificate,
@@ -47,46 +54,102 @@ STYLE: Any = {
     "savefig.facecolor": "white",
     "axes.formatter.use_mathtext": True,
 }
-NUMBER = re.compile(r"(?<![\w#.])-?\d+(?:\.\d+)?(?!\w)")
+ALLOWED = 0.002
+"""Allowed difference of a coordinate, as a part of the axes: less than a point in the largest figure."""
 
 
-def write(name: str, folder: Path) -> Path:
-    """Writes a figure as SVG without a date."""
-    path = folder / f"{name}.svg"
+def curves_of(axes: Axes) -> Any:
+    """Text, limits and curves of axes. Points are in parts of the axes, and limits in units of the scale."""
+    legend = axes.get_legend()
+    texts = [*axes.texts, *(legend.get_texts() if legend else [])]
+    limits = axes.transScale.transform(np.transpose([axes.get_xlim(), axes.get_ylim()]))
+    curves = []
+    for item in (*axes.lines, *axes.collections):
+        if isinstance(item, Line2D):
+            colour, path = item.get_color(), item.get_path()
+        elif isinstance(item, PolyCollection):
+            colour, path = item.get_facecolor()[0], Path.make_compound_path(*item.get_paths())
+        else:
+            raise TypeError(f"{type(item).__name__}: the check knows lines and filled areas")
+        shape = item.get_transform() - axes.transAxes
+        points = np.clip(shape.transform(path.vertices), -1.0, 2.0).round(4)
+        curves.append({"colour": to_hex(colour), "points": points.tolist()})
+    return {
+        "text": [axes.get_title(), axes.get_xlabel(), axes.get_ylabel(), *(text.get_text() for text in texts)],
+        "scale": [axes.get_xscale(), axes.get_yscale()],
+        "limits": limits.tolist(),
+        "curves": curves,
+    }
+
+
+def data_of(figure: Figure) -> Any:
+    """Data of all axes of a figure, as in its file."""
+    legends = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    return {"text": legends, "axes": [curves_of(axes) for axes in figure.axes]}
+
+
+def made(name: str, path: pathlib.Path | None = None) -> Any:
+    """Makes a figure and returns its data. With a path, it is written as SVG without a date."""
     with matplotlib.rc_context(STYLE):
         figure = FIGURES[name]()
-        figure.savefig(path, metadata={"Date": None, "Creator": None})
+        data = data_of(figure)
+        if path:
+            description = json.dumps(data, separators=(",", ":"))
+            figure.savefig(path, metadata={"Date": None, "Creator": None, "Description": description})
         plt.close(figure)
-    return path
+    return data
 
 
-def same(one: str, other: str) -> bool:
-    """True if two pictures have the same text and numbers that differ by at most one point."""
-    if NUMBER.sub("", one) != NUMBER.sub("", other):
-        return False
-    numbers = zip(NUMBER.findall(one), NUMBER.findall(other))
-    return all(abs(float(a) - float(b)) <= 1.0 for a, b in numbers)
+def recorded(name: str) -> Any:
+    """Data of the figure in the file."""
+    description = ElementTree.parse(FOLDER / f"{name}.svg").find(".//{http://purl.org/dc/elements/1.1/}description")
+    return None if description is None else json.loads(description.text or "null")
 
 
-def changed() -> List[str]:
-    """Names of the figures whose files differ from what is made now."""
-    with tempfile.TemporaryDirectory() as folder:
-        texts = {name: write(name, Path(folder)).read_text() for name in FIGURES}
-    return [name for name, text in texts.items() if not same((FOLDER / f"{name}.svg").read_text(), text)]
+def near(one: Any, other: Any, size: Any = 1.0) -> bool:
+    """True if two arrays differ by at most the allowed part of ``size``."""
+    one, other = np.array(one), np.array(other)
+    return one.shape == other.shape and bool(np.all(np.abs(one - other) <= ALLOWED * size))
+
+
+def same_axes(one: Any, other: Any) -> bool:
+    """True if two axes have the same text, and limits and curves at the same places."""
+    low, high = np.array(one["limits"])
+    return (
+        [one["text"], one["scale"]] == [other["text"], other["scale"]]
+        and near(one["limits"], other["limits"], np.abs(high - low))
+        and [curve["colour"] for curve in one["curves"]] == [curve["colour"] for curve in other["curves"]]
+        and all(near(a["points"], b["points"]) for a, b in zip(one["curves"], other["curves"]))
+    )
+
+
+def is_current(name: str) -> bool:
+    """True if a figure's file has the curves that are made now."""
+    file, now = recorded(name), made(name)
+    return (
+        file is not None
+        and file["text"] == now["text"]
+        and len(file["axes"]) == len(now["axes"])
+        and all(same_axes(one, other) for one, other in zip(file["axes"], now["axes"]))
+    )
 
 
 def main() -> int:
     matplotlib.use("svg")
-    names = sys.argv[1:]
-    if names == ["--check"]:
-        out = changed()
-        print(f"out of date: {', '.join(out)}; run docs/figures/make.py" if out else f"{len(FIGURES)} figures are up to date")
-        return 1 if out else 0
+    is_check = sys.argv[1:2] == ["--check"]
+    names = sys.argv[2:] if is_check else sys.argv[1:]
     if unknown := [name for name in names if name not in FIGURES]:
         print(f"no figure is called {', '.join(unknown)}; there are {', '.join(FIGURES)}", file=sys.stderr)
         return 2
-    for name in names or FIGURES:
-        print(write(name, FOLDER))
+    names = names or list(FIGURES)
+    if is_check:
+        out = [name for name in names if not is_current(name)]
+        print(f"out of date: {', '.join(out)}; run docs/figures/make.py" if out else f"up to date: {', '.join(names)}")
+        return 1 if out else 0
+    for name in names:
+        path = FOLDER / f"{name}.svg"
+        made(name, path)
+        print(path)
     return 0
 
 

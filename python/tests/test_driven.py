@@ -133,7 +133,7 @@ def tumbled(scenarios):
         pytest.skip("TUMBLE does not name the program of the command line")
 
     def run(*arguments):
-        return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=120)
+        return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=600)
 
     run.scenarios = scenarios
     return run

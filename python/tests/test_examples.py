@@ -16,7 +16,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 def run(name):
     end = subprocess.run(
-        [sys.executable, str(EXAMPLES / f"{name}.py")], capture_output=True, text=True, timeout=120
+        [sys.executable, str(EXAMPLES / f"{name}.py")], capture_output=True, text=True, timeout=600
     )
     assert end.returncode == 0, end.stderr
     return end.stdout
@@ -49,7 +49,7 @@ def test_robots_fall_certified(how):
         [sys.executable, str(EXAMPLES / "fall.py"), str(folder), *how],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=600,
     )
     assert end.returncode == 0, end.stderr
     fallen = [line for line in end.stdout.splitlines() if "steps of" in line]
@@ -139,7 +139,7 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
         pytest.skip("TUMBLE does not name the program of the command line")
 
     def tumbled(*arguments):
-        return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=120)
+        return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=600)
 
     def files(name):
         return sorted(file.name for file in (tmp_path / name).iterdir())

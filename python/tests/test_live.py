@@ -39,7 +39,7 @@ def scene() -> tumble.Scene:
 
 def page(url: str) -> Tuple[int, str]:
     address = urlsplit(url)
-    connection = http.client.HTTPConnection(address.netloc, timeout=20)
+    connection = http.client.HTTPConnection(address.netloc, timeout=600)
     connection.request("GET", address.path)
     answer = connection.getresponse()
     return answer.status, answer.read().decode()
@@ -51,7 +51,7 @@ class Window:
     def __init__(self, url: str) -> None:
         address = urlsplit(url)
         assert address.port is not None
-        self.stream = socket.create_connection(("127.0.0.1", address.port), timeout=20)
+        self.stream = socket.create_connection(("127.0.0.1", address.port), timeout=600)
         fields = [
             f"GET {address.path}live HTTP/1.1",
             f"Host: {address.netloc}",
@@ -214,7 +214,7 @@ def test_the_end_of_the_program_writes_the_record(tmp_path: Path) -> None:
     )
     folder = tmp_path / "run"
     command: List[str] = [sys.executable, "-c", program, str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     assert (folder / "run.json").exists() and is_free(done.stdout.strip())
 

@@ -86,7 +86,8 @@ def test_infos_are_those_of_version_5(name):
     own = {"include_cfrc_ext_in_observation": False, "contact_cost_weight": 0.0} if name == "Ant" else {}
     theirs, ours = gymnasium.make(f"{name}-v5", **own), gymnasium.make(f"tumble/{name}-v0")
     assert ours.observation_space.shape == theirs.observation_space.shape
-    theirs.reset(seed=0), ours.reset(seed=0)
+    for env in (theirs, ours):
+        env.reset(seed=0)
     action = np.zeros(ours.action_space.shape, np.float32)
     infos = [set(env.step(action)[-1]) - {"TimeLimit.truncated"} for env in (theirs, ours)]
     assert infos[1] - infos[0] <= {"unsolved", "reward_survive"} and infos[0] - infos[1] <= {"reward_contact"}

@@ -111,7 +111,7 @@ def test_memory_that_the_process_may_not_have_is_refused():
         "except MemoryError as error:\n"
         "    print(error)\n"
     )
-    end = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    end = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=600)
     assert end.returncode == 0 and "6000000 recorded steps of 1 body, contacts not counted, need" in end.stdout, end.stderr
 
 
@@ -138,18 +138,22 @@ def test_what_is_another_thing_is_named(call, raised, words):
 
 def test_ctrl_c_ends_a_run_at_once():
     simulation = block([1, 0, 0]).simulate()
-    pressed = []
+    reports, seen, begun = [], [], threading.Event()
+
+    def report(*both):
+        reports.append(both)
+        begun.set()
 
     def press():
-        pressed.append(time.perf_counter())
+        begun.wait()
         os.kill(os.getpid(), signal.SIGINT)
+        seen.append(len(reports))
 
-    timer = threading.Timer(0.2, press)
-    timer.start()
+    threading.Thread(target=press, daemon=True).start()
     with pytest.raises(KeyboardInterrupt):
-        simulation.run(2_000_000, contacts=False)
-    # The interval between checks is 20 ms. The rest allows for a busy machine.
-    assert time.perf_counter() - pressed[0] < 0.1
+        simulation.run(2_000_000, contacts=False, progress=report)
+    # Each report follows a check for signals. One may be under way when the signal comes.
+    assert len(reports) <= seen[0] + 1
     assert 0 < simulation.index < 2_000_000
     assert simulation.step().ok, "it can go on"
 
@@ -183,11 +187,11 @@ def test_a_simulation_runs_in_one_thread_at_a_time():
 
     def progress(done, total):
         began.set()
-        ended.wait(20)
+        ended.wait(600)
 
     thread = threading.Thread(target=lambda: simulation.run(20_000, contacts=False, progress=progress))
     thread.start()
-    assert began.wait(20)
+    assert began.wait(600)
     for call in (simulation.step, lambda: simulation.states, lambda: simulation.run(1), lambda: copy.copy(simulation)):
         with pytest.raises(tumble.TumbleError, match="running in another thread.*copy") as raised:
             call()
@@ -349,7 +353,7 @@ def fork_goes_on():
         finally:
             os._exit(code)
     os.close(writer)
-    until = time.monotonic() + 20
+    until = time.monotonic() + 600
     done = 0
     while not done and time.monotonic() < until:
         done, status = os.waitpid(child, os.WNOHANG)

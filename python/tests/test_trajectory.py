@@ -243,7 +243,7 @@ def tumbled(tmp_path):
     def run(name, *arguments, code=0):
         folder = tmp_path / name
         command = [program, *arguments, "--out", str(folder)]
-        end = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        end = subprocess.run(command, capture_output=True, text=True, timeout=600)
         assert end.returncode == code, end.stderr
         return folder
 
@@ -339,7 +339,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
         program = os.environ.get("TUMBLE") or shutil.which("tumble")
         for command in ("verify", "view"):
             table = str(folder / "trajectory.csv")
-            end = subprocess.run([program, command, table], capture_output=True, text=True, timeout=120)
+            end = subprocess.run([program, command, table], capture_output=True, text=True, timeout=600)
             assert end.returncode == 0, end.stdout + end.stderr
             assert "checksum" not in end.stdout
         read = tumble.Trajectory.from_csv(scene, folder)
@@ -352,7 +352,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
     simulation.run(9, np.ones((9, 6))).to_csv(tmp_path / "all")
     for command, code in (("view", 0), ("plot", 0), ("gif", 0), ("verify", 2)):
         end = subprocess.run(
-            [program, command, str(tmp_path / "all" / "trajectory.csv")], capture_output=True, text=True, timeout=120
+            [program, command, str(tmp_path / "all" / "trajectory.csv")], capture_output=True, text=True, timeout=600
         )
         assert end.returncode == code, end.stdout + end.stderr
         assert code == 0 or "were set during the run (`pushed` in run.json)" in end.stderr

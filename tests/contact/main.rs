@@ -9,8 +9,6 @@ mod curved_departures;
 mod elastic_symmetry;
 mod fast;
 mod groups;
-#[path = "../common/interrupt.rs"]
-mod interrupt;
 mod many_points;
 mod no_ground;
 mod pairs;

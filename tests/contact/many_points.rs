@@ -2,9 +2,7 @@
 //! Ipopt, and an interrupt in the middle of a step.
 
 use crate::common::tutorial_parameters;
-use crate::interrupt::interrupt_after;
 use nalgebra::{Matrix3, Vector3, Vector4};
-use std::time::Duration;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -95,14 +93,60 @@ fn a_sliding_face_of_many_points_is_solved() {
     }
 }
 
-/// Checks that an interrupt ends a step after the current iteration and leaves the simulation
-/// unchanged. The first step with 961 points takes 2 s or more.
-#[test]
-fn an_interrupt_ends_a_step_of_many_points() {
-    let mut simulation = sliding_plate(31);
-    let (before, mut record) = (simulation.states()[0], StepRecord::new());
-    let late = interrupt_after(Duration::from_millis(500), &mut simulation, &mut record);
-    assert!(late < Duration::from_secs(3), "{late:?}");
-    let (now, next) = (simulation.states(), record.states.first().map(|_| *record.next()));
-    assert_eq!(now[0], next.unwrap_or(before), "the interrupted step left no trace");
+/// Interrupts, measured by processor times in Linux' `/proc`.
+#[cfg(target_os = "linux")]
+mod interrupts {
+    use super::sliding_plate;
+    use std::path::Path;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::time::Duration;
+    use tumble_core::error::Error;
+    use tumble_core::simulation::{Simulation, StepRecord};
+
+    /// Takes the first step of a simulation in full, and interrupts that of another one after a tenth
+    /// of this step's processor time. The rest of the interrupted step must take less than a quarter of
+    /// a full one. Returns the interrupted simulation.
+    fn interrupted<'a>(start: impl Fn() -> Simulation<'a>) -> Simulation<'a> {
+        let thread = std::fs::canonicalize("/proc/thread-self").unwrap();
+        let (mut whole, begin) = (start(), ticks(&thread));
+        whole.step(&mut StepRecord::new()).unwrap();
+        let full = ticks(&thread) - begin;
+        assert!(full >= 20, "{full} hundredths of a second are too few for a measurement");
+
+        let mut simulation = start();
+        let flag = Arc::new(AtomicBool::new(false));
+        simulation.interrupt_by(Arc::clone(&flag));
+        let (begin, stepping) = (ticks(&thread), thread.clone());
+        let raised = std::thread::spawn(move || {
+            while ticks(&stepping) < begin + full / 10 {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            flag.store(true, Ordering::Relaxed);
+            ticks(&stepping)
+        });
+        let end = simulation.step(&mut StepRecord::new()).err();
+        let late = ticks(&thread) - raised.join().unwrap();
+        assert_eq!(end, Some(Error::Interrupted));
+        assert!(4 * late < full, "{late} of {full} hundredths of a second after the interrupt");
+        simulation
+    }
+
+    /// Processor time of a thread in hundredths of a second, from its directory in `/proc`.
+    fn ticks(thread: &Path) -> u64 {
+        let stat = std::fs::read_to_string(thread.join("stat")).unwrap();
+        // The name may contain blanks. After it come the state and, in fields 12 and 13, the user and
+        // system times.
+        let fields: Vec<_> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+        fields[11..13].iter().map(|time| time.parse::<u64>().unwrap()).sum()
+    }
+
+    /// Checks that an interrupt ends a step after the current iteration and leaves the simulation
+    /// unchanged. The first step with 961 points takes 2 s or more.
+    #[test]
+    fn an_interrupt_ends_a_step_of_many_points() {
+        let before = sliding_plate(31).states()[0];
+        let simulation = interrupted(|| sliding_plate(31));
+        assert_eq!(simulation.states()[0], before, "the interrupted step left no trace");
+    }
 }

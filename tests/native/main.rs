@@ -10,8 +10,6 @@ mod crowded_heap;
 mod determinism;
 mod hard_steps;
 mod heap_in_a_bin;
-#[path = "../common/interrupt.rs"]
-mod interrupt;
 mod islands_on_threads;
 mod motions;
 mod pieces;

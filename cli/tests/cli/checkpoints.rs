@@ -1,7 +1,7 @@
 //! A killed run that continues from its last checkpoint writes the same bytes as an uninterrupted
 //! run.
 
-use super::support::{PROGRAM, everything_in, run};
+use super::support::{LIMIT, PROGRAM, everything_in, run};
 use crate::ROOT;
 use std::fs;
 use std::path::Path;
@@ -25,20 +25,20 @@ fn tables(directory: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Starts the program and kills it after `time`. If `awaited` is set, the kill also waits for the
-/// first checkpoint.
-fn killed(args: &[String], out: &Path, time: Duration, awaited: bool) {
+/// first checkpoint. Returns true if the program was still running.
+fn killed(args: &[String], out: &Path, time: Duration, awaited: bool) -> bool {
     let mut command = Command::new(PROGRAM);
     command.args(args).arg("--out").arg(out).stdout(Stdio::null());
     let mut child = command.spawn().unwrap();
     let begun = Instant::now();
     let is_there = || !awaited || out.join("checkpoint.bin").exists();
     while (begun.elapsed() < time || !is_there()) && child.try_wait().unwrap().is_none() {
-        assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
+        assert!(begun.elapsed() < LIMIT, "no checkpoint");
         sleep(Duration::from_millis(1));
     }
     // Sends SIGKILL. The process may already have ended.
     let _ = child.kill();
-    child.wait().unwrap();
+    child.wait().unwrap().code().is_none()
 }
 
 fn goes_on(out: &Path) {
@@ -91,9 +91,9 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     }
 }
 
-/// Kills at random moments lose no run, even during the write of a checkpoint.
+/// Up to a hundred kills at random moments lose no run, even during the write of a checkpoint.
 #[test]
-#[ignore = "a hundred runs are killed: three minutes"]
+#[ignore = "slow"]
 fn a_hundred_kills_lose_nothing() {
     let places = tempfile::tempdir().unwrap();
     let whole = places.path().join("whole");
@@ -112,12 +112,12 @@ fn a_hundred_kills_lose_nothing() {
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
             let time = Duration::from_micros(2_000 + (seed >> 40) % 30_000);
-            if parts.join("checkpoint.bin").exists() {
-                killed(&again, &parts, time, false);
-            } else if part == 0 {
-                killed(&[&args[..], &often].concat(), &parts, time, true);
-            }
-            kills += 1;
+            let was_running = if parts.join("checkpoint.bin").exists() {
+                killed(&again, &parts, time, false)
+            } else {
+                part == 0 && killed(&[&args[..], &often].concat(), &parts, time, true)
+            };
+            kills += u32::from(was_running);
         }
         if parts.join("checkpoint.bin").exists() {
             goes_on(&parts);
@@ -125,5 +125,6 @@ fn a_hundred_kills_lose_nothing() {
         assert_like(&whole, &parts);
         fs::remove_dir_all(&parts).unwrap();
     }
-    assert_eq!(kills, 100);
+    // A run that has ended is not killed again.
+    assert!(kills > 10, "{kills}");
 }

@@ -1,7 +1,7 @@
 //! Failures: output that cannot be written ends with exit code 1 and no partial file. Steps without
 //! a solution end with exit code 3.
 
-use super::support::{FAILING_RUN, PROGRAM, everything_in, run, simulate, tumble};
+use super::support::{FAILING_RUN, LIMIT, PROGRAM, everything_in, run, simulate, tumble};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -81,7 +81,7 @@ fn a_run_that_is_killed_leaves_no_trajectory() {
     let begin = Instant::now();
     // Wait until the run has opened its files.
     while !out.exists() || fs::read_dir(&out).unwrap().count() < 2 {
-        assert!(begin.elapsed() < Duration::from_secs(30) && child.try_wait().unwrap().is_none());
+        assert!(begin.elapsed() < LIMIT && child.try_wait().unwrap().is_none());
         thread::sleep(Duration::from_millis(2));
     }
     child.kill().unwrap();

@@ -3,7 +3,9 @@
 #![cfg(unix)]
 
 use crate::ROOT;
-use crate::support::{self, FAILING_RUN, PROGRAM, Simulated, everything_in, run, simulate};
+use crate::support::{
+    self, FAILING_RUN, LIMIT, PROGRAM, Simulated, everything_in, processor_time, run, simulate,
+};
 use serde_json::{Value, json};
 use std::fs::{self, File};
 use std::path::PathBuf;
@@ -24,11 +26,6 @@ const INTO_CONTACT: u64 = 100_000;
 /// Limit of processor time from a signal to the end. The run stops within one iteration, which
 /// takes less than a millisecond, and then writes its files.
 const AT_ONCE: Duration = Duration::from_secs(1);
-const LIMIT: Duration = Duration::from_secs(60);
-/// Limit of wall-clock time from a signal to the end.
-const SOON: Duration = Duration::from_secs(10);
-/// Units of processor time in a second in Linux' `/proc` files.
-const TICKS: u32 = 100;
 
 /// Running program.
 struct Running {
@@ -58,7 +55,7 @@ impl Running {
     }
 
     /// Polls until `done` returns true and kills the program after [`LIMIT`].
-    fn wait(&mut self, done: impl Fn(&mut Child) -> bool) -> Duration {
+    fn wait(&mut self, done: impl Fn(&mut Child) -> bool) {
         let begin = Instant::now();
         while !done(&mut self.child) {
             if begin.elapsed() > LIMIT {
@@ -67,7 +64,6 @@ impl Running {
             }
             sleep(Duration::from_millis(1));
         }
-        begin.elapsed()
     }
 
     /// Waits until the largest file of the run has `bytes` bytes.
@@ -93,28 +89,16 @@ impl Running {
         });
     }
 
-    /// Processor time of process `id`, and true if the process has ended.
-    fn processor_time(id: u32) -> (Duration, bool) {
-        let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
-        // The name may contain blanks. After it come the state and, in fields 12 and 13, the user
-        // and system times.
-        let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
-        let ticks: u32 = fields[11..13].iter().map(|ticks| ticks.parse::<u32>().unwrap()).sum();
-        (Duration::from_secs(1) * ticks / TICKS, fields[0] == "Z")
-    }
-
     fn send(&mut self, signal: &str) {
-        self.before = Self::processor_time(self.child.id()).0;
+        self.before = processor_time(self.child.id()).0;
         let id = self.child.id().to_string();
         assert!(Command::new("kill").args(["-s", signal, &id]).status().unwrap().success());
     }
 
     /// Waits for the end and returns the result with the processor time since the signal.
     fn end(mut self) -> (Simulated, Duration) {
-        // A process that has ended keeps its times until it is reaped.
-        let waited = self.wait(|child| Self::processor_time(child.id()).1);
-        assert!(waited < SOON, "{waited:?}");
-        let took = Self::processor_time(self.child.id()).0 - self.before;
+        self.wait(|child| processor_time(child.id()).1);
+        let took = processor_time(self.child.id()).0 - self.before;
         let end = self.child.wait_with_output().unwrap().into();
         (Simulated { end, directory: self.directory }, took)
     }

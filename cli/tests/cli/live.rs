@@ -17,7 +17,7 @@ use tungstenite::{Message, WebSocket};
 const HEAD: usize = 20;
 const OF_BODY: usize = 7;
 /// Time for an answer.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A live run of the tower of ten boxes.
 struct Live {

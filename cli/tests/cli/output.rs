@@ -1,6 +1,6 @@
 //! Output directory: repeated runs, concurrent runs and a closed standard output.
 
-use super::support::{PROGRAM, everything_in, run, simulate};
+use super::support::{LIMIT, PROGRAM, everything_in, run, simulate};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -67,7 +67,7 @@ fn a_long_run(out: &Path) -> Child {
     let begin = Instant::now();
     let begun = |path: &PathBuf| text(path).starts_with(".tumble-");
     while !everything_in(out).iter().any(begun) {
-        assert!(begin.elapsed() < Duration::from_secs(30), "the run has not begun");
+        assert!(begin.elapsed() < LIMIT, "the run has not begun");
         thread::sleep(Duration::from_millis(1));
     }
     child

@@ -12,11 +12,28 @@ use tempfile::TempDir;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_tumble");
 
-/// Command of the program with a time limit of one minute.
+/// Time limit of a program that hangs. Commands take a few seconds, and more on a busy machine.
+pub const LIMIT: Duration = Duration::from_secs(600);
+
+/// Command of the program with the time limit [`LIMIT`].
 pub fn tumble() -> Command {
     let mut command = Command::new(PROGRAM);
-    command.timeout(Duration::from_secs(60));
+    command.timeout(LIMIT);
     command
+}
+
+/// Units of processor time in a second in Linux' `/proc` files.
+const TICKS: u32 = 100;
+
+/// Processor time of process `id`, and true if the process has ended. A process that has ended
+/// keeps its times until it is reaped.
+pub fn processor_time(id: u32) -> (Duration, bool) {
+    let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
+    // The name may contain blanks. After it come the state and, in fields 12 and 13, the user and
+    // system times.
+    let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+    let ticks: u32 = fields[11..13].iter().map(|ticks| ticks.parse::<u32>().unwrap()).sum();
+    (Duration::from_secs(1) * ticks / TICKS, fields[0] == "Z")
 }
 
 /// Exit code and text streams of a finished command.

@@ -11,7 +11,7 @@ type Colour = [u8; 3];
 
 fn tumble(args: &[&str], directory: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tumble"));
-    command.timeout(Duration::from_secs(60)).current_dir(directory);
+    command.timeout(Duration::from_secs(600)).current_dir(directory);
     command.args(args).output().unwrap()
 }
 

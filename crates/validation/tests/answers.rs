@@ -1,7 +1,10 @@
 //! The problems with the native solver, with usual and with other inputs, and with defective solvers.
 
+#[path = "../../../tests/common/campaign.rs"]
+mod campaign;
 mod planted;
 
+use campaign::size;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
@@ -146,24 +149,12 @@ fn assert_converges(problem: &TestProblem, inputs: &TestInputs, h: f64, coarse: 
     }
 }
 
-/// Other masses, friction coefficients, gravities, slopes and speeds. Inputs with a motion that
-/// differs from the closed form are refused. Most inputs must be accepted.
+/// Other masses, friction coefficients, gravities, slopes and speeds, on all cores. Inputs with a
+/// motion that differs from the closed form are refused. Most inputs must be accepted.
 #[test]
 #[ignore = "slow"]
 fn other_numbers_have_their_answers_too() {
-    other_numbers_have_their_answers(16, 8);
-}
-
-/// More of them.
-#[test]
-#[ignore = "minutes"]
-fn many_other_numbers_have_their_answers_too() {
-    other_numbers_have_their_answers(60, 24);
-}
-
-/// Draws `of_one` inputs for each problem of one body and `of_several` for the others. Runs on all
-/// cores.
-fn other_numbers_have_their_answers(of_one: u32, of_several: u32) {
+    let (of_one, of_several) = (size(16, 60) as u32, size(8, 24) as u32);
     let (next, threads) = (AtomicUsize::new(0), std::thread::available_parallelism().unwrap());
     std::thread::scope(|scope| {
         for _ in 0..threads.get() {

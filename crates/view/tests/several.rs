@@ -1,5 +1,4 @@
-//! Pictures of films with several bodies, through the public interface. If the variable `LOOK` is
-//! set to a directory, the pictures are saved there for inspection.
+//! Pictures of films with several bodies, through the public interface.
 
 mod pile;
 
@@ -7,12 +6,6 @@ use std::ops::ControlFlow;
 use tumble_view::animation::{AnimationSettings, animate};
 use tumble_view::plot::{self, PlotSheet};
 use tumble_view::view::page;
-
-fn leave(name: &str, bytes: &[u8]) {
-    if let Ok(directory) = std::env::var("LOOK") {
-        std::fs::write(std::path::Path::new(&directory).join(name), bytes).unwrap();
-    }
-}
 
 fn gif_of(film: &tumble_view::Film, settings: &AnimationSettings) -> Vec<u8> {
     animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
@@ -40,17 +33,9 @@ fn last_picture(bytes: &[u8], size: usize) -> Vec<[u8; 3]> {
 fn a_hundred_bodies_are_animated() {
     let film = pile::film(100);
     let settings = AnimationSettings { size: 800, ..AnimationSettings::default() };
-    let start = std::time::Instant::now();
     let bytes = gif_of(&film, &settings);
-    eprintln!("gif of 100 bodies: {:?}, {} bytes", start.elapsed(), bytes.len());
-    leave("many.gif", &bytes);
     // Every colour occurs in some shade.
     let picture = last_picture(&bytes, 800);
-    let mut pixmap = tiny_skia::Pixmap::new(800, 800).unwrap();
-    for (to, from) in pixmap.data_mut().chunks_exact_mut(4).zip(&picture) {
-        to.copy_from_slice(&[from[0], from[1], from[2], 255]);
-    }
-    leave("many.png", &pixmap.encode_png().unwrap());
     for colour in [[74, 111, 165], [220, 194, 140], [168, 88, 63], [91, 63, 99], [95, 160, 151]] {
         let near =
             |pixel: &[u8; 3]| pixel.iter().zip(colour).all(|(a, b): (_, u8)| a.abs_diff(b) < 30);
@@ -68,10 +53,8 @@ fn the_plots_are_of_the_body_that_is_asked_for() {
     assert_ne!(svg, plot::svg(&film, PlotSheet::Motion, 0));
     // An index beyond the end selects the last body.
     assert_eq!(plot::svg(&film, PlotSheet::Motion, 99), plot::svg(&film, PlotSheet::Motion, 4711));
-    leave("ball.png", &plot::png(&svg).unwrap());
     let energy = plot::svg(&film, PlotSheet::Energy, 60);
     assert_eq!(energy, plot::svg(&film, PlotSheet::Energy, 0), "the energy is that of all");
-    leave("energy.png", &plot::png(&energy).unwrap());
 }
 
 #[test]
@@ -79,7 +62,6 @@ fn the_page_has_the_plots_of_each_body() {
     let mut film = pile::film(600);
     film.bodies[3].colour = Some([1, 0x20, 0xff]);
     let page = page("0", &[&film]).unwrap();
-    leave("many.html", page.as_bytes());
     assert!(page.len() < 2_000_000, "{}", page.len());
     for b in 0..100 {
         assert!(page.contains(&film.bodies[b].name), "{b}");
@@ -105,7 +87,5 @@ fn the_page_of_a_hundred_bodies_and_five_thousand_rows_is_small() {
         }
     }
     let page = page("0", &[&film]).unwrap();
-    eprintln!("100 bodies, 5000 rows: {} bytes", page.len());
-    leave("long.html", page.as_bytes());
     assert!(page.len() < 6_000_000, "{}", page.len());
 }

@@ -1,6 +1,7 @@
 //! The stage `ddp`: closed forms within bounds, starts at rest, and early ends.
 
 use super::{assert_replays, campaign, plan, shipped, told};
+use crate::campaign::size;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_plan::file::StageName;
@@ -126,14 +127,7 @@ fn what_nothing_moves_is_said() {
 #[test]
 #[ignore = "slow"]
 fn random_pushes_are_planned() {
-    campaign(5, 5, &[StageName::Ddp]);
-}
-
-/// Plans fifty random pushes.
-#[test]
-#[ignore = "minutes"]
-fn fifty_random_pushes_are_planned() {
-    campaign(11, 50, &[StageName::Ddp]);
+    campaign(11, size(5, 50), &[StageName::Ddp]);
 }
 
 /// Checks that the stage stops on request and returns its best result. An interrupt ends it within

@@ -396,7 +396,7 @@ fn what_rests_has_the_derivative_of_the_step_before() {
         }
         at_rest += usize::from(record.states == record.solution.states);
     }
-    println!("{at_rest} steps at rest");
+    assert!(at_rest > 100, "{at_rest} steps at rest");
     let heavier = scene.world.with_constants(&[(Constant::Mass, &[9.0; 64][..change.len()])]);
     let states = run.states().to_vec();
     let (other, record) = step(&heavier.unwrap(), &states, &[]).unwrap();

@@ -1,7 +1,7 @@
 //! Command line arguments from a table and from a random generator.
 
 use super::each;
-use crate::support::{End, PROGRAM, everything_in};
+use crate::support::{End, LIMIT, PROGRAM, everything_in, processor_time};
 use proptest::prelude::*;
 use proptest::sample::select;
 use std::ffi::{OsStr, OsString};
@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 use tumble_core::step::StepStatus;
 use tumble_scene::output::trajectory::TrajectoryReader;
 
-/// Time limits of a refusal and of a short run. Both usually take milliseconds, but the disk may be
-/// busy.
+/// Limits of the processor time of a refusal and of a short run. Both usually take milliseconds.
 pub const REFUSED_WITHIN: Duration = Duration::from_secs(1);
 pub const DONE_WITHIN: Duration = Duration::from_secs(5);
 
-/// Runs the program in `directory` and kills it if it does not end in time.
+/// Runs the program in `directory` and kills it if it does not end in time. Returns its end and its
+/// processor time.
 pub fn end_of<S: AsRef<OsStr>>(directory: &Path, args: &[S]) -> (End, Duration) {
     let begin = Instant::now();
     let mut command = Command::new(PROGRAM);
@@ -27,18 +27,19 @@ pub fn end_of<S: AsRef<OsStr>>(directory: &Path, args: &[S]) -> (End, Duration) 
     let streams = ["stdout", "stderr"].map(|name| directory.join(name));
     let [stdout, stderr] = streams.each_ref().map(|path| File::create(path).unwrap());
     let mut child = command.stdout(stdout).stderr(stderr).spawn().unwrap();
-    let status = loop {
-        match child.try_wait().unwrap() {
-            Some(status) => break status,
-            None if begin.elapsed() > 2 * DONE_WITHIN => {
-                child.kill().unwrap();
-                child.wait().unwrap();
-                panic!("still running");
-            }
-            None => sleep(Duration::from_micros(300)),
+    let took = loop {
+        let (took, has_ended) = processor_time(child.id());
+        if has_ended {
+            break took;
         }
+        if begin.elapsed() > LIMIT {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("still running after {LIMIT:?}");
+        }
+        sleep(Duration::from_micros(300));
     };
-    let took = begin.elapsed();
+    let status = child.wait().unwrap();
     let [stdout, stderr] = streams.map(|path| {
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::remove_file(path).unwrap();

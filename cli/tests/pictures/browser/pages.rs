@@ -9,7 +9,7 @@ use tempfile::TempDir;
 /// Runs the program quietly and asserts its exit code.
 pub fn tumble(args: &[&str], code: i32) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tumble"));
-    command.timeout(Duration::from_secs(60));
+    command.timeout(Duration::from_secs(600));
     command.args(args).arg("--quiet").assert().code(code);
 }
 
