@@ -193,7 +193,7 @@ impl Candidates {
             .iter()
             .zip(forces)
             .filter(|(contact, force)| contact.key.pair.is_some() && *force != Vector3::zeros());
-        let mut loaded = loaded.map(|(contact, _)| *contact).peekable();
+        let mut loaded = loaded.map(|(contact, _)| contact).peekable();
         match loaded.peek() {
             Some(_) => neighbours.placement_error(world, states, next, loaded),
             None => 0.0,

@@ -134,11 +134,12 @@ impl Exposure<'_> {
             touch.gap >= least && self.permits(touch, at, moments, exposure)
         };
         out.retain(&mut exists);
-        if out.is_empty() && gap <= 0.0 {
-            if let Some(face) = self.best_exposed_face(at, moments, exposure) {
-                manifold_across(a, b, face, reach, plane_of, scratch, out);
-                out.retain(|touch| self.permits(touch, at, moments, exposure));
-            }
+        if out.is_empty()
+            && gap <= 0.0
+            && let Some(face) = self.best_exposed_face(at, moments, exposure)
+        {
+            manifold_across(a, b, face, reach, plane_of, scratch, out);
+            out.retain(|touch| self.permits(touch, at, moments, exposure));
         }
         keep_one_plane(out, a.1, b.1);
         (gap, out.is_empty())

@@ -68,6 +68,17 @@ impl Partners {
         }
     }
 
+    /// Number of a collider. `None` if it does not exist.
+    pub(super) fn number(&self, owner: PieceOwner, piece: usize) -> Option<usize> {
+        match owner {
+            PieceOwner::Fixed(index) => self.colliders.number_of_fixed(index, piece),
+            PieceOwner::Body(body) => {
+                let number = self.first.get(body)? + piece;
+                (number < *self.first.get(body + 1)?).then_some(number)
+            }
+        }
+    }
+
     /// True if some other collider is near one of the `numbers` of a pair.
     pub(super) fn has_others(&self, numbers: [usize; 2]) -> bool {
         numbers

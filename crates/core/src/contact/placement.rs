@@ -23,7 +23,7 @@
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
 //! first order in ϑ.
 
-use super::collider::{Collider, Colliders, PieceOwner, placed, size};
+use super::collider::{Collider, PieceOwner, placed, size};
 use super::curved::Core;
 use super::exposure::{Exposure, ExposureScratch};
 use super::partners::Partners;
@@ -51,7 +51,6 @@ pub(super) struct PlacementScratch {
 /// Poses of the bodies at both ends of a step.
 pub(super) struct PlacementCheck<'a> {
     pub(super) world: &'a World,
-    pub(super) colliders: &'a Colliders,
     pub(super) partners: &'a Partners,
     pub(super) start: &'a [Pose],
     pub(super) end: &'a [Pose],
@@ -143,7 +142,7 @@ impl PlacementCheck<'_> {
     fn colliders_of(&self, contact: &Contact) -> Option<[(usize, Collider); 2]> {
         let pair = contact.key.pair?;
         let of = |owner: PieceOwner, piece: usize| {
-            let number = self.colliders.number(owner, piece)?;
+            let number = self.partners.number(owner, piece)?;
             Some((number, Collider { owner, piece }))
         };
         let owner = match contact.key.partner {

@@ -53,10 +53,11 @@ impl Campaign {
             let solved = !matches!(record.report.status, StepStatus::Failed);
             let place = format!("{case}, step {}, {}", record.index, record.report.status.name());
             // NaN is not small.
-            if !(made <= 0.01 * before.0.max(after.0) + 1e-5) {
+            let is_small = made <= 0.01 * before.0.max(after.0) + 1e-5;
+            if !is_small {
                 self.wrong.push(format!("{place}: makes {made:.3e} J of {:.3e} J", before.0));
             }
-            if solved && !(record.placement == 0.0) {
+            if solved && record.placement != 0.0 {
                 self.wrong
                     .push(format!("{place}: contact misplaced by {:.3e} m", record.placement));
             }
@@ -197,7 +198,7 @@ fn bodies_thrown_on_floors_make_no_energy() {
 
 #[test]
 fn bodies_thrown_on_rough_terrain_make_no_energy() {
-    thrown_on_terrains(4, 300).assert_right("terrains");
+    thrown_on_terrains(2, 300).assert_right("terrains");
 }
 
 #[test]

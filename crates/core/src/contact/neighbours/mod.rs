@@ -391,12 +391,12 @@ impl Neighbours {
 
     /// Largest error of the placement of a loaded contact in the step `states` → `next` (eq. 18g) (m).
     /// NaN if a contact names pieces that do not exist, or if there is not one state per body.
-    pub(super) fn placement_error(
+    pub(super) fn placement_error<'c>(
         &mut self,
         world: &World,
         states: &[State],
         next: &[State],
-        loaded: impl Iterator<Item = Contact>,
+        loaded: impl Iterator<Item = &'c Contact>,
     ) -> f64 {
         let Memory { end, from, .. } = &self.memory;
         let is_placed = self.lists(world) && end == next && from == states;
@@ -405,8 +405,8 @@ impl Neighbours {
         }
         let Self { memory, colliders, poses, begin, partners, placement, .. } = self;
         partners.update(world, colliders, &memory.pairs);
-        let check = PlacementCheck { world, colliders, partners, start: begin, end: poses };
-        loaded.map(|contact| check.error(&contact, placement)).fold(0.0, largest)
+        let check = PlacementCheck { world, partners, start: begin, end: poses };
+        loaded.map(|contact| check.error(contact, placement)).fold(0.0, largest)
     }
 
     /// Applies `change` to the state of the search after bodies were added, removed or held.
