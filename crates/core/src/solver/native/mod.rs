@@ -67,7 +67,7 @@ use crate::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 use crate::world::World;
-use islands::{IslandParts, IslandView, Marked, StepContacts};
+use islands::{IslandParts, Marked, StepContacts};
 pub use law::MapPiece;
 pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
