@@ -9,7 +9,8 @@ use super::output::directory_of;
 use super::recording::Recording;
 use super::run::{RunOutcome, RunResults};
 use super::scene::{Scene, on_threads};
-use super::writer::{RowsSoFar, RunWriter, Written};
+use super::table_file::WrittenRows;
+use super::writer::{RunWriter, Written};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -40,8 +41,8 @@ const LARGEST_STATE: u64 = 1 << 32;
 /// Results of the run stored together with the simulation's state.
 #[derive(Serialize, Deserialize)]
 pub struct ContinuedNotes {
-    /// Rows without the final one that only has the state.
-    rows: RowsSoFar,
+    /// Sizes of the tables, without a final row that only has the state.
+    rows: Vec<WrittenRows>,
     summary: RunSummary,
     elapsed: Duration,
     overlap: Option<(u64, f64)>,
@@ -60,15 +61,15 @@ pub struct Continued<'a> {
 }
 
 impl ContinuedNotes {
-    /// Results of `run` with these rows.
-    pub fn of(run: &RunResults, rows: RowsSoFar) -> Self {
+    /// Results of `run` with tables of these sizes.
+    pub fn of(run: &RunResults, rows: Vec<WrittenRows>) -> Self {
         let RunResults { elapsed, overlap, joints, .. } = *run;
         let (summary, taut) = (run.summary.clone(), run.taut.clone());
         Self { rows, summary, elapsed, overlap, joints, taut }
     }
 
-    /// Replaces the rows.
-    pub fn with_rows(self, rows: RowsSoFar) -> Self {
+    /// Replaces the table sizes.
+    pub fn with_rows(self, rows: Vec<WrittenRows>) -> Self {
         Self { rows, ..self }
     }
 }

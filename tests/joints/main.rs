@@ -7,5 +7,4 @@ mod gears;
 mod gimbals;
 mod joints;
 mod mechanisms;
-mod passive;
 mod sums;

@@ -52,10 +52,9 @@ impl Neighbour {
     }
 
     pub(super) fn looked(&mut self, colliders: &Colliders) -> PairState<'_> {
-        let numbers = self.colliders;
-        let colliders = numbers.map(|at| colliders.at(at));
+        let colliders = self.colliders.map(|at| colliders.at(at));
         let Self { hint, gap, is_bound, .. } = self;
-        PairState { colliders, numbers, hint, gap, is_bound }
+        PairState { colliders, hint, gap, is_bound }
     }
 }
 

@@ -91,8 +91,7 @@ impl EnergyBalance {
                 torque: force.torque - reaction.torque,
                 ..*force
             };
-            let h = means.h;
-            let work = |of| means.work_of_all(|loads| joint.add_loads(claim.states, of, h, loads));
+            let work = |of| means.work_of_all(|loads| joint.add_loads(claim.states, of, loads));
             balance.drives += work(&drive);
             let kind = if joint.moves() { &mut balance.drives } else { &mut balance.reactions };
             *kind += work(&reaction);
@@ -101,8 +100,7 @@ impl EnergyBalance {
             let mut work = 0.0;
             for (index, load) in gear.loads(*force, claim.joints) {
                 let joint = &world.joints()[index];
-                work +=
-                    means.work_of_all(|loads| joint.add_loads(claim.states, &load, means.h, loads));
+                work += means.work_of_all(|loads| joint.add_loads(claim.states, &load, loads));
             }
             let kind = match gear.drive() {
                 None => &mut balance.reactions,
