@@ -5,7 +5,7 @@ use super::continued::{ContinuedNotes, state_bytes};
 use super::directory::OutputDirectory;
 use super::outcome::Failure;
 use super::output::PendingFile;
-use super::table_file::WrittenRows;
+use super::writer::RowsSoFar;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use tumble_core::simulation::Saved;
@@ -41,13 +41,13 @@ pub struct CheckpointWriter<'a> {
 }
 
 impl CheckpointWriter<'_> {
-    /// Writes the checkpoint of a run in the state `saved`, with its results `notes` and the table
-    /// sizes `rows`.
+    /// Writes the checkpoint of a run in the state `saved`, with its results `notes` and the
+    /// `rows` so far.
     pub fn write(
         &self,
         saved: Saved,
         notes: ContinuedNotes,
-        rows: Vec<WrittenRows>,
+        rows: RowsSoFar,
     ) -> Result<(), Failure> {
         let (run_json, state) =
             (self.run_json.clone(), state_bytes(saved, &notes.with_rows(rows))?);

@@ -9,8 +9,7 @@ use super::output::directory_of;
 use super::recording::Recording;
 use super::run::{RunOutcome, RunResults};
 use super::scene::{Scene, on_threads};
-use super::table_file::WrittenRows;
-use super::writer::{RunWriter, Written};
+use super::writer::{RowsSoFar, RunWriter, Written};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -41,8 +40,8 @@ const LARGEST_STATE: u64 = 1 << 32;
 /// Results of the run stored together with the simulation's state.
 #[derive(Serialize, Deserialize)]
 pub struct ContinuedNotes {
-    /// Sizes of the tables, without a final row that only has the state.
-    rows: Vec<WrittenRows>,
+    /// Rows without the final one that only has the state.
+    rows: RowsSoFar,
     summary: RunSummary,
     elapsed: Duration,
     overlap: Option<(u64, f64)>,
@@ -61,15 +60,15 @@ pub struct Continued<'a> {
 }
 
 impl ContinuedNotes {
-    /// Results of `run` with tables of these sizes.
-    pub fn of(run: &RunResults, rows: Vec<WrittenRows>) -> Self {
+    /// Results of `run` with these rows.
+    pub fn of(run: &RunResults, rows: RowsSoFar) -> Self {
         let RunResults { elapsed, overlap, joints, .. } = *run;
         let (summary, taut) = (run.summary.clone(), run.taut.clone());
         Self { rows, summary, elapsed, overlap, joints, taut }
     }
 
-    /// Replaces the table sizes.
-    pub fn with_rows(self, rows: Vec<WrittenRows>) -> Self {
+    /// Replaces the rows.
+    pub fn with_rows(self, rows: RowsSoFar) -> Self {
         Self { rows, ..self }
     }
 }

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use tumble_core::contact::Partner;
 use tumble_core::simulation::summary::{FailedStep, RunSummary};
 use tumble_core::simulation::wild::LARGEST_TURN;
-use tumble_core::simulation::{Squeeze, UnphysicalCause};
+use tumble_core::simulation::{EnergyGain, Squeeze, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::joints_summary::TautJoint;
@@ -43,6 +43,7 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
             _ => writeln!(text, "  overlap      largest {overlap:.1e} m after step k = {index}"),
         };
     }
+    text += &largest_gain(scene, summary);
     if let Some(joints) = &run.joints {
         let _ = writeln!(text, "  joints       {}, {joints}", scene.joints.len());
         text += &too_stiff(scene, run);
@@ -186,6 +187,9 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
     if let Some(squeeze) = &failure.squeeze {
         return format!("no solution exists{}", squeezed(scene, squeeze));
     }
+    if let Some(cause) = &failure.unphysical {
+        return format!("its solution makes energy: {}", unphysical(scene, cause));
+    }
     if let Some(message) = &failure.message {
         return message.as_ref().to_owned();
     }
@@ -197,11 +201,17 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
     }
 }
 
-/// First unphysical step with the test that it exceeds, and the largest gain of energy.
+/// First unphysical step with the test that it exceeds.
 pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
     let Some((index, cause)) = &summary.first_wild else { return String::new() };
+    let why = unphysical(scene, cause);
+    format!("    k = {index:<6}   {why}\n")
+}
+
+/// Test that an unphysical step exceeds.
+fn unphysical(scene: &Scene, cause: &UnphysicalCause) -> String {
     let name = |body: usize| object(scene, Partner::Body(body));
-    let why = match *cause {
+    match *cause {
         UnphysicalCause::Turn { body, angle } => {
             format!("{} turns by {angle:.2} rad, more than {LARGEST_TURN} rad", name(body))
         }
@@ -212,12 +222,17 @@ pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
             let [one, other] = between.map(|of| object(scene, of));
             format!("{one} may have passed through {other}")
         }
-        _ => return String::new(),
+        _ => String::new(),
+    }
+}
+
+/// Largest energy that bodies make beyond the balance in a step.
+pub fn largest_gain(scene: &Scene, summary: &RunSummary) -> String {
+    let Some((index, EnergyGain { body, energy })) = summary.largest_gain else {
+        return String::new();
     };
-    let most = summary.largest_gain.filter(|(at, _)| at != index);
-    let most = most
-        .map_or(String::new(), |(k, energy)| format!("; largest gain {energy:.1e} J at k = {k}"));
-    format!("    k = {index:<6}   {why}{most}\n")
+    let name = object(scene, Partner::Body(body));
+    format!("  energy gain  largest {energy:.1e} J at k = {index} ({name} and what it touches)\n")
 }
 
 /// Bodies or pieces that leave too little space for a body.

@@ -7,7 +7,7 @@ use super::outcome::Failure;
 use super::output::progress_bar;
 use super::pages::RecordBuffers;
 use super::scene::Scene;
-use super::writer::RunWriter;
+use super::writer::{RowsSoFar, RunWriter};
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -147,7 +147,8 @@ pub fn run(
             bar.inc(page.count as u64);
             left -= page.count as u64;
             if checkpoints.is_some_and(|to| last_checkpoint.elapsed() >= to.every) {
-                page.checkpoint = Some((simulation.save(), ContinuedNotes::of(&run, Vec::new())));
+                page.checkpoint =
+                    Some((simulation.save(), ContinuedNotes::of(&run, RowsSoFar::default())));
                 last_checkpoint = Instant::now();
             }
             pages.write(page);

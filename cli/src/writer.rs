@@ -6,13 +6,14 @@ use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::Scene;
 use super::table_file::{TableSink, WrittenRows};
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::kept::KeptSteps;
-use tumble_scene::output::tables::{Streams, Table, TablesWriter};
+use tumble_scene::output::tables::{StepRow, Streams, Table, TablesWriter};
 use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::Checksums;
 
@@ -26,8 +27,8 @@ enum TableWriters {
 pub struct RunWriter {
     files: Vec<PendingFile>,
     rows: TableWriters,
-    /// Row sizes of the tables before the final row, which only has the state.
-    before_end: Vec<WrittenRows>,
+    /// Rows before the final one, which only has the state.
+    before_end: RowsSoFar,
     /// True if the run can be continued from a checkpoint.
     pub has_checkpoint: bool,
 }
@@ -36,8 +37,17 @@ pub struct RunWriter {
 pub struct WrittenFiles {
     pub files: Vec<PendingFile>,
     pub checksums: Checksums,
-    /// Row sizes of the tables before the final row, which only has the state.
-    pub before_end: Vec<WrittenRows>,
+    /// Rows before the final one, which only has the state.
+    pub before_end: RowsSoFar,
+}
+
+/// Rows of an unfinished run.
+#[derive(Default, Serialize, Deserialize)]
+pub struct RowsSoFar {
+    /// Size of each table.
+    pub tables: Vec<WrittenRows>,
+    /// Row of the table `steps` that is not written yet.
+    pub open: Option<StepRow>,
 }
 
 /// Rows written by an earlier run.
@@ -45,8 +55,7 @@ pub struct WrittenFiles {
 pub struct Written<'a> {
     /// Directory of their files.
     pub directory: &'a Path,
-    /// Rows of each table.
-    pub rows: &'a [WrittenRows],
+    pub rows: &'a RowsSoFar,
 }
 
 impl RunWriter {
@@ -94,13 +103,14 @@ impl RunWriter {
             } else {
                 TablesWriter::new(streams, world)
             };
+            let open = written.and_then(|written| written.rows.open.clone());
             rows.map(|rows| {
-                let rows = rows.driven(scene.courses.clone()).every(every, first);
+                let rows = rows.goes_on(open).driven(scene.courses.clone()).every(every, first);
                 TableWriters::Tables(Box::new(rows))
             })
         };
         let rows = rows.map_err(|error| files[0].failed(&error))?;
-        Ok(Self { files, rows, before_end: Vec::new(), has_checkpoint: false })
+        Ok(Self { files, rows, before_end: RowsSoFar::default(), has_checkpoint: false })
     }
 
     /// Names of the files that [`RunWriter::create`] opens.
@@ -121,8 +131,9 @@ impl RunWriter {
     /// Writes the rows of one step, if it is selected.
     pub fn write(&mut self, record: &StepRecord) -> Result<(), Failure> {
         if record.report.status == StepStatus::End {
-            let rows = self.rows_so_far(|_| Ok(()))?.into_iter();
-            self.before_end = rows.map(WrittenRows::in_place).collect();
+            let RowsSoFar { tables, open } = self.rows_so_far(|_| Ok(()))?;
+            let tables = tables.into_iter().map(WrittenRows::in_place).collect();
+            self.before_end = RowsSoFar { tables, open };
         }
         let written = match &mut self.rows {
             TableWriters::Trajectory(rows) => rows.write(record),
@@ -132,7 +143,7 @@ impl RunWriter {
     }
 
     /// Syncs the rows so far to the disk and returns them.
-    pub fn synced_rows(&mut self) -> Result<Vec<WrittenRows>, Failure> {
+    pub fn synced_rows(&mut self) -> Result<RowsSoFar, Failure> {
         self.rows_so_far(TableSink::sync)
     }
 
@@ -140,19 +151,24 @@ impl RunWriter {
     fn rows_so_far(
         &mut self,
         flushed: impl Fn(&mut TableSink) -> io::Result<()>,
-    ) -> Result<Vec<WrittenRows>, Failure> {
+    ) -> Result<RowsSoFar, Failure> {
+        let open = match &self.rows {
+            TableWriters::Trajectory(_) => None,
+            TableWriters::Tables(rows) => rows.open().cloned(),
+        };
         let streams = match &mut self.rows {
             TableWriters::Trajectory(rows) => rows.flushed().map(|stream| vec![stream]),
             TableWriters::Tables(rows) => rows.flushed(),
         };
-        let rows = streams.and_then(|streams| {
+        let tables = streams.and_then(|streams| {
             let of = |(stream, file): (&mut TableSink, &PendingFile)| {
                 flushed(stream)?;
                 stream.rows(file.name(), file.temporary_name())
             };
             streams.into_iter().zip(&self.files).map(of).collect()
         });
-        rows.map_err(|error| self.files[0].failed(&error))
+        let tables = tables.map_err(|error| self.files[0].failed(&error))?;
+        Ok(RowsSoFar { tables, open })
     }
 
     /// Keeps the temporary files if there is a checkpoint to continue from. Returns whether there
@@ -198,7 +214,7 @@ fn has(scene: &Scene, kept: &KeptSteps, table: Table) -> bool {
 
 /// Copies the existing rows of the table `name`.
 fn copy_rows(written: &Written<'_>, name: &str, to: &mut TableSink) -> Result<(), Failure> {
-    let rows = written.rows.iter().find(|rows| rows.name == name);
+    let rows = written.rows.tables.iter().find(|rows| rows.name == name);
     let copied = rows.map_or_else(
         || Err(io::Error::other("there are none")),
         |rows| rows.copy(written.directory, to),

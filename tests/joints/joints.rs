@@ -503,8 +503,8 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
     );
 }
 
-/// Checks light rods kept taut by a heavy bob. They are stable for h ω < 2 and unstable above. The
-/// record reports h ω.
+/// Checks light rods kept taut by a heavy bob. They are stable for h ω < 2. Above, their vibration
+/// makes energy, so that steps are taken in shorter ones. The record reports h ω.
 #[test]
 fn a_taut_chain_is_as_stable_as_its_record_tells() {
     let (count, half) = (6, 0.05);
@@ -535,11 +535,12 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
             }
             let off = record.solution.states.iter().map(|state| state.position.xy().norm());
             aside = off.fold(aside, f64::max);
-            if aside > 1e-4 {
-                break;
+            if record.report.status != StepStatus::Converged {
+                return (told, false);
             }
         }
-        (told, aside)
+        assert!(aside < 1e-4, "{aside}");
+        (told, true)
     };
     // Six rods between two ends: ω² = 6 T (1 − cos κ)/(m L (2 + cos κ)) with κ = 5π/6. For any
     // number of rods the bound is 12 T/(m L). The tension is the weight of the bob and the rods
@@ -550,9 +551,9 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
     let bound = (12.0 * tension / (0.01 * 0.1)).sqrt();
     for (part, stays) in [(0.96, true), (1.05, false)] {
         let h = 2.0 * part / fastest;
-        let (told, aside) = pulled(h);
+        let (told, is_solved) = pulled(h);
         assert!((told - h * bound).abs() < 0.02 * told, "{told} {}", h * bound);
-        assert_eq!(aside < 1e-4, stays, "{part}: {aside}");
+        assert_eq!(is_solved, stays, "{part}");
     }
 }
 

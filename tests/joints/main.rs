@@ -7,4 +7,5 @@ mod gears;
 mod gimbals;
 mod joints;
 mod mechanisms;
+mod passive;
 mod sums;

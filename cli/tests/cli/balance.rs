@@ -80,6 +80,51 @@ fn the_terms_add_up_to_the_change_of_energy() {
     }
 }
 
+/// Rows of a run that omits steps have the energy terms of all steps up to the next row, and the most
+/// serious mark of these steps.
+#[test]
+fn the_balance_is_closed_over_rows_that_are_left_out() {
+    for (name, flags) in [
+        ("four-bar", ["--every", "7"]),
+        ("marbles", ["--every", "8"]),
+        ("double-pendulum", ["--substeps", "3"]),
+    ] {
+        let scene = format!("{ROOT}/scenarios/{name}.toml");
+        let directory = tempfile::tempdir().unwrap();
+        let out = directory.path().to_str().unwrap();
+        let args = ["--scenario", &scene, "--steps", "200", "--quiet", "--out", out];
+        let end = run(&[&args[..], &flags[..]].concat());
+        assert!(matches!(end.code, Some(0 | 3)), "{name}: {end:?}");
+        Balance::read(directory.path()).assert_closed(name);
+    }
+}
+
+/// A baton that turns by 1.2 rad in a step of 10 ms. Of its steps, those on the ground are marked.
+#[test]
+fn marks_of_substeps_reach_their_row() {
+    let text = |steps: u32, h: f64| {
+        format!(
+            "steps = {steps}\ntime_step = {h}\n[ground]\nfriction = 0.6\n[[bodies]]\n\
+             capsule = {{ length = 0.5, radius = 0.01 }}\nmass = 0.2\nposition = [0, 0, 0.42]\n\
+             spin = [0, 120, 0]\n"
+        )
+    };
+    let status = |text: &str, flags: &[&str]| {
+        let (end, directory) = run_scenario(text, flags);
+        assert!(matches!(end.code, Some(0 | 3)), "{end:?}");
+        Balance::read(&directory.path().join("out")).status
+    };
+    let all = status(&text(101, 0.01), &[]);
+    let rows = status(&text(51, 0.02), &["--substeps", "2"]);
+    let is_marked = |status: &String| ["wild", "substepped", "failed"].contains(&status.as_str());
+    let mut hidden = 0;
+    for (row, pair) in rows.iter().zip(all.chunks(2)) {
+        assert_eq!(is_marked(row), pair.iter().any(is_marked), "{row} {pair:?}");
+        hidden += u32::from(is_marked(row) && !is_marked(&pair[0]));
+    }
+    assert!(hidden > 0, "{rows:?}");
+}
+
 fn balance(text: &str) -> Balance {
     let (end, directory) = run_scenario(text, &[]);
     assert_eq!(end.code, Some(0), "{end:?}");

@@ -42,6 +42,18 @@ fn scenario(name: &str) -> String {
     format!("{ROOT}/scenarios/{name}.toml")
 }
 
+/// Lines of the table steps without its energy terms, which are sums over omitted steps.
+fn without_terms(lines: Vec<String>) -> Vec<String> {
+    let columns: Vec<_> = lines[0].split(',').collect();
+    let place = |name: &str| columns.iter().position(|column| *column == name).unwrap();
+    let terms = place("loads_J")..=place("discretisation_J");
+    let bare = |line: &String| -> String {
+        let cells = line.split(',').enumerate().filter(|(k, _)| !terms.contains(k));
+        cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
+    };
+    lines.iter().map(bare).collect()
+}
+
 /// Header, lines with every `every`-th k from `first` on, and lines of the last k.
 fn thinned(lines: &[String], every: u64, first: u64) -> Vec<String> {
     let k = |line: &String| line.split(',').next().unwrap().parse::<u64>();
@@ -79,7 +91,11 @@ fn each_nth_step_has_the_rows_that_it_has_among_all() {
                     || line.split(',').next().unwrap().parse::<u64>().unwrap() % 7 == 0
             });
         }
-        assert_eq!(runs.lines("some", &file), expected, "{table}");
+        let mut found = runs.lines("some", &file);
+        if table == "steps" {
+            (found, expected) = (without_terms(found), without_terms(expected));
+        }
+        assert_eq!(found, expected, "{table}");
     }
     assert!(fs::read_to_string(runs.path("some", "run.json")).unwrap().contains("\"every\": 7"));
 }

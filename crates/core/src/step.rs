@@ -215,6 +215,7 @@ impl StepSolution {
 
 /// Status of a finished step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum StepStatus {
     /// Nothing can touch: the result is free flight and no problem was solved.
     Free,

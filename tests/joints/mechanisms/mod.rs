@@ -254,7 +254,9 @@ fn a_ring_that_folds_is_taken_where_it_makes_no_energy() {
         simulation.step(&mut record).unwrap();
         let status = record.report.status;
         assert_ne!(status, StepStatus::Failed, "{}", record.index);
-        assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+        // The mean forces of shorter steps do not solve the step.
+        let is_exact = status == StepStatus::Substepped || record.certificate.residual() < 1e-9;
+        assert!(is_exact, "{:?}", record.certificate);
         assert!(error(&world, &record.solution.states) < 1e-12);
         retried += u32::from(status == StepStatus::Retried);
         let (gained, kinetic) = made(&world, &record);

@@ -3,11 +3,12 @@
 use super::{RELATIVE_TOLERANCE, StepContacts, StepJudge};
 use tumble_core::contact::certificate::Claim;
 use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::wild::LARGEST_GAIN;
 use tumble_core::simulation::{EnergyBalance, energy};
 use tumble_scene::output::tables::TableStep;
 
-/// Relative energy gain allowed for a substepped step. Its parts rotate by angles that a single
-/// step does not have.
+/// Energy gain allowed for a substepped step besides [`LARGEST_GAIN`], relative to all energies. Its
+/// parts rotate by angles that a single step does not have.
 const ENERGY_MADE: f64 = 1e-6;
 
 /// Difference of an energy from its column.
@@ -41,8 +42,13 @@ impl StepJudge {
         let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
         let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
         let scale = self.energy_scale(states) + self.energy_scale(next);
+        let kinetic = |states: &[State]| -> f64 {
+            let bodies = self.world.bodies().iter().zip(states);
+            bodies.map(|(body, state)| energy::kinetic(&self.world, body, state)).sum()
+        };
+        let allowed = LARGEST_GAIN * kinetic(states).max(kinetic(next)) + ENERGY_MADE * scale;
         // NaN is not a small gain.
-        let is_small = after - before <= loads.abs() + drives.abs() + ENERGY_MADE * scale;
+        let is_small = after - before <= loads.abs() + drives.abs() + allowed;
         !is_small
     }
 

@@ -74,6 +74,8 @@ impl CollisionSearch<'_> {
     /// Adds the geometric contact points found last whose features have no plane yet and whose gap
     /// at the start is at least `under` (m). Returns true if there is any such gap, with a new or a
     /// known plane.
+    ///
+    /// In free flight a pair with contacts gets no other plane: its contacts may prevent the overlap.
     pub(super) fn admit(
         &mut self,
         colliders: [Collider; 2],
@@ -92,6 +94,9 @@ impl CollisionSearch<'_> {
                 continue;
             }
             fits = true;
+            if !self.is_solved && has_another_plane(colliders, &contact, contacts, self.index) {
+                continue;
+            }
             if let Some(plane) = unknown_plane(world, &contact, contacts, self.index) {
                 contacts.extend(between.contact(touch, plane));
             }
@@ -140,6 +145,18 @@ fn reaches(known: &Contact, other: &Contact) -> bool {
         }
         _ => true,
     }
+}
+
+/// True if a pair has contacts, all with other normals than `contact`.
+fn has_another_plane(
+    colliders: [Collider; 2],
+    contact: &Contact,
+    contacts: &[Contact],
+    index: &mut PieceIndex,
+) -> bool {
+    let known = index.between(contacts, pieces(colliders)).map(|place| &contacts[place]);
+    let mut known = known.peekable();
+    known.peek().is_some() && known.all(|known| known.normal().dot(&contact.normal()) < SAME_PLANE)
 }
 
 /// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for

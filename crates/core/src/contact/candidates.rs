@@ -7,6 +7,7 @@ use super::restitution::Rebound;
 use super::{Contact, Detection, KeyIndex, Partner, detection};
 use crate::mechanics::State;
 use crate::world::World;
+use nalgebra::Vector3;
 
 /// Contacts of a step, and the state of the search for them over the steps of one world.
 ///
@@ -101,7 +102,7 @@ impl Candidates {
             || !self.contacts.is_empty()
             || !world.joints().is_empty()
             || has_pairs
-                && self.neighbours.overlapping(world, states, free, 0.0, &mut self.contacts);
+                && self.neighbours.overlapping(world, states, free, 0.0, false, &mut self.contacts);
         self.rebound.begin(world, free);
         self.rebound.set(world, states, &mut self.contacts);
         needs_contact
@@ -143,7 +144,7 @@ impl Candidates {
         let Self { contacts, index, .. } = self;
         let ground = detection::admit_missed(world, states, next, depth, contacts, index);
         let pieces = has_pairs(world)
-            && self.neighbours.overlapping(world, states, next, depth, &mut self.contacts);
+            && self.neighbours.overlapping(world, states, next, depth, true, &mut self.contacts);
         self.rebound.set(world, states, &mut self.contacts[known..]);
         ground || pieces
     }
@@ -175,6 +176,28 @@ impl Candidates {
         let deepest =
             has_pairs(world).then(|| self.neighbours.deepest(world, states, |_| 0.0))??;
         Some((deepest.depth, deepest.between.0, deepest.between.1))
+    }
+
+    /// Largest error of the placement of a contact that carries a force, in the step `states` → `next`
+    /// with these contacts and `forces` (N, world) (eq. 18g) (m). It is 0 if all of them are where two
+    /// pieces touch. Contacts with the ground are exact.
+    pub fn placement_error(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) -> f64 {
+        let Self { contacts, neighbours, .. } = self;
+        let loaded = contacts
+            .iter()
+            .zip(forces)
+            .filter(|(contact, force)| contact.key.pair.is_some() && *force != Vector3::zeros());
+        let mut loaded = loaded.map(|(contact, _)| contact).peekable();
+        match loaded.peek() {
+            Some(_) => neighbours.placement_error(world, states, next, loaded),
+            None => 0.0,
+        }
     }
 
     /// Deepest overlap of two pieces at `states` above the limit for initial states. Only pairs

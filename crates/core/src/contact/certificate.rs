@@ -249,7 +249,7 @@ impl Certifier {
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let joints = world.joints();
             for (joint, load) in gear.loads(*force, claim.joints) {
-                joints[joint].add_loads(claim.states, &load, &mut self.loads);
+                joints[joint].add_loads(claim.states, &load, h, &mut self.loads);
             }
             let missed = gear.residual(world, claim.states, claim.next, claim.joints, *force);
             let part = match gear.drive() {

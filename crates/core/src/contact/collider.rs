@@ -129,6 +129,15 @@ impl Colliders {
         self.terrains.len() > 1
     }
 
+    /// Number of the piece `piece` of the fixed collider `index`. `None` if it does not exist.
+    pub(crate) fn number_of_fixed(&self, index: usize, piece: usize) -> Option<usize> {
+        let Some(terrain) = index.checked_sub(self.fixed) else {
+            return (piece == 0).then_some(self.list.len() - self.fixed + index);
+        };
+        let number = self.terrains.get(terrain)? + piece;
+        (number < *self.terrains.get(terrain + 1)?).then_some(number)
+    }
+
     /// Collider `number`.
     #[inline]
     pub(crate) fn at(&self, number: usize) -> Collider {

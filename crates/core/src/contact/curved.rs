@@ -39,8 +39,8 @@
 //! This is the distance from the cone behind the other core.
 
 use crate::geometry::{Ellipsoid, nearest_shares};
-use crate::mechanics::State;
 use crate::mechanics::quaternion::{advance, rotation};
+use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, Vector3};
 
 /// c of eq. 4b: cosine of the largest angle by which D may turn in a step.
@@ -187,6 +187,15 @@ pub struct CorePair {
 }
 
 impl CorePair {
+    /// Closest point of A's core to B's with A at `a` and B at `b`, and the vector from B's (m, world).
+    #[must_use]
+    pub fn nearest(&self, a: &Pose, b: &Pose) -> (Vector3<f64>, Vector3<f64>) {
+        let of_a = self.of_a.moved(&a.rotation, &a.position);
+        let of_b = self.of_b.moved(&b.rotation, &b.position);
+        let (shares, way) = shortest_way(&of_a, &of_b);
+        (of_a.at(shares.0), way)
+    }
+
     /// Closest point on A's core at k (m, frame of A).
     #[must_use]
     pub fn point(&self) -> Vector3<f64> {

@@ -18,13 +18,15 @@
 
 use super::admission::{is_held, is_near_held, pieces};
 use super::collider::{Collider, Colliders, PieceExtent, PieceOwner, placed, size};
+use super::exposure::{ContactSearch, Exposure, ExposureScratch};
 use super::key_index::PieceIndex;
 use super::memory::Neighbour;
 use super::owner::plane_of;
+use super::partners::Partners;
 use super::seams::is_triangle;
 use super::{Contact, Partner};
 use crate::geometry::{
-    Advance, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, manifold, separation,
+    Advance, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, separation,
     stays_clear, travel,
 };
 use crate::mechanics::trajectory::LARGEST_TURN;
@@ -54,6 +56,8 @@ const BISECTIONS: u32 = 30;
 pub(super) struct PairState<'a> {
     /// The colliders, the first one of a body.
     pub colliders: [Collider; 2],
+    /// Numbers of the colliders.
+    pub numbers: [usize; 2],
     pub hint: &'a mut Hint,
     /// Separation at the end (m); a lower bound if `is_bound`.
     pub gap: &'a mut f64,
@@ -74,10 +78,16 @@ pub(super) struct CollisionSearch<'a> {
     pub depth: f64,
     /// Workspace for poses on the trajectory. Only the poses of the two bodies are set.
     pub between: &'a mut [Pose],
+    /// True if the end is the solution with the given contacts, false if it is free flight.
+    pub is_solved: bool,
     /// Contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,
+    pub partners: &'a Partners,
+    pub exposure: &'a mut ExposureScratch,
     pub scratch: &'a mut PairScratch,
     pub touches: &'a mut Vec<ManifoldPoint>,
+    /// True if all features of the pair that was examined last are hidden by other pieces.
+    pub is_hidden: bool,
     /// First pair whose collision the step passes or misses.
     pub missed: Option<[Partner; 2]>,
 }
@@ -286,7 +296,8 @@ impl CollisionSearch<'_> {
                 self.admit(pair.colliders, MeetingPlace::End, meeting.under, contacts);
             }
         }
-        if contacts.len() > before || !meeting.goes_through && *pair.gap >= -meeting.deep {
+        let passes = meeting.goes_through && !self.is_hidden;
+        if contacts.len() > before || !passes && *pair.gap >= -meeting.deep {
             return;
         }
         self.place(pair.colliders, meeting.share);
@@ -406,7 +417,15 @@ impl CollisionSearch<'_> {
             reach += separation(pieces.0, pieces.1, pair.hint, self.scratch).distance.max(0.0);
         }
         let plane_of = plane_of(world, self.states, self.start, a, b);
-        manifold(pieces.0, pieces.1, reach, plane_of, pair.hint, self.scratch, self.touches)
+        let of =
+            Exposure { world, partners: self.partners, colliders: [a, b], numbers: pair.numbers };
+        let moments = [self.start, self.end];
+        let workspace = (&mut *self.scratch, &mut *self.exposure);
+        let search = ContactSearch { reach, within: reach, plane_of };
+        let (gap, is_hidden) =
+            of.contact_points(poses, &moments, search, pair.hint, workspace, self.touches);
+        self.is_hidden = is_hidden;
+        gap
     }
 
     /// True if a pair has the same direction at its collision as at its end.

@@ -52,9 +52,10 @@ impl Neighbour {
     }
 
     pub(super) fn looked(&mut self, colliders: &Colliders) -> PairState<'_> {
-        let colliders = self.colliders.map(|at| colliders.at(at));
+        let numbers = self.colliders;
+        let colliders = numbers.map(|at| colliders.at(at));
         let Self { hint, gap, is_bound, .. } = self;
-        PairState { colliders, hint, gap, is_bound }
+        PairState { colliders, numbers, hint, gap, is_bound }
     }
 }
 

@@ -119,7 +119,7 @@ pub fn stays_clear(a: &Moving<'_>, b: &Moving<'_>, depth: f64, hint: &Hint) -> b
         least - sagging(a, b, axis) >= -depth
     };
     // Beside a facet of a surface is another, so its normal is an axis for most of its neighbours.
-    if b.piece.core().rim().is_some()
+    if b.piece.core().is_facet()
         && let Some(face) = b.piece.core().faces().first()
     {
         let axis = -(b.ends.1.rotation * face.normal);

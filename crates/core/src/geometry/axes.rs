@@ -72,13 +72,14 @@ pub(super) fn best_axis(
     };
     // If the deepest vertex is over the face itself, no other axis has a larger gap. Facets are not
     // left sideways from an overlap within the tolerance.
-    let least = if pair.b.rim().is_some() { -tie.within } else { 0.0 };
+    let least = if pair.b.is_facet() { -tie.within } else { 0.0 };
     if best.gap >= least && meets_face(pair, scratch, &best, tie.within) {
         return Some(SeparatingAxis { exact: true, ..best });
     }
-    let best = match pair.b.rim() {
-        Some(rim) => facet::best_edges(pair, rim, scratch, best),
-        None => best_edges(pair, scratch, best),
+    let best = if pair.b.is_facet() {
+        facet::best_edges(pair, scratch, best)
+    } else {
+        best_edges(pair, scratch, best)
     };
     Some(SeparatingAxis { exact: best.gap <= 0.0, ..best })
 }

@@ -32,6 +32,9 @@ impl Points {
 /// Number of pairs of edges above which a search for close points pays off.
 const MANY: usize = 400;
 
+/// Distance below which a vertex may touch a face, relative to the smaller core.
+const TOUCHING: f64 = 1e-12;
+
 /// Closest points of two cores.
 ///
 /// `axis` is an axis along which the cores are separated. It is `None` if neither core has a face.
@@ -67,6 +70,8 @@ pub(super) fn closest(
         }
     }
 
+    // A vertex that touches a face may be below it by rounding.
+    let rounding = TOUCHING * pair.size();
     let mut square = bound * bound;
     let mut keep = |points: Points| {
         let this = (points.b - points.a).norm_squared();
@@ -78,7 +83,7 @@ pub(super) fn closest(
         let b = vertices[vertex];
         for (index, face) in pair.a.faces().iter().enumerate() {
             let height = face.normal.dot(&b) - face.offset;
-            if height > 0.0 && pair.a.is_over(index, &b, 0.0) {
+            if height > -rounding && pair.a.is_over(index, &b, 0.0) {
                 let a = b - face.normal * height;
                 keep(Points { a, b, on_a: On::Face(index), on_b: On::Vertex(vertex) });
             }
@@ -88,7 +93,7 @@ pub(super) fn closest(
         let a = pair.a.vertices()[vertex];
         for (index, (face, normal)) in pair.b.faces().iter().zip(&*normals).enumerate() {
             let height = normal.dot(&(a - pair.shift)) - face.offset;
-            if height > 0.0 && pair.b.is_over(index, &pair.in_b(&a), 0.0) {
+            if height > -rounding && pair.b.is_over(index, &pair.in_b(&a), 0.0) {
                 let b = a - normal * height;
                 keep(Points { a, b, on_a: On::Vertex(vertex), on_b: On::Face(index) });
             }

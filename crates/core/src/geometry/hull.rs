@@ -1,6 +1,6 @@
 //! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
 
-use super::facet::Rim;
+use super::segment::{nearest, span};
 use super::triangles::{FLAT, Triangle, hull_triangles};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
@@ -26,8 +26,6 @@ pub struct Hull {
     edges: Vec<Edge>,
     centre: Vector3<f64>,
     reach: f64,
-    /// Surroundings of a facet; `None` for other cores.
-    pub(super) rim: Option<Box<Rim>>,
 }
 
 /// One polygonal face of a polyhedron: all points x of the hull satisfy n·x ≤ d, with equality on
@@ -169,7 +167,6 @@ impl Hull {
             corners: Vec::new(),
             centre: Vector3::zeros(),
             reach: 0.0,
-            rim: None,
         };
         hull.measure();
         hull
@@ -268,10 +265,25 @@ impl Hull {
         })
     }
 
-    /// Surroundings of a facet.
+    /// Point of face `face` that is nearest to a point (m).
+    pub(crate) fn nearest_in_face(&self, face: usize, point: &Vector3<f64>) -> Vector3<f64> {
+        let Face { normal, offset, .. } = self.faces[face];
+        if self.is_over(face, point, 0.0) {
+            return point - normal * (normal.dot(point) - offset);
+        }
+        let corners = self.face_loop(face).iter();
+        let sides = corners.map(|corner| {
+            let (from, along) = span(&self.vertices, &self.edges[corner.edge as usize]);
+            nearest(point, &from, &along)
+        });
+        let distance = |at: &Vector3<f64>| (at - point).norm_squared();
+        sides.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(*point)
+    }
+
+    /// True for a flat core: a triangle of a terrain.
     #[inline]
-    pub(super) fn rim(&self) -> Option<&Rim> {
-        self.rim.as_deref()
+    pub(super) fn is_facet(&self) -> bool {
+        self.faces.len() == 2
     }
 
     /// Mean of the vertices (m).

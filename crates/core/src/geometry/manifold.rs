@@ -5,16 +5,16 @@
 //! Otherwise two edges, an edge and a vertex, or two vertices meet in one point. Parallel edges
 //! meet in the two ends of their common part.
 
-use super::Hull;
 use super::axes::{AxisSource, SeparatingAxis, TieBreak, best_axis};
 use super::closest::{On, Points, closest, of_edges};
-use super::facet::{self, Rim};
 use super::overlap::PolygonCorner;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
 use super::segment::{nearest, span};
 use super::separation::across_cores;
-use super::smooth_manifold::smooth_manifold;
+use super::smooth_manifold::{on_flat_face, smooth_manifold};
+use super::smooth_side::is_flat_end;
 use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
+use super::{Hull, Piece};
 use nalgebra::Vector3;
 
 /// Cosine above which a face normal is nearly along the axis: an angle of 0.03 rad.
@@ -76,18 +76,8 @@ pub fn manifold(
         hint.set(&pair, Some(axis), None);
         let gap = pair.gap_along(&axis) - radii;
         if gap <= reach {
-            smooth_manifold(
-                ManifoldPair {
-                    pair,
-                    scratch,
-                    reach,
-                    plane_of,
-                    out,
-                    points: None,
-                    rim: pair.b.rim(),
-                },
-                &axis,
-            );
+            let found = ManifoldPair { pair, scratch, reach, plane_of, out, points: None };
+            smooth_manifold(found, &axis);
         }
         return gap;
     }
@@ -97,13 +87,48 @@ pub fn manifold(
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
     }
-    let rim = pair.b.rim();
-    let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None, rim };
+    let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None };
     let gap = meeting.find(axis);
     let spanned = meeting.shortest().is_none();
     let normal = meeting.normal(axis);
     hint.set(&pair, Some(normal), axis.filter(|_| spanned).map(|axis| axis.kind));
     gap - radii
+}
+
+/// Fills `out` with the contact points of two pieces along the normal of a flat face of one of them,
+/// whose gap is at most `reach` (m), and returns the gap along it (m).
+///
+/// The pieces need not be closest along this normal. See [`manifold`] for the other arguments.
+pub(crate) fn manifold_across(
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
+    (side, face): (PieceSide, usize),
+    reach: f64,
+    plane_of: PieceSide,
+    scratch: &mut PairScratch,
+    out: &mut Vec<ManifoldPoint>,
+) -> f64 {
+    out.clear();
+    let pair = PiecePair::new(a, b);
+    pair.place(scratch);
+    let (kind, normal) = match side {
+        PieceSide::A => (AxisSource::FaceA(face), pair.a.faces()[face].normal),
+        PieceSide::B => (AxisSource::FaceB(face), -(pair.rotation * pair.b.faces()[face].normal)),
+    };
+    let axis = SeparatingAxis { kind, normal, gap: pair.gap_along(&normal), exact: true };
+    let mut found = ManifoldPair { pair, scratch, reach, plane_of, out, points: None };
+    if pair.is_smooth() {
+        on_flat_face(&mut found, side, face);
+    }
+    found.faces(&axis);
+    axis.gap - pair.radii()
+}
+
+/// Indices of the flat faces of a piece: of a polyhedron, or the ends of a cylinder or a cone.
+pub(crate) fn flat_faces(piece: &Piece) -> impl Iterator<Item = usize> + '_ {
+    let is_flat = |normal: &Vector3<f64>| is_flat_end(piece.smooth(), normal);
+    let faces = piece.core().faces().iter().enumerate();
+    faces.filter(move |(_, face)| is_flat(&face.normal)).map(|(index, _)| index)
 }
 
 /// Indices of the edges of A and B that span the axis of largest separation. `None` if the axis is
@@ -128,8 +153,6 @@ pub(super) struct ManifoldPair<'a, 's> {
     pub out: &'s mut Vec<ManifoldPoint>,
     /// Closest points of the cores, if they were computed.
     points: Option<Points>,
-    /// Surroundings of B, if it is a facet of a surface.
-    pub rim: Option<&'a Rim>,
 }
 
 impl ManifoldPair<'_, '_> {
@@ -141,16 +164,6 @@ impl ManifoldPair<'_, '_> {
             self.edges(None);
             return gap;
         };
-        if let Some(rim) = self.rim
-            && axis.gap <= 0.0
-            && !facet::leaves(&self.pair, rim, &axis)
-        {
-            // Beyond the facet is more of the surface. Its normal is left as a direction.
-            if let Some(upright) = facet::upright(&self.pair) {
-                self.faces(&upright);
-            }
-            return axis.gap;
-        }
         // Rounded pieces meet along the shortest line, which is the axis if the axis is exact.
         let mut gap = axis.gap;
         if radii > 0.0 && !axis.exact {
@@ -248,7 +261,8 @@ impl ManifoldPair<'_, '_> {
         // exactly over that face.
         let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
         // Facets have no rims: beside one is another.
-        let (has_rims, border) = if self.rim.is_some() { (false, merge) } else { (is_round, 0.0) };
+        let is_facet = pair.b.is_facet();
+        let (has_rims, border) = if is_facet { (false, merge) } else { (is_round, 0.0) };
         for &at in &overlap.corners {
             let (side, point, feature) = match at {
                 PolygonCorner::A(i) => {
@@ -275,7 +289,7 @@ impl ManifoldPair<'_, '_> {
                 (between - normal * normal.dot(&between)).norm() <= 4.0 * merge
             };
             if let Some(points) = self.points.filter(is_shortest)
-                && self.rim.is_none()
+                && !is_facet
             {
                 self.push_shortest(&points, &normal);
                 continue;
@@ -463,11 +477,7 @@ impl ManifoldPair<'_, '_> {
     }
 
     fn push(&mut self, touch: Option<ManifoldPoint>) {
-        let slack = MERGE * self.pair.size();
-        let may = |touch: &ManifoldPoint| {
-            self.rim.is_none_or(|rim| facet::permits(&self.pair, rim, touch, slack))
-        };
-        self.out.extend(touch.filter(|touch| touch.gap <= self.reach && may(touch)));
+        self.out.extend(touch.filter(|touch| touch.gap <= self.reach));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Pieces: convex cores rounded by a radius, and smooth shapes.
 
 use super::mesh::Mesh;
+use super::pair::highest;
 use super::smooth::{self, Smooth};
 use super::{Ellipsoid, Hull};
 use crate::error::{Error, all_in_range, in_range};
@@ -168,6 +169,26 @@ impl Piece {
     #[must_use]
     pub fn smooth(&self) -> Option<&Smooth> {
         self.smooth.as_ref()
+    }
+
+    /// The point that is farthest along the unit vector `n` (m).
+    #[must_use]
+    pub(crate) fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
+        match &self.smooth {
+            Some(smooth) => smooth.farthest(n),
+            None => self.core.vertices()[highest(self.core.vertices(), n).0] + n * self.radius,
+        }
+    }
+
+    /// Radius of a ball about the core's centre that contains the piece (m).
+    #[must_use]
+    pub(crate) fn bounding_radius(&self) -> f64 {
+        match &self.smooth {
+            Some(Smooth::Ellipsoid(one)) => {
+                (one.centre - self.core.centre()).norm() + one.longest()
+            }
+            _ => self.core.reach() + self.radius,
+        }
     }
 
     /// The points that can touch a plane: the vertices of the core with its radius, and two for each

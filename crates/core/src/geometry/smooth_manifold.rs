@@ -11,7 +11,6 @@
 //! | lateral surface of a cone, and an edge or a vertex | the place where they cross against the tangent plane of the cone |
 
 use super::axes::{AxisSource, SeparatingAxis};
-use super::facet;
 use super::hull::Corner;
 use super::manifold::{MERGE, ManifoldPair};
 use super::segment::nearest_shares;
@@ -54,16 +53,6 @@ pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f6
     if has_deepest(&found) {
         return;
     }
-    if found.rim.is_some() && pair.gap_along(axis) <= pair.radii() {
-        // Beyond the facet is more of the surface. Its normal is left as a direction.
-        if let Some((upright, face)) = facet::upright_face(&pair) {
-            on_face(&mut found, &a, &b, face);
-            found.faces(&upright);
-        }
-        if has_deepest(&found) {
-            return;
-        }
-    }
     let features = [a.support(&normals[0]), b.support(&normals[1])];
     match (Straight::of(&a, features[0], &normals[0]), Straight::of(&b, features[1], &normals[1])) {
         (Some(u), Some(v)) if u.is_cone || v.is_cone => {
@@ -81,6 +70,15 @@ pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f6
     }
 }
 
+/// Adds the contacts of a smooth shape with the flat face `face` of the piece on `side`.
+pub(super) fn on_flat_face(found: &mut ManifoldPair<'_, '_>, side: PieceSide, face: usize) {
+    let [a, b] = found.pair.sides();
+    match side {
+        PieceSide::A => on_face(found, &b, &a, face),
+        PieceSide::B => on_face(found, &a, &b, face),
+    }
+}
+
 /// Adds the contacts of the smooth shape of `on`, if it has one, with a face of the other piece.
 fn on_face(
     found: &mut ManifoldPair<'_, '_>,
@@ -90,7 +88,7 @@ fn on_face(
 ) {
     let Some(smooth) = on.smooth else { return };
     // Beside a facet of a surface is another.
-    let border = if found.rim.is_some() { MERGE * found.pair.size() } else { 0.0 };
+    let border = if of.hull.is_facet() { MERGE * found.pair.size() } else { 0.0 };
     let plane = of.hull.faces()[face];
     let normal = on.seen(&(of.rotation * plane.normal));
     let in_face = |point: &Vector3<f64>| of.seen(&(on.placed(point) - of.shift));

@@ -60,6 +60,16 @@ impl<'a> PiecePair<'a> {
     }
 }
 
+/// True if a face of a core with this `normal` is a face of the piece: of a polyhedron, or the flat
+/// end of a smooth shape.
+pub(super) fn is_flat_end(smooth: Option<&Smooth>, normal: &Vector3<f64>) -> bool {
+    match smooth {
+        Some(Smooth::Ellipsoid(_)) => false,
+        Some(smooth) => smooth.ellipsoids()[0].normal().dot(normal).abs() >= 1.0 - SAME_NORMAL,
+        None => true,
+    }
+}
+
 impl SmoothSide<'_> {
     /// A direction of the frame of A, in the frame of this piece.
     pub fn seen(&self, direction: &Vector3<f64>) -> Vector3<f64> {
@@ -157,16 +167,8 @@ impl SmoothSide<'_> {
     /// Face of a polyhedron, or the flat end of a smooth shape, whose normal is nearly along the unit
     /// vector `n` (own frame). The end of a smooth shape is a face of its core.
     pub fn face_across(&self, n: &Vector3<f64>) -> Option<usize> {
-        let end = match self.smooth {
-            Some(Smooth::Ellipsoid(_)) => return None,
-            Some(smooth) => Some(smooth.ellipsoids()[0].normal()),
-            None => None,
-        };
-        let is_face = |normal: &Vector3<f64>| {
-            end.is_none_or(|end| end.dot(normal).abs() >= 1.0 - SAME_NORMAL)
-        };
         let faces = self.hull.faces().iter().enumerate();
-        let cosines = faces.filter(|(_, face)| is_face(&face.normal));
+        let cosines = faces.filter(|(_, face)| is_flat_end(self.smooth, &face.normal));
         let cosines = cosines.map(|(index, face)| (index, face.normal.dot(n)));
         let best = cosines.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
         (best.1 > NEARLY_ACROSS).then_some(best.0)

@@ -2,6 +2,7 @@
 
 use super::graph::{ForceSum, Graph};
 use crate::error::{Error, in_range};
+use nalgebra::Vector3;
 
 /// One of the six axes of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -165,6 +166,20 @@ impl Axis {
     /// True if the axis has an armature.
     pub(crate) fn has_armature(&self) -> bool {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)
+    }
+
+    /// True if its forces can do work. Stops, dry friction and damping only take energy.
+    fn is_active(&self) -> bool {
+        let passive = |drive: &Drive| {
+            let Drive { stiffness, force, armature, motor, .. } = drive;
+            motor.is_none() && [*stiffness, *force, *armature] == [0.0; 3]
+        };
+        matches!(self, Self::Free(drive) if !passive(drive))
+    }
+
+    /// Flags of three axes whose forces, with the time-dependent `push`, can do work.
+    pub(crate) fn active(axes: &[Self; 3], push: &Vector3<f64>) -> [bool; 3] {
+        [0, 1, 2].map(|k| axes[k].is_active() || push[k] != 0.0)
     }
 
     /// Range of the coordinate, if limited.

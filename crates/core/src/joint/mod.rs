@@ -202,6 +202,12 @@ impl Joint {
         axes
     }
 
+    /// Flags of the linear and the angular axes whose forces can do work.
+    pub(crate) fn active_axes(&self) -> [[bool; 3]; 2] {
+        let [along, about] = &self.push;
+        [Axis::active(&self.linear, along), Axis::active(&self.angular, about)]
+    }
+
     /// True if contacts between its bodies are enabled.
     #[must_use]
     pub fn collides(&self) -> bool {

@@ -91,7 +91,8 @@ impl EnergyBalance {
                 torque: force.torque - reaction.torque,
                 ..*force
             };
-            let work = |of| means.work_of_all(|loads| joint.add_loads(claim.states, of, loads));
+            let h = means.h;
+            let work = |of| means.work_of_all(|loads| joint.add_loads(claim.states, of, h, loads));
             balance.drives += work(&drive);
             let kind = if joint.moves() { &mut balance.drives } else { &mut balance.reactions };
             *kind += work(&reaction);
@@ -100,7 +101,8 @@ impl EnergyBalance {
             let mut work = 0.0;
             for (index, load) in gear.loads(*force, claim.joints) {
                 let joint = &world.joints()[index];
-                work += means.work_of_all(|loads| joint.add_loads(claim.states, &load, loads));
+                work +=
+                    means.work_of_all(|loads| joint.add_loads(claim.states, &load, means.h, loads));
             }
             let kind = match gear.drive() {
                 None => &mut balance.reactions,

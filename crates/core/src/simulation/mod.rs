@@ -44,7 +44,7 @@ pub use save::Saved;
 pub use squeeze::Squeeze;
 pub use start::JOINT_AT_THE_START;
 pub use stiffness::Stiffness;
-pub use wild::UnphysicalCause;
+pub use wild::{EnergyGain, UnphysicalCause};
 
 use crate::contact::certificate::Certifier;
 use crate::contact::{Candidates, Memory};
@@ -134,6 +134,10 @@ struct StepScratch {
     squeeze: Option<Squeeze>,
     /// Cause of an unphysical step.
     unphysical: Option<UnphysicalCause>,
+    /// Largest energy that an island makes in the step.
+    gain: Option<EnergyGain>,
+    /// True if an island makes more than a valid step allows.
+    makes_energy: bool,
     rest: rest::RestingBodies,
 }
 
@@ -340,7 +344,7 @@ impl<'a> Simulation<'a> {
     /// too, with its status in the report.
     ///
     /// The order is: loads, a copy of the last step if everything rests, motions of joint frames,
-    /// the step itself, shorter steps if it failed, the record, and the new solution.
+    /// the step itself, shorter steps if it failed or makes energy, the record, and the new solution.
     ///
     /// # Errors
     /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
@@ -352,6 +356,7 @@ impl<'a> Simulation<'a> {
         record.wrenches.clone_from(&self.scratch.wrenches);
         record.unsolved.clear();
         (self.scratch.squeeze, self.scratch.unphysical) = (None, None);
+        (self.scratch.gain, self.scratch.makes_energy) = (None, false);
         if self.scratch.rest.is_known() && self.rest(record) {
             return Ok(());
         }
@@ -384,7 +389,7 @@ impl<'a> Simulation<'a> {
             }
         };
         let (mut report, mut certificate) = (report, certificate);
-        if report.status == StepStatus::Failed
+        if (report.status == StepStatus::Failed || self.scratch.makes_energy)
             && !self.is_part
             && let Some(rescued) = self.rescued((report, certificate), &mut record.unsolved)
         {
@@ -396,12 +401,16 @@ impl<'a> Simulation<'a> {
         record.restitution_share = share;
         record.squeeze = self.scratch.squeeze;
         record.unphysical = self.scratch.unphysical;
+        record.gain = self.scratch.gain;
         let StepScratch { stiffness, solution, .. } = &mut self.scratch;
         record.stiffness =
             stiffness.of_step(&self.world, &self.now.states, &solution.joints, &solution.gears);
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
+        let StepScratch { candidates, solution, .. } = &mut self.scratch;
+        let (states, next) = (&self.now.states, &solution.states);
+        record.placement = candidates.placement_error(&self.world, states, next, solution.forces());
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.scratch.solution);

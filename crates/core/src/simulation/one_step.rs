@@ -55,6 +55,8 @@ pub(super) fn contact_step(
         judge,
         squeeze,
         unphysical,
+        gain,
+        makes_energy,
         rest,
         ..
     } = scratch;
@@ -93,6 +95,8 @@ pub(super) fn contact_step(
         report.status = StepStatus::Failed;
     } else if solved {
         *unphysical = judge.cause(world, &claim, certifier.seen(), solution.forces(), accepted);
+        *gain = judge.largest_gain();
+        *makes_energy = gain.is_some() && (0..states.len()).any(|body| judge.exceeds(body));
     }
     if report.status == StepStatus::Failed {
         let least = world.time_step() * accepted.max(rounding());

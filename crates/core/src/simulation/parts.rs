@@ -1,7 +1,8 @@
-//! Fallbacks for a step that the native solver did not solve: shorter steps, or a motion that adds
-//! no energy.
+//! Fallbacks for a step that the native solver did not solve, or whose solution makes energy (eq. 32):
+//! shorter steps, or a motion that adds no energy.
 //!
-//! The world takes 2, 4, … 64 steps of h/n until each of them is solved. Bodies of unsolved islands
+//! The world takes 2, 4, … 64 steps of h/n until each of them is solved and they make no energy
+//! together. Bodies of these islands
 //! take the end state of these steps; others keep their solution. Velocities that depend on the
 //! time step are converted before and after. The spin keeps its momentum P⁻ (eq. 34), and the
 //! velocity of flying bodies changes by ½ (h − h/n) g. Contacts and joints get the mean force of
@@ -19,7 +20,8 @@
 //! A rigid motion has the least kinetic energy for given P and L.
 
 use super::islands::Islands;
-use super::{Motion, Simulation, StepRecord, StepScratch};
+use super::wild::{Budget, EnergyGain, UnphysicalCause};
+use super::{Motion, Simulation, StepRecord, StepScratch, wild};
 use crate::contact::certificate::Claim;
 use crate::contact::{Candidates, Certificate};
 use crate::joint::JointForce;
@@ -39,33 +41,41 @@ const MOST_PARTS: u64 = 64;
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
 
-/// Report and certificate of a step that did not converge.
+/// Report and certificate of a step.
 type Rescued = (StepReport, Certificate);
 
 impl Simulation<'_> {
-    /// Replaces a failed step by shorter ones or by a motion without added energy. The bodies of
-    /// unsolved islands are appended to `unsolved_bodies`. Returns `None` if the step is kept: for
-    /// other solvers, and near the solution. The interrupt flag is not checked here, because an
-    /// external solver could not repeat its part with the same bits.
+    /// Replaces a step that failed or makes energy by shorter ones or by a motion without added
+    /// energy. Bodies whose motion is replaced are appended to `unsolved_bodies`. Returns `None` if
+    /// the step is kept: for other solvers, and near the solution. The interrupt flag is not checked
+    /// here, because an external solver could not repeat its part with the same bits.
     pub(super) fn rescued(
         &mut self,
         (report, certificate): Rescued,
         unsolved_bodies: &mut Vec<usize>,
     ) -> Option<Rescued> {
         let bodies = self.now.states.len();
+        let has_failed = report.status == StepStatus::Failed;
         let Motion::Contact { solver, .. } = &mut self.motion else { return None };
         let is_near = certificate.residual() <= NEAR * solver.accepted_residual();
         // Steps of other solvers are kept.
         let solver = solver.islands()?;
-        let is_solved = |body: usize| solver.is_solved(body);
         // The certificate can reject a step that the solver considers solved.
-        let all_are = (0..bodies).all(is_solved);
-        let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
+        let all_are = (0..bodies).all(|body| solver.is_solved(body));
+        let mut unsolved: Vec<bool> =
+            (0..bodies).map(|body| has_failed && (all_are || !solver.is_solved(body))).collect();
+        if has_failed {
+            self.count_energy();
+        }
+        let judge = &self.scratch.judge;
+        for (body, unsolved) in unsolved.iter_mut().enumerate() {
+            *unsolved |= judge.exceeds(body);
+        }
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
-
-        if is_near && !self.gains_energy().contains(&true) {
+        if is_near && !(0..bodies).any(|body| unsolved[body] && judge.gains(body)) {
             return None;
         }
+        self.scratch.gain = None;
         let mut report = report;
         let mut parts = 2;
         let mut is_taken = false;
@@ -75,16 +85,22 @@ impl Simulation<'_> {
         }
         if is_taken {
             report.status = StepStatus::Substepped;
-            self.scratch.squeeze = None;
+            (self.scratch.squeeze, self.scratch.unphysical) = (None, None);
         } else {
-            self.hold_energy();
+            report.status = StepStatus::Failed;
+            let exceeds = |gain: &EnergyGain| self.scratch.judge.exceeds(gain.body);
+            let cause = self.scratch.judge.largest_gain().filter(exceeds);
+            self.scratch.unphysical =
+                cause.map(|EnergyGain { body, energy }| UnphysicalCause::Gain { body, energy });
+            self.hold_energy(&unsolved);
         }
         self.scratch.rest.end();
         Some((report, self.certify()))
     }
 
     /// Takes the step in `parts` shorter ones. The states and forces of the `unsolved` bodies are
-    /// left in the solution of the scratch memory. Returns `None` if a shorter step is not solved.
+    /// left in the solution of the scratch memory. Returns `None` if a shorter step is not solved, or
+    /// if they make energy together.
     fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Option<()> {
         let mut parameters = self.world.parameters().clone();
         parameters.time_step /= parts as f64;
@@ -106,14 +122,26 @@ impl Simulation<'_> {
         short.now.joints.clone_from(&self.now.joints);
         short.is_part = true;
         let (mut record, mut mean) = (StepRecord::new(), MeanForces::new(&self.world));
+        let mut energy = Budget::default();
         for _ in 0..parts {
             short.step(&mut record).ok()?;
             if matches!(record.report.status, StepStatus::Failed | StepStatus::Wild) {
                 return None;
             }
             mean.add(&record.solution, 1.0 / parts as f64);
+            if record.report.status != StepStatus::Free {
+                energy.add(&short.scratch.judge.sum(unsolved));
+            }
         }
-        let ends = exchanged(&short.now.states, &short.world, &self.world)?;
+        if energy.exceeds() {
+            return None;
+        }
+        let mut ends = exchanged(&short.now.states, &short.world, &self.world)?;
+        let stands = |body: &usize| unsolved[*body] && !flies[*body] && !self.world.is_held(*body);
+        let standing: Vec<_> = (0..unsolved.len()).filter(stands).collect();
+        self.slow_standing(&mut ends, &standing, parts, energy.gained.max(0.0));
+        let body = unsolved.iter().position(|unsolved| *unsolved).unwrap_or(0);
+        self.scratch.gain = energy.gains().then_some(EnergyGain { body, energy: energy.gained });
         let StepScratch { solution, .. } = &mut self.scratch;
         for (body, end) in ends.into_iter().enumerate().filter(|(body, _)| unsolved[*body]) {
             solution.states[body] = end;
@@ -134,6 +162,35 @@ impl Simulation<'_> {
             }
         }
         Some(())
+    }
+
+    /// Slows the standing `bodies` down at the `ends` of the `parts`, alike, so that they gain no
+    /// energy. Besides the `made` energy of the parts (J) they gain, because they keep their
+    /// velocities in spite of the other time step (35),
+    ///
+    /// ```text
+    /// Σ ½ m (h − h/n) g·(v⁺ − v)
+    /// ```
+    fn slow_standing(&self, ends: &mut [State], bodies: &[usize], parts: u64, made: f64) {
+        let (world, h) = (&self.world, self.world.time_step());
+        let (mut gained, mut kinetic, mut lag) = (made, 0.0, 0.0);
+        for &index in bodies {
+            let (body, end) = (&world.bodies()[index], &ends[index]);
+            let fall = world.gravity() * (0.5 * h * body.mass());
+            let faster = end.velocity - self.now.states[index].velocity;
+            gained += fall.dot(&faster) * (1.0 - 1.0 / parts as f64);
+            kinetic += wild::kinetic_energy(world, body, end);
+            lag += fall.dot(&end.velocity);
+        }
+        if gained > 0.0 && kinetic > 0.0 {
+            // Energy (35) at s times the velocities: s² T + s Σ ½ m h g·v.
+            let root = (lag * lag + 4.0 * kinetic * (kinetic + lag - gained)).max(0.0).sqrt();
+            let slower = ((root - lag) / (2.0 * kinetic)).clamp(0.0, 1.0);
+            for &index in bodies {
+                ends[index].velocity *= slower;
+                ends[index].spin *= slower;
+            }
+        }
     }
 
     /// True per body if its island touches the ground or a fixed piece, or has a held body.
@@ -161,8 +218,8 @@ impl Simulation<'_> {
         islands
     }
 
-    /// True per body if its island adds energy in the solution of the scratch memory.
-    fn gains_energy(&mut self) -> Vec<bool> {
+    /// Counts the energy that the islands make in the solution of the scratch memory.
+    fn count_energy(&mut self) {
         let Self { world, now, scratch, .. } = self;
         let StepScratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
         let claim = Claim {
@@ -174,18 +231,18 @@ impl Simulation<'_> {
             gears: &solution.gears,
         };
         certifier.contact_step(world, &claim, solution.forces());
-        judge.gains_energy(world, &claim, certifier.seen(), solution.forces())
+        judge.count(world, &claim, certifier.seen(), solution.forces(), 0.0);
     }
 
-    /// Replaces the motion of islands that add energy by one that does not.
-    fn hold_energy(&mut self) {
-        let (islands, standing, made) = (self.islands(), self.standing(), self.gains_energy());
+    /// Replaces the motion of islands with `unsolved` bodies that add energy by one that does not.
+    fn hold_energy(&mut self, unsolved: &[bool]) {
+        let (islands, standing) = (self.islands(), self.standing());
         let Self { world, now, scratch, .. } = self;
-        let solution = &mut scratch.solution;
+        let StepScratch { judge, solution, .. } = scratch;
         let bodies = now.states.len();
         for (label, &stands) in standing.iter().enumerate() {
             let members: Vec<_> = (0..bodies).filter(|body| islands.of(*body) == label).collect();
-            if !members.iter().any(|body| made[*body]) {
+            if !members.iter().any(|body| unsolved[*body] && judge.gains(*body)) {
                 continue;
             }
             let motion =

@@ -1,6 +1,6 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::{Squeeze, UnphysicalCause};
+use super::{EnergyGain, Squeeze, UnphysicalCause};
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
@@ -26,6 +26,9 @@ pub struct StepRecord {
     /// Deepest overlap of two pieces at k+1 (m), from their geometry. Contact planes are fixed
     /// during a step, so it is of second order in the rotation per step.
     pub overlap: f64,
+    /// Largest error of the placement of a loaded contact between two pieces (eq. 18g) (m); 0 if all
+    /// are where the pieces touch. It is no part of the certificate's residual.
+    pub placement: f64,
     /// Smallest share of the coefficients of restitution that an island applied. It is 1 unless the
     /// full restitution would add energy ([`bounce`](super::bounce)).
     pub restitution_share: f64,
@@ -35,9 +38,12 @@ pub struct StepRecord {
     pub stiffness: f64,
     /// Cause of a failed step, if two bodies leave too little room for a third one.
     pub squeeze: Option<Squeeze>,
-    /// Cause of a step with [`StepStatus::Wild`].
+    /// Cause of a step with [`StepStatus::Wild`], or of a failed step whose solution makes energy.
     pub unphysical: Option<UnphysicalCause>,
-    /// Bodies of unsolved islands, if the native solver did not solve the step as a whole.
+    /// Largest energy beyond the balance (32) that an island makes in the step as taken, if beyond
+    /// rounding.
+    pub gain: Option<EnergyGain>,
+    /// Bodies of islands that the native solver did not solve in one step without making energy.
     pub unsolved: Vec<usize>,
 }
 
@@ -60,10 +66,12 @@ impl StepRecord {
             report: StepReport::without_problem(StepStatus::End),
             certificate: Certificate::default(),
             overlap: 0.0,
+            placement: 0.0,
             restitution_share: 1.0,
             stiffness: 0.0,
             squeeze: None,
             unphysical: None,
+            gain: None,
             unsolved: Vec::new(),
         }
     }

@@ -12,7 +12,7 @@
 //! solved nor certified again.
 
 use super::islands::Islands;
-use super::{Simulation, StepRecord, StepScratch, UnphysicalCause};
+use super::{EnergyGain, Simulation, StepRecord, StepScratch, UnphysicalCause};
 use crate::contact::{Certificate, Contact, ContactKey, KeyIndex, Memory};
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
@@ -59,6 +59,7 @@ struct Came {
     stiffness: f64,
     overlap: f64,
     unphysical: Option<UnphysicalCause>,
+    gain: Option<EnergyGain>,
 }
 
 impl RestingBodies {
@@ -186,6 +187,7 @@ impl Simulation<'_> {
         record.stiffness = came.stiffness;
         record.overlap = came.overlap;
         record.unphysical = came.unphysical;
+        record.gain = came.gain;
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.now);
@@ -217,6 +219,7 @@ impl Simulation<'_> {
                 stiffness: record.stiffness,
                 overlap: record.overlap,
                 unphysical: record.unphysical,
+                gain: record.gain,
             });
         }
     }

@@ -2,7 +2,7 @@
 //! [records](crate::simulation::StepRecord) of its steps.
 
 use super::median::Median;
-use super::{Squeeze, StepRecord, UnphysicalCause};
+use super::{EnergyGain, Squeeze, StepRecord, UnphysicalCause};
 use crate::step::{ContactForce, StepStatus};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -27,6 +27,8 @@ pub struct FailedStep {
     pub part: Word,
     /// See [`StepRecord::squeeze`].
     pub squeeze: Option<Squeeze>,
+    /// See [`StepRecord::unphysical`].
+    pub unphysical: Option<UnphysicalCause>,
     /// First entries of [`StepRecord::unsolved`].
     pub unsolved: Vec<usize>,
 }
@@ -55,8 +57,8 @@ pub struct RunSummary {
     pub wild: u64,
     /// First of these steps, and its cause.
     pub first_wild: Option<(u64, UnphysicalCause)>,
-    /// Step with the largest unphysical gain of energy: index and gain (J).
-    pub largest_gain: Option<(u64, f64)>,
+    /// Step in which an island makes the most energy beyond the balance (32), and the gain.
+    pub largest_gain: Option<(u64, EnergyGain)>,
     /// Number of steps with [`StepStatus::Failed`].
     pub failed: u64,
     /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
@@ -103,19 +105,22 @@ impl RunSummary {
             let (message, part) = (report.message.map(Word::from), Word::from(part));
             let squeeze = record.squeeze;
             let unsolved = record.unsolved.iter().copied().take(MOST_BODIES_KEPT).collect();
-            let failed = FailedStep { index, message, residual, part, squeeze, unsolved };
+            let unphysical = record.unphysical;
+            let failed =
+                FailedStep { index, message, residual, part, squeeze, unphysical, unsolved };
             self.first_failures.push(failed);
         }
         self.touching +=
             u64::from(record.solution.contacts.iter().any(ContactForce::carries_force));
-        if let Some(cause) = record.unphysical {
+        if status == StepStatus::Wild
+            && let Some(cause) = record.unphysical
+        {
             self.first_wild.get_or_insert((index, cause));
-            let most = self.largest_gain.map_or(0.0, |(_, most)| most);
-            if let UnphysicalCause::Gain { energy, .. } = cause
-                && energy > most
-            {
-                self.largest_gain = Some((index, energy));
-            }
+        }
+        if let Some(gain) = record.gain
+            && self.largest_gain.is_none_or(|(_, most)| gain.energy > most.energy)
+        {
+            self.largest_gain = Some((index, gain));
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;

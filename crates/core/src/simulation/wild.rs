@@ -91,6 +91,16 @@ impl UnphysicalCause {
     }
 }
 
+/// Energy that an island makes in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct EnergyGain {
+    /// First body of the island.
+    pub body: usize,
+    /// Energy beyond the balance (32) (J).
+    pub energy: f64,
+}
+
 /// Detects unphysical steps. Owns reusable memory.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyJudge {
@@ -101,20 +111,41 @@ pub struct EnergyJudge {
 
 /// Energy budget of an island in a step (J).
 #[derive(Debug, Clone, Copy, Default)]
-struct Budget {
+pub(super) struct Budget {
     /// True if the island has a contact force or joint; otherwise it is in free flight.
     touches: bool,
     /// True if a contact bounces, or if the island has a joint.
     bounces: bool,
-    gained: f64,
+    pub(super) gained: f64,
     /// Work of moving surfaces at contacts whose A is this body, before the sum over the island.
     carried: f64,
     /// Largest initial depth of contacts whose A is this body (m); then the sum over the island.
     under: f64,
     /// Kinetic energy plus the work of external forces and drives.
-    size: f64,
+    pub(super) size: f64,
     /// Energy of the smallest significant motion.
     rest: f64,
+}
+
+impl Budget {
+    /// True if the island gains energy beyond rounding. A NaN is a gain.
+    pub(super) fn gains(&self) -> bool {
+        let is_small = self.gained <= ROUNDING * self.size;
+        !is_small
+    }
+
+    /// True if the gain is larger than in a valid step.
+    pub(super) fn exceeds(&self) -> bool {
+        let is_allowed = self.gained <= LARGEST_GAIN * self.size + self.rest;
+        self.touches && !is_allowed
+    }
+
+    /// Adds the next of several shorter steps of the same bodies.
+    pub(super) fn add(&mut self, next: &Self) {
+        self.touches |= next.touches;
+        self.gained += next.gained;
+        (self.size, self.rest) = (self.size.max(next.size), self.rest.max(next.rest));
+    }
 }
 
 impl EnergyJudge {
@@ -149,22 +180,36 @@ impl EnergyJudge {
         self.cause(world, claim, &seen, forces, accepted).is_some()
     }
 
-    /// True per body if its island gains energy beyond rounding.
-    pub(super) fn gains_energy(
-        &mut self,
-        world: &World,
-        claim: &Claim<'_>,
-        seen: &[JointMotion],
-        forces: impl IntoIterator<Item = Vector3<f64>>,
-    ) -> Vec<bool> {
-        self.count(world, claim, seen, forces, 0.0);
-        let makes = |body: usize| {
-            let of = &self.budgets[self.islands.of(body)];
-            // A NaN is not small.
-            let is_small = of.gained <= ROUNDING * of.size;
-            !is_small
-        };
-        (0..claim.states.len()).map(makes).collect()
+    /// Largest energy that an island gains in the last counted step, if it is beyond rounding.
+    pub(super) fn largest_gain(&self) -> Option<EnergyGain> {
+        let all = self.budgets.iter().enumerate().filter(|(_, of)| of.touches && of.gains());
+        let all = all.map(|(body, of)| EnergyGain { body, energy: of.gained });
+        all.reduce(|most, of| if of.energy > most.energy { of } else { most })
+    }
+
+    /// True if the island of `body` gains energy beyond rounding in the last counted step.
+    pub(super) fn gains(&self, body: usize) -> bool {
+        self.budgets[self.islands.of(body)].gains()
+    }
+
+    /// True if the island of `body` gains more than [`LARGEST_GAIN`] in the last counted step.
+    pub(super) fn exceeds(&self, body: usize) -> bool {
+        self.budgets[self.islands.of(body)].exceeds()
+    }
+
+    /// Sum over the islands of these bodies in the last counted step.
+    pub(super) fn sum(&self, bodies: &[bool]) -> Budget {
+        let mut sum = Budget { touches: true, ..Budget::default() };
+        let islands = bodies.iter().enumerate().filter(|(_, is_member)| **is_member);
+        let mut islands: Vec<_> = islands.map(|(body, _)| self.islands.of(body)).collect();
+        islands.sort_unstable();
+        islands.dedup();
+        for of in islands.into_iter().map(|island| &self.budgets[island]) {
+            sum.gained += of.gained;
+            sum.size += of.size;
+            sum.rest += of.rest;
+        }
+        sum
     }
 
     /// Why the step is unphysical, if it is. The claim fits the world and has the joint motions `seen`.
@@ -177,21 +222,19 @@ impl EnergyJudge {
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) -> Option<UnphysicalCause> {
+        self.count(world, claim, seen, forces, accepted);
         let h = world.time_step();
-        // Both comparisons are false for NaN, which is unphysical too.
+        // Comparisons are false for NaN, which is unphysical too.
         let turns_little = |next: &State| h * next.spin.norm() <= LARGEST_TURN;
         if let Some(body) = claim.next.iter().position(|next| !turns_little(next)) {
             return Some(UnphysicalCause::turn(world, body, &claim.next[body]));
         }
-        self.count(world, claim, seen, forces, accepted);
-        let keeps_energy =
-            |of: &Budget| !of.touches || of.gained <= LARGEST_GAIN * of.size + of.rest;
-        let body = self.budgets.iter().position(|of| !keeps_energy(of))?;
+        let body = self.budgets.iter().position(Budget::exceeds)?;
         Some(UnphysicalCause::Gain { body, energy: self.budgets[body].gained })
     }
 
     /// Computes the budgets of all islands.
-    fn count(
+    pub(super) fn count(
         &mut self,
         world: &World,
         claim: &Claim<'_>,
@@ -318,7 +361,7 @@ fn work_of_bounce(
 }
 
 /// Translational energy ½ m v² plus the rotational [energy](energy::turning) (J).
-fn kinetic_energy(world: &World, body: &RigidBody, state: &State) -> f64 {
+pub(super) fn kinetic_energy(world: &World, body: &RigidBody, state: &State) -> f64 {
     let along = 0.5 * body.mass() * state.velocity.norm_squared();
     along + energy::turning(world, body, &state.spin)
 }

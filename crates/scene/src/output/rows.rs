@@ -23,6 +23,11 @@ impl RowChoice {
         Self { every: every.max(1), first }
     }
 
+    /// True if some steps have no rows.
+    pub fn omits(self) -> bool {
+        self.every > 1
+    }
+
     /// True if the step `index` with this status has rows.
     pub fn has(self, index: u64, status: StepStatus) -> bool {
         status == StepStatus::End || index.wrapping_sub(self.first).is_multiple_of(self.every)

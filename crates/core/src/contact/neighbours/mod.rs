@@ -12,15 +12,18 @@ mod places;
 
 use super::between::Between;
 use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
+use super::exposure::{ContactSearch, Exposure};
 use super::key_index::{PieceIndex, ends_of};
 use super::meeting::{BAND, CollisionSearch, Meeting};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
+use super::partners::Partners;
+use super::placement::{PlacementCheck, PlacementScratch};
 use super::seams::{is_same, is_triangle};
 use super::shared_edge::shares_a_line_only;
 use super::{Contact, Partner};
 use crate::geometry::{ManifoldPoint, PairScratch, PieceSide, Sweep, bound, manifold};
-use crate::mechanics::{Pose, State, Trajectory};
+use crate::mechanics::{Pose, State, Trajectory, largest};
 use crate::world::{KnownSeparations, World};
 use places::set_poses;
 use std::ops::Range;
@@ -83,6 +86,9 @@ pub(super) struct Neighbours {
     sweep: Sweep,
     /// Contacts of the step, by their pieces.
     index: PieceIndex,
+    /// The pairs, by collider.
+    partners: Partners,
+    placement: PlacementScratch,
     scratch: PairScratch,
     touches: Vec<ManifoldPoint>,
 }
@@ -99,8 +105,12 @@ impl Neighbours {
         if !self.stand(world, states) {
             return;
         }
-        let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
+        let Self {
+            memory, colliders, extents, poses, partners, placement, scratch, touches, ..
+        } = self;
+        let exposure = &mut placement.exposure;
         let Memory { pairs, start, kept, joined, .. } = memory;
+        partners.update(world, colliders, pairs);
         if start == poses {
             // Nothing has moved.
             contacts.extend_from_slice(kept);
@@ -121,7 +131,7 @@ impl Neighbours {
         let (mut piece, mut first_of_piece, mut moved_by) = (usize::MAX, 0, 0.0);
         for (index, pair) in pairs.iter_mut().enumerate() {
             let [a, b] = pair.colliders.map(|at| colliders.at(at));
-            if still(a.owner) && still(b.owner) {
+            if still(a.owner) && still(b.owner) && partners.are_all(pair.colliders, still) {
                 continue;
             }
             let first = moved.len();
@@ -144,7 +154,10 @@ impl Neighbours {
             let size = size(pieces.0.0).min(size(pieces.1.0));
             let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
-            pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
+            let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
+            let search = ContactSearch { reach: BAND * size, within: TOUCH * size, plane_of };
+            let workspace = (&mut *scratch, &mut *exposure);
+            pair.gap = of.contact_points(poses, &[poses], search, hint, workspace, touches).0;
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             let between = Between { world, colliders: [a, b], at: poses, start: poses, states };
@@ -190,18 +203,19 @@ impl Neighbours {
     }
 
     /// Adds the missing contacts of pieces that overlap by more than `depth` (m) with the bodies at
-    /// `next`, or that pass through each other on the trajectory there. Returns true if there were
-    /// any.
+    /// `next`, or that pass through each other on the trajectory there. `next` `is_solved` with the
+    /// given contacts, or free flight. Returns true if there were any.
     pub(super) fn overlapping(
         &mut self,
         world: &World,
         states: &[State],
         next: &[State],
         depth: f64,
+        is_solved: bool,
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let known = contacts.len();
-        self.look(world, states, next, depth, contacts);
+        self.look(world, states, next, depth, is_solved, contacts);
         // A repeated search of the same step finds the same contacts again.
         if contacts.len() > known {
             let Self { memory: Memory { joined, .. }, index, .. } = self;
@@ -226,7 +240,7 @@ impl Neighbours {
         let Memory { end, from, .. } = &self.memory;
         if !(self.lists(world) && end == next && from == states) {
             let known = contacts.len();
-            self.look(world, states, next, LOOKED_AGAIN * world.reach(), contacts);
+            self.look(world, states, next, LOOKED_AGAIN * world.reach(), true, contacts);
             contacts.truncate(known);
         }
         self.missed
@@ -239,14 +253,16 @@ impl Neighbours {
         states: &[State],
         next: &[State],
         depth: f64,
+        is_solved: bool,
         contacts: &mut Vec<Contact>,
     ) {
         self.missed = None;
         if !self.place(world, states, next) {
             return;
         }
-        let Self { memory, colliders, poses, begin, between, meetings, met, .. } = self;
+        let Self { memory, colliders, poses, begin, between, meetings, met, partners, .. } = self;
         let pairs = &mut memory.pairs;
+        partners.update(world, colliders, pairs);
         between.clone_from(begin);
         self.index.clear();
         self.index.reserve(contacts.capacity());
@@ -259,9 +275,13 @@ impl Neighbours {
             extents: &self.extents,
             depth,
             between,
+            is_solved,
             index: &mut self.index,
+            partners,
+            exposure: &mut self.placement.exposure,
             scratch: &mut self.scratch,
             touches: &mut self.touches,
+            is_hidden: false,
             missed: None,
         };
         meetings.clear();
@@ -367,6 +387,26 @@ impl Neighbours {
             });
             visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
         }
+    }
+
+    /// Largest error of the placement of a loaded contact in the step `states` → `next` (eq. 18g) (m).
+    /// NaN if a contact names pieces that do not exist, or if there is not one state per body.
+    pub(super) fn placement_error<'c>(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        loaded: impl Iterator<Item = &'c Contact>,
+    ) -> f64 {
+        let Memory { end, from, .. } = &self.memory;
+        let is_placed = self.lists(world) && end == next && from == states;
+        if !is_placed && !self.place(world, states, next) {
+            return f64::NAN;
+        }
+        let Self { memory, colliders, poses, begin, partners, placement, .. } = self;
+        partners.update(world, colliders, &memory.pairs);
+        let check = PlacementCheck { world, partners, start: begin, end: poses };
+        loaded.map(|contact| check.error(contact, placement)).fold(0.0, largest)
     }
 
     /// Applies `change` to the state of the search after bodies were added, removed or held.

@@ -70,6 +70,7 @@ impl Neighbours {
 
     /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
+        self.partners.forget();
         self.colliders = Colliders::of(world);
         let list = self.colliders.list();
         // Positions of the bodies are not used.
@@ -117,6 +118,7 @@ impl Neighbours {
     /// Recomputes the boxes around the trajectories and the pairs of overlapping boxes. Known pairs
     /// keep their hints.
     fn search(&mut self, world: &World) {
+        self.partners.forget();
         self.memory.boxes.clear();
         self.memory.searched.clone_from(&self.poses);
         for index in 0..self.bodies.len() {

@@ -10,7 +10,7 @@ mod tests;
 use super::EndMap;
 use crate::joint::{Axis, Joint, Turn, TurnKind};
 use crate::mechanics::{Pose, State};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Derivatives with respect to the poses of A and B.
 pub(crate) type ByPoses<const ROWS: usize> = SMatrix<f64, ROWS, 12>;
@@ -32,8 +32,20 @@ pub(crate) struct RowsTangent {
     /// Derivatives of the load of a fixed impulse: the impulse (world frame), and its torques on A
     /// and on B, each in its body's frame.
     pub(crate) load: ByPoses<9>,
+    /// Further derivatives of the torques of a cone's stop.
+    pub(crate) stop: Option<Box<StopTorques>>,
     /// Derivatives of linear rows with respect to the anchors.
     pub(crate) anchors: Option<Box<Anchors>>,
+}
+
+/// Derivatives of the torques of a fixed impulse on A and on B, each in its body's frame, if a
+/// cone's stop acts along its direction at the end of the step.
+#[derive(Debug, Clone)]
+pub(crate) struct StopTorques {
+    /// Derivatives with respect to v (world frame) and ω (body frame) of A and B at k.
+    pub(crate) by_velocities: ByPoses<6>,
+    /// Derivative with respect to h.
+    pub(crate) by_time_step: SVector<f64, 6>,
 }
 
 /// Derivatives with respect to the anchors of a joint, at fixed poses.
@@ -270,7 +282,7 @@ impl<'a> JointTangent<'a> {
             part += seen.cross_matrix() * of_b.cross_matrix();
         }
         let anchors = Some(self.anchors(impulse));
-        RowsTangent { motion, by_time_step, coordinates, rates, load, anchors }
+        RowsTangent { motion, by_time_step, coordinates, rates, load, stop: None, anchors }
     }
 
     /// Derivatives of the angular rows, with `impulse` along the rows, scaled by `length` (m) and
@@ -287,7 +299,9 @@ impl<'a> JointTangent<'a> {
     ) -> Option<RowsTangent> {
         let (joint, h) = (self.joint, self.time_step);
         let at = joint.coordinates(self.states)?;
-        let turn = Turn::new(joint, &at, angles, h, length);
+        let spin = |body: usize| &self.states[body].spin;
+        let turn = Turn::new(joint, &at, angles, h, length)
+            .with_stop(spin(joint.body()), joint.other().map(spin));
         let spins = self.sides.map(|side| side.map(|side| side.spin));
         let own = turn.tangent(&spins[0]?, spins[1].as_ref(), impulse);
         let by_turns = |parts: &[Matrix3<f64>; 2]| {
@@ -324,9 +338,25 @@ impl<'a> JointTangent<'a> {
             load.fixed_view_mut::<3, 3>(6, 3).copy_from(&of_a);
             load.fixed_view_mut::<3, 3>(6, 9).copy_from(&of_b);
         }
+        let stop = own.stop.map(|stop| {
+            let seen = self.pose(1, START).rotation.tr_mul(&self.pose(0, START).rotation);
+            let mut by_velocities = ByPoses::<6>::zeros();
+            let mut by_time_step = SVector::<f64, 6>::zeros();
+            for (row, to_body) in [(0, Some(Matrix3::identity())), (3, self.sides[1].map(|_| seen))]
+            {
+                let Some(to_body) = to_body else { continue };
+                for (column, slope) in [(3, stop.spins[0]), (9, stop.spins[1])] {
+                    let mut part = by_velocities.fixed_view_mut::<3, 3>(row, column);
+                    part.copy_from(&(to_body * slope));
+                }
+                let mut part = by_time_step.fixed_rows_mut::<3>(row);
+                part.copy_from(&(to_body * stop.time_step));
+            }
+            Box::new(StopTorques { by_velocities, by_time_step })
+        });
         let motion = by_turns(&own.motion);
         let by_time_step = own.by_time_step;
         let rates = rates.flatten();
-        Some(RowsTangent { motion, by_time_step, coordinates, rates, load, anchors: None })
+        Some(RowsTangent { motion, by_time_step, coordinates, rates, load, stop, anchors: None })
     }
 }

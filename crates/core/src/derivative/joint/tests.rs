@@ -72,7 +72,8 @@ fn rows(
     let has_other = if joint.other().is_some() { 1.0 } else { 0.0 };
     let rates = |starts: &[crate::joint::AxisStart; 3]| Vector3::from_fn(|k, _| starts[k].rate);
     if about {
-        let turn = Turn::new(joint, &at, angles, h, LENGTH);
+        let before = joint.other().map(|other| &states[other].spin);
+        let turn = Turn::new(joint, &at, angles, h, LENGTH).with_stop(&states[0].spin, before);
         let other = joint.other().map(|other| &ends[other].spin);
         let torque = turn.torque_map() * impulse;
         let on_b = of_b.rotation.tr_mul(&(of_a.rotation * torque)) * has_other;
@@ -147,7 +148,16 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
                         let (side, number) = (k / 12, k % 12);
                         let column = 6 * side + number % 6;
                         let is_pose = number < 6;
+                        let stop = |of: usize| {
+                            let stop = found.stop.as_ref()?;
+                            let row = 3 * (of - 4);
+                            Some(match k {
+                                24 => stop.by_time_step.fixed_rows::<3>(row).into_owned(),
+                                _ => stop.by_velocities.fixed_view::<3, 1>(row, column).into(),
+                            })
+                        };
                         let slope = match (of, k) {
+                            (4.., _) if !is_pose || k == 24 => stop(of).unwrap_or_default(),
                             (0, 24) => found.by_time_step,
                             (2, 24) => rates.by_time_step,
                             (_, 24) => Vector3::zeros(),

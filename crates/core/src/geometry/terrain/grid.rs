@@ -182,22 +182,6 @@ impl HeightField {
         }
     }
 
-    /// Calls `visit` on the triangles with a grid point.
-    pub(super) fn each_around(&self, vertex: usize, visit: &mut dyn FnMut(usize)) {
-        let (row, column) = (vertex / self.columns, vertex % self.columns);
-        let (high, wide) = (self.rows() - 1, self.columns - 1);
-        for (r, c) in [(row, column), (row, column.wrapping_sub(1))]
-            .into_iter()
-            .flat_map(|(r, c)| [(r, c), (r.wrapping_sub(1), c)])
-            .filter(|(r, c)| *r < high && *c < wide)
-        {
-            let cell = r * wide + c;
-            (2 * cell..2 * cell + 2)
-                .filter(|triangle| self.vertices(*triangle).contains(&vertex))
-                .for_each(&mut *visit);
-        }
-    }
-
     /// Calls `visit` on the triangles of the cells below and above the box `around` (m, world).
     pub(super) fn visit(&self, around: &Aabb, visit: &mut dyn FnMut(usize)) {
         let middle = self.rotation.tr_mul(&((around.low + around.high) / 2.0 - self.position));

@@ -1,8 +1,7 @@
 //! Terrain: a fixed surface of triangles, a height field or a mesh.
 //!
-//! A terrain is touched from both sides. Each triangle is a convex [`Piece`] that knows its
-//! neighbours (`geometry/facet.rs`), so seams give no contacts of their own. Pieces of triangles are
-//! made when a body comes near, and kept. A grid finds the triangles in a box by their place, a mesh
+//! A terrain is touched from both sides. Each triangle is a flat convex [`Piece`]. Pieces of triangles
+//! are made when a body comes near, and kept. A grid finds the triangles in a box by their place, a mesh
 //! by a tree of boxes.
 
 mod cache;
@@ -13,7 +12,7 @@ mod patches;
 pub use grid::HeightField;
 pub use mesh::Surface;
 
-use super::facet::{Surroundings, facet};
+use super::facet::facet;
 use super::{Aabb, Piece};
 use crate::error::Error;
 use cache::Cache;
@@ -115,8 +114,7 @@ impl Terrain {
     }
 
     fn make(&self, triangle: usize) -> Result<Piece, Error> {
-        let around = Around { terrain: self, triangle, vertices: self.vertices(triangle) };
-        Ok(Piece::of_core(facet(self.corners(triangle), &around)?, 0.0))
+        Ok(Piece::of_core(facet(self.corners(triangle))?, 0.0))
     }
 
     /// Calls `visit` on the triangles that may meet the box `around` (m): on those whose boxes meet it,
@@ -211,47 +209,6 @@ impl Terrain {
             TerrainShape::Field(field) => field.each_beside(triangle, visit),
             TerrainShape::Mesh(mesh) => mesh.each_beside(triangle, visit),
         }
-    }
-
-    /// Calls `visit` on the triangles with a vertex.
-    fn each_around(&self, vertex: usize, visit: &mut dyn FnMut(usize)) {
-        match &self.shape {
-            TerrainShape::Field(field) => field.each_around(vertex, visit),
-            TerrainShape::Mesh(mesh) => mesh.around(vertex).iter().for_each(|t| visit(*t as usize)),
-        }
-    }
-}
-
-/// Neighbours of one triangle.
-struct Around<'a> {
-    terrain: &'a Terrain,
-    triangle: usize,
-    vertices: [usize; 3],
-}
-
-impl Surroundings for Around<'_> {
-    fn ring(&self, corner: usize, visit: &mut dyn FnMut(Vector3<f64>)) {
-        let own = self.vertices[corner];
-        let mut seen = Vec::new();
-        self.terrain.each_around(own, &mut |triangle| {
-            for vertex in self.terrain.vertices(triangle) {
-                if vertex != own && !seen.contains(&vertex) {
-                    seen.push(vertex);
-                    visit(self.terrain.vertex(vertex));
-                }
-            }
-        });
-    }
-
-    fn across(&self, from: usize, to: usize, visit: &mut dyn FnMut(Vector3<f64>)) {
-        let (from, to) = (self.vertices[from], self.vertices[to]);
-        self.terrain.each_around(from, &mut |triangle| {
-            let vertices = self.terrain.vertices(triangle);
-            if triangle != self.triangle && vertices.contains(&to) {
-                let third = vertices.into_iter().find(|vertex| *vertex != from && *vertex != to);
-                third.into_iter().for_each(|vertex| visit(self.terrain.vertex(vertex)));
-            }
-        });
     }
 }
 

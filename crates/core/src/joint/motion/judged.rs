@@ -40,19 +40,25 @@ impl Joint {
         let end = self.counted(&after, &force.angles);
         let angles = self.counted(&at, &end);
         let came = self.counted(&before, &angles);
-        let torque_map = self.turning_map(&at, &angles);
+        let torque_map = self.turning_map(states, &at, &angles, time_step);
         let (at, after, before) = ((at, angles), (after, end), (before, came));
         Some(JointMotion { frames, at, after, before, torque_map })
     }
 
-    /// Adds the loads of the joint's `force` in a step from `states` to `loads`. `loads` has a
-    /// wrench per body: force in N, world frame, and torque in N m, body frame. The force acts on A
+    /// Adds the loads of the joint's `force` in a step of `time_step` (s) from `states` to `loads`.
+    /// `loads` has a wrench per body: force in N, world frame, and torque in N m, body frame. The force acts on A
     /// at its anchor, and the opposite force on B at the same point. Bodies without a load or a
     /// state are skipped.
-    pub(crate) fn add_loads(&self, states: &[State], force: &JointForce, loads: &mut [Wrench]) {
+    pub(crate) fn add_loads(
+        &self,
+        states: &[State],
+        force: &JointForce,
+        time_step: f64,
+        loads: &mut [Wrench],
+    ) {
         if let Some(frames) = self.placed(states) {
             let at = between(&frames[0], &frames[1]);
-            let torque_map = self.turning_map(&at, &force.angles);
+            let torque_map = self.turning_map(states, &at, &force.angles, time_step);
             self.add_loads_at(&frames, &torque_map, states, force, loads);
         }
     }
@@ -86,7 +92,8 @@ impl Joint {
     /// W = ½ Σ f ((x⁺ − x_k) + (x_k − x̃)),                                     (J6)
     /// ```
     ///
-    /// with x̃ extrapolated back by a step with the velocities of step k. The angles of a gimbal
+    /// with x̃ extrapolated back by a step with the velocities of step k. Axes with stops, dry
+    /// friction and damping alone have none, since these only take energy. The angles of a gimbal
     /// are nonlinear, and the larger of this work and of the work along the initial directions
     /// counts. For a moving world frame it is the work of its force and torque on A at the mean
     /// velocities. `None` if a body has no state.
@@ -150,15 +157,12 @@ impl JointMotion {
                 + load.torque.dot(&(state.spin + next.spin));
             return Some(0.5 * time_step * power);
         }
-        let free = |axis: &Axis| *axis != Axis::Locked;
+        let [along, turning] = joint.active_axes();
         let mut work = 0.0;
-        for k in (0..3).filter(|k| free(&joint.linear[*k])) {
+        for k in (0..3).filter(|k| along[*k]) {
             work += force.force[k] * (after.place[k] - before.place[k]);
         }
-        let torque = Vector3::from_fn(|k, _| match joint.angular[k] {
-            Axis::Locked => 0.0,
-            Axis::Free(_) => force.torque[k],
-        });
+        let torque = Vector3::from_fn(|k, _| if turning[k] { force.torque[k] } else { 0.0 });
         let way = match joint.turning() {
             TurnKind::Driven => {
                 let came = joint.turned(before, came, at, angles);

@@ -272,20 +272,15 @@ impl Joint {
             JointAxis::Angular(k) => (&mut force.torque, k),
         };
         *of.get_mut(k)? = size;
-        let acting = self.acting(states, &force)?;
+        let (frames, state) = (self.placed(states)?, states.get(self.body)?);
+        // Drives act along the directions at the start.
+        let torque_map = self.turning_map(states, &at, &force.angles, 0.0);
+        let acting = self.acting_at(&frames, &torque_map, state, &force);
         let other = match self.other {
             Some(other) => acting.on(states.get(other)?, -1.0),
             None => Wrench::zero(),
         };
         Some([acting.on(states.get(self.body)?, 1.0), other])
-    }
-
-    /// Load of `force` on A at its anchor.
-    fn acting(&self, states: &[State], force: &JointForce) -> Option<AnchorLoad> {
-        let frames = self.placed(states)?;
-        let at = between(&frames[0], &frames[1]);
-        let torque_map = self.turning_map(&at, &force.angles);
-        Some(self.acting_at(&frames, &torque_map, states.get(self.body)?, force))
     }
 
     /// Load of `force` on A, given both world frames, the [torque map](Joint::turning_map) and the
@@ -306,13 +301,25 @@ impl Joint {
         }
     }
 
-    /// Map from torques about the angular axes to the torque on A (frame of A), at the coordinates
-    /// `at` and the `angles` (rad).
-    fn turning_map(&self, at: &Coordinates, angles: &Vector3<f64>) -> Matrix3<f64> {
-        match self.turning() {
-            TurnKind::Free => Matrix3::zeros(),
-            _ => Turn::new(self, at, angles, 1.0, 1.0).torque_map(),
+    /// Map from torques about the angular axes to the torque on A (frame of A), in a step of
+    /// `time_step` (s) from `states` with the coordinates `at` and the `angles` (rad).
+    fn turning_map(
+        &self,
+        states: &[State],
+        at: &Coordinates,
+        angles: &Vector3<f64>,
+        time_step: f64,
+    ) -> Matrix3<f64> {
+        if self.turning() == TurnKind::Free {
+            return Matrix3::zeros();
         }
+        let spin = |body: usize| states.get(body).map(|state| &state.spin);
+        let turn = Turn::new(self, at, angles, time_step, 1.0);
+        let turn = match spin(self.body) {
+            Some(own) => turn.with_stop(own, self.other.and_then(spin)),
+            None => turn,
+        };
+        turn.torque_map()
     }
 }
 

@@ -8,7 +8,7 @@ mod tangent;
 use super::gimbal::{self, nearest};
 use super::motion::{conjugated, crossing, swing, swinging, twist};
 use super::{Coordinates, Joint, Middle, TurnKind};
-use crate::mechanics::quaternion::{attitude_map, left, product, right};
+use crate::mechanics::quaternion::{attitude_map, left, product, right, rotation};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 
 /// Angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With a = ½ h Fᵀ
@@ -41,6 +41,9 @@ pub(crate) struct Turn {
     middle: Middle,
     /// Rotations F of the joint frames of A and B; `None` for the world.
     frames: (Matrix3<f64>, Option<Matrix3<f64>>),
+    /// Spins of A and B at k, if the cone's stop acts along its direction at the end of the step
+    /// (J21).
+    stopped: Option<[Vector3<f64>; 2]>,
 }
 
 /// Product q ⊗ (0, v).
@@ -102,7 +105,34 @@ impl Turn {
             angles,
             middle,
             frames: (a.rotation(), joint.other.map(|_| b.rotation())),
+            stopped: None,
         }
+    }
+
+    /// Chooses the direction of a cone's stop, at the spins of A and B at k (rad/s). With g = ∂σ/∂ω
+    /// in A's joint frame and the relative spin ω_r there, it is the one with the larger rate
+    ///
+    /// ```text
+    /// g(Q)·ω_r(Q),   ω_r = F_Aᵀ ω_A − A(Q)ᵀ F_Bᵀ ω_B                          (J21)
+    /// ```
+    ///
+    /// at the start, Q = Q_k, or at the end of the step with the spins of k. The stop only pulls
+    /// back, so that its power is the smaller one.
+    pub(crate) fn with_stop(self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Self {
+        if self.turning != TurnKind::Ball {
+            return self;
+        }
+        let rate = |e: &Vector4<f64>| {
+            let mut relative = self.frames.0.tr_mul(spin);
+            if let (Some(frame), Some(other)) = (&self.frames.1, other) {
+                let turn = product(&conjugated(&self.back), e);
+                relative -= rotation(&turn).tr_mul(&frame.tr_mul(other));
+            }
+            swinging(e).dot(&(attitude_map(e) * relative))
+        };
+        let ends_larger = rate(&self.at(spin, other).e) > rate(&self.rest);
+        let spins = [*spin, other.copied().unwrap_or_default()];
+        Self { stopped: ends_larger.then_some(spins), ..self }
     }
 
     /// Evaluates E as a sum with small terms, which avoids cancellation:
@@ -156,17 +186,27 @@ impl Turn {
         spin: &Vector3<f64>,
         other: Option<&Vector3<f64>>,
     ) -> (Matrix3<f64>, Matrix3<f64>) {
-        let TurnPoint { e, n, a, b } = self.at(spin, other);
+        let point = self.at(spin, other);
+        let [by_a, by_b] = self.end_slopes(&point);
+        let of_b = self
+            .frames
+            .1
+            .map_or(Matrix3::zeros(), |frame| self.rows(&point.e, &by_b) * frame.transpose());
+        (self.rows(&point.e, &by_a) * self.frames.0.transpose(), of_b)
+    }
+
+    /// Derivatives of E with respect to a_A and a_B.
+    fn end_slopes(&self, point: &TurnPoint) -> [Matrix4x3<f64>; 2] {
+        let TurnPoint { e, n, a, b } = point;
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let turned = product(&self.back, &product(&whole(-b), &self.start));
-        let by_a = attitude_map(&turned) / n - e * (a / (1.0 + a.norm_squared())).transpose();
-        let of_b = self.frames.1.map_or(Matrix3::zeros(), |frame| {
-            let after = right(&product(&self.start, &whole(a)));
-            let by_b = -(left(&self.back) * after.fixed_columns::<3>(1)) / n
-                - e * (b / (1.0 + b.norm_squared())).transpose();
-            self.rows(&e, &by_b) * frame.transpose()
+        let by_a = attitude_map(&turned) / *n - e * (a / (1.0 + a.norm_squared())).transpose();
+        let by_b = self.frames.1.map_or_else(Matrix4x3::zeros, |_| {
+            let after = right(&product(&self.start, &whole(*a)));
+            -(left(&self.back) * after.fixed_columns::<3>(1)) / *n
+                - e * (b / (1.0 + b.norm_squared())).transpose()
         });
-        (self.rows(&e, &by_a) * self.frames.0.transpose(), of_b)
+        [by_a, by_b]
     }
 
     /// Derivatives of the rows u from those of E with respect to a.
@@ -204,8 +244,21 @@ impl Turn {
     }
 
     /// Torque map G: torque on A (frame of A) of a unit impulse along the rows; the transpose of
-    /// ∂u/∂ω_A at zero spins.
+    /// ∂u/∂ω_A at zero spins. A cone's stop may act along its direction at the end of the step,
+    /// C F_A g with the rotation C of A's frame (J21).
     pub(crate) fn torque_map(&self) -> Matrix3<f64> {
-        self.frames.0 * self.rows(&self.rest, &attitude_map(&self.rest)).transpose()
+        let mut map = self.frames.0 * self.rows(&self.rest, &attitude_map(&self.rest)).transpose();
+        if let Some([spin, other]) = &self.stopped {
+            let e = self.at(spin, Some(other)).e;
+            let along = self.frames.0 * attitude_map(&e).tr_mul(&swinging(&e));
+            map.set_column(0, &(self.turned_on(spin) * along * self.length));
+        }
+        map
+    }
+
+    /// Rotation C of the frame of A in a step with its spin ω (rad/s).
+    fn turned_on(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+        let half = spin * (0.5 * self.time_step);
+        rotation(&Vector4::new(1.0, half[0], half[1], half[2]).normalize())
     }
 }

@@ -23,6 +23,20 @@ pub(crate) struct TurnTangent {
     pub(crate) torque: [Matrix3<f64>; 2],
     /// Derivative ∂u/∂h (m/s²).
     pub(crate) by_time_step: Vector3<f64>,
+    /// Further derivatives of G p if a cone's stop acts along its direction at the end of the step.
+    pub(crate) stop: Option<StopTangent>,
+}
+
+/// Derivatives of the torque G p of a cone's stop on A (frame of A) at a fixed impulse, if its
+/// direction is that of the end of the step (J21).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StopTangent {
+    /// Derivatives with respect to the spins of A and B at k.
+    pub(crate) spins: [Matrix3<f64>; 2],
+    /// Derivative with respect to h.
+    pub(crate) time_step: Vector3<f64>,
+    /// Derivatives with respect to rotations of A and B at the start, like [`TurnTangent::torque`].
+    turns: [Matrix3<f64>; 2],
 }
 
 /// Matrix of the conjugation q → q*.
@@ -202,7 +216,10 @@ impl Turn {
         let back = left(&self.back);
         let moved = back * left(&whole(-b)) * right(&whole(a)) / n;
         let (at_end, at_start) = (self.halves(&e), self.halves(&self.rest));
-        let pushed = at_start.iter().zip(along).map(|(half, p)| half.times(*p));
+        let stop = self.stop_tangent(along[0]);
+        let start_along =
+            if stop.is_some() { Vector3::new(0.0, along[1], along[2]) } else { *along };
+        let pushed = at_start.iter().zip(&start_along).map(|(half, p)| half.times(*p));
         let nothing = Jet::linear(Vector4::zeros(), &self.rest);
         let pushed = pushed.fold(nothing, Jet::plus);
         let rolled = |of: &Vector4<f64>| Vector4::new(-of[3], -of[2], of[1], of[0]);
@@ -254,11 +271,56 @@ impl Turn {
         let of_b = of_b.unwrap_or((zero, zero, zero));
         let (by_spin, by_other) = self.slopes(spin, other);
         let turned = by_spin * spin + other.map_or(Vector3::zeros(), |other| by_other * other);
+        let stopped = stop.map_or([zero; 2], |stop| stop.turns);
         TurnTangent {
             motion: [of_a.0, of_b.0],
             angles: [of_a.1, of_b.1],
-            torque: [of_a.2, of_b.2],
+            torque: [of_a.2 + stopped[0], of_b.2 + stopped[1]],
             by_time_step: (turned - self.u(spin, other)) / h,
+            stop,
         }
+    }
+
+    /// Derivatives of the torque of a cone's stop with the impulse `p`, along its direction at the
+    /// end of the step. With w = ½ h ω_A and t = ℓ p C F_A g (J21),
+    ///
+    /// ```text
+    /// δt = ℓ p C F_A δg + 2/(1 + w²) (δw + w × δw) × t                              (G20)
+    /// ```
+    fn stop_tangent(&self, p: f64) -> Option<StopTangent> {
+        let [spin, other] = &self.stopped?;
+        let point = self.at(spin, Some(other));
+        let TurnPoint { e, n, a, b } = &point;
+        let half = self.halves(e)[0].times(p * self.length);
+        let to_a = self.turned_on(spin) * self.frames.0;
+        let torque = to_a * attitude_map(e).tr_mul(&half.slope);
+        // Change of the torque by columns of δE.
+        let by_end = |end: &Matrix4x3<f64>| {
+            let mut slopes = attitude_map(e).tr_mul(&(half.bend * end));
+            for k in 0..3 {
+                let lever = attitude_map(&end.column(k).into_owned());
+                let mut column = slopes.column_mut(k);
+                column += lever.tr_mul(&half.slope);
+            }
+            to_a * slopes
+        };
+        let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
+        let moved = left(&self.back) * left(&whole(-b)) * right(&whole(*a)) / *n;
+        let turns = self.attitudes().map(|turned| by_end(&(moved * turned)));
+        let h = self.time_step;
+        let ends = self.end_slopes(&point);
+        let frames = [Some(self.frames.0), self.frames.1];
+        let mut spins = [Matrix3::zeros(); 2];
+        for ((spins, end), frame) in spins.iter_mut().zip(&ends).zip(frames) {
+            if let Some(frame) = frame {
+                *spins = by_end(&(end * frame.transpose() * (0.5 * h)));
+            }
+        }
+        let mut time_step = (spins[0] * spin + spins[1] * other) / h;
+        let w = spin * (0.5 * h);
+        let shrink = 1.0 / (1.0 + w.norm_squared());
+        spins[0] -= torque.cross_matrix() * (Matrix3::identity() + w.cross_matrix()) * (h * shrink);
+        time_step += (spin * shrink).cross(&torque);
+        Some(StopTangent { spins, time_step, turns })
     }
 }

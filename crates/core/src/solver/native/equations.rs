@@ -195,6 +195,11 @@ impl StepSetting {
         }
     }
 
+    /// Sets the tolerances of a preliminary solution.
+    pub(super) fn make_preliminary(&mut self) {
+        self.tolerances = self.tolerances.preliminary();
+    }
+
     pub(super) fn admit(&mut self, coupling: Coupling) {
         self.all_isotropic &= coupling.rows.is_isotropic();
         self.couplings.push(coupling);

@@ -2,9 +2,10 @@
 //!
 //! Fixed objects connect nothing. Islands are independent problems.
 
+use super::settings::{CHANGING, Settings};
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
-use crate::step::{Step, StepSolution};
+use crate::step::{ContactForce, Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -134,6 +135,22 @@ pub(super) struct IslandView<'a> {
     pub(super) unsettled: f64,
 }
 
+impl IslandView<'_> {
+    /// True if the island is large and its forces changed in the last step.
+    pub(super) fn changes(&self) -> bool {
+        let has_joints = !self.joints.is_empty();
+        Settings::of(self.bodies.len(), self.contacts.len(), has_joints).is_large
+            && self.unsettled > CHANGING
+            && self.unsettled < f64::INFINITY
+    }
+
+    /// True if the island [changes](Self::changes) and has several bodies. Its solutions are
+    /// preliminary until all its contacts are known, and each continues from the one before.
+    pub(super) fn is_solved_twice(&self) -> bool {
+        self.bodies.len() > 1 && self.changes()
+    }
+}
+
 impl IslandParts {
     /// Finds the islands of a step and those to be solved.
     ///
@@ -167,6 +184,20 @@ impl IslandParts {
         self.changed.extend((0..islands).map(|island| new(island) || marked(island)));
         self.find_before(step, contacts, known);
         self.set_unsettled(step, islands);
+    }
+
+    /// Replaces the last forces by those solved so far in this step, for bodies that continue from
+    /// them.
+    pub(super) fn continue_from(
+        &mut self,
+        solved: &[ContactForce],
+        continues: impl Fn(usize) -> bool,
+    ) {
+        for (before, contact) in self.known.before.iter_mut().zip(solved) {
+            if continues(contact.key.body) {
+                *before = contact.force;
+            }
+        }
     }
 
     /// Copies the last solution for islands whose bodies all rest.

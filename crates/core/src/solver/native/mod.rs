@@ -67,13 +67,12 @@ use crate::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 use crate::world::World;
-use islands::{IslandParts, IslandView, Marked, StepContacts};
+use islands::{IslandParts, Marked, StepContacts};
 pub use law::MapPiece;
 pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{IslandPart, Parts, SolveAccuracy};
 pub(crate) use posed::solve as solve_problem;
-use settings::{CHANGING, Settings};
 pub use stages::STARTS;
 use stages::{StageOutcome, StageRun};
 #[cfg(feature = "threads")]
@@ -101,6 +100,8 @@ pub struct NativeSolver {
     reached: Vec<State>,
     /// Bodies expected to rest in the current step; after the step, those kept at rest.
     rests: Vec<bool>,
+    /// Scratch of [`NativeSolver::find_preliminary`].
+    preliminary: Vec<bool>,
     /// Thread pool for islands. `None` if only the caller's thread is used.
     #[cfg(feature = "threads")]
     threads: Option<Threads>,
@@ -121,6 +122,7 @@ impl NativeSolver {
             ends: Vec::new(),
             reached: Vec::with_capacity(world.bodies().len()),
             rests: Vec::new(),
+            preliminary: Vec::new(),
             #[cfg(feature = "threads")]
             threads: None,
         }
@@ -198,19 +200,13 @@ impl NativeSolver {
     ///
     /// The prediction is the mean of the current motion and of free flight.
     fn admit_foreseen(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> bool {
-        let moves = |island: &IslandView<'_>| {
-            let (bodies, contacts) = (island.bodies.len(), island.contacts.len());
-            Settings::of(bodies, contacts, !island.joints.is_empty()).is_large
-                && island.unsettled > CHANGING
-                && island.unsettled < f64::INFINITY
-        };
-        if !self.islands.all().any(|(_, island)| moves(&island)) {
+        if !self.islands.all().any(|(_, island)| island.changes()) {
             return false;
         }
         let h = step.world.time_step();
         self.reached.clear();
         self.reached.extend_from_slice(step.states);
-        for (_, island) in self.islands.all().filter(|(_, island)| moves(island)) {
+        for (_, island) in self.islands.all().filter(|(_, island)| island.changes()) {
             for &body in island.bodies {
                 let (now, free) = (&step.states[body], &step.free[body]);
                 let velocity = 0.5 * (now.velocity + free.velocity);
@@ -223,16 +219,18 @@ impl NativeSolver {
                 };
             }
         }
-        let depth = deepest_miss(step, &self.reached, self.loosened());
+        let depth = deepest_miss(step, &self.reached, self.loosened(), false);
         candidates.admit_missed(step.world, step.states, &self.reached, depth)
     }
 
     /// Solves every island that needs it, and writes its states and forces. Returns the number of
-    /// iterations.
+    /// iterations. With `is_preliminary` the islands that are solved twice get a preliminary
+    /// solution.
     fn solve_islands(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
+        is_preliminary: bool,
         solution: &mut StepSolution,
     ) -> Result<u32, Error> {
         let known = solution.contacts.len();
@@ -242,7 +240,8 @@ impl NativeSolver {
         let Self { islands, rests, .. } = self;
         islands.keep(step, StepContacts { contacts, known }, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
-        let asked = SolveAccuracy { accepted: self.accepted, loosened: self.loosened() };
+        let (accepted, loosened) = (self.accepted, self.loosened());
+        let asked = SolveAccuracy { accepted, loosened, is_preliminary };
         let is_solved = self.solve_on_threads(step, contacts, asked)?;
         // The order of the islands is independent of the threads.
         let mut iterations = 0_u32;
@@ -256,16 +255,21 @@ impl NativeSolver {
             for &body in island.bodies {
                 let end = &mut self.ends[body];
                 let retried = end.retried || retried;
-                let is_quiet = solved && !retried && ended.iterations == 0;
-                *end = IslandEnd { solved, run, retried, is_quiet };
+                let continues = solved && island.is_solved_twice();
+                let is_quiet = solved && !retried && !continues && ended.iterations == 0;
+                let is_preliminary = is_preliminary && island.is_solved_twice();
+                *end = IslandEnd { solved, run, retried, is_preliminary, continues, is_quiet };
             }
             iterations = iterations.saturating_add(ended.iterations);
         }
+        self.islands.continue_from(&solution.contacts, |body| self.ends[body].continues);
         Ok(iterations)
     }
 
     /// Solves every island that is `marked` or has contacts missing in `solution`, until no more
     /// contacts are found.
+    ///
+    /// Large islands whose forces change get preliminary solutions until all contacts are known.
     fn solve_marked(
         &mut self,
         step: &Step<'_>,
@@ -273,21 +277,26 @@ impl NativeSolver {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let mut iterations = 0_u32;
+        let (mut iterations, mut is_preliminary) = (0_u32, true);
         self.find_islands(step, candidates.contacts(), marked, solution);
         if solution.contacts.is_empty() && self.admit_foreseen(step, candidates) {
             self.find_islands(step, candidates.contacts(), marked, solution);
         }
         loop {
-            let more = self.solve_islands(step, candidates.contacts(), solution)?;
+            let more = self.solve_islands(step, candidates.contacts(), is_preliminary, solution)?;
             iterations = iterations.saturating_add(more);
+            is_preliminary = self.ends.iter().any(|end| end.is_preliminary);
             let loosened = self.loosened();
             let reached = self.reached(step, solution);
-            let depth = deepest_miss(step, reached, loosened);
-            if !candidates.admit_missed(step.world, step.states, reached, depth) {
+            let depth = deepest_miss(step, reached, loosened, is_preliminary);
+            if candidates.admit_missed(step.world, step.states, reached, depth) {
+                self.find_islands(step, candidates.contacts(), Marked::NONE, solution);
+            } else if is_preliminary {
+                is_preliminary = false;
+                self.find_preliminary(step, candidates.contacts(), solution);
+            } else {
                 break;
             }
-            self.find_islands(step, candidates.contacts(), Marked::NONE, solution);
         }
         let solved = self.ends.iter().all(|end| end.solved);
         let status = match (solved, self.ends.iter().any(|end| end.retried)) {
@@ -298,6 +307,15 @@ impl NativeSolver {
         let mut runs = self.ends.iter().map(|end| end.run);
         let run = runs.find(|run| *run != StageRun::PREVIOUS).unwrap_or(StageRun::PREVIOUS);
         Ok(StepReport { status, iterations, start: Some(run.name()), message: None })
+    }
+
+    /// Finds the islands again. Those with a preliminary solution are to be solved.
+    fn find_preliminary(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
+        let mut marked = std::mem::take(&mut self.preliminary);
+        marked.clear();
+        marked.extend(self.ends.iter().map(|end| end.is_preliminary));
+        self.find_islands(step, contacts, Marked(Some(&marked)), solution);
+        self.preliminary = marked;
     }
 
     /// States where contacts are searched: X⁺, or X for a body in an unsolved island.
@@ -359,21 +377,31 @@ struct IslandEnd {
     run: StageRun,
     /// True if it, or an island merged into it in the same call, needed more than its first stage.
     retried: bool,
+    /// True if its solution is preliminary.
+    is_preliminary: bool,
+    /// True if another solve in this step continues from its forces.
+    continues: bool,
     /// True if the last impulses were the solution, without an iteration.
     is_quiet: bool,
 }
 
 impl IslandEnd {
     /// Result for a body in free flight.
-    const FREE: Self =
-        Self { solved: true, run: StageRun::PREVIOUS, retried: false, is_quiet: true };
+    const FREE: Self = Self {
+        solved: true,
+        run: StageRun::PREVIOUS,
+        retried: false,
+        is_preliminary: false,
+        continues: false,
+        is_quiet: true,
+    };
 }
 
 /// Depth (m) at the end of the step above which a contact counts as missed.
 ///
 /// It is below the resolution of the certificate for steps with `loosened` times the usual
-/// residual. It is at least the rounding of a gap.
-fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
+/// residual, and larger if the solution `is_preliminary`. It is at least the rounding of a gap.
+fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64, is_preliminary: bool) -> f64 {
     let world = step.world;
     // Without a ground a gap may have any direction.
     let (normal, arm, offset) = match world.ground() {
@@ -387,7 +415,11 @@ fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
     let tolerances = Tolerances::of(world, speed).loosened(loosened);
-    rounding.max(tolerances.missed * world.time_step())
+    let missed = match is_preliminary {
+        true => tolerances.missed_by_preliminary,
+        false => tolerances.missed,
+    };
+    rounding.max(missed * world.time_step())
 }
 
 impl StepSolver for NativeSolver {

@@ -39,6 +39,9 @@ pub(super) struct SolveAccuracy {
     pub(super) accepted: f64,
     /// Factor on the usual residual tolerances.
     pub(super) loosened: f64,
+    /// True if islands that are [solved twice](IslandView::is_solved_twice) get a preliminary
+    /// solution.
+    pub(super) is_preliminary: bool,
 }
 
 /// Result of the last solve of an island.
@@ -174,6 +177,9 @@ impl IslandPart {
             let problem = together(&mut self.together, step.world);
             problem.equations.begin(step, island);
             problem.equations.setting_mut().loosen(asked.loosened);
+            if asked.is_preliminary && island.is_solved_twice() {
+                problem.equations.setting_mut().make_preliminary();
+            }
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
                 if carries {

@@ -7,8 +7,8 @@ use super::equations::Equations;
 use super::law::NaturalMap;
 use super::newton::{Iterate, Newton, NewtonRun, evaluate_again, exact_residual};
 use super::settings::{
-    EASY_STEP, LEAST_COMPLIANCE, LONGEST_STEP, PROXIMAL_ACCURACY, PROXIMAL_FACTORS, REFINEMENTS,
-    STAGE_ITERATIONS,
+    CHANGING, EASY_STEP, LEAST_COMPLIANCE, LONGEST_STEP, PROXIMAL_ACCURACY, PROXIMAL_FACTORS,
+    REFINEMENTS, STAGE_ITERATIONS,
 };
 
 /// Memory of the method.
@@ -53,13 +53,15 @@ impl<E: Equations> Proximal<E> {
         let mut least = exact_residual(equations, iterate);
         best.copy_from(iterate);
         last.copy_from(iterate);
-        let (mut refinements, mut is_evaluated) = (0, true);
+        let changes = equations.settings().is_large && equations.setting().unsettled > CHANGING;
+        let mut refinements = if changes && equations.bodies() > 1 { 0 } else { REFINEMENTS };
+        let mut is_evaluated = true;
         for _ in 0..STAGE_ITERATIONS {
             if least <= tolerances.solved {
-                if least <= tolerances.exact || refinements == REFINEMENTS {
+                if least <= tolerances.exact || refinements == 0 {
                     break;
                 }
-                refinements += 1;
+                refinements -= 1;
             }
             if effort.is_over() || compliance > 1.0 {
                 break;

@@ -75,7 +75,8 @@ pub(super) const EASY_STEP: u32 = 5;
 pub(super) const LONGEST_STEP: u32 = 15;
 /// Required residual reduction of a proximal step.
 pub(super) const PROXIMAL_ACCURACY: f64 = 0.05;
-/// Number of further proximal steps, towards rounding, after the step counts as solved.
+/// Number of further proximal steps, towards rounding, after the step counts as solved. There are
+/// none in large islands of several bodies whose forces change.
 pub(super) const REFINEMENTS: u32 = 3;
 
 // Interior point method.

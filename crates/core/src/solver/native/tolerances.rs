@@ -5,6 +5,7 @@
 //! scale](crate::world::World::speed_scale). A smaller copy of a scene is thus solved as the larger
 //! one. No tolerance is below the rounding of the step's own speeds.
 
+use super::settings::PROXIMAL_ACCURACY;
 use crate::world::World;
 
 /// Default residual (m/s) below which a step counts as solved, as used for the certificate.
@@ -13,6 +14,12 @@ pub const ACCEPTED_RESIDUAL: f64 = 1e-9;
 /// Largest residual that may be requested (m/s): half of the speed gained by gravity in a step of 2
 /// ms.
 pub const LARGEST_RESIDUAL: f64 = 1e-2;
+/// Residual of preliminary solutions (m/s). Points then err by 2·10⁻⁶ m in a step of 2 ms, which
+/// hardly changes what they meet.
+const PRELIMINARY: f64 = 1e-3;
+/// Penetration speed up to which overlaps after a preliminary solution wait for the final one
+/// (m/s). They are within its error.
+const MISSED_BY_PRELIMINARY: f64 = 0.1 * PRELIMINARY;
 /// Tolerance of the law without compliance (m/s): the rounding of φ⁺/h.
 const EXACT: f64 = 1e-12;
 /// Relative rounding of speeds: sixteen rounding errors.
@@ -29,6 +36,8 @@ pub(super) struct Tolerances {
     pub(super) newton: f64,
     /// Residual of a stage that solved the step.
     pub(super) solved: f64,
+    /// Residual of a [preliminary](Self::preliminary) solution.
+    preliminary: f64,
     /// Residual below which full steps are taken even if it grows. The natural map has kinks at the
     /// scale of the compliance, where a line search stalls although the next piece has the
     /// solution.
@@ -37,6 +46,8 @@ pub(super) struct Tolerances {
     pub(super) near: f64,
     /// Penetration speed above which a contact was missed by detection.
     pub(super) missed: f64,
+    /// Penetration speed above which a contact was missed, at a preliminary solution.
+    pub(super) missed_by_preliminary: f64,
     /// The last impulses are accepted if their residual is at most `repeated`, and if loaded
     /// contacts open or close at most at the speed `still`.
     pub(super) repeated: f64,
@@ -57,9 +68,11 @@ impl Tolerances {
             exact,
             newton: 1e-11 * scale,
             solved: 1e-10 * scale,
+            preliminary: PRELIMINARY * scale,
             whole_steps: 1e-5 * scale,
             near: 1e-4 * scale,
             missed: 1e-10 * scale,
+            missed_by_preliminary: MISSED_BY_PRELIMINARY * scale,
             repeated: exact,
             still: rounding,
             level: 0.0,
@@ -98,9 +111,11 @@ impl Tolerances {
             exact,
             newton: 1e-11 * scale,
             solved,
+            preliminary: solved,
             whole_steps: 0.1 * near,
             near,
             missed: 1e-10 * scale,
+            missed_by_preliminary: 1e-10 * scale,
             repeated: solved,
             still: exact,
             level: 0.0,
@@ -116,13 +131,21 @@ impl Tolerances {
             exact: factor * self.exact,
             newton: factor * self.newton,
             solved,
+            preliminary: self.preliminary.max(solved),
             whole_steps: self.whole_steps.max(solved),
             near: self.near.max(solved),
             missed: factor * self.missed,
+            missed_by_preliminary: self.missed_by_preliminary.max(factor * self.missed),
             repeated: factor * self.repeated,
             still: factor * self.still,
             level: factor * self.level,
             rest: factor * self.rest,
         }
+    }
+
+    /// Tolerances of a solution that only shows what the bodies meet.
+    pub(super) fn preliminary(self) -> Self {
+        let solved = self.preliminary;
+        Self { exact: solved, newton: self.newton.max(PROXIMAL_ACCURACY * solved), solved, ..self }
     }
 }

@@ -3,6 +3,7 @@
 use super::{KeyText, Streams, Table};
 use crate::output::sheet::{RowsError, Steps, TableReader};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::io::Read;
 use tumble_core::contact::Partner;
 use tumble_core::joint::{JointForce, JointResidual};
@@ -26,14 +27,16 @@ pub struct TableStep {
     pub gears: Vec<GearTableRow>,
 }
 
-/// Row of the table `steps`.
-#[derive(Debug, Clone, PartialEq)]
+/// Row of the table `steps`. In a run that omits rows, `status` and `works` cover the steps up to the
+/// next row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepRow {
     /// Step index k.
     pub index: u64,
     /// Time t (s).
     pub time: f64,
-    /// Status of the step.
+    /// Status of the step, or `substepped`, `wild` or `failed` of a step between this row and the
+    /// next.
     pub status: StepStatus,
     /// Iterations of the solver.
     pub iterations: u32,
@@ -52,7 +55,7 @@ pub struct StepRow {
     pub restitution_share: f64,
     /// Energy at k (J), see [energy](tumble_core::simulation::energy).
     pub energy: f64,
-    /// Terms of the energy balance of the step (J), see
+    /// Terms of the energy balance (J), summed over the steps up to the next row; see
     /// `terms` of an [`EnergyBalance`](tumble_core::simulation::EnergyBalance).
     pub works: [f64; 6],
     /// Stiffness number h ω, see

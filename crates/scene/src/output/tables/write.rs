@@ -19,6 +19,8 @@ pub struct TablesWriter<W: Write> {
     /// Prescribed motions of joint frames in the world.
     courses: Vec<(usize, Knots)>,
     kept: RowChoice,
+    /// Row of the table `steps` whose sums are not complete, if rows are omitted.
+    open: Option<StepRow>,
 }
 
 impl<W: Write> TablesWriter<W> {
@@ -49,7 +51,7 @@ impl<W: Write> TablesWriter<W> {
     }
 
     fn of(tables: Streams<RowWriter<W>>, world: &World) -> Self {
-        Self { tables, world: world.clone(), courses: Vec::new(), kept: RowChoice::ALL }
+        Self { tables, world: world.clone(), courses: Vec::new(), kept: RowChoice::ALL, open: None }
     }
 
     /// Sets the prescribed motions of joint frames in the world.
@@ -68,21 +70,51 @@ impl<W: Write> TablesWriter<W> {
         self
     }
 
-    /// Writes the rows of a step, if the step is selected.
+    /// Sets the row of the table `steps` that [`TablesWriter::open`] returned at the end of the
+    /// existing rows.
+    #[must_use]
+    pub fn goes_on(mut self, open: Option<StepRow>) -> Self {
+        self.open = open;
+        self
+    }
+
+    /// Row of the table `steps` that is not written yet, because steps up to the next row may
+    /// follow. `None` if every step has rows.
+    pub fn open(&self) -> Option<&StepRow> {
+        self.open.as_ref()
+    }
+
+    /// Writes the rows of a step, if the step is selected. Otherwise adds its energy terms and its
+    /// mark to the row before.
     ///
     /// # Errors
     /// The errors of the streams.
     pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
+        let is_end = record.report.status == StepStatus::End;
+        let ends = record.index + u64::from(!is_end);
+        self.world.follow(&self.courses, ends as f64 * self.world.time_step());
         if !self.kept.has(record.index, record.report.status) {
+            if let Some(open) = &mut self.open {
+                open.add(record.report.status, &works(&self.world, record));
+            }
             return Ok(());
         }
-        let ends = record.index + u64::from(record.report.status != StepStatus::End);
-        self.world.follow(&self.courses, ends as f64 * self.world.time_step());
+        self.end_open()?;
         let mut step = TableStep::of(&self.world, record);
-        if self.tables.ends.is_some() && record.report.status != StepStatus::End {
+        if self.tables.ends.is_some() && !is_end {
             step.ends.extend_from_slice(&record.solution.states);
         }
-        self.write_step(&step)
+        if !self.kept.omits() || is_end {
+            return self.write_step(&step);
+        }
+        self.write_beside(&step)?;
+        self.open = Some(step.row);
+        Ok(())
+    }
+
+    /// Writes the open row.
+    fn end_open(&mut self) -> io::Result<()> {
+        self.open.take().map_or(Ok(()), |row| self.write_row(&row))
     }
 
     /// Writes the given rows of a step, without selection.
@@ -90,12 +122,13 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The errors of the streams.
     pub fn write_step(&mut self, step: &TableStep) -> io::Result<()> {
-        let Streams { states, contacts, steps, joints, gears, ends } = &mut self.tables;
-        let row = &step.row;
-        write_states(states, row, &step.states)?;
-        if let Some(table) = ends {
-            write_states(table, row, &step.ends)?;
-        }
+        self.write_row(&step.row)?;
+        self.write_beside(step)
+    }
+
+    /// Writes a row of the table `steps`.
+    fn write_row(&mut self, row: &StepRow) -> io::Result<()> {
+        let steps = &mut self.tables.steps;
         steps.whole(row.index);
         steps.number(row.time);
         steps.text(row.status.name());
@@ -109,7 +142,17 @@ impl<W: Write> TablesWriter<W> {
         if !self.world.joints().is_empty() {
             steps.number(row.stiffness);
         }
-        steps.end_row()?;
+        steps.end_row()
+    }
+
+    /// Writes the rows of a step in all tables but `steps`.
+    fn write_beside(&mut self, step: &TableStep) -> io::Result<()> {
+        let Streams { states, contacts, steps: _, joints, gears, ends } = &mut self.tables;
+        let row = &step.row;
+        write_states(states, row, &step.states)?;
+        if let Some(table) = ends {
+            write_states(table, row, &step.ends)?;
+        }
         if let Some(table) = contacts {
             for (index, contact) in step.contacts.iter().enumerate() {
                 write_contact(table, row.index, index, contact)?;
@@ -235,6 +278,20 @@ impl TableStep {
         let joints = JointRow::of(world, record).collect();
         let gears = GearTableRow::of(world, record).collect();
         Self { row, states: record.states.clone(), ends: Vec::new(), contacts, joints, gears }
+    }
+}
+
+impl StepRow {
+    /// Adds the status and the energy terms (J) of a step between this row and the next.
+    fn add(&mut self, status: StepStatus, works: &[f64; 6]) {
+        self.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
+        let rank = |status| {
+            let marks = [StepStatus::Substepped, StepStatus::Wild, StepStatus::Failed];
+            marks.iter().position(|mark| *mark == status)
+        };
+        if rank(status) > rank(self.status) {
+            self.status = status;
+        }
     }
 }
 

@@ -3,7 +3,6 @@
 //! Equation numbers refer to `docs/formulation.md` and `docs/joints.md`.
 
 use super::{CouplingKind, CouplingLink, Island};
-use crate::joint::Axis;
 use crate::solver::native::equations::Velocity;
 use crate::solver::native::settings::LARGE_GAIN;
 use nalgebra::Vector3;
@@ -20,12 +19,10 @@ pub(super) enum Source {
 }
 
 impl Source {
-    /// Source type of joint rows with these `axes`. `moves` is true for a prescribed motion.
-    pub(super) fn of(axes: &[Axis; 3], moves: bool) -> Self {
-        match moves {
-            true => Self::Course,
-            false => Self::Drives(axes.each_ref().map(|axis| *axis != Axis::Locked)),
-        }
+    /// Source type of joint rows whose `active` axes can do work. `moves` is true for a prescribed
+    /// motion.
+    pub(super) fn of(active: [bool; 3], moves: bool) -> Self {
+        if moves { Self::Course } else { Self::Drives(active) }
     }
 }
 

@@ -88,7 +88,7 @@ impl Island {
         let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, 1.0, unit);
         let axes = AxesLaw::new(&mut self.setting.graphs, true, graph);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
-        let source = Source::of(joint.linear(), joint.moves());
+        let source = Source::of(joint.active_axes()[0], joint.moves());
         self.links.push(CouplingLink { a, kind: CouplingKind::Point, b, source });
         let law = CouplingLaw::Axes(axes);
         self.setting.admit(Coupling::of_place(lever, frame, offset, &response, law));
@@ -106,9 +106,10 @@ impl Island {
         (a, b): (usize, Option<usize>),
     ) -> usize {
         let h = self.time_step;
-        let turn = Turn::new(joint, at.0, at.1, h, length);
-        let torque_map = turn.torque_map();
         let member = &self.members[a];
+        let other = b.map(|index| &self.members[index].old().spin);
+        let turn = Turn::new(joint, at.0, at.1, h, length).with_stop(&member.old().spin, other);
+        let torque_map = turn.torque_map();
         let mut response = member.response(&torque_map, false);
         let b = b.map(|index| {
             let other = &self.members[index];
@@ -124,7 +125,7 @@ impl Island {
         let graph = |k: usize| acting[k].free_graph(&starts[k], h, length, unit);
         let axes = AxesLaw::new(&mut self.setting.graphs, false, graph);
         self.turns.push(turn);
-        let source = Source::of(joint.angular(), joint.moves());
+        let source = Source::of(joint.active_axes()[1], joint.moves());
         let kind = CouplingKind::Turn(self.turns.len() - 1);
         self.links.push(CouplingLink { a, kind, b, source });
         self.setting.admit(Coupling::of_turn(torque_map, &response, CouplingLaw::Axes(axes)));

@@ -339,7 +339,12 @@ impl LinearRows {
             let (motion, torques) = (anchors.motion, anchors.torques);
             Box::new(RowsChange { motion, impulse: SMatrix::zeros(), torques })
         });
-        let mut by_velocity = of.rates.as_ref().map(|_| Box::new(RowsChange::<12>::zero()));
+        let follows = of.rates.is_some() || of.stop.is_some();
+        let mut by_velocity = follows.then(|| Box::new(RowsChange::<12>::zero()));
+        if let (Some(stop), Some(slopes)) = (&of.stop, &mut by_velocity) {
+            slopes.torques += stop.by_velocities;
+            by_time_step.torques += stop.by_time_step;
+        }
         for (k, law) in laws.iter().enumerate() {
             let unit = AxisChange::default();
             // Adds columns `by`, and `longer` by h, through the response of row k.

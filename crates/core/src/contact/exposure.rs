@@ -1,0 +1,625 @@
+//! Exposed surfaces: which contact points of a pair exist, given the other pieces around them.
+//!
+//! Pieces that lie flush against each other, like the tiles of a floor, hide parts of their faces.
+//! The union of the pieces decides where a body can touch. At a point x, let T_C be the tangent cone
+//! of each piece C there, and N_C the cone of its outward normals
+//! ([`Piece::surface_at`]). A face of a piece with the normal m is exposed at x if, at x or at a point
+//! of the face beside it, no other piece rises along m:
+//!
+//! ```text
+//! m ∈ N_C   for all other pieces C there                                   (eq. 4d)
+//! ```
+//!
+//! A contact point with the outward normal n exists if n is in N_C for all pieces C at x, or if it is
+//! a combination of normals of exposed faces of its own piece. So the edge between a hidden and an
+//! exposed face has the exposed normal only, while the walls of a groove and an inner corner have
+//! all of theirs.
+//!
+//! A vertex or an edge also has to be an end of the level part of the union,
+//!
+//! ```text
+//! L = ⋃ { w ∈ T_C : n·w = 0 }   over the pieces with n ∈ N_C               (eq. 4e)
+//! ```
+//!
+//! It is an end if L leaves more than half of the circle about n free (half for an edge). The inside
+//! of a plane or of a straight ridge has no contact of its own, so a body slides over the seams of a
+//! floor as over one face.
+//!
+//! A facet of a terrain has two sides. It is touched on the side of the other piece's centre, unless
+//! another facet at the point has them on one side.
+//!
+//! The test is done at the start of a step and at its end. A point has to be hidden at both to be
+//! left out.
+
+use super::collider::{Collider, PieceOwner, placed, size};
+use super::partners::Partners;
+use crate::contact::Partner;
+use crate::geometry::{
+    CorePart, Feature, Hint, ManifoldPoint, PairScratch, PieceSide, flat_faces, manifold,
+    manifold_across,
+};
+use crate::mechanics::Pose;
+use crate::world::World;
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+
+/// Distance within which surfaces are one, as a fraction of the smaller piece. A larger step between
+/// two faces is real.
+const FLUSH: f64 = 1e-6;
+/// Distance of the point beside x at which a face is examined, in units of that distance.
+const BESIDE: f64 = 3.0;
+/// Difference of two gaps below which they are equal, as a fraction of the smaller piece.
+const SAME_GAP: f64 = 1e-7;
+/// Cosine above which two contact points of a pair have one plane: an angle of 0.03 rad, up to which
+/// faces are across the axis of a manifold.
+const ONE_PLANE: f64 = 0.999_55;
+/// Sine below which a direction is level, and of angles that are equal.
+const LEVEL: f64 = 1e-6;
+
+/// Normals of one piece at a point (world).
+#[derive(Debug, Clone, Default)]
+struct LocalSurface {
+    normals: Vec<Vector3<f64>>,
+}
+
+/// Workspace of the tests.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ExposureScratch {
+    own: LocalSurface,
+    /// Surfaces of the other pieces at the point; the first `count` are valid.
+    others: Vec<LocalSurface>,
+    beside: LocalSurface,
+    exposed: Vec<Vector3<f64>>,
+    /// Angles at which level directions end (rad).
+    ends: Vec<f64>,
+}
+
+/// Test of the contact points of a pair of colliders.
+pub(super) struct Exposure<'a> {
+    pub(super) world: &'a World,
+    pub(super) partners: &'a Partners,
+    /// Colliders A and B.
+    pub(super) colliders: [Collider; 2],
+    /// Numbers of the colliders.
+    pub(super) numbers: [usize; 2],
+}
+
+/// Limits of a search for contact points.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ContactSearch {
+    /// Largest gap of a contact point (m).
+    pub(super) reach: f64,
+    /// Largest separation of a pair whose contact points are examined (m).
+    pub(super) within: f64,
+    /// Piece that owns the plane if the features leave it open.
+    pub(super) plane_of: PieceSide,
+}
+
+/// A point of a piece's surface and an outward normal there (frame of its owner).
+#[derive(Debug, Clone, Copy)]
+struct SurfacePoint {
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+    /// Vertex or edge of the contact; `None` for another place of the surface.
+    part: Option<CorePart>,
+}
+
+impl Exposure<'_> {
+    /// Fills `out` with the contact points of the pair that exist at one of the `moments`, with the
+    /// bodies at the poses `at`. Returns the separation (m), and true if all points are hidden.
+    ///
+    /// No point has a gap below the overlap of the pair. If the pair overlaps along a hidden direction,
+    /// the exposed faces stay as directions.
+    pub(super) fn contact_points(
+        &self,
+        at: &[Pose],
+        moments: &[&[Pose]],
+        search: ContactSearch,
+        hint: &mut Hint,
+        (scratch, exposure): (&mut PairScratch, &mut ExposureScratch),
+        out: &mut Vec<ManifoldPoint>,
+    ) -> (f64, bool) {
+        let [a, b] = self.colliders.map(|collider| placed(self.world, at, collider));
+        let ContactSearch { reach, within, plane_of } = search;
+        let gap = manifold(a, b, reach, plane_of, hint, scratch, out);
+        if out.is_empty() || gap > within {
+            return (gap, false);
+        }
+        if !self.partners.has_others(self.numbers) {
+            keep_one_plane(out, a.1, b.1);
+            return (gap, false);
+        }
+        let least = gap.min(0.0) - SAME_GAP * size(a.0).min(size(b.0));
+        let mut exists = |touch: &ManifoldPoint| {
+            touch.gap >= least && self.permits(touch, at, moments, exposure)
+        };
+        out.retain(&mut exists);
+        if out.is_empty()
+            && gap <= 0.0
+            && let Some(face) = self.best_exposed_face(at, moments, exposure)
+        {
+            manifold_across(a, b, face, reach, plane_of, scratch, out);
+            out.retain(|touch| self.permits(touch, at, moments, exposure));
+        }
+        keep_one_plane(out, a.1, b.1);
+        (gap, out.is_empty())
+    }
+
+    /// True if `touch`, found at the poses `at`, exists at one of the `moments` (poses of the bodies).
+    fn permits(
+        &self,
+        touch: &ManifoldPoint,
+        at: &[Pose],
+        moments: &[&[Pose]],
+        scratch: &mut ExposureScratch,
+    ) -> bool {
+        let points = self.surface_points(touch, at);
+        moments
+            .iter()
+            .any(|poses| (0..2).all(|side| self.is_exposed(side, &points[side], poses, scratch)))
+    }
+
+    /// The flat face of one of the pieces along which they overlap least with the bodies at `poses`,
+    /// among those that are exposed at one of the `moments`. It is examined at the deepest point of the
+    /// other piece.
+    pub(super) fn best_exposed_face(
+        &self,
+        poses: &[Pose],
+        moments: &[&[Pose]],
+        scratch: &mut ExposureScratch,
+    ) -> Option<(PieceSide, usize)> {
+        let placed = self.colliders.map(|collider| placed(self.world, poses, collider));
+        let mut faces = Vec::new();
+        for (side, of) in [PieceSide::A, PieceSide::B].into_iter().enumerate() {
+            let ((piece, pose), (other, other_pose)) = (placed[side], placed[1 - side]);
+            for face in flat_faces(piece) {
+                let normal = piece.core().faces()[face].normal;
+                let inward = -other_pose.rotation.tr_mul(&(pose.rotation * normal));
+                let deepest = other_pose.position + other_pose.rotation * other.farthest(&inward);
+                let deepest = pose.rotation.tr_mul(&(deepest - pose.position));
+                let height = normal.dot(&deepest) - piece.core().faces()[face].offset;
+                let nearest = piece.core().nearest_in_face(face, &deepest);
+                let point = nearest + normal * piece.radius();
+                faces.push((height - piece.radius(), side, (of, face), point, normal));
+            }
+        }
+        faces.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let mut is_exposed = |side: usize, point: &Vector3<f64>, normal: &Vector3<f64>| {
+            moments.iter().any(|poses| self.exposes_face(side, point, normal, poses, scratch))
+        };
+        faces
+            .iter()
+            .find(|(_, side, _, point, normal)| is_exposed(*side, point, normal))
+            .map(|face| face.2)
+    }
+
+    /// True if the face of collider `side` with the outward `normal` (frame of its owner) is exposed
+    /// at `point` (m, same frame) with the bodies at `poses`.
+    fn exposes_face(
+        &self,
+        side: usize,
+        point: &Vector3<f64>,
+        normal: &Vector3<f64>,
+        poses: &[Pose],
+        scratch: &mut ExposureScratch,
+    ) -> bool {
+        let (piece, pose) = placed(self.world, poses, self.colliders[side]);
+        let within = self.flush_within(poses);
+        let ExposureScratch { own, others, beside, .. } = scratch;
+        piece.surface_at(point, within, &mut own.normals);
+        own.normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
+        let x = pose.position + pose.rotation * point;
+        let m = pose.rotation * normal;
+        let count = self.gather(side, &x, within, poses, others);
+        self.is_face_exposed(side, &x, &m, within, poses, (own, &others[..count], beside))
+    }
+
+    /// True if the surface `points` of both colliders with their outward normals (m, world, at the
+    /// poses `at`) are exposed at one of the `moments`.
+    pub(super) fn shows(
+        &self,
+        points: [(Vector3<f64>, Vector3<f64>); 2],
+        at: &[Pose],
+        moments: &[&[Pose]],
+        scratch: &mut ExposureScratch,
+    ) -> bool {
+        let poses = self.colliders.map(|collider| placed(self.world, at, collider).1);
+        let points = [0, 1].map(|side| SurfacePoint {
+            point: poses[side].rotation.tr_mul(&(points[side].0 - poses[side].position)),
+            normal: poses[side].rotation.tr_mul(&points[side].1),
+            part: None,
+        });
+        moments
+            .iter()
+            .any(|poses| (0..2).all(|side| self.is_exposed(side, &points[side], poses, scratch)))
+    }
+
+    /// The touching points of both pieces and their outward normals.
+    fn surface_points(&self, touch: &ManifoldPoint, at: &[Pose]) -> [SurfacePoint; 2] {
+        let [a, b] = self.colliders.map(|collider| placed(self.world, at, collider).1);
+        let (of_point, of_plane) = match touch.point_of {
+            PieceSide::A => (a, b),
+            PieceSide::B => (b, a),
+        };
+        let normal = of_plane.rotation * touch.normal;
+        let centre = of_point.position + of_point.rotation * touch.point;
+        let on_point = centre - normal * touch.point_radius;
+        let on_plane = on_point - normal * touch.gap;
+        let of = |pose: &Pose, point: Vector3<f64>, normal: Vector3<f64>, side: PieceSide| {
+            SurfacePoint {
+                point: pose.rotation.tr_mul(&(point - pose.position)),
+                normal: pose.rotation.tr_mul(&normal),
+                part: part_on(touch.feature, side),
+            }
+        };
+        match touch.point_of {
+            PieceSide::A => {
+                [of(a, on_point, -normal, PieceSide::A), of(b, on_plane, normal, PieceSide::B)]
+            }
+            PieceSide::B => {
+                [of(a, on_plane, normal, PieceSide::A), of(b, on_point, -normal, PieceSide::B)]
+            }
+        }
+    }
+
+    /// Distance within which surfaces are one (m).
+    fn flush_within(&self, poses: &[Pose]) -> f64 {
+        let [a, b] = self.colliders.map(|collider| size(placed(self.world, poses, collider).0));
+        FLUSH * a.min(b)
+    }
+
+    /// True if collider `side` has the contact point `at` with the bodies at `poses`.
+    fn is_exposed(
+        &self,
+        side: usize,
+        at: &SurfacePoint,
+        poses: &[Pose],
+        scratch: &mut ExposureScratch,
+    ) -> bool {
+        let within = self.flush_within(poses);
+        let (piece, pose) = placed(self.world, poses, self.colliders[side]);
+        let x = pose.position + pose.rotation * at.point;
+        let ExposureScratch { own, others, beside, exposed, ends } = scratch;
+        let count = self.gather(side, &x, within, poses, others);
+        if count == 0 {
+            return true;
+        }
+        let others = &others[..count];
+        if !piece.surface_at(&at.point, within, &mut own.normals) {
+            return true;
+        }
+        own.normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
+        // The normal of the other piece's plane as this piece has it. A corner above the plane is not
+        // exactly across it.
+        let n = pose.rotation * at.normal;
+        let Some(n) = (n - rise(&own.normals, &n)).try_normalize(0.0) else { return true };
+        let (toucher, toucher_pose) = placed(self.world, poses, self.colliders[1 - side]);
+        let centre = toucher_pose.position + toucher_pose.rotation * toucher.core().centre();
+        if !is_on_its_side(std::iter::once(&*own).chain(others), &n, &(centre - x)) {
+            return false;
+        }
+        if others.iter().any(|other| !is_in_cone(&other.normals, &n)) {
+            exposed.clear();
+            for index in 0..own.normals.len() {
+                let m = own.normals[index];
+                if self.is_face_exposed(side, &x, &m, within, poses, (own, others, beside)) {
+                    exposed.push(m);
+                }
+            }
+            if !is_in_cone(exposed, &n) {
+                return false;
+            }
+        }
+        let free = match at.part {
+            Some(CorePart::Vertex(_)) => PI + LEVEL,
+            Some(CorePart::Edge(_) | CorePart::Lateral) => PI - LEVEL,
+            Some(CorePart::End(_)) | None => return true,
+        };
+        let level = others.iter().filter(|other| is_in_cone(&other.normals, &n));
+        leaves_free(std::iter::once(&*own).chain(level), &n, free, ends)
+    }
+
+    /// Writes the surfaces of the other pieces at `x` (m, world) beside collider `side`, which the
+    /// body of the other collider may touch. Returns their number.
+    fn gather(
+        &self,
+        side: usize,
+        x: &Vector3<f64>,
+        within: f64,
+        poses: &[Pose],
+        others: &mut Vec<LocalSurface>,
+    ) -> usize {
+        let mut count = 0;
+        self.each_beside(side, poses, x, |normals_at| {
+            if others.len() == count {
+                others.push(LocalSurface::default());
+            }
+            if normals_at(x, within, &mut others[count].normals) {
+                count += 1;
+            }
+        });
+        count
+    }
+
+    /// Visits the pieces around `x` (m, world) that may hide the surface of collider `side`. `visit`
+    /// gets a function that writes the normals of the piece at a point, and returns false outside it.
+    fn each_beside(
+        &self,
+        side: usize,
+        poses: &[Pose],
+        x: &Vector3<f64>,
+        mut visit: impl FnMut(&dyn Fn(&Vector3<f64>, f64, &mut Vec<Vector3<f64>>) -> bool),
+    ) {
+        let (own, toucher) = (self.colliders[side].owner, self.colliders[1 - side].owner);
+        if let (PieceOwner::Body(body), Some(ground)) = (toucher, self.world.ground())
+            && self.world.may_touch(body, Partner::Ground)
+        {
+            let (normal, offset) = (*ground.normal(), ground.offset());
+            visit(&|point, within, normals| {
+                let height = normal.dot(point) - offset;
+                normals.clear();
+                if height >= -within {
+                    normals.push(normal);
+                }
+                height <= within
+            });
+        }
+        let mut add = |number: usize, other: Collider| {
+            if self.numbers.contains(&number) || other.owner == toucher {
+                return;
+            }
+            if other.owner != own && !may_touch(self.world, toucher, other.owner) {
+                return;
+            }
+            let (piece, pose) = placed(self.world, poses, other);
+            let centre = pose.position + pose.rotation * piece.core().centre();
+            let reach = piece.bounding_radius() + BESIDE * FLUSH * piece.bounding_radius();
+            if (x - centre).norm_squared() > reach * reach {
+                return;
+            }
+            visit(&|point, within, normals| {
+                let seen = pose.rotation.tr_mul(&(point - pose.position));
+                let is_there = piece.surface_at(&seen, within, normals);
+                normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
+                is_there
+            });
+        };
+        self.partners.each_near(self.numbers, &mut add);
+    }
+
+    /// True if the face of collider `side` with the normal `m` is exposed at `x` or beside it.
+    fn is_face_exposed(
+        &self,
+        side: usize,
+        x: &Vector3<f64>,
+        m: &Vector3<f64>,
+        within: f64,
+        poses: &[Pose],
+        (own, others, beside): (&LocalSurface, &[LocalSurface], &mut LocalSurface),
+    ) -> bool {
+        let hides = |other: &&LocalSurface| !is_in_cone(&other.normals, m);
+        let hiding = || others.iter().filter(hides);
+        if hiding().next().is_none() {
+            return true;
+        }
+        // Directions in the face away from the pieces that hide it.
+        let along = |away: &Vector3<f64>| {
+            let mut w = away - m * m.dot(away);
+            for n in own.normals.iter().filter(|n| n.dot(m) < 1.0 - LEVEL) {
+                let out = n.dot(&w);
+                if out > 0.0 {
+                    let rest = n - m * m.dot(n);
+                    w -= rest * (out / rest.norm_squared());
+                }
+            }
+            w.try_normalize(LEVEL)
+        };
+        let is_clear = |w: &Vector3<f64>, normals: &mut Vec<Vector3<f64>>| {
+            if own.normals.iter().any(|n| n.dot(m) < 1.0 - LEVEL && n.dot(w) > LEVEL) {
+                return false;
+            }
+            let place = x + w * (BESIDE * within);
+            let mut clear = true;
+            self.each_beside(side, poses, &place, |normals_at| {
+                clear &= !normals_at(&place, within, normals) || is_in_cone(normals, m);
+            });
+            clear
+        };
+        let mut sum = Vector3::zeros();
+        for other in hiding() {
+            for away in &other.normals {
+                sum += away;
+                if along(away).is_some_and(|w| is_clear(&w, &mut beside.normals)) {
+                    return true;
+                }
+            }
+        }
+        along(&sum).is_some_and(|w| is_clear(&w, &mut beside.normals))
+    }
+}
+
+/// Keeps the contact points whose normals are nearly those of the deepest one.
+///
+/// A plane stops a point wherever it meets the plane, even beside the face. Two convex pieces that
+/// touch are separated by one plane. Another one joins if a step without it overlaps the pair.
+fn keep_one_plane(touches: &mut Vec<ManifoldPoint>, a: &Pose, b: &Pose) {
+    let normal = |touch: &ManifoldPoint| match touch.point_of {
+        PieceSide::A => b.rotation * touch.normal,
+        PieceSide::B => -(a.rotation * touch.normal),
+    };
+    let deepest = touches.iter().min_by(|one, other| one.gap.total_cmp(&other.gap));
+    if let Some(deepest) = deepest.map(normal) {
+        touches.retain(|touch| normal(touch).dot(&deepest) >= ONE_PLANE);
+    }
+}
+
+/// True if the two owners are obstacles for each other: not kept apart, and not both fixed.
+fn may_touch(world: &World, one: PieceOwner, other: PieceOwner) -> bool {
+    match (one, other) {
+        (PieceOwner::Body(body), other) | (other, PieceOwner::Body(body)) => {
+            world.may_touch(body, other.partner())
+        }
+        (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => false,
+    }
+}
+
+/// Vertex or edge of `feature` on one side.
+fn part_on(feature: Feature, side: PieceSide) -> Option<CorePart> {
+    match (feature, side) {
+        (Feature::Vertex(of, vertex), side) if of == side => Some(CorePart::Vertex(vertex)),
+        (Feature::Edges(edge, _), PieceSide::A) | (Feature::Edges(_, edge), PieceSide::B) => {
+            Some(CorePart::Edge(edge))
+        }
+        (Feature::Vertices(vertex, _), PieceSide::A)
+        | (Feature::Vertices(_, vertex), PieceSide::B) => Some(CorePart::Vertex(vertex)),
+        (Feature::Round(part, _), PieceSide::A) | (Feature::Round(_, part), PieceSide::B) => {
+            Some(part)
+        }
+        (Feature::Vertex(..) | Feature::Ellipsoid(..), _) => None,
+    }
+}
+
+/// True unless all facets among the `surfaces` at a point have the outward normal `n` of a contact on
+/// one side and the other piece's centre on the other side. `way` is the vector to the centre (m).
+fn is_on_its_side<'a>(
+    surfaces: impl Iterator<Item = &'a LocalSurface>,
+    n: &Vector3<f64>,
+    way: &Vector3<f64>,
+) -> bool {
+    let mut facets = surfaces.filter_map(|of| match of.normals[..] {
+        [up, down, ..] if up == -down => Some(up),
+        _ => None,
+    });
+    let is_on_side = |up: Vector3<f64>| up.dot(n) * up.dot(way) >= 0.0;
+    facets.next().is_none_or(|first| is_on_side(first) || facets.any(is_on_side))
+}
+
+/// Projection of the unit vector `n` on the tangent cone of the `normals`. It is zero if n is a
+/// combination of normals with positive weights.
+///
+/// It is n itself, or lies in the plane across one normal, or on the line across two. Of those in the
+/// cone it is the longest.
+fn rise(normals: &[Vector3<f64>], n: &Vector3<f64>) -> Vector3<f64> {
+    if normals.iter().any(|m| (m - n).norm_squared() <= LEVEL * LEVEL) {
+        return Vector3::zeros();
+    }
+    let is_allowed = |w: &Vector3<f64>| normals.iter().all(|m| m.dot(w) <= LEVEL * w.norm());
+    if is_allowed(n) {
+        return *n;
+    }
+    let mut longest = Vector3::zeros();
+    let mut keep = |w: Vector3<f64>| {
+        if w.norm_squared() > longest.norm_squared() && is_allowed(&w) {
+            longest = w;
+        }
+    };
+    for (index, m) in normals.iter().enumerate() {
+        keep(n - m * m.dot(n));
+        for other in &normals[index + 1..] {
+            if let Some(line) = m.cross(other).try_normalize(LEVEL) {
+                keep(line * line.dot(n));
+            }
+        }
+    }
+    longest
+}
+
+/// True if the unit vector `n` is a combination of the `normals` with positive weights, to
+/// [`LEVEL`].
+fn is_in_cone(normals: &[Vector3<f64>], n: &Vector3<f64>) -> bool {
+    rise(normals, n).norm_squared() <= LEVEL * LEVEL
+}
+
+/// True if the level directions (eq. 4e) of the surfaces leave an arc of the circle about `n` free
+/// that is longer than `free` (rad). `ends` is a workspace.
+fn leaves_free<'a>(
+    surfaces: impl Iterator<Item = &'a LocalSurface> + Clone,
+    n: &Vector3<f64>,
+    free: f64,
+    ends: &mut Vec<f64>,
+) -> bool {
+    let axis = Vector3::ith(n.iamin(), 1.0);
+    let first = (axis - n * n.dot(&axis)).normalize();
+    let second = n.cross(&first);
+    let direction = |angle: f64| {
+        let (sine, cosine) = libm::sincos(angle);
+        first * cosine + second * sine
+    };
+    let has = |of: &LocalSurface, w: &Vector3<f64>| {
+        of.normals.iter().all(|m| {
+            let across = m - n * n.dot(m);
+            across.norm() <= LEVEL || across.dot(w) <= LEVEL * across.norm()
+        })
+    };
+    let is_level = |angle: f64| {
+        let w = direction(angle);
+        surfaces.clone().any(|of| has(of, &w))
+    };
+    // Ends of the level directions of each surface.
+    ends.clear();
+    for of in surfaces.clone() {
+        let lines = of.normals.iter().filter_map(|m| n.cross(m).try_normalize(LEVEL));
+        let ways = lines.flat_map(|line| [line, -line]).filter(|w| has(of, w));
+        ends.extend(ways.map(|w| f64::atan2(second.dot(&w), first.dot(&w))));
+    }
+    let after = |from: f64| {
+        let turns = ends.iter().map(|angle| (angle - from).rem_euclid(TAU));
+        turns.filter(|turn| (LEVEL..TAU - LEVEL).contains(turn)).fold(TAU, f64::min)
+    };
+    if ends.is_empty() {
+        return !is_level(0.0);
+    }
+    ends.iter().any(|from| {
+        let arc = after(*from);
+        arc > free && !is_level(from + 0.5 * arc)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn surface(normals: &[[f64; 3]]) -> LocalSurface {
+        LocalSurface { normals: normals.iter().map(|n| Vector3::from(*n)).collect() }
+    }
+
+    #[test]
+    fn cone_of_normals_has_its_combinations_only() {
+        let (x, z) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        let edge = surface(&[x, z]).normals;
+        let is_in = |n: [f64; 3]| is_in_cone(&edge, &Vector3::from(n).normalize());
+        assert!(is_in(x) && is_in(z) && is_in([1.0, 0.0, 2.0]));
+        assert!(!is_in([-1e-3, 0.0, 1.0]) && !is_in([1.0, 1e-3, 1.0]) && !is_in([-1.0, 0.0, 0.0]));
+        // No normal: the inside of a piece.
+        assert!(!is_in_cone(&[], &Vector3::z()));
+        // Both sides of a facet.
+        let facet = surface(&[z, [0.0, 0.0, -1.0], x]).normals;
+        assert!(is_in_cone(&facet, &Vector3::z()) && is_in_cone(&facet, &-Vector3::z()));
+        assert!(is_in_cone(&facet, &Vector3::new(0.6, 0.0, -0.8)));
+        assert!(!is_in_cone(&facet, &-Vector3::x()));
+    }
+
+    #[test]
+    fn ends_of_level_surfaces_are_found() {
+        let n = Vector3::z();
+        let z = [0.0, 0.0, 1.0];
+        let half = |x: f64, y: f64| surface(&[z, [x, y, 0.0]]);
+        let is_end = |surfaces: &[LocalSurface], free: f64| {
+            leaves_free(surfaces.iter(), &n, free, &mut Vec::new())
+        };
+        let (vertex, edge) = (PI + LEVEL, PI - LEVEL);
+        // Corner of a face, its side, and its inside.
+        let corner = surface(&[z, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        assert!(is_end(std::slice::from_ref(&corner), vertex));
+        assert!(!is_end(&[half(1.0, 0.0)], vertex) && is_end(&[half(1.0, 0.0)], edge));
+        assert!(!is_end(&[surface(&[z])], edge));
+        // Two halves make a plane, two corners a side.
+        assert!(!is_end(&[half(1.0, 0.0), half(-1.0, 0.0)], edge));
+        let beside = surface(&[z, [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        assert!(!is_end(&[corner.clone(), beside.clone()], vertex));
+        assert!(is_end(&[corner, beside], edge));
+        // A tilted edge: its line alone is level.
+        let ridge = surface(&[[0.6, 0.0, 0.8], [-0.6, 0.0, 0.8]]);
+        assert!(is_end(std::slice::from_ref(&ridge), edge) && !is_end(&[ridge], vertex));
+    }
+}

@@ -1,0 +1,274 @@
+//! Placement of loaded contacts: whether a contact is where two pieces touch.
+//!
+//! The certificate judges how well the equations of a set of contacts are solved. This module judges
+//! the set, from the shapes alone. With the pieces a and b of a loaded contact at the end of the step,
+//! its normal n, its gap φ and its touching point x,
+//!
+//! ```text
+//! s = min_a n·x − max_b n·x,
+//! e = max( |s − φ| − δ_φ,   d_a(x) − δ_x,   d_b(x) − δ_x ),                (eq. 18g)
+//! δ_φ = 10⁻⁷ ℓ + (ϑ r + τ) ϑ + 0.03 τ + o,   δ_x = δ_φ + τ,   ϑ = h (|ω_A| + |ω_B|)
+//! ```
+//!
+//! s is the separation of the pieces along the normal, from their support functions. The normal is
+//! fixed in B, fixed in A, across both edges if two edges touch, or along the shortest line if that is
+//! within ϑ + 0.03 rad. The largest s counts. d is the height of the point above a piece.
+//!
+//! Points and planes are fixed to their bodies within a step, so rotation and motion are allowed for.
+//! τ is the way of the touching point over both bodies in the step. A plane continues that far beyond
+//! its face. ℓ is the reach of the smaller piece, r that of the larger body, and o the overlap of the
+//! pair, which is reported. A continued distance (4b) may be smaller than s. A contact on a
+//! [hidden](super::exposure) face has the error ℓ.
+//!
+//! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
+//! first order in ϑ.
+
+use super::collider::{Collider, PieceOwner, placed, size};
+use super::curved::Core;
+use super::exposure::{Exposure, ExposureScratch};
+use super::partners::Partners;
+use super::{Contact, Curved, Partner};
+use crate::geometry::{Feature, Hint, PairScratch, Piece, nearest_shares, separation as separate};
+use crate::mechanics::Pose;
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3};
+
+/// Rounding and drift of gaps and places, as a fraction of the smaller piece.
+const ROUNDING: f64 = 1e-7;
+
+/// Angle up to which a contact point has the normal of a face instead of that of the shortest line (rad),
+/// see [`manifold`](crate::geometry::manifold()).
+const ACROSS: f64 = 0.03;
+
+/// Workspace of the check.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PlacementScratch {
+    pub(super) exposure: ExposureScratch,
+    hint: Hint,
+    pair: PairScratch,
+}
+
+/// Poses of the bodies at both ends of a step.
+pub(super) struct PlacementCheck<'a> {
+    pub(super) world: &'a World,
+    pub(super) partners: &'a Partners,
+    pub(super) start: &'a [Pose],
+    pub(super) end: &'a [Pose],
+}
+
+impl PlacementCheck<'_> {
+    /// Error of a loaded contact between two pieces (eq. 18g) (m); 0 if it is where they touch. NaN if
+    /// the world does not have its pieces.
+    pub(super) fn error(&self, contact: &Contact, scratch: &mut PlacementScratch) -> f64 {
+        let Some(named) = self.colliders_of(contact) else { return f64::NAN };
+        let mut colliders = named;
+        let (poses, is_end) =
+            if contact.bounces() { (self.start, false) } else { (self.end, true) };
+        if self.world.terrain(fixed_index(contact)).is_some() {
+            colliders[1] = self.nearest_triangle(contact, colliders, poses);
+        }
+        let [a, b] = colliders.map(|(_, collider)| placed(self.world, poses, collider));
+        let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b.1);
+        let gap = contact.gap_at(a.1, b_pose);
+        let (normal, on_a) = touching_point(contact, a.1, b.1);
+        let on_b = on_a - normal * gap;
+
+        let length = size(a.0).min(size(b.0));
+        let (turned, travel) = (self.turn(contact), self.travel(contact));
+        let rounding = ROUNDING * length;
+        let reach = self.reach(contact);
+        let by_turn = if is_end { turned * reach + travel } else { reach };
+        let second_order = by_turn * turned + travel * ACROSS;
+        let along = |n: &Vector3<f64>| -extent(a, &-n) - extent(b, n);
+        let mut separation = along(&normal);
+        for other in self.normals(contact, &normal, a.1) {
+            separation = separation.max(along(&other));
+        }
+        let PlacementScratch { exposure, hint, pair } = scratch;
+        let nearest = separate(a, b, hint, pair);
+        if -nearest.axis.dot(&normal) >= libm::cos(turned + ACROSS) {
+            separation = separation.max(nearest.distance);
+        }
+        let overlap = (-nearest.distance).max(0.0);
+        let continued = contact.features.curved.as_ref().and_then(Curved::cores).is_some();
+        let misses = match separation - gap {
+            above if above > 0.0 && continued => 0.0,
+            other => other.abs() - rounding - second_order - overlap,
+        };
+        let far = |(piece, pose): (&Piece, &Pose), point: &Vector3<f64>| {
+            piece.height_of(&pose.rotation.tr_mul(&(point - pose.position)))
+        };
+        let off_b = match self.world.terrain(fixed_index(contact)) {
+            // A plane of a terrain belongs to all triangles in it.
+            Some(_) => 0.0,
+            None => far(b, &on_b),
+        };
+        let beside = far(a, &on_a).max(off_b) - rounding - travel - second_order - overlap;
+        let error = misses.max(beside).max(0.0);
+        if error > 0.0 || !self.partners.has_others(colliders.map(|(number, _)| number)) {
+            return error;
+        }
+        let is_shown = [self.start, self.end]
+            .into_iter()
+            .any(|poses| self.is_shown(contact, named, poses, exposure));
+        if is_shown { 0.0 } else { length }
+    }
+
+    /// True if the contact is on exposed surfaces where it is with the bodies at `poses`.
+    fn is_shown(
+        &self,
+        contact: &Contact,
+        mut colliders: [(usize, Collider); 2],
+        poses: &[Pose],
+        scratch: &mut ExposureScratch,
+    ) -> bool {
+        if self.world.terrain(fixed_index(contact)).is_some() {
+            colliders[1] = self.nearest_triangle(contact, colliders, poses);
+        }
+        let of = Exposure {
+            world: self.world,
+            partners: self.partners,
+            colliders: colliders.map(|(_, collider)| collider),
+            numbers: colliders.map(|(number, _)| number),
+        };
+        let [a, b] = of.colliders.map(|collider| placed(self.world, poses, collider).1);
+        let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b);
+        let (normal, on_a) = touching_point(contact, a, b);
+        let points = [(on_a, -normal), (on_a - normal * contact.gap_at(a, b_pose), normal)];
+        of.shows(points, poses, &[self.start, self.end], scratch)
+    }
+
+    /// Colliders of a contact with their numbers, A first.
+    fn colliders_of(&self, contact: &Contact) -> Option<[(usize, Collider); 2]> {
+        let pair = contact.key.pair?;
+        let of = |owner: PieceOwner, piece: usize| {
+            let number = self.partners.number(owner, piece)?;
+            Some((number, Collider { owner, piece }))
+        };
+        let owner = match contact.key.partner {
+            Partner::Body(body) => PieceOwner::Body(body),
+            Partner::Fixed(index) => PieceOwner::Fixed(index),
+            Partner::Ground => return None,
+        };
+        Some([of(PieceOwner::Body(contact.key.body), pair.pieces.0)?, of(owner, pair.pieces.1)?])
+    }
+
+    /// The triangle at a contact with a terrain. A plane of a terrain belongs to all triangles in it, and
+    /// the key names the first.
+    fn nearest_triangle(
+        &self,
+        contact: &Contact,
+        [(number, a), b]: [(usize, Collider); 2],
+        poses: &[Pose],
+    ) -> (usize, Collider) {
+        let pose = &poses[contact.key.body];
+        let still = placed(self.world, poses, b.1).1;
+        let (_, point) = touching_point(contact, pose, still);
+        let (mut nearest, mut height) = (b, placed(self.world, poses, b.1).0.height_of(&point));
+        self.partners.each_near([number, b.0], &mut |other, collider| {
+            if collider.owner == b.1.owner && collider.owner != a.owner {
+                let above = placed(self.world, poses, collider).0.height_of(&point);
+                if above < height {
+                    (nearest, height) = ((other, collider), above);
+                }
+            }
+        });
+        nearest
+    }
+
+    /// Other normals of the contact at the end: fixed in A, and across two edges.
+    fn normals(&self, contact: &Contact, normal: &Vector3<f64>, a: &Pose) -> [Vector3<f64>; 2] {
+        let start = &self.start[contact.key.body];
+        let with_a = a.rotation * start.rotation.tr_mul(&contact.normal());
+        let edges = self.edges(contact, self.end);
+        let across = edges.and_then(|[u, v]| u.along.cross(&v.along).try_normalize(0.0));
+        [with_a, across.map_or(with_a, |across| across * across.dot(normal).signum())]
+    }
+
+    /// Edges of a contact between two edges (m, world), that of A first.
+    fn edges(&self, contact: &Contact, poses: &[Pose]) -> Option<[Core; 2]> {
+        let Feature::Edges(first, second) = contact.key.pair?.feature else { return None };
+        // The features of a pair are in the order of the bodies.
+        let numbers = match contact.key.partner {
+            Partner::Body(other) if other < contact.key.body => [second, first],
+            _ => [first, second],
+        };
+        let colliders = self.colliders_of(contact)?.map(|(_, collider)| collider);
+        let edge = |side: usize| {
+            let (piece, pose) = placed(self.world, poses, colliders[side]);
+            let ends = piece.core().edges().get(numbers[side] as usize)?.vertices;
+            let [from, to] = ends.map(|end| piece.core().vertices()[end as usize]);
+            Some(Core { from, along: to - from }.moved(&pose.rotation, &pose.position))
+        };
+        Some([edge(0)?, edge(1)?])
+    }
+
+    /// τ: way of the touching point over both bodies in the step (m).
+    fn travel(&self, contact: &Contact) -> f64 {
+        let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+        let places = [self.start, self.end].map(|poses| {
+            let a = &poses[contact.key.body];
+            let b = contact.key.partner.body().map_or(&still, |body| &poses[body]);
+            let crossing = self.edges(contact, poses).map(|[u, v]| {
+                let (s, t) = nearest_shares(&u.from, &u.along, &v.from, &v.along);
+                [u.at(s), v.at(t)]
+            });
+            let [on_a, on_b] = crossing.unwrap_or_else(|| [touching_point(contact, a, b).1; 2]);
+            let seen = |pose: &Pose, x: &Vector3<f64>| pose.rotation.tr_mul(&(x - pose.position));
+            [seen(a, &on_a), seen(b, &on_b)]
+        });
+        let [start, end] = places;
+        let normal = contact.features.frame.column(2);
+        let over_b = end[1] - start[1];
+        (end[0] - start[0]).norm() + (over_b - normal * normal.dot(&over_b)).norm()
+    }
+
+    /// ℓ: largest reach of the bodies of a contact (m).
+    fn reach(&self, contact: &Contact) -> f64 {
+        let bodies = self.world.bodies();
+        contact.key.bodies().map(|body| bodies[body].reach()).fold(0.0, f64::max)
+    }
+
+    /// ϑ: rotation of both bodies in the step (rad).
+    fn turn(&self, contact: &Contact) -> f64 {
+        let turn = |body: usize| (self.end[body].rotation - self.start[body].rotation).norm();
+        contact.key.bodies().map(turn).sum()
+    }
+}
+
+/// Index of the fixed partner of a contact.
+fn fixed_index(contact: &Contact) -> usize {
+    match contact.key.partner {
+        Partner::Fixed(index) => index,
+        Partner::Body(_) | Partner::Ground => usize::MAX,
+    }
+}
+
+/// Largest n·x over a placed piece (m) for a unit vector n (world).
+fn extent((piece, pose): (&Piece, &Pose), n: &Vector3<f64>) -> f64 {
+    let farthest = piece.farthest(&pose.rotation.tr_mul(n));
+    n.dot(&(pose.position + pose.rotation * farthest))
+}
+
+/// Normal from B to A and touching point of A (m) with A at `a` and B at `b` (world).
+fn touching_point(contact: &Contact, a: &Pose, b: &Pose) -> (Vector3<f64>, Vector3<f64>) {
+    let features = &contact.features;
+    let normal = b.rotation * features.frame.column(2);
+    match &features.curved {
+        None => {
+            let centre = a.position + a.rotation * features.point;
+            (normal, centre - normal * features.radius)
+        }
+        Some(Curved::Ellipsoid(one)) => {
+            let inward = one.shape.farthest(&-a.rotation.tr_mul(&normal));
+            let lowest =
+                if inward == Vector3::zeros() { features.point } else { one.shape.centre + inward };
+            (normal, a.position + a.rotation * lowest)
+        }
+        Some(Curved::Cores(pair)) => {
+            let (point, way) = pair.nearest(a, b);
+            let normal = way.try_normalize(0.0).unwrap_or(normal);
+            (normal, point - normal * features.radius)
+        }
+    }
+}

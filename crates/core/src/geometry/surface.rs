@@ -1,0 +1,208 @@
+//! The surface of a piece near a point: the tangent cone of the piece there.
+//!
+//! Near a point x of its surface, a convex piece is the cone of the half-spaces of the faces at x,
+//!
+//! ```text
+//! T = { w : m·w ≤ 0 for all outward normals m at x }
+//! ```
+//!
+//! A curved surface counts as its tangent plane. A facet of a terrain has both normals, and at its
+//! border also the outward normals in its plane.
+
+use super::facet;
+use super::segment::{nearest, span};
+use super::{Ellipsoid, Hull, Piece, Smooth};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::TAU;
+
+/// Number of normals by which the tip of a cone is represented.
+const NORMALS_AT_TIP: u32 = 8;
+
+impl Piece {
+    /// Writes the outward unit normals of the surfaces within the distance `within` (m) of `point`
+    /// to `normals` (all in the body frame).
+    ///
+    /// There are none deep inside the piece. Returns false if the point is outside by more than
+    /// `within`.
+    pub(crate) fn surface_at(
+        &self,
+        point: &Vector3<f64>,
+        within: f64,
+        normals: &mut Vec<Vector3<f64>>,
+    ) -> bool {
+        normals.clear();
+        self.all_surfaces(point, within, |height, normal| {
+            if height >= -within {
+                normals.push(normal);
+            }
+            height <= within
+        })
+    }
+
+    /// Largest height of a point above the surfaces of the piece (m, body frame): a lower bound of its
+    /// distance, exact above a face. Negative inside.
+    pub(crate) fn height_of(&self, point: &Vector3<f64>) -> f64 {
+        let mut highest = f64::NEG_INFINITY;
+        self.all_surfaces(point, 0.0, |height, _| {
+            highest = f64::max(highest, height);
+            true
+        });
+        highest
+    }
+
+    /// True if `visit` holds for the height (m) of `point` above each surface and the normal there.
+    /// Stops at the first for which it does not. Points closer than `near` (m) to the tip of a cone are
+    /// at the tip.
+    fn all_surfaces(
+        &self,
+        point: &Vector3<f64>,
+        near: f64,
+        mut visit: impl FnMut(f64, Vector3<f64>) -> bool,
+    ) -> bool {
+        match self.smooth() {
+            None if self.radius() > 0.0 => match outside(self.core(), point) {
+                Some(offset) => offset
+                    .try_normalize(0.0)
+                    .is_none_or(|normal| visit(offset.norm() - self.radius(), normal)),
+                None => true,
+            },
+            None => {
+                let mut faces = self.core().faces().iter();
+                faces.all(|face| visit(face.normal.dot(point) - face.offset, face.normal))
+                    && facet::borders(self.core())
+                        .all(|(from, out)| visit(out.dot(&(point - from)), out))
+            }
+            Some(Smooth::Cylinder([from, to])) => {
+                let axis = (to.centre - from.centre).normalize();
+                let across = (point - from.centre) - axis * axis.dot(&(point - from.centre));
+                let radius = from.axes.column(0).norm();
+                visit(-axis.dot(&(point - from.centre)), -axis)
+                    && visit(axis.dot(&(point - to.centre)), axis)
+                    && across
+                        .try_normalize(0.0)
+                        .is_none_or(|normal| visit(across.norm() - radius, normal))
+            }
+            Some(Smooth::Cone { base, apex: (_, apex) }) => {
+                let (axis, sine) = self.smooth().and_then(Smooth::cone).unwrap_or_default();
+                let cosine = (1.0 - sine * sine).sqrt();
+                let way = point - apex;
+                let across = way - axis * axis.dot(&way);
+                if !visit(-axis.dot(&(point - base.centre)), -axis) {
+                    return false;
+                }
+                let mut lateral = |out: Vector3<f64>| {
+                    let normal = out * cosine + axis * sine;
+                    visit(normal.dot(&way), normal)
+                };
+                if across.norm() > near {
+                    return lateral(across.normalize());
+                }
+                let first = base.axes.column(0).normalize();
+                let second = axis.cross(&first);
+                (0..NORMALS_AT_TIP).all(|at| {
+                    let turn = TAU * f64::from(at) / f64::from(NORMALS_AT_TIP);
+                    let (sine, cosine) = libm::sincos(turn);
+                    lateral(first * cosine + second * sine)
+                })
+            }
+            Some(Smooth::Ellipsoid(one)) => {
+                let (height, normal) = above(one, point);
+                visit(height, normal)
+            }
+        }
+    }
+}
+
+/// Height of a point above an ellipsoid to first order (m), and the normal there.
+///
+/// With y = S⁻¹ (x − c) the surface is |y| = 1, and the gradient of |y| is S⁻ᵀ y/|y|.
+fn above(one: &Ellipsoid, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    let y = one.coordinates(point);
+    let squares =
+        Matrix3::from_diagonal(&Vector3::from_fn(|at, _| 1.0 / one.axes.column(at).norm_squared()));
+    let gradient = one.axes * (squares * y);
+    match gradient.try_normalize(0.0) {
+        Some(normal) => (y.norm() * (y.norm() - 1.0) / gradient.norm(), normal),
+        None => (-one.size(), Vector3::z()),
+    }
+}
+
+/// Shortest vector from a core to a point outside it (m). `None` for a point inside a polyhedron.
+fn outside(core: &Hull, point: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let above = |face: &super::hull::Face| face.normal.dot(point) - face.offset;
+    if !core.faces().is_empty() && core.faces().iter().all(|face| above(face) <= 0.0) {
+        return None;
+    }
+    let mut best = core.vertices()[0];
+    let mut keep = |other: Vector3<f64>| {
+        if (point - other).norm_squared() < (point - best).norm_squared() {
+            best = other;
+        }
+    };
+    for edge in core.edges() {
+        let (from, along) = span(core.vertices(), edge);
+        keep(nearest(point, &from, &along));
+    }
+    for (index, face) in core.faces().iter().enumerate() {
+        if above(face) > 0.0 && core.is_over(index, point, 0.0) {
+            keep(point - face.normal * above(face));
+        }
+    }
+    Some(point - best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(piece: &Piece, point: [f64; 3]) -> Option<Vec<Vector3<f64>>> {
+        let mut normals = Vec::new();
+        piece.surface_at(&point.into(), 1e-6, &mut normals).then_some(normals)
+    }
+
+    #[test]
+    fn box_has_one_normal_on_a_face_three_at_a_corner_and_none_inside() {
+        let cube = Piece::cuboid(Vector3::repeat(1.0)).unwrap();
+        assert_eq!(at(&cube, [0.2, 0.3, 1.0]), Some(vec![Vector3::z()]));
+        assert_eq!(at(&cube, [1.0, 1.0, 1.0]).unwrap().len(), 3);
+        assert_eq!(at(&cube, [0.0, 0.0, 0.0]), Some(vec![]));
+        assert_eq!(at(&cube, [0.0, 0.0, 1.1]), None);
+        // The tolerance is that of a distance.
+        assert!(at(&cube, [0.0, 0.0, 1.0 + 0.9e-6]).is_some());
+        assert_eq!(at(&cube, [0.0, 0.0, 1.0 + 1.1e-6]), None);
+    }
+
+    #[test]
+    fn height_is_the_distance_above_a_face() {
+        let cube = Piece::cuboid(Vector3::repeat(1.0)).unwrap();
+        assert!((cube.height_of(&Vector3::new(0.3, 0.0, 1.5)) - 0.5).abs() < 1e-15);
+        assert!((cube.height_of(&Vector3::zeros()) + 1.0).abs() < 1e-15);
+        let ball = Piece::sphere(2.0).unwrap();
+        assert!((ball.height_of(&Vector3::new(3.0, 4.0, 0.0)) - 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn normals_of_curved_surfaces_are_gradients_of_their_equations() {
+        let close = |piece: &Piece, point: [f64; 3], expected: [f64; 3]| {
+            let found = at(piece, point).unwrap();
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!((found[0] - Vector3::from(expected)).norm() < 1e-9, "{found:?}");
+        };
+        close(&Piece::sphere(2.0).unwrap(), [0.0, 1.2, 1.6], [0.0, 0.6, 0.8]);
+        close(&Piece::capsule(1.0, 0.5).unwrap(), [0.3, 0.4, 0.7], [0.6, 0.8, 0.0]);
+        close(&Piece::cylinder(1.0, 0.5, 24).unwrap(), [0.3, 0.4, 0.7], [0.6, 0.8, 0.0]);
+        // Cone of height 2 and radius 1: the normal is (2, 1)/√5.
+        let root = 5.0_f64.sqrt();
+        let side = [2.0 / root, 0.0, 1.0 / root];
+        close(&Piece::cone(1.0, 1.0, 24).unwrap(), [0.5, 0.0, 0.0], side);
+        let egg = Piece::ellipsoid(Vector3::new(1.0, 2.0, 3.0), 24).unwrap();
+        // x²/1 + y²/4 = 1 at (0.6, 1.6): gradient (0.6, 0.4).
+        let length = 0.52_f64.sqrt();
+        close(&egg, [0.6, 1.6, 0.0], [0.6 / length, 0.4 / length, 0.0]);
+        let rounded = Piece::hull(
+            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector3::from),
+            0.1,
+        );
+        close(&rounded.unwrap(), [0.2, 0.2, -0.1], [0.0, 0.0, -1.0]);
+    }
+}

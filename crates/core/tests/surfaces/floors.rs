@@ -1,0 +1,124 @@
+//! Level floors of several pieces, with the top at z = 0.
+
+use crate::shapes::Random;
+use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::geometry::terrain::{HeightField, Surface};
+use tumble_core::geometry::{Piece, Terrain};
+use tumble_core::mechanics::{RigidBody, Rotation};
+use tumble_core::world::{Fixed, FixedTerrain, Parameters, World};
+
+/// Names of the floors of [`floor`].
+pub const FLOORS: [&str; 7] =
+    ["tiles", "bricks", "plates", "overlapping", "belts", "field", "mesh"];
+
+/// A world with `body` above a level plane.
+pub fn world(body: &RigidBody, ground: bool, friction: f64) -> World {
+    World::new(Parameters {
+        bodies: vec![body.clone()],
+        ground: ground.then(Plane::level),
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        friction,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap()
+}
+
+/// A box from `low` to `high` (m).
+pub fn block(low: [f64; 3], high: [f64; 3]) -> Fixed {
+    let (low, high) = (Vector3::from(low), Vector3::from(high));
+    let piece = Piece::cuboid((high - low) / 2.0).unwrap();
+    let piece = piece.moved_by(&Matrix3::identity(), &((low + high) / 2.0)).unwrap();
+    Fixed { piece, friction: None }
+}
+
+/// A world with `body` above the floor `name`, which covers |x|, |y| ≤ 6.
+pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut Random) -> World {
+    let lines = |random: &mut Random, least: f64, most: f64| {
+        let mut lines = vec![-6.0];
+        while lines[lines.len() - 1] < 6.0 {
+            lines.push(lines[lines.len() - 1] + random.between(least, most));
+        }
+        lines
+    };
+    let mut fixed = Vec::new();
+    let mut terrain = None;
+    let tiles = |lap: f64| {
+        let mut tiles = Vec::new();
+        for x in -6..6 {
+            for y in -6..6 {
+                let (x, y) = (f64::from(x), f64::from(y));
+                tiles.push(block([x - lap, y - lap, -0.2], [x + 1.0 + lap, y + 1.0 + lap, 0.0]));
+            }
+        }
+        tiles
+    };
+    match name {
+        "tiles" | "belts" => fixed = tiles(0.0),
+        "overlapping" => fixed = tiles(0.01),
+        "bricks" => {
+            // Rows of bricks whose joints are not in line.
+            for (low, high) in pairs(&lines(random, 0.2, 0.5)) {
+                for (from, to) in pairs(&lines(random, 0.3, 0.9)) {
+                    fixed.push(block([from, low, -random.between(0.1, 0.3)], [to, high, 0.0]));
+                }
+            }
+        }
+        "plates" => {
+            for _ in 0..12 {
+                let (x, y) = (random.between(-4.0, 4.0), random.between(-4.0, 4.0));
+                let (a, b) = (random.between(0.2, 1.0), random.between(0.2, 1.0));
+                fixed.push(block([x - a, y - b, -0.2], [x + a, y + b, 0.0]));
+            }
+        }
+        "field" => {
+            let heights = vec![0.0; 49 * 49];
+            let field = HeightField::new(heights, 49, [0.25, 0.25]).unwrap();
+            let corner = Vector3::new(-6.0, -6.0, 0.0);
+            let at = if field.point(0, 0).x < -1.0 { Vector3::zeros() } else { corner };
+            terrain = Some(Terrain::from(field.moved_by(&Matrix3::identity(), &at).unwrap()));
+        }
+        "mesh" => {
+            let count = 33;
+            let mut vertices = Vec::new();
+            for row in 0..count {
+                for column in 0..count {
+                    let mut place = |at: i32| {
+                        let inside = (1..count - 1).contains(&at);
+                        let shift = if inside { random.between(-0.1, 0.1) } else { 0.0 };
+                        -6.0 + 12.0 * f64::from(at) / f64::from(count - 1) + shift
+                    };
+                    vertices.push(Vector3::new(place(column), place(row), 0.0));
+                }
+            }
+            let mut triangles = Vec::new();
+            for row in 0..count as u32 - 1 {
+                for column in 0..count as u32 - 1 {
+                    let at = row * count as u32 + column;
+                    let above = at + count as u32;
+                    triangles.push([at, at + 1, above + 1]);
+                    triangles.push([at, above + 1, above]);
+                }
+            }
+            terrain = Some(Terrain::from(Surface::new(vertices, triangles).unwrap()));
+        }
+        _ => panic!("no floor is called {name}"),
+    }
+    let belts = if name == "belts" { fixed.len() } else { 0 };
+    let mut world = world(body, name == "plates", friction).with_fixed(fixed).unwrap();
+    if let Some(terrain) = terrain {
+        let terrain = Arc::new(terrain);
+        world = world.with_terrains(vec![FixedTerrain { terrain, friction: None }]).unwrap();
+    }
+    for index in 0..belts {
+        world = world.with_surface(Partner::Fixed(index), Vector3::new(0.7, 0.2, 0.0)).unwrap();
+    }
+    world
+}
+
+/// Neighbours in a list.
+fn pairs(lines: &[f64]) -> Vec<(f64, f64)> {
+    lines.windows(2).map(|two| (two[0], two[1])).collect()
+}

@@ -1,0 +1,9 @@
+//! Bodies on surfaces of several pieces: tiles, bricks, plates in the ground, belts and terrains. A
+//! body slides over flush joints as over one plane, and real steps, walls and edges stop it.
+
+mod controls;
+mod floors;
+mod planted;
+mod shapes;
+mod sliding;
+mod tumbling;

@@ -1,0 +1,83 @@
+//! Contacts that are not there are found by (18g), whatever the solver says.
+
+use crate::floors::{block, world};
+use crate::shapes::{Random, standing};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use tumble_core::contact::{
+    Candidates, Contact, ContactKey, ContactLaw, Features, PairFeatures, Partner, Plane,
+};
+use tumble_core::geometry::terrain::HeightField;
+use tumble_core::geometry::{Feature, PieceSide, Terrain};
+use tumble_core::mechanics::State;
+use tumble_core::world::{FixedTerrain, World};
+
+/// Error (18g) of one loaded contact of the body 0 with the fixed collider `index` (m). The body's
+/// `point` touches a plane with the `normal` (world).
+fn error(
+    world: &World,
+    state: &State,
+    index: usize,
+    piece: usize,
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+) -> f64 {
+    let feature = Feature::Vertex(PieceSide::A, 0);
+    let pair = Some(PairFeatures { pieces: (0, piece), feature, plane: 0 });
+    let key = ContactKey { body: 0, point: 0, partner: Partner::Fixed(index), pair };
+    let pose = state.pose();
+    let frame = *Plane::new(normal, 0.0).unwrap().frame();
+    let offset = normal.dot(&(pose.position + pose.rotation * point));
+    let features = Features::of_plane(point, 0.0, frame, offset);
+    let law = ContactLaw::plastic(0.0);
+    let contact = Contact::new(key, features, law, (&world.bodies()[0], &pose), None);
+    let mut candidates = Candidates::from(vec![contact]);
+    candidates.placement_error(world, &[*state], &[*state], [Vector3::z()])
+}
+
+#[test]
+fn ghost_contact_at_a_flush_joint_has_an_error_and_the_true_one_has_none() {
+    let body = standing("cube", &mut Random::new(1));
+    let tiles =
+        vec![block([-1.0, -1.0, -0.2], [0.0, 1.0, 0.0]), block([0.0, -1.0, -0.2], [1.0, 1.0, 0.0])];
+    let world = world(&body.body, false, 0.5).with_fixed(tiles).unwrap();
+    let half = body.height;
+    let state = body.at([-half, 0.0], 0.0, [0.0; 3]);
+    let corner = Vector3::new(half, half, -half);
+    assert_eq!(error(&world, &state, 0, 0, corner, Vector3::z()), 0.0);
+    assert_eq!(error(&world, &state, 1, 0, corner, Vector3::z()), 0.0);
+    assert!(error(&world, &state, 1, 0, corner, -Vector3::x()) > 0.01);
+    let oblique = Vector3::new(-0.6, 0.0, 0.8);
+    assert!(error(&world, &state, 1, 0, corner, oblique) > 0.01);
+}
+
+#[test]
+fn contact_beyond_the_end_of_a_face_has_an_error() {
+    let body = standing("cube", &mut Random::new(1));
+    let world =
+        world(&body.body, false, 0.5).with_fixed(vec![block([-1.0, -1.0, -0.2], [0.0, 1.0, 0.0])]);
+    let world = world.unwrap();
+    let half = body.height;
+    // The corner is 5 cm beyond the face in its plane.
+    let state = body.at([0.05 - half, 0.0], 0.0, [0.0; 3]);
+    let corner = Vector3::new(half, half, -half);
+    let found = error(&world, &state, 0, 0, corner, Vector3::z());
+    assert!((found - 0.05).abs() < 1e-6, "{found}");
+}
+
+#[test]
+fn wrong_side_of_a_facet_has_an_error() {
+    let body = standing("cube", &mut Random::new(1));
+    let field = HeightField::new(vec![0.0; 25], 5, [0.5, 0.5]).unwrap();
+    let (triangle, place) = (9, Vector3::zeros());
+    let terrain = Terrain::from(field);
+    let [a, b, c] = terrain.corners(triangle);
+    let middle = (a + b + c) / 3.0 + place;
+    let terrain = FixedTerrain { terrain: Arc::new(terrain), friction: None };
+    let world = world(&body.body, false, 0.5).with_terrains(vec![terrain]).unwrap();
+    let half = body.height;
+    let state = body.at([middle.x - half, middle.y - half], 0.0, [0.0; 3]);
+    let corner = Vector3::new(half, half, -half);
+    assert_eq!(error(&world, &state, 0, triangle, corner, Vector3::z()), 0.0);
+    assert!(error(&world, &state, 0, triangle, corner, -Vector3::z()) > 0.01);
+}

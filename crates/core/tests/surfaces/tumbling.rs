@@ -1,0 +1,225 @@
+//! Bodies thrown on floors, rough terrain and each other. No step makes energy, every loaded contact is
+//! where two pieces touch, and nearly all steps are solved.
+
+use crate::floors::{FLOORS, floor};
+use crate::shapes::{Random, SHAPES, attitude, standing};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use tumble_core::geometry::Terrain;
+use tumble_core::geometry::terrain::HeightField;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{FixedTerrain, Parameters, World};
+
+const GRAVITY: f64 = 9.81;
+
+/// Counts of a campaign.
+#[derive(Default)]
+struct Campaign {
+    steps: u64,
+    /// Steps by status.
+    statuses: BTreeMap<&'static str, u64>,
+    /// Steps that make energy, or with a misplaced contact.
+    wrong: Vec<String>,
+}
+
+/// Kinetic energy and the energy of a height (J).
+fn energy(bodies: &[RigidBody], states: &[State]) -> (f64, f64) {
+    let parts = bodies.iter().zip(states).map(|(body, state)| {
+        let turning = 0.5 * state.spin.dot(&(body.inertia() * state.spin));
+        let moving = 0.5 * body.mass() * state.velocity.norm_squared();
+        (turning + moving, body.mass() * GRAVITY * state.position.z)
+    });
+    parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1))
+}
+
+impl Campaign {
+    /// Runs a scene without drives. `case` names it.
+    fn run(&mut self, case: &str, world: &World, states: &[State], steps: usize) {
+        let motion = Motion::native(world);
+        let Ok(mut simulation) = Simulation::new(world.clone(), states.to_vec(), motion) else {
+            return;
+        };
+        let mut record = StepRecord::new();
+        let mut before = energy(world.bodies(), states);
+        for _ in 0..steps {
+            simulation.step(&mut record).unwrap();
+            let after = energy(world.bodies(), simulation.states());
+            let made = after.0 + after.1 - before.0 - before.1;
+            self.steps += 1;
+            *self.statuses.entry(record.report.status.name()).or_default() += 1;
+            let solved = !matches!(record.report.status, StepStatus::Failed);
+            let place = format!("{case}, step {}, {}", record.index, record.report.status.name());
+            // NaN is not small.
+            let is_small = made <= 0.01 * before.0.max(after.0) + 1e-5;
+            if !is_small {
+                self.wrong.push(format!("{place}: makes {made:.3e} J of {:.3e} J", before.0));
+            }
+            if solved && record.placement != 0.0 {
+                self.wrong
+                    .push(format!("{place}: contact misplaced by {:.3e} m", record.placement));
+            }
+            before = after;
+        }
+    }
+
+    fn assert_right(&self, name: &str) {
+        let failed = self.statuses.get("failed").copied().unwrap_or(0);
+        println!("{name}: {} steps, {:?}, {} wrong", self.steps, self.statuses, self.wrong.len());
+        assert!(
+            self.wrong.is_empty(),
+            "{name}: {} of {} steps, {:?}:\n{}",
+            self.wrong.len(),
+            self.steps,
+            self.statuses,
+            self.wrong[..self.wrong.len().min(60)].join("\n")
+        );
+        assert!(failed * 1000 <= self.steps, "{name}: {failed} of {} steps failed", self.steps);
+    }
+}
+
+/// A random rotation.
+fn any_turn(random: &mut Random) -> UnitQuaternion<f64> {
+    let mut part = || random.between(-1.0, 1.0);
+    UnitQuaternion::from_quaternion(Quaternion::new(part(), part(), part(), part()))
+}
+
+fn any_vector(random: &mut Random, size: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| random.between(-size, size))
+}
+
+/// Bodies thrown on a floor, with random spin.
+fn thrown_on_floors(count: u64, steps: usize) -> Campaign {
+    let mut campaign = Campaign::default();
+    for shape in SHAPES {
+        for name in FLOORS.iter().filter(|name| **name != "belts") {
+            for seed in 0..count {
+                let mut random =
+                    Random::new(1000 + 97 * seed + shape.len() as u64 + 7 * name.len() as u64);
+                let body = standing(shape, &mut random);
+                let start = State {
+                    position: Vector3::new(
+                        random.between(-0.5, 0.5),
+                        random.between(-0.5, 0.5),
+                        0.35,
+                    ),
+                    attitude: attitude(&any_turn(&mut random)),
+                    velocity: any_vector(&mut random, 2.0),
+                    spin: any_vector(&mut random, 8.0),
+                };
+                let friction = random.between(0.0, 0.8);
+                let world = floor(name, &body.body, friction, &mut random);
+                campaign.run(&format!("{shape} on {name}, seed {seed}"), &world, &[start], steps);
+            }
+        }
+    }
+    campaign
+}
+
+/// A height field of 40 × 40 cells of 5 to 25 cm with random heights.
+fn rough(random: &mut Random) -> Terrain {
+    let spacing = random.between(0.05, 0.25);
+    let height = random.between(0.05, 0.6) * spacing;
+    let heights = (0..41 * 41).map(|_| random.between(-height, height)).collect();
+    let field = HeightField::new(heights, 41, [spacing, spacing]).unwrap();
+    let middle = field.point(20, 20);
+    let shift = Vector3::new(-middle.x, -middle.y, 0.0);
+    Terrain::from(field.moved_by(&Matrix3::identity(), &shift).unwrap())
+}
+
+/// Bodies thrown on rough terrains.
+fn thrown_on_terrains(count: u64, steps: usize) -> Campaign {
+    let mut campaign = Campaign::default();
+    for seed in 0..count {
+        for shape in SHAPES {
+            let mut random = Random::new(5000 + seed);
+            let terrain = Arc::new(rough(&mut random));
+            let body = standing(shape, &mut random);
+            let start = State {
+                position: Vector3::new(0.0, 0.0, 0.5),
+                attitude: attitude(&any_turn(&mut random)),
+                velocity: any_vector(&mut random, 1.5),
+                spin: any_vector(&mut random, 6.0),
+            };
+            let world = World::new(parameters(vec![body.body], random.between(0.0, 0.8))).unwrap();
+            let world =
+                world.with_terrains(vec![FixedTerrain { terrain, friction: None }]).unwrap();
+            campaign.run(&format!("{shape} on terrain {seed}"), &world, &[start], steps);
+        }
+    }
+    campaign
+}
+
+fn parameters(bodies: Vec<RigidBody>, friction: f64) -> Parameters {
+    Parameters {
+        bodies,
+        ground: None,
+        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
+        friction,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    }
+}
+
+/// Every pair of shapes meets in random attitudes, above the ground.
+fn pairs_of_shapes(attitudes: u64, steps: usize) -> Campaign {
+    let mut campaign = Campaign::default();
+    for (first, one) in SHAPES.iter().enumerate() {
+        for other in &SHAPES[first..] {
+            for seed in 0..attitudes {
+                let mut random = Random::new(9000 + seed);
+                let bodies = [standing(one, &mut random), standing(other, &mut random)];
+                let speed = [0.2, 1.0, 4.0][seed as usize % 3];
+                let mut start = |x: f64| State {
+                    position: Vector3::new(x, random.between(-0.03, 0.03), 0.3),
+                    attitude: attitude(&any_turn(&mut random)),
+                    velocity: Vector3::new(-x.signum() * speed, 0.0, 0.0),
+                    spin: any_vector(&mut random, 3.0),
+                };
+                let states = [start(-0.3), start(0.3)];
+                let parameters = Parameters {
+                    ground: Some(tumble_core::contact::Plane::level()),
+                    ..parameters(bodies.map(|body| body.body).to_vec(), random.between(0.0, 0.8))
+                };
+                let world = World::new(parameters).unwrap();
+                campaign.run(&format!("{one} and {other}, seed {seed}"), &world, &states, steps);
+            }
+        }
+    }
+    campaign
+}
+
+#[test]
+fn bodies_thrown_on_floors_make_no_energy() {
+    thrown_on_floors(1, 400).assert_right("floors");
+}
+
+#[test]
+fn bodies_thrown_on_rough_terrain_make_no_energy() {
+    thrown_on_terrains(2, 300).assert_right("terrains");
+}
+
+#[test]
+fn pairs_of_all_shapes_make_no_energy() {
+    pairs_of_shapes(1, 150).assert_right("pairs");
+}
+
+#[test]
+#[ignore = "slow"]
+fn bodies_of_all_shapes_thrown_on_twenty_floors_of_each_kind_make_no_energy() {
+    thrown_on_floors(20, 400).assert_right("floors");
+}
+
+#[test]
+#[ignore = "slow"]
+fn bodies_of_all_shapes_thrown_on_a_hundred_rough_terrains_make_no_energy() {
+    thrown_on_terrains(100, 300).assert_right("terrains");
+}
+
+#[test]
+#[ignore = "slow"]
+fn pairs_of_all_shapes_in_eight_attitudes_make_no_energy() {
+    pairs_of_shapes(8, 200).assert_right("pairs");
+}
