@@ -95,6 +95,13 @@ impl Colliders {
         Self { list, terrains, fixed: world.fixed().len() }
     }
 
+    /// Becomes a copy of `other` in its own memory.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.list.clone_from(&other.list);
+        self.terrains.clone_from(&other.terrains);
+        self.fixed = other.fixed;
+    }
+
     pub(crate) fn clear(&mut self) {
         self.list.clear();
         self.terrains.clear();

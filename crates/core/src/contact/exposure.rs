@@ -23,7 +23,8 @@
 //!
 //! It is an end if L leaves more than half of the circle about n free (half for an edge). The inside
 //! of a plane or of a straight ridge has no contact of its own, so a body slides over the seams of a
-//! floor as over one face.
+//! floor as over one face. L has the pieces that cannot move against each other: those of one body, or
+//! fixed and held ones. A brick beside another one is supported on its own.
 //!
 //! A facet of a terrain has two sides. It is touched on the side of the other piece's centre, unless
 //! another facet at the point has them on one side.
@@ -60,6 +61,8 @@ const LEVEL: f64 = 1e-6;
 #[derive(Debug, Clone, Default)]
 struct LocalSurface {
     normals: Vec<Vector3<f64>>,
+    /// True if the piece cannot move against the one that is examined.
+    is_rigid: bool,
 }
 
 /// Workspace of the tests.
@@ -72,6 +75,20 @@ pub(super) struct ExposureScratch {
     exposed: Vec<Vector3<f64>>,
     /// Angles at which level directions end (rad).
     ends: Vec<f64>,
+    faces: Vec<FaceOfPair>,
+}
+
+/// A flat face of one piece of a pair, and where the other piece is deepest below it.
+#[derive(Debug, Clone, Copy)]
+struct FaceOfPair {
+    side: PieceSide,
+    face: usize,
+    /// Height of the other piece above the face (m); negative if they overlap.
+    height: f64,
+    /// Point of the face nearest to the deepest point of the other piece, and the normal (frame of the
+    /// owner).
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
 }
 
 /// Test of the contact points of a pair of colliders.
@@ -125,11 +142,12 @@ impl Exposure<'_> {
         if out.is_empty() || gap > within {
             return (gap, false);
         }
+        let same = SAME_GAP * size(a.0).min(size(b.0));
         if !self.partners.has_others(self.numbers) {
-            keep_one_plane(out, a.1, b.1);
+            keep_one_plane(out, a.1, b.1, same);
             return (gap, false);
         }
-        let least = gap.min(0.0) - SAME_GAP * size(a.0).min(size(b.0));
+        let least = gap.min(0.0) - same;
         let mut exists = |touch: &ManifoldPoint| {
             touch.gap >= least && self.permits(touch, at, moments, exposure)
         };
@@ -141,7 +159,7 @@ impl Exposure<'_> {
             manifold_across(a, b, face, reach, plane_of, scratch, out);
             out.retain(|touch| self.permits(touch, at, moments, exposure));
         }
-        keep_one_plane(out, a.1, b.1);
+        keep_one_plane(out, a.1, b.1, same);
         (gap, out.is_empty())
     }
 
@@ -169,28 +187,35 @@ impl Exposure<'_> {
         scratch: &mut ExposureScratch,
     ) -> Option<(PieceSide, usize)> {
         let placed = self.colliders.map(|collider| placed(self.world, poses, collider));
-        let mut faces = Vec::new();
-        for (side, of) in [PieceSide::A, PieceSide::B].into_iter().enumerate() {
-            let ((piece, pose), (other, other_pose)) = (placed[side], placed[1 - side]);
+        let mut faces = std::mem::take(&mut scratch.faces);
+        faces.clear();
+        for side in [PieceSide::A, PieceSide::B] {
+            let ((piece, pose), (other, other_pose)) = match side {
+                PieceSide::A => (placed[0], placed[1]),
+                PieceSide::B => (placed[1], placed[0]),
+            };
             for face in flat_faces(piece) {
                 let normal = piece.core().faces()[face].normal;
                 let inward = -other_pose.rotation.tr_mul(&(pose.rotation * normal));
                 let deepest = other_pose.position + other_pose.rotation * other.farthest(&inward);
                 let deepest = pose.rotation.tr_mul(&(deepest - pose.position));
-                let height = normal.dot(&deepest) - piece.core().faces()[face].offset;
+                let height =
+                    normal.dot(&deepest) - piece.core().faces()[face].offset - piece.radius();
                 let nearest = piece.core().nearest_in_face(face, &deepest);
                 let point = nearest + normal * piece.radius();
-                faces.push((height - piece.radius(), side, (of, face), point, normal));
+                faces.push(FaceOfPair { side, face, height, point, normal });
             }
         }
-        faces.sort_by(|one, other| other.0.total_cmp(&one.0));
-        let mut is_exposed = |side: usize, point: &Vector3<f64>, normal: &Vector3<f64>| {
-            moments.iter().any(|poses| self.exposes_face(side, point, normal, poses, scratch))
+        faces.sort_unstable_by(|one, other| other.height.total_cmp(&one.height));
+        let mut is_exposed = |of: &&FaceOfPair| {
+            let side = usize::from(of.side == PieceSide::B);
+            moments
+                .iter()
+                .any(|poses| self.exposes_face(side, &of.point, &of.normal, poses, scratch))
         };
-        faces
-            .iter()
-            .find(|(_, side, _, point, normal)| is_exposed(*side, point, normal))
-            .map(|face| face.2)
+        let best = faces.iter().find(&mut is_exposed).map(|of| (of.side, of.face));
+        scratch.faces = faces;
+        best
     }
 
     /// True if the face of collider `side` with the outward `normal` (frame of its owner) is exposed
@@ -279,7 +304,7 @@ impl Exposure<'_> {
         let within = self.flush_within(poses);
         let (piece, pose) = placed(self.world, poses, self.colliders[side]);
         let x = pose.position + pose.rotation * at.point;
-        let ExposureScratch { own, others, beside, exposed, ends } = scratch;
+        let ExposureScratch { own, others, beside, exposed, ends, .. } = scratch;
         let count = self.gather(side, &x, within, poses, others);
         if count == 0 {
             return true;
@@ -315,7 +340,7 @@ impl Exposure<'_> {
             Some(CorePart::Edge(_) | CorePart::Lateral) => PI - LEVEL,
             Some(CorePart::End(_)) | None => return true,
         };
-        let level = others.iter().filter(|other| is_in_cone(&other.normals, &n));
+        let level = others.iter().filter(|other| other.is_rigid && is_in_cone(&other.normals, &n));
         leaves_free(std::iter::once(&*own).chain(level), &n, free, ends)
     }
 
@@ -330,10 +355,11 @@ impl Exposure<'_> {
         others: &mut Vec<LocalSurface>,
     ) -> usize {
         let mut count = 0;
-        self.each_beside(side, poses, x, |normals_at| {
+        self.each_beside(side, poses, x, |is_rigid, normals_at| {
             if others.len() == count {
                 others.push(LocalSurface::default());
             }
+            others[count].is_rigid = is_rigid;
             if normals_at(x, within, &mut others[count].normals) {
                 count += 1;
             }
@@ -342,20 +368,25 @@ impl Exposure<'_> {
     }
 
     /// Visits the pieces around `x` (m, world) that may hide the surface of collider `side`. `visit`
-    /// gets a function that writes the normals of the piece at a point, and returns false outside it.
+    /// gets true if the piece cannot move against the collider, and a function that writes the normals of
+    /// the piece at a point and returns false outside it.
     fn each_beside(
         &self,
         side: usize,
         poses: &[Pose],
         x: &Vector3<f64>,
-        mut visit: impl FnMut(&dyn Fn(&Vector3<f64>, f64, &mut Vec<Vector3<f64>>) -> bool),
+        mut visit: impl FnMut(bool, &dyn Fn(&Vector3<f64>, f64, &mut Vec<Vector3<f64>>) -> bool),
     ) {
         let (own, toucher) = (self.colliders[side].owner, self.colliders[1 - side].owner);
+        let is_free = |owner: PieceOwner| match owner {
+            PieceOwner::Body(body) => !self.world.is_held(body),
+            PieceOwner::Fixed(_) => false,
+        };
         if let (PieceOwner::Body(body), Some(ground)) = (toucher, self.world.ground())
             && self.world.may_touch(body, Partner::Ground)
         {
             let (normal, offset) = (*ground.normal(), ground.offset());
-            visit(&|point, within, normals| {
+            visit(!is_free(own), &|point, within, normals| {
                 let height = normal.dot(point) - offset;
                 normals.clear();
                 if height >= -within {
@@ -377,7 +408,8 @@ impl Exposure<'_> {
             if (x - centre).norm_squared() > reach * reach {
                 return;
             }
-            visit(&|point, within, normals| {
+            let is_rigid = other.owner == own || !is_free(own) && !is_free(other.owner);
+            visit(is_rigid, &|point, within, normals| {
                 let seen = pose.rotation.tr_mul(&(point - pose.position));
                 let is_there = piece.surface_at(&seen, within, normals);
                 normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
@@ -420,7 +452,7 @@ impl Exposure<'_> {
             }
             let place = x + w * (BESIDE * within);
             let mut clear = true;
-            self.each_beside(side, poses, &place, |normals_at| {
+            self.each_beside(side, poses, &place, |_, normals_at| {
                 clear &= !normals_at(&place, within, normals) || is_in_cone(normals, m);
             });
             clear
@@ -438,18 +470,25 @@ impl Exposure<'_> {
     }
 }
 
-/// Keeps the contact points whose normals are nearly those of the deepest one.
+/// Keeps the contact points whose normals are nearly those of the deepest one. Of several planes at
+/// equal depth (to `same`, m) the one with most points is kept.
 ///
 /// A plane stops a point wherever it meets the plane, even beside the face. Two convex pieces that
 /// touch are separated by one plane. Another one joins if a step without it overlaps the pair.
-fn keep_one_plane(touches: &mut Vec<ManifoldPoint>, a: &Pose, b: &Pose) {
+fn keep_one_plane(touches: &mut Vec<ManifoldPoint>, a: &Pose, b: &Pose, same: f64) {
     let normal = |touch: &ManifoldPoint| match touch.point_of {
         PieceSide::A => b.rotation * touch.normal,
         PieceSide::B => -(a.rotation * touch.normal),
     };
-    let deepest = touches.iter().min_by(|one, other| one.gap.total_cmp(&other.gap));
-    if let Some(deepest) = deepest.map(normal) {
-        touches.retain(|touch| normal(touch).dot(&deepest) >= ONE_PLANE);
+    let is_in = |touch: &ManifoldPoint, plane: &Vector3<f64>| normal(touch).dot(plane) >= ONE_PLANE;
+    let count = |plane: &Vector3<f64>| touches.iter().filter(|touch| is_in(touch, plane)).count();
+    let least = touches.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
+    let deepest = touches.iter().filter(|touch| touch.gap <= least + same).map(normal);
+    let plane = deepest
+        .map(|plane| (count(&plane), plane))
+        .reduce(|most, other| if other.0 > most.0 { other } else { most });
+    if let Some((_, plane)) = plane {
+        touches.retain(|touch| is_in(touch, &plane));
     }
 }
 
@@ -580,7 +619,8 @@ mod tests {
     use super::*;
 
     fn surface(normals: &[[f64; 3]]) -> LocalSurface {
-        LocalSurface { normals: normals.iter().map(|n| Vector3::from(*n)).collect() }
+        let normals = normals.iter().map(|n| Vector3::from(*n)).collect();
+        LocalSurface { normals, is_rigid: true }
     }
 
     #[test]

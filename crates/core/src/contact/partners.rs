@@ -31,7 +31,7 @@ impl Partners {
             return;
         }
         self.is_known = true;
-        self.colliders.clone_from(colliders);
+        self.colliders.copy_from(colliders);
         let Self { first, starts, list, next, .. } = self;
         first.clear();
         first.push(0);
