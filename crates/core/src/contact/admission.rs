@@ -156,7 +156,12 @@ fn has_another_plane(
 ) -> bool {
     let known = index.between(contacts, pieces(colliders)).map(|place| &contacts[place]);
     let mut known = known.peekable();
-    known.peek().is_some() && known.all(|known| known.normal().dot(&contact.normal()) < SAME_PLANE)
+    // The normal of a contact points to its body, either of the two.
+    let along = |known: &Contact| match known.key.body == contact.key.body {
+        true => known.normal(),
+        false => -known.normal(),
+    };
+    known.peek().is_some() && known.all(|known| along(known).dot(&contact.normal()) < SAME_PLANE)
 }
 
 /// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for

@@ -26,6 +26,13 @@ pub(super) const SETTLED: f64 = 1e-10;
 pub(super) const SETTLING: f64 = 1e-6;
 /// Change above which the last impulses are a poor estimate of the next ones.
 pub(super) const CHANGING: f64 = 1e-3;
+
+/// True if impulses with this relative change over the last steps are [`CHANGING`]. False without
+/// earlier steps, where the change is infinite.
+pub(super) fn are_changing(change: f64) -> bool {
+    change > CHANGING && change < f64::INFINITY
+}
+
 /// The extrapolation of the last two steps is a good start up to this ratio of its residual to its
 /// distance from the last velocities.
 pub(super) const EXTRAPOLATION: f64 = 0.1;
