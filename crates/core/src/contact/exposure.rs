@@ -36,8 +36,8 @@ use super::collider::{Collider, PieceOwner, placed, size};
 use super::partners::Partners;
 use crate::contact::Partner;
 use crate::geometry::{
-    CorePart, Feature, Hint, ManifoldPoint, PairScratch, PieceSide, flat_faces, manifold,
-    manifold_across,
+    CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, flat_faces, manifold,
+    manifold_across, nearest_on_segment,
 };
 use crate::mechanics::Pose;
 use crate::world::World;
@@ -303,14 +303,15 @@ impl Exposure<'_> {
     ) -> bool {
         let within = self.flush_within(poses);
         let (piece, pose) = placed(self.world, poses, self.colliders[side]);
-        let x = pose.position + pose.rotation * at.point;
+        let point = on_edge(piece, at);
+        let x = pose.position + pose.rotation * point;
         let ExposureScratch { own, others, beside, exposed, ends, .. } = scratch;
         let count = self.gather(side, &x, within, poses, others);
         if count == 0 {
             return true;
         }
         let others = &others[..count];
-        if !piece.surface_at(&at.point, within, &mut own.normals) {
+        if !piece.surface_at(&point, within, &mut own.normals) {
             return true;
         }
         own.normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
@@ -500,6 +501,15 @@ fn may_touch(world: &World, one: PieceOwner, other: PieceOwner) -> bool {
         }
         (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => false,
     }
+}
+
+/// Place of a contact on its piece. Edges across each other are nearest to each other beside the point
+/// that is straight below along the normal.
+fn on_edge(piece: &Piece, at: &SurfacePoint) -> Vector3<f64> {
+    let Some(CorePart::Edge(edge)) = at.part else { return at.point };
+    let Some(edge) = piece.core().edges().get(edge as usize) else { return at.point };
+    let [from, to] = edge.vertices.map(|end| piece.core().vertices()[end as usize]);
+    nearest_on_segment(&at.point, &from, &(to - from)) + at.normal * piece.radius()
 }
 
 /// Vertex or edge of `feature` on one side.

@@ -56,6 +56,7 @@ pub use mass::MassProperties;
 pub use pair::{Hint, PairScratch, PlacedPiece};
 pub use piece::Piece;
 pub use ray::{RayCaster, RayEntry};
+pub(crate) use segment::nearest as nearest_on_segment;
 pub use segment::nearest_shares;
 pub use separation::{Separation, overlap, separation};
 pub use smooth::Smooth;

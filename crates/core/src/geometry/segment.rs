@@ -37,6 +37,6 @@ pub fn nearest_shares(
 }
 
 /// Closest point to `point` on the segment q + t v, 0 ≤ t ≤ 1.
-pub(super) fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     q + v * (v.dot(&(point - q)) / v.norm_squared()).clamp(0.0, 1.0)
 }
