@@ -43,6 +43,7 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
             _ => writeln!(text, "  overlap      largest {overlap:.1e} m after step k = {index}"),
         };
     }
+    text += &misplaced(summary);
     text += &largest_gain(scene, summary);
     if let Some(joints) = &run.joints {
         let _ = writeln!(text, "  joints       {}, {joints}", scene.joints.len());
@@ -224,6 +225,16 @@ fn unphysical(scene: &Scene, cause: &UnphysicalCause) -> String {
         }
         _ => String::new(),
     }
+}
+
+/// Steps with contacts that are not where the pieces touch (eq. 18g).
+fn misplaced(summary: &RunSummary) -> String {
+    let Some((index, error)) = summary.largest_placement else { return String::new() };
+    format!(
+        "  misplaced    contacts of {} steps are not where the pieces touch, by {error:.1e} m at \
+         k = {index}\n",
+        summary.misplaced
+    )
 }
 
 /// Largest energy that bodies make beyond the balance in a step.

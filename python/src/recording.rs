@@ -237,6 +237,8 @@ impl PyRecording {
         columns.set_item("parts", shaped(py, parts, &[self.rows.len(), RESIDUAL_PARTS.len()])?)?;
         columns
             .set_item("overlap", shaped(py, rows().map(|row| row.overlap).collect(), &count)?)?;
+        let placements = rows().map(|row| row.placement).collect();
+        columns.set_item("placement", shaped(py, placements, &count)?)?;
         let shares = rows().map(|row| row.restitution_share).collect();
         columns.set_item("restitution_share", shaped(py, shares, &count)?)?;
         let stiffnesses = rows().map(|row| row.stiffness).collect();

@@ -213,11 +213,16 @@ fn robots_stand_among_other_things() {
     assert!(scene.bodies.contains(&"two.rr_shank".to_owned()));
     let mut simulation = simulation(&scene);
     let mut record = StepRecord::new();
+    // The knee turns fast at first. A step of 2 ms that makes energy is replaced by shorter ones.
+    let mut shorter = 0;
     for _ in 0..20 {
         simulation.step(&mut record).unwrap();
-        let residual = record.certificate.residual();
-        assert!(residual <= 1e-9, "{residual:e}: {:?}, {:?}", record.report, record.unphysical);
+        match record.report.status {
+            StepStatus::Substepped => shorter += 1,
+            status => assert!(record.certificate.residual() <= 1e-9, "{status}"),
+        }
     }
+    assert!(shorter <= 4, "{shorter}");
 }
 
 /// Checks that errors are one sentence with the line and the element.

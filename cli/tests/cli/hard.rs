@@ -6,8 +6,8 @@ use crate::ROOT;
 use std::fs;
 use std::path::Path;
 
-/// Energy gain allowed in a step, relative to the larger energy.
-const ROUNDING: f64 = 1e-9;
+/// Energy gain allowed in a step, relative to the larger energy (eq. 32).
+const GAIN: f64 = 1e-3;
 
 /// A ball joint at its cone limit, a cone with a motor on the ground, and a mass ratio of 1e5.
 #[test]
@@ -22,12 +22,16 @@ fn steps_that_are_not_solved_at_once_make_no_energy() {
         assert!(matches!(end.code, Some(0 | 3)), "{name}: {end:?}");
         let table = Table::parse(&fs::read_to_string(out.join("steps.csv")).unwrap());
         let (energy, status) = (table.numbers("energy_J"), table.column("status"));
+        let (loads, drives) = (table.numbers("loads_J"), table.numbers("drives_J"));
         let words: Vec<_> = table.rows.iter().map(|row| row[status].as_str()).collect();
         let mut failed = 0;
         for (k, ends) in energy.windows(2).enumerate() {
             if ["failed", "substepped"].contains(&words[k]) {
                 let size = ends[0].abs().max(ends[1].abs());
-                assert!(ends[1] - ends[0] <= ROUNDING * size, "{name}, k = {k}: {ends:?}");
+                // The work of the mean forces of the shorter steps is known to a tenth.
+                let supplied = 1.1 * (loads[k].abs() + drives[k].abs());
+                let made = ends[1] - ends[0] - supplied;
+                assert!(made <= GAIN * size, "{name}, k = {k}: {made} J at {ends:?}");
             }
             failed += u32::from(words[k] == "failed");
         }

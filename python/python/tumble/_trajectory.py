@@ -275,8 +275,8 @@ class Trajectory:
     def steps_to_pandas(self) -> "pd.DataFrame":
         """One row per step.
 
-        Columns are k, time_s, status, iterations, residual_m_s, its parts, overlap_m and
-        energy_J. The parts have the names of steps.csv: dynamics_m_s, penetration_m_s and so on.
+        Columns are k, time_s, status, iterations, residual_m_s, its parts, overlap_m, placement_m
+        and energy_J. The parts have the names of steps.csv: dynamics_m_s, penetration_m_s and so on.
         Scenes with joints also have stiffness.
         """
         pd = pandas()
@@ -291,6 +291,7 @@ class Trajectory:
                 "residual_m_s": steps["residual"],
                 **{f"{part}_m_s": steps["parts"][:, place] for place, part in enumerate(RESIDUAL_PARTS)},
                 "overlap_m": steps["overlap"],
+                "placement_m": steps["placement"],
                 "energy_J": steps["energy"],
                 **tied,
             }

@@ -179,13 +179,10 @@ pub fn mechanism(kind: usize, draw: &mut Draw) -> (World, Vec<State>) {
 fn drawn_mechanisms_by_gears_rests_and_limits() {
     let mut draw = Draw(Mt::new(11));
     let (mut compared, mut left_out, mut worst) = ([0; 6], 0, 0.0_f64);
-    let (mut moved, mut sharp) = (0, 0);
+    let (mut moved, mut sharp, mut replaced) = (0, 0, 0);
     for number in 0..60 {
         let kind = number % 6;
         let (world, states) = mechanism(kind, &mut draw);
-        let (simulation, base) = step(&world, &states, &[]).unwrap();
-        let mut derivative = StepDerivative::new();
-        simulation.linearise(&base, &mut derivative).unwrap();
         let still = || vec![StateChange::zero(); 2];
         let mut all = Vec::new();
         let mut add = |states: Vec<StateChange>, constants: Vec<(Constant, Vec<f64>)>| {
@@ -211,6 +208,13 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
                 add(states, vec![(Constant::GearOffset, vec![1.0])]);
             }
         }
+        // A step that makes energy is replaced by shorter ones, which have no derivative.
+        let Some((simulation, base)) = step(&world, &states, &[]) else {
+            replaced += 1;
+            continue;
+        };
+        let mut derivative = StepDerivative::new();
+        simulation.linearise(&base, &mut derivative).unwrap();
         for along in all {
             let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
             let mut found = Vec::new();
@@ -247,4 +251,5 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
     }
     println!("{compared:?} compared, {left_out} left out, {moved} stops, {sharp} to {worst:.1e}");
     assert!(compared.iter().all(|count| *count > 60) && moved > 15 && sharp > 100);
+    assert!(replaced <= 6, "{replaced} of 60");
 }

@@ -83,7 +83,7 @@ fn directions(world: &World, states: &[State], draw: &mut Draw) -> Vec<Direction
 #[test]
 fn drawn_mechanisms_under_drives_of_sums() {
     let mut draw = Draw(Mt::new(23));
-    let (mut compared, mut left_out, mut worst) = ([0; 9], 0, 0.0_f64);
+    let (mut compared, mut left_out, mut worst, mut replaced) = ([0; 9], 0, 0.0_f64, 0);
     for number in 0..54 {
         let (held, states) = mechanism(number % 3, &mut draw);
         let own = held.gears()[0];
@@ -93,7 +93,11 @@ fn drawn_mechanisms_under_drives_of_sums() {
         let which = number / 3 % 9;
         let (regime, drive) = drives(sum)[which];
         let world = held.with_gears(vec![free.with_drive(drive)]).unwrap();
-        let (simulation, base) = step(&world, &states, &[]).unwrap();
+        // A step that makes energy is replaced by shorter ones, which have no derivative.
+        let Some((simulation, base)) = step(&world, &states, &[]) else {
+            replaced += 1;
+            continue;
+        };
         let mut derivative = StepDerivative::new();
         simulation.linearise(&base, &mut derivative).unwrap();
         let h = world.time_step();
@@ -130,6 +134,7 @@ fn drawn_mechanisms_under_drives_of_sums() {
     }
     println!("{compared:?} compared, {left_out} left out, worst {worst:.1e}");
     assert!(compared.iter().all(|count| *count > 30), "{compared:?}");
+    assert!(replaced <= 5, "{replaced} of 54");
 }
 
 /// Checks a spring of stiffness k on s = x₁ − r x₂ − q₀ between two slides. The force F = k (x* −

@@ -78,12 +78,16 @@ fn free_joints_under_drives() {
     let mut draw = Draw(Mt::new(5));
     let mut twister = Mt::new(6);
     let mut unit = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
-    let mut tally = Tally::default();
+    let (mut tally, mut replaced) = (Tally::default(), 0);
     for number in 0..24 {
         let (which, count) = (number % 6, 1 + number / 6 % 2);
         let (world, states) = free(which, count, &mut draw);
         compare(&world, &states, &mut unit, &format!("{number}, drives {which}"), &mut tally);
-        let (simulation, base) = step(&world, &states, &[]).unwrap();
+        // A step that makes energy is replaced by shorter ones, which have no derivative.
+        let Some((simulation, base)) = step(&world, &states, &[]) else {
+            replaced += 1;
+            continue;
+        };
         let mut derivative = StepDerivative::new();
         simulation.linearise(&base, &mut derivative).unwrap();
         let all = directions(&world, &mut unit);
@@ -95,13 +99,14 @@ fn free_joints_under_drives() {
     );
     assert!(tally.missed.is_empty(), "{:#?}", tally.missed);
     assert!(tally.compared > 250 && tally.left_out < 60 && tally.kinks + tally.scattered < 10);
+    assert!(replaced <= 3, "{replaced} of 24");
 }
 
 /// Checks a ball joint between two bodies that rotate about it, and one with the world.
 #[test]
 fn balls_under_drives() {
     let mut draw = Draw(Mt::new(8));
-    let (mut compared, mut worst) = (0, 0.0_f64);
+    let (mut compared, mut worst, mut replaced) = (0, 0.0_f64, 0);
     for number in 0..24 {
         let (which, count) = (number % 6, 1 + number / 6 % 2);
         let states: Vec<State> = (0..count).map(|_| state(&mut draw)).collect();
@@ -118,7 +123,11 @@ fn balls_under_drives() {
             world = world.with_untouched(body).unwrap();
         }
         let world = world.with_joints(vec![joint]).unwrap();
-        let (simulation, base) = step(&world, &states, &[]).unwrap();
+        // A step that makes energy is replaced by shorter ones, which have no derivative.
+        let Some((simulation, base)) = step(&world, &states, &[]) else {
+            replaced += 1;
+            continue;
+        };
         let mut derivative = StepDerivative::new();
         simulation.linearise(&base, &mut derivative).unwrap();
         // Random rotation about the anchor.
@@ -164,5 +173,5 @@ fn balls_under_drives() {
         }
     }
     println!("{compared} compared, worst {worst:.1e}");
-    assert!(compared > 60, "{compared}");
+    assert!(compared > 60 && replaced <= 3, "{compared}, {replaced} of 24");
 }

@@ -2,13 +2,14 @@
 //!
 //! The world comes from run.json. A row of the tutorial's table has the forces of all points, and
 //! the contacts follow from the state. Tables have contacts, which are rebuilt from their rows and
-//! checked against the shapes ([`tumble_scene::output::tables`]).
+//! compared with their keys ([`tumble_scene::output::tables`]). Those with a force must be where the
+//! pieces touch (eq. 18g).
 //!
 //! The following recomputed values must equal those in the files:
 //!
 //! - the residual, and for tables its parts;
-//! - for tables the slips, the joint rows without forces, the overlap after the step and the
-//!   energy;
+//! - for tables the slips, the joint rows without forces, the overlap after the step, the placement
+//!   of the contacts and the energy;
 //! - for the tutorial's table the program's variables of each point.
 //!
 //! The status must be possible for such a step.
@@ -209,7 +210,12 @@ impl StepJudge {
             }
             RecordedStep::Tables(step) => {
                 let row = &step.row;
-                let numbers = row.parts.iter().chain([&row.residual, &row.overlap, &row.stiffness]);
+                let numbers = row.parts.iter().chain([
+                    &row.residual,
+                    &row.overlap,
+                    &row.placement,
+                    &row.stiffness,
+                ]);
                 let of_joint = |joint: &JointRow| {
                     let JointRow { velocity, spin, force, torque, residual, .. } = joint;
                     let still = [velocity, spin, force, torque].map(Vector3::amax);
@@ -350,6 +356,15 @@ impl StepJudge {
         if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach()) {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
         }
+        if complete {
+            let misplaced = self.placement_error(states, next, touching);
+            if !is_near(misplaced, row.placement, OVERLAP_FOUND_TO * self.world.reach()) {
+                let column = row.placement;
+                differ(format!(
+                    "its loaded contacts are {misplaced:.3e} m off the pieces, not {column:.3e}"
+                ));
+            }
+        }
         let stiffness =
             self.stiffness.of_step(&self.world, states, &touching.joints, &touching.gears);
         self.taut.add(&self.world, states, &touching.joints, &touching.gears, stiffness);
@@ -366,6 +381,19 @@ impl StepJudge {
             differ("its energy terms differ".to_owned());
         }
         (differs, overlap)
+    }
+
+    /// Largest error of the placement of a contact with a force (eq. 18g), m.
+    fn placement_error(
+        &mut self,
+        states: &[State],
+        next: &[State],
+        touching: &StepContacts,
+    ) -> f64 {
+        let StepContacts { contacts, forces, .. } = touching;
+        self.candidates.clear();
+        self.candidates.extend(contacts.iter().copied());
+        self.candidates.placement_error(&self.world, states, next, forces.iter().copied())
     }
 
     /// True if a contact's rebound speed is not between the step's share of the restitution and

@@ -96,7 +96,7 @@ pub(super) fn contact_step(
     } else if solved {
         *unphysical = judge.cause(world, &claim, certifier.seen(), solution.forces(), accepted);
         *gain = judge.largest_gain();
-        *makes_energy = gain.is_some() && (0..states.len()).any(|body| judge.exceeds(body));
+        *makes_energy = gain.is_some() && (0..states.len()).any(|body| judge.makes(body));
     }
     if report.status == StepStatus::Failed {
         let least = world.time_step() * accepted.max(rounding());

@@ -69,7 +69,7 @@ impl Simulation<'_> {
         }
         let judge = &self.scratch.judge;
         for (body, unsolved) in unsolved.iter_mut().enumerate() {
-            *unsolved |= judge.exceeds(body);
+            *unsolved |= judge.makes(body);
         }
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
         if is_near && !(0..bodies).any(|body| unsolved[body] && judge.gains(body)) {
@@ -88,8 +88,8 @@ impl Simulation<'_> {
             (self.scratch.squeeze, self.scratch.unphysical) = (None, None);
         } else {
             report.status = StepStatus::Failed;
-            let exceeds = |gain: &EnergyGain| self.scratch.judge.exceeds(gain.body);
-            let cause = self.scratch.judge.largest_gain().filter(exceeds);
+            let makes = |gain: &EnergyGain| self.scratch.judge.makes(gain.body);
+            let cause = self.scratch.judge.largest_gain().filter(makes);
             self.scratch.unphysical =
                 cause.map(|EnergyGain { body, energy }| UnphysicalCause::Gain { body, energy });
             self.hold_energy(&unsolved);
@@ -133,7 +133,7 @@ impl Simulation<'_> {
                 energy.add(&short.scratch.judge.sum(unsolved));
             }
         }
-        if energy.exceeds() {
+        if energy.is_made() {
             return None;
         }
         let mut ends = exchanged(&short.now.states, &short.world, &self.world)?;

@@ -59,6 +59,10 @@ pub struct RunSummary {
     pub first_wild: Option<(u64, UnphysicalCause)>,
     /// Step in which an island makes the most energy beyond the balance (32), and the gain.
     pub largest_gain: Option<(u64, EnergyGain)>,
+    /// Number of steps with a loaded contact that is not where the pieces touch (18g).
+    pub misplaced: u64,
+    /// Step with the largest error of these contacts, and the error (m).
+    pub largest_placement: Option<(u64, f64)>,
     /// Number of steps with [`StepStatus::Failed`].
     pub failed: u64,
     /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
@@ -121,6 +125,13 @@ impl RunSummary {
             && self.largest_gain.is_none_or(|(_, most)| gain.energy > most.energy)
         {
             self.largest_gain = Some((index, gain));
+        }
+        // A NaN is an error too.
+        if record.placement != 0.0 {
+            self.misplaced += 1;
+            if self.largest_placement.is_none_or(|(_, most)| record.placement > most) {
+                self.largest_placement = Some((index, record.placement));
+            }
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;

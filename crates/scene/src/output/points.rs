@@ -62,6 +62,7 @@ impl TrajectoryRow {
             residual: self.residual,
             parts: [0.0; 5],
             overlap: 0.0,
+            placement: 0.0,
             restitution_share: self.restitution_share,
             energy: energy::total(world, &states),
             works: [0.0; 6],

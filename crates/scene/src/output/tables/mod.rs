@@ -205,7 +205,7 @@ const JOINT_COLUMNS: [&str; 23] = [
 const GEAR_COLUMNS: [&str; 7] = ["k", "t_s", "gear", "first", "second", "force", "gear_m_s"];
 
 /// The last column exists only with joints.
-const STEP_COLUMNS: [&str; 22] = [
+const STEP_COLUMNS: [&str; 23] = [
     "k",
     "t_s",
     "status",
@@ -219,6 +219,7 @@ const STEP_COLUMNS: [&str; 22] = [
     "friction_law_m_s",
     "cone_m_s",
     "overlap_m",
+    "placement_m",
     "restitution_share",
     "energy_J",
     "loads_J",

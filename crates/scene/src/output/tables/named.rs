@@ -155,31 +155,33 @@ fn check_point(
     }
 }
 
-/// Checks a contact of rounded pieces.
-///
-/// The radii decide the owner of the point, and rims have planes of their own. So only the
-/// existence of the features and the contact point are checked. A plane that may be the body's must
-/// also contain the feature of the fixed piece.
+/// Checks a contact with a round piece: its features exist, and its contact point is theirs. Whether the
+/// pieces touch there is judged from the shapes.
 pub(super) fn check_round(
     key: &ContactKey,
     pair: &PairFeatures,
-    features: &Features,
     (own, theirs): ContactPieces<'_>,
     body: &RigidBody,
 ) -> Result<(), Misplaced> {
     let (of_own, of_theirs) = parts(key, pair);
-    let is_not_of = |piece: &Piece, part| ends(piece, part).is_none();
-    if of_own.is_some_and(|part| is_not_of(own, part))
-        || of_theirs.is_some_and(|part| is_not_of(theirs, part))
-    {
+    let has = |piece: &Piece, part: Option<CorePart>| part.is_none_or(|part| exists(piece, part));
+    if !has(own, of_own) || !has(theirs, of_theirs) {
         return Err("refers to features that its pieces do not have");
     }
-    check_point(key, pair, own, body, matches!(key.partner, Partner::Fixed(_)))?;
-    let part = of_theirs.filter(|_| may_be_turned(key, pair));
-    match part.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
-        true => Err(ELSEWHERE),
-        false => Ok(()),
+    check_point(key, pair, own, body, matches!(key.partner, Partner::Fixed(_)))
+}
+
+/// True if a piece has a part.
+fn exists(piece: &Piece, part: CorePart) -> bool {
+    match part {
+        CorePart::Lateral => piece.smooth().is_some(),
+        CorePart::Vertex(_) | CorePart::Edge(_) | CorePart::End(_) => ends(piece, part).is_some(),
     }
+}
+
+/// True if a piece has flat faces only.
+pub(super) fn is_sharp(piece: &Piece) -> bool {
+    piece.radius() == 0.0 && piece.smooth().is_none()
 }
 
 /// Checks the feature of the plane's owner against the touching point at the start of the step.

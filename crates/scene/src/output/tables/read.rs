@@ -51,6 +51,9 @@ pub struct StepRow {
     pub parts: [f64; 5],
     /// Overlap of pieces at k+1 (m).
     pub overlap: f64,
+    /// Largest error of the placement of a loaded contact (m), see
+    /// [`StepRecord::placement`](tumble_core::simulation::StepRecord::placement).
+    pub placement: f64,
     /// Smallest restitution share of an island.
     pub restitution_share: f64,
     /// Energy at k (J), see [energy](tumble_core::simulation::energy).
@@ -309,10 +312,11 @@ fn step_row<R: Read>(
         residual: sheet.number(6)?,
         parts: sheet.numbers(7)?,
         overlap: sheet.number(12)?,
-        restitution_share: sheet.number(13)?,
-        energy: sheet.number(14)?,
-        works: sheet.numbers(15)?,
-        stiffness: if tied { sheet.number(21)? } else { 0.0 },
+        placement: sheet.number(13)?,
+        restitution_share: sheet.number(14)?,
+        energy: sheet.number(15)?,
+        works: sheet.numbers(16)?,
+        stiffness: if tied { sheet.number(22)? } else { 0.0 },
     })
 }
 

@@ -7,8 +7,10 @@
 //! a = A_Aᵀ (p − r_A + ρ n),   n_B = A_Bᵀ n,   d = n_B·A_Bᵀ (p + ρ n − r_B) − ρ − φ
 //! ```
 //!
-//! A row could contain any point and plane. So the point must lie on its piece, the plane must
-//! touch its piece, and both must belong to the features in the key ([`super::named`]).
+//! A row could contain any point and plane. Between two polyhedra the point must lie on its piece, the
+//! plane must touch its piece, and both must belong to the features in the key ([`super::named`]). The
+//! features of round pieces only have to exist. Contacts with a force are also judged from the shapes
+//! ([`Candidates::placement_error`](tumble_core::contact::Candidates::placement_error)).
 
 use super::ContactRow;
 use super::named::{self, BAND, EXACT, Misplaced, size};
@@ -24,8 +26,6 @@ use tumble_core::world::World;
 const LEAN: f64 = 0.1;
 /// Tolerance of a normal's length, and relative tolerance of recorded vectors.
 const UNIT: f64 = 1e-9;
-
-const NO_PLANE: Misplaced = "has a plane that its partner does not have";
 
 /// Pose of fixed pieces.
 const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
@@ -78,7 +78,7 @@ impl ContactRow {
     /// Checks that the features of the `contact` are opposite each other at the start of the step.
     ///
     /// `moved` is the largest motion of the bodies at `states` in the step (m). Contacts with the
-    /// ground, of rounded pieces and with planes of smooth shapes always pass.
+    /// ground and of round pieces always pass.
     ///
     /// # Errors
     /// Features at another place.
@@ -93,7 +93,7 @@ impl ContactRow {
         let (pose, other) = (states[self.body].pose(), self.partner.body());
         let other = other.map_or(FIXED, |index| states[index].pose());
         let pieces = self.pieces(world, &pair)?;
-        if pieces.0.radius() + pieces.1.radius() > 0.0 || pieces.1.smooth().is_some() {
+        if !named::is_sharp(pieces.0) || !named::is_sharp(pieces.1) {
             return Ok(());
         }
         let seen = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
@@ -208,37 +208,15 @@ impl ContactRow {
         });
         let seen = other.rotation.tr_mul(&(lowest - other.position));
         let offset = normal.dot(&seen) - self.radius - self.gap;
-        let sharp = own.radius() + theirs.radius() == 0.0;
-        let near = BAND * size(theirs).min(size(own));
         let turned = named::may_be_turned(&key, &pair);
-        let (least, band) = match (turned, sharp) {
-            // A plane of the body may tilt, so the projected corner is off the body by tilt times
-            // gap.
-            (true, _) => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
-            (false, true) => (0.0, EXACT * size(theirs)),
-            (false, false) => (0.0, near),
-        };
         if matches!(pair.feature, Feature::Ellipsoid(..)) && one.is_none() && !turned {
             return Err("refers to features that its pieces do not have");
         }
-        let least = least + EXACT * size(own);
-        let beyond = match one {
-            // The point is checked against the ellipsoid.
-            Some(_) => 0.0,
-            None => outside(own, &point) - (own.radius() - self.radius),
-        };
-        if beyond > least {
-            return Err("has a point that its body does not have");
-        }
-        let is_plane = |offset: f64| (support(theirs, &normal) - offset).abs() <= band;
-        if one.is_none() && !is_plane(offset) {
-            return Err(NO_PLANE);
-        }
         let plane =
             Plane::new(normal, 0.0).map_err(|_| "has a normal that is not a unit vector")?;
-        let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
+        let mut features = Features::of_plane(point, self.radius, *plane.frame(), offset);
         if let Some(one) = one {
-            let mut features = self.on_ellipsoid(features, one, true, (world, states))?;
+            features = self.on_ellipsoid(features, one, true, (world, states))?;
             if let Some(Curved::Ellipsoid(found)) = &features.curved {
                 // The force may act beside the nearest point, so the plane follows from the gap.
                 let centre = pose.position + pose.rotation * one.centre - other.position;
@@ -246,24 +224,26 @@ impl ContactRow {
                 features.offset =
                     normal.dot(&other.rotation.tr_mul(&centre)) - width - self.radius - self.gap;
             }
-            if !is_plane(features.offset) {
-                return Err(NO_PLANE);
-            }
             return self.named(world, features, (own, theirs));
         }
-        match sharp {
-            true => self.named(world, features, (own, theirs)),
-            false => {
-                named::check_round(
-                    &key,
-                    &pair,
-                    &features,
-                    (own, theirs),
-                    &world.bodies()[self.body],
-                )?;
-                Ok(features)
-            }
+        if !named::is_sharp(own) || !named::is_sharp(theirs) {
+            named::check_round(&key, &pair, (own, theirs), &world.bodies()[self.body])?;
+            return Ok(features);
         }
+        let near = BAND * size(theirs).min(size(own));
+        let (least, band) = match turned {
+            // A plane of the body may tilt, so the projected corner is off the body by tilt times
+            // gap.
+            true => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
+            false => (0.0, EXACT * size(theirs)),
+        };
+        if outside(own, &point) + self.radius > least + EXACT * size(own) {
+            return Err("has a point that its body does not have");
+        }
+        if (support(theirs, &normal) - offset).abs() > band {
+            return Err("has a plane that its partner does not have");
+        }
+        self.named(world, features, (own, theirs))
     }
 
     /// Returns `features` if they match the key.
@@ -280,28 +260,14 @@ impl ContactRow {
     }
 }
 
-/// Lower bound of the distance of a point outside a piece's core (m); 0 or less inside.
+/// Lower bound of the distance of a point outside a polyhedron (m); 0 or less inside.
 fn outside(piece: &Piece, point: &Vector3<f64>) -> f64 {
-    let core = piece.core();
-    match *core.vertices() {
-        [at] => (point - at).norm(),
-        [from, to] => {
-            let along: Vector3<f64> = to - from;
-            let share = (point - from).dot(&along) / along.norm_squared();
-            (point - from - along * share.clamp(0.0, 1.0)).norm()
-        }
-        _ => {
-            let heights = core.faces().iter().map(|face| face.normal.dot(point) - face.offset);
-            heights.fold(f64::NEG_INFINITY, f64::max)
-        }
-    }
+    let heights = piece.core().faces().iter().map(|face| face.normal.dot(point) - face.offset);
+    heights.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Support function: extent of a piece along a unit vector (m).
+/// Support function: extent of a polyhedron along a unit vector (m).
 fn support(piece: &Piece, normal: &Vector3<f64>) -> f64 {
-    if let Some(smooth) = piece.smooth() {
-        return smooth.extent(normal);
-    }
     let heights = piece.core().vertices().iter().map(|vertex| normal.dot(vertex));
-    heights.fold(f64::NEG_INFINITY, f64::max) + piece.radius()
+    heights.fold(f64::NEG_INFINITY, f64::max)
 }

@@ -137,7 +137,7 @@ impl<W: Write> TablesWriter<W> {
         steps.whole(row.contacts as u64);
         steps.number(row.residual);
         steps.numbers(&row.parts);
-        steps.numbers(&[row.overlap, row.restitution_share, row.energy]);
+        steps.numbers(&[row.overlap, row.placement, row.restitution_share, row.energy]);
         steps.numbers(&row.works);
         if !self.world.joints().is_empty() {
             steps.number(row.stiffness);
@@ -269,6 +269,7 @@ impl TableStep {
             residual: certificate.residual(),
             parts: certificate.contact_parts().map(|(_, part)| part),
             overlap: record.overlap,
+            placement: record.placement,
             restitution_share: record.restitution_share,
             energy: energy::total(world, &record.states),
             works: if is_end { [0.0; 6] } else { works(world, record) },
