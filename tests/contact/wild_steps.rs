@@ -8,7 +8,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord, UnphysicalCause};
 use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Fixed, Parameters, World};
 
 /// ½ m v² + ½ ωᵀ I ω − m g·r [J].
 fn energy(world: &World, state: &State) -> f64 {
@@ -235,6 +235,45 @@ fn no_bounce_makes_energy() {
         }
     }
     assert!(0 < replaced && replaced < bounced, "{replaced} of {bounced}");
+}
+
+/// Checks a box that starts some micrometres in the ground, and a ball as deep between two planes across
+/// each other. The first step lifts them out at the speed depth/h. It is marked, and no other is.
+#[test]
+fn a_start_that_is_too_deep_is_lifted_out_and_marked() {
+    let slope = |turn: f64| {
+        let (s, c) = turn.sin_cos();
+        let turn = Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
+        let piece = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
+        let piece = piece.moved_by(&turn, &(turn * Vector3::new(0.0, 0.0, -0.1))).unwrap();
+        Fixed { piece, friction: None }
+    };
+    let quarter = std::f64::consts::FRAC_PI_4;
+    let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap();
+    for depth in [1e-6, 1e-5, 1e-4] {
+        for (body, height, groove) in
+            [(cube.clone(), 0.1, false), (ball(1.0, 0.1), 0.02_f64.sqrt(), true)]
+        {
+            let parameters = Parameters { time_step: 0.002, friction: 0.3, ..parameters(body) };
+            let world = match groove {
+                true => World::new(Parameters { ground: None, ..parameters })
+                    .unwrap()
+                    .with_fixed(vec![slope(quarter), slope(-quarter)])
+                    .unwrap(),
+                false => World::new(parameters).unwrap(),
+            };
+            let start = State { position: Vector3::z() * (height - depth), ..ball_at(0.0, 0.0) };
+            for (k, record) in run(&world, start, 50).iter().enumerate() {
+                let status = record.report.status;
+                let first = if k == 0 { StepStatus::Wild } else { StepStatus::Converged };
+                assert!(
+                    status == first || k > 0 && status == StepStatus::Free,
+                    "{groove} {depth} k = {k}: {status}"
+                );
+                assert!(record.next().position.z >= height - 1e-9, "{groove} {depth} k = {k}");
+            }
+        }
+    }
 }
 
 /// Checks a start some nanometres too deep, as coordinates in single precision are. It is lifted

@@ -30,6 +30,7 @@ mod locks;
 mod mechanisms;
 mod meshes;
 mod output;
+mod pairs;
 mod picture;
 mod plan;
 mod plot;

@@ -180,7 +180,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
     let mut draw = Draw(Mt::new(11));
     let (mut compared, mut left_out, mut worst) = ([0; 6], 0, 0.0_f64);
     let (mut moved, mut sharp, mut replaced) = (0, 0, 0);
-    for number in 0..60 {
+    for number in 0..84 {
         let kind = number % 6;
         let (world, states) = mechanism(kind, &mut draw);
         let still = || vec![StateChange::zero(); 2];
@@ -251,5 +251,5 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
     }
     println!("{compared:?} compared, {left_out} left out, {moved} stops, {sharp} to {worst:.1e}");
     assert!(compared.iter().all(|count| *count > 60) && moved > 15 && sharp > 100);
-    assert!(replaced <= 6, "{replaced} of 60");
+    assert!(replaced <= 8, "{replaced} of 84");
 }

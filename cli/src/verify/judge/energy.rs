@@ -51,7 +51,12 @@ impl StepJudge {
             bodies.map(|(body, state)| energy::kinetic(&self.world, body, state)).sum()
         };
         let allowed = LARGEST_GAIN * kinetic(states).max(kinetic(next)) + ENERGY_MADE * scale;
-        let supplied = (1.0 + WORK_OF_MEANS) * (loads.abs() + drives.abs());
+        // Constant forces do this work on any path.
+        let ends = states.iter().zip(next).zip(wrenches);
+        let along =
+            ends.map(|((from, to), wrench)| wrench.force.dot(&(to.position - from.position)));
+        let loads = loads.abs().max(along.sum::<f64>().abs());
+        let supplied = (1.0 + WORK_OF_MEANS) * (loads + drives.abs());
         // NaN is not a small gain.
         let is_small = after - before <= supplied + allowed;
         !is_small

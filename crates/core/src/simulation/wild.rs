@@ -37,7 +37,7 @@
 //! this adds up to
 //!
 //! ```text
-//! ½ m (2 δ/h)² + 2 m |g| δ + ½ m (2 v + ε/h) ε/h                         (eq. 32a)
+//! ½ m (2 δ/h)² + ½ m (2 v + ε/h) ε/h + m |g| (2 δ + ε)                   (eq. 32a)
 //! ```
 //!
 //! Such a gain is marked, but it is not an error of the solution.
@@ -67,6 +67,10 @@ const ROUNDING: f64 = 1e-9;
 
 /// Speed of negligible kinetic energy (m/s), in the world's [scale](World::speed_scale).
 const REST: f64 = 1e-4;
+
+/// Gain for which no step is repeated, in units of that kinetic energy, and at most (J). The steps
+/// after a corrected error of a joint have such gains.
+const SMALL_GAIN: (f64, f64) = (2e3, 1e-5);
 
 /// Test by which a step is unphysical.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -157,7 +161,8 @@ impl Budget {
 
     /// True if the gain is also larger than what the depth at the start explains (32a).
     pub(super) fn is_made(&self) -> bool {
-        let is_explained = self.gained <= LARGEST_GAIN * self.size + self.rest + self.lift;
+        let rest = self.rest.max((SMALL_GAIN.0 * self.rest).min(SMALL_GAIN.1));
+        let is_explained = self.gained <= LARGEST_GAIN * self.size + rest + self.lift;
         self.exceeds() && !is_explained
     }
 
@@ -328,7 +333,7 @@ impl EnergyJudge {
             let (lift, faster) = (2.0 * under, off / h);
             let speed = if mass > 0.0 { (2.0 * size / mass).sqrt() } else { 0.0 };
             let kinetic = (lift / h).powi(2) + (2.0 * speed + faster) * faster;
-            budget.lift = mass * (0.5 * kinetic + weight * lift);
+            budget.lift = mass * (0.5 * kinetic + weight * (lift + off));
         }
     }
 

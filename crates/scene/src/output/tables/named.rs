@@ -155,11 +155,12 @@ fn check_point(
     }
 }
 
-/// Checks a contact with a round piece: its features exist, and its contact point is theirs. Whether the
-/// pieces touch there is judged from the shapes.
+/// Checks a contact with a round piece: its features exist, and its contact point is theirs. A plane that
+/// may be the body's must contain the corner or edge of the fixed piece.
 pub(super) fn check_round(
     key: &ContactKey,
     pair: &PairFeatures,
+    features: &Features,
     (own, theirs): ContactPieces<'_>,
     body: &RigidBody,
 ) -> Result<(), Misplaced> {
@@ -168,7 +169,14 @@ pub(super) fn check_round(
     if !has(own, of_own) || !has(theirs, of_theirs) {
         return Err("refers to features that its pieces do not have");
     }
-    check_point(key, pair, own, body, matches!(key.partner, Partner::Fixed(_)))
+    check_point(key, pair, own, body, matches!(key.partner, Partner::Fixed(_)))?;
+    // A plane that may be the body's contains the corner or edge of the fixed piece.
+    let is_corner = |part: &CorePart| matches!(part, CorePart::Vertex(_) | CorePart::Edge(_));
+    let corner = of_theirs.filter(is_corner).filter(|_| may_be_turned(key, pair));
+    match corner.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
+        true => Err(ELSEWHERE),
+        false => Ok(()),
+    }
 }
 
 /// True if a piece has a part.

@@ -7,9 +7,10 @@
 //! a = A_Aᵀ (p − r_A + ρ n),   n_B = A_Bᵀ n,   d = n_B·A_Bᵀ (p + ρ n − r_B) − ρ − φ
 //! ```
 //!
-//! A row could contain any point and plane. Between two polyhedra the point must lie on its piece, the
-//! plane must touch its piece, and both must belong to the features in the key ([`super::named`]). The
-//! features of round pieces only have to exist. Contacts with a force are also judged from the shapes
+//! A row could contain any point and plane. So the point must lie on its piece, and the plane must touch
+//! its piece. Between two polyhedra both must belong to the features in the key ([`super::named`]).
+//! Points and planes of cylinders, cones and ellipsoids are judged after the step only. Contacts with a
+//! force are also judged from the shapes
 //! ([`Candidates::placement_error`](tumble_core::contact::Candidates::placement_error)).
 
 use super::ContactRow;
@@ -226,24 +227,28 @@ impl ContactRow {
             }
             return self.named(world, features, (own, theirs));
         }
-        if !named::is_sharp(own) || !named::is_sharp(theirs) {
-            named::check_round(&key, &pair, (own, theirs), &world.bodies()[self.body])?;
-            return Ok(features);
-        }
+        let is_sharp = named::is_sharp(own) && named::is_sharp(theirs);
         let near = BAND * size(theirs).min(size(own));
-        let (least, band) = match turned {
+        let (least, band) = match (turned, is_sharp) {
             // A plane of the body may tilt, so the projected corner is off the body by tilt times
             // gap.
-            true => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
-            false => (0.0, EXACT * size(theirs)),
+            (true, _) => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
+            (false, true) => (0.0, EXACT * size(theirs)),
+            (false, false) => (0.0, near),
         };
-        if outside(own, &point) + self.radius > least + EXACT * size(own) {
+        let beyond = outside(own, &point) - (own.radius() - self.radius);
+        if own.smooth().is_none() && beyond > least + EXACT * size(own) {
             return Err("has a point that its body does not have");
         }
-        if (support(theirs, &normal) - offset).abs() > band {
+        if theirs.smooth().is_none() && (support(theirs, &normal) - offset).abs() > band {
             return Err("has a plane that its partner does not have");
         }
-        self.named(world, features, (own, theirs))
+        if is_sharp {
+            return self.named(world, features, (own, theirs));
+        }
+        let body = &world.bodies()[self.body];
+        named::check_round(&key, &pair, &features, (own, theirs), body)?;
+        Ok(features)
     }
 
     /// Returns `features` if they match the key.
@@ -260,14 +265,25 @@ impl ContactRow {
     }
 }
 
-/// Lower bound of the distance of a point outside a polyhedron (m); 0 or less inside.
+/// Lower bound of the distance of a point outside a piece's core (m); 0 or less inside.
 fn outside(piece: &Piece, point: &Vector3<f64>) -> f64 {
-    let heights = piece.core().faces().iter().map(|face| face.normal.dot(point) - face.offset);
-    heights.fold(f64::NEG_INFINITY, f64::max)
+    let core = piece.core();
+    match *core.vertices() {
+        [at] => (point - at).norm(),
+        [from, to] => {
+            let along: Vector3<f64> = to - from;
+            let share = (point - from).dot(&along) / along.norm_squared();
+            (point - from - along * share.clamp(0.0, 1.0)).norm()
+        }
+        _ => {
+            let heights = core.faces().iter().map(|face| face.normal.dot(point) - face.offset);
+            heights.fold(f64::NEG_INFINITY, f64::max)
+        }
+    }
 }
 
-/// Support function: extent of a polyhedron along a unit vector (m).
+/// Support function: extent of a hull, with its radius, along a unit vector (m).
 fn support(piece: &Piece, normal: &Vector3<f64>) -> f64 {
     let heights = piece.core().vertices().iter().map(|vertex| normal.dot(vertex));
-    heights.fold(f64::NEG_INFINITY, f64::max)
+    heights.fold(f64::NEG_INFINITY, f64::max) + piece.radius()
 }
