@@ -311,7 +311,7 @@ impl ManifoldPair<'_, '_> {
                     Some(pair.b_against(&point, &rim, &normal, feature))
                 }),
             };
-            self.push(touch);
+            touch.into_iter().for_each(|touch| self.push_new(touch));
         }
         self.scratch.overlap = overlap;
     }
@@ -469,15 +469,12 @@ impl ManifoldPair<'_, '_> {
         }
     }
 
-    /// Adds a contact if its features have none yet.
+    /// Adds a contact within reach if its features have none yet.
     pub fn push_new(&mut self, touch: ManifoldPoint) {
-        if self.out.iter().all(|other| other.feature != touch.feature) {
-            self.push(Some(touch));
+        let is_new = self.out.iter().all(|other| other.feature != touch.feature);
+        if is_new && touch.gap <= self.reach {
+            self.out.push(touch);
         }
-    }
-
-    fn push(&mut self, touch: Option<ManifoldPoint>) {
-        self.out.extend(touch.filter(|touch| touch.gap <= self.reach));
     }
 }
 
