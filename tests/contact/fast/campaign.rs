@@ -7,8 +7,8 @@ use tumble_core::contact::Partner;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{Pose, RigidBody, State, Wrench};
-use tumble_core::simulation::StepRecord;
 use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{StepRecord, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 
@@ -63,8 +63,10 @@ pub struct Found {
     pub marked: Vec<String>,
     /// Smallest turn in these steps [rad].
     pub least_turn: f64,
-    /// Number of failed steps of pairs without a slender body: ‖I‖‖I⁻¹‖ at most 1000.
+    /// Number of steps without a solution of pairs without a slender body: ‖I‖‖I⁻¹‖ at most 1000.
     pub failed_compact: u32,
+    /// Number of steps that failed because their solution makes energy, also in shorter steps.
+    pub gaining: u32,
     /// Number of failed steps with a single frictionless contact, and how many of them have a
     /// solution.
     pub sought: u32,
@@ -73,10 +75,18 @@ pub struct Found {
     pub behind: Vec<String>,
 }
 
+/// True if no solution of a step was found.
+fn is_unsolved(record: &StepRecord) -> bool {
+    let makes_energy = matches!(record.unphysical, Some(UnphysicalCause::Gain { .. }));
+    record.report.status == StepStatus::Failed && !makes_energy
+}
+
 impl Found {
     /// Examines a step of two pieces. `b` belongs to the second body or is fixed.
     pub fn look(&mut self, name: &str, record: &StepRecord, a: &Piece, b: &Piece) {
-        self.failed += u32::from(record.report.status == StepStatus::Failed);
+        self.failed += u32::from(is_unsolved(record));
+        self.gaining +=
+            u32::from(record.report.status == StepStatus::Failed && !is_unsolved(record));
         self.wild += u32::from(record.report.status == StepStatus::Wild);
         let (from, to) = (&record.states, &record.solution.states);
         let size = |piece: &Piece| piece.core().reach() + piece.radius();
@@ -185,7 +195,7 @@ impl Pairs {
         found.met += u32::from(records.iter().any(|record| !record.contacts.is_empty()));
         for record in &records {
             found.look(&format!("pair {number}"), record, &a.2, &b.2);
-            if record.report.status == StepStatus::Failed {
+            if is_unsolved(record) {
                 let slender =
                     |body: &RigidBody| body.inertia().norm() * body.inertia_inverse().norm();
                 let is_compact = bodies.iter().all(|body| slender(body) <= 1000.0);

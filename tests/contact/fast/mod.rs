@@ -251,7 +251,8 @@ fn what_turns_too_far_beside_something_is_marked() {
 ///
 /// No pair passes undetected. A pair that passes and is marked turns by more than 0.14 rad in the
 /// step. No contact lies behind its point. Some steps are far too long for the motion: a needle
-/// that is hit off its middle turns many times within a step. At most one in twenty of the failed
+/// that is hit off its middle turns many times within a step. Others have solutions that make energy,
+/// also in shorter steps. At most one in twenty of the failed
 /// frictionless single contacts has a solution. Its impulse is several times the one that stops
 /// both bodies.
 #[test]
@@ -264,7 +265,7 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     // Pairs that passed and were marked as unphysical.
     assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
     // Bounds on the failed steps, the examined ones and those with a solution.
-    assert!(found.failed <= 30, "{found:#?}");
+    assert!(found.failed <= 30 && found.gaining <= 80, "{found:#?}");
     assert!(found.sought >= 3 && found.solvable <= 1, "{found:#?}");
 }
 

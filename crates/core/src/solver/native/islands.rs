@@ -2,7 +2,7 @@
 //!
 //! Fixed objects connect nothing. Islands are independent problems.
 
-use super::settings::{Settings, are_changing};
+use super::settings::{CHANGING, Settings};
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
 use crate::step::{ContactForce, Step, StepSolution};
@@ -140,7 +140,8 @@ impl IslandView<'_> {
     pub(super) fn changes(&self) -> bool {
         let has_joints = !self.joints.is_empty();
         Settings::of(self.bodies.len(), self.contacts.len(), has_joints).is_large
-            && are_changing(self.unsettled)
+            && self.unsettled > CHANGING
+            && self.unsettled < f64::INFINITY
     }
 
     /// True if the island [changes](Self::changes) and has several bodies. Its solutions are

@@ -8,7 +8,7 @@ use super::law::NaturalMap;
 use super::newton::{Iterate, Newton, NewtonRun, evaluate_again, exact_residual};
 use super::settings::{
     EASY_STEP, LEAST_COMPLIANCE, LONGEST_STEP, PROXIMAL_ACCURACY, PROXIMAL_FACTORS, REFINEMENTS,
-    STAGE_ITERATIONS, are_changing,
+    STAGE_ITERATIONS,
 };
 
 /// Memory of the method.
@@ -53,9 +53,7 @@ impl<E: Equations> Proximal<E> {
         let mut least = exact_residual(equations, iterate);
         best.copy_from(iterate);
         last.copy_from(iterate);
-        let changes = equations.settings().is_large && are_changing(equations.setting().unsettled);
-        let mut refinements = if changes && equations.bodies() > 1 { 0 } else { REFINEMENTS };
-        let mut is_evaluated = true;
+        let (mut refinements, mut is_evaluated) = (REFINEMENTS, true);
         for _ in 0..STAGE_ITERATIONS {
             if least <= tolerances.solved {
                 if least <= tolerances.exact || refinements == 0 {

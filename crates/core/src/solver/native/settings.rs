@@ -26,13 +26,6 @@ pub(super) const SETTLED: f64 = 1e-10;
 pub(super) const SETTLING: f64 = 1e-6;
 /// Change above which the last impulses are a poor estimate of the next ones.
 pub(super) const CHANGING: f64 = 1e-3;
-
-/// True if impulses with this relative change over the last steps are [`CHANGING`]. False without
-/// earlier steps, where the change is infinite.
-pub(super) fn are_changing(change: f64) -> bool {
-    change > CHANGING && change < f64::INFINITY
-}
-
 /// The extrapolation of the last two steps is a good start up to this ratio of its residual to its
 /// distance from the last velocities.
 pub(super) const EXTRAPOLATION: f64 = 0.1;
@@ -82,8 +75,7 @@ pub(super) const EASY_STEP: u32 = 5;
 pub(super) const LONGEST_STEP: u32 = 15;
 /// Required residual reduction of a proximal step.
 pub(super) const PROXIMAL_ACCURACY: f64 = 0.05;
-/// Number of further proximal steps, towards rounding, after the step counts as solved. There are
-/// none in large islands of several bodies whose forces change.
+/// Number of further proximal steps, towards rounding, after the step counts as solved.
 pub(super) const REFINEMENTS: u32 = 3;
 
 // Interior point method.
