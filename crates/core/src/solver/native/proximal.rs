@@ -7,8 +7,8 @@ use super::equations::Equations;
 use super::law::NaturalMap;
 use super::newton::{Iterate, Newton, NewtonRun, evaluate_again, exact_residual};
 use super::settings::{
-    EASY_STEP, LEAST_COMPLIANCE, LONGEST_STEP, PROXIMAL_ACCURACY, PROXIMAL_FACTORS, REFINEMENTS,
-    STAGE_ITERATIONS,
+    CHANGING, EASY_STEP, LEAST_COMPLIANCE, LONGEST_STEP, PROXIMAL_ACCURACY, PROXIMAL_FACTORS,
+    REFINED_COUPLINGS, REFINEMENTS, STAGE_ITERATIONS,
 };
 
 /// Memory of the method.
@@ -53,7 +53,11 @@ impl<E: Equations> Proximal<E> {
         let mut least = exact_residual(equations, iterate);
         best.copy_from(iterate);
         last.copy_from(iterate);
-        let (mut refinements, mut is_evaluated) = (REFINEMENTS, true);
+        let (count, unsettled) =
+            (equations.setting().couplings.len(), equations.setting().unsettled);
+        let is_heap = count > REFINED_COUPLINGS && unsettled > CHANGING && unsettled.is_finite();
+        let mut refinements = if is_heap && equations.bodies() > 1 { 0 } else { REFINEMENTS };
+        let mut is_evaluated = true;
         for _ in 0..STAGE_ITERATIONS {
             if least <= tolerances.solved {
                 if least <= tolerances.exact || refinements == 0 {
