@@ -368,9 +368,10 @@ impl Exposure<'_> {
         count
     }
 
-    /// Visits the pieces around `x` (m, world) that may hide the surface of collider `side`. `visit`
-    /// gets true if the piece cannot move against the collider, and a function that writes the normals of
-    /// the piece at a point and returns false outside it.
+    /// Visits the pieces around `x` (m, world) that may hide the surface of collider `side`.
+    ///
+    /// `visit` gets two arguments. The first is true if the piece cannot move against the collider. The
+    /// second writes the normals of the piece at a point, and returns false outside the piece.
     fn each_beside(
         &self,
         side: usize,

@@ -324,8 +324,7 @@ impl EnergyJudge {
         for gear in world.gears() {
             let body = world.joints()[gear.axes()[0].joint].body();
             let off = gear.error(world.joints(), claim.states, &angles).abs();
-            self.budgets[self.islands.of(body)].under +=
-                off * world.bodies()[body].reach().max(1.0);
+            self.budgets[self.islands.of(body)].off += off * world.bodies()[body].reach().max(1.0);
         }
         let (h, weight) = (world.time_step(), world.gravity().norm());
         for budget in &mut self.budgets {

@@ -78,7 +78,7 @@ pub(super) const PROXIMAL_ACCURACY: f64 = 0.05;
 /// Number of further proximal steps, towards rounding, after the step counts as solved.
 pub(super) const REFINEMENTS: u32 = 3;
 /// Number of contacts and joint rows up to which an island of several bodies is refined while its forces
-/// change. Refinements take a third of the time of a falling heap of 100 boxes.
+/// change, as in a falling heap.
 pub(super) const REFINED_COUPLINGS: usize = 128;
 
 // Interior point method.
