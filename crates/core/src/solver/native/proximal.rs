@@ -7,8 +7,8 @@ use super::equations::Equations;
 use super::law::NaturalMap;
 use super::newton::{Iterate, Newton, NewtonRun, evaluate_again, exact_residual};
 use super::settings::{
-    CHANGING, EASY_STEP, LEAST_COMPLIANCE, LONGEST_STEP, PROXIMAL_ACCURACY, PROXIMAL_FACTORS,
-    REFINED_COUPLINGS, REFINEMENTS, STAGE_ITERATIONS,
+    CHANGING, EASY_STEP, FAST_REDUCTION, LEAST_COMPLIANCE, LONGEST_STEP, PROXIMAL_ACCURACY,
+    PROXIMAL_FACTORS, REFINED_COUPLINGS, REFINEMENTS, STAGE_ITERATIONS,
 };
 
 /// Memory of the method.
@@ -34,15 +34,16 @@ impl<E: Equations> Proximal<E> {
     /// Solves the law with compliance on changes from the last proximal step (N13) repeatedly.
     ///
     /// A solution with p̂ = p̂_0 solves the law without compliance. Contacts may change their
-    /// pieces on the way. `compliance` is the first ε. Leaves `iterate` at the best point and
-    /// returns its residual (m/s).
+    /// pieces on the way. `first` has the first ε and the factor of all steps. Leaves `iterate` at
+    /// the best point and returns its residual (m/s).
     ///
     /// A step changes the impulses by about the residual over ε. The best ε is the smallest with
     /// which Newton's method converges. It shrinks after an easy step and grows after a failed one.
+    /// After failed steps it shrinks later ([`Settings::longest_wait`](super::settings::Settings)).
     pub(super) fn solve(
         &mut self,
         equations: &E,
-        mut compliance: f64,
+        first: NaturalMap,
         newton: &mut Newton<E>,
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
@@ -56,8 +57,10 @@ impl<E: Equations> Proximal<E> {
         let (count, unsettled) =
             (equations.setting().couplings.len(), equations.setting().unsettled);
         let is_heap = count > REFINED_COUPLINGS && unsettled > CHANGING && unsettled.is_finite();
+        let longest_wait = equations.settings().longest_wait;
         let mut refinements = if is_heap && equations.bodies() > 1 { 0 } else { REFINEMENTS };
-        let mut is_evaluated = true;
+        let (mut map, mut is_evaluated) = (first, true);
+        let (mut failed, mut waits) = (0, 0);
         for _ in 0..STAGE_ITERATIONS {
             if least <= tolerances.solved {
                 if least <= tolerances.exact || refinements == 0 {
@@ -65,12 +68,11 @@ impl<E: Equations> Proximal<E> {
                 }
                 refinements -= 1;
             }
-            if effort.is_over() || compliance > 1.0 {
+            if effort.is_over() || map.compliance > 1.0 {
                 break;
             }
-            let map = NaturalMap::with_compliance(compliance);
             let run = NewtonRun {
-                compliance,
+                compliance: map.compliance,
                 iterations: LONGEST_STEP,
                 residual: tolerances.newton.max(PROXIMAL_ACCURACY * least),
             };
@@ -79,6 +81,7 @@ impl<E: Equations> Proximal<E> {
                 newton.solve_from_here(equations, &map, run, is_evaluated, iterate, effort);
             let taken = effort.iterations() - before;
             let residual = evaluate_again(equations, &NaturalMap::EXACT, iterate).largest;
+            let is_fast = residual < FAST_REDUCTION * least;
             if residual < least {
                 least = residual;
                 best.copy_from(iterate);
@@ -86,14 +89,21 @@ impl<E: Equations> Proximal<E> {
             is_evaluated = converged;
             if !converged {
                 iterate.copy_from(last);
-                compliance *= after_failed;
+                map.compliance *= after_failed;
+                failed = longest_wait.min(failed + 1);
+                waits = failed;
                 continue;
             }
             last.copy_from(iterate);
-            if taken <= EASY_STEP {
-                compliance = (compliance * after_easy).max(LEAST_COMPLIANCE);
+            if taken <= EASY_STEP && waits > 0 {
+                waits -= 1;
+                if is_fast {
+                    (failed, waits) = (0, 0);
+                }
+            } else if taken <= EASY_STEP {
+                map.compliance = (map.compliance * after_easy).max(LEAST_COMPLIANCE);
             } else if taken > 2 * EASY_STEP {
-                compliance *= after_long;
+                map.compliance *= after_long;
             }
         }
         iterate.copy_from(best);

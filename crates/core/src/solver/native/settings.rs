@@ -60,7 +60,7 @@ pub(super) const KEPT_STEP: f64 = 0.01;
 
 // Proximal point method.
 
-/// First ε from the impulses of another step, and from the best point.
+/// First ε from the best point.
 pub(super) const PROXIMAL_COMPLIANCE: f64 = 1e-3;
 /// First ε from a point where Newton's method ended near a solution.
 pub(super) const POLISHING_COMPLIANCE: f64 = 1e-5;
@@ -75,6 +75,8 @@ pub(super) const EASY_STEP: u32 = 5;
 pub(super) const LONGEST_STEP: u32 = 15;
 /// Required residual reduction of a proximal step.
 pub(super) const PROXIMAL_ACCURACY: f64 = 0.05;
+/// Residual reduction by one proximal step after which ε shrinks again although steps have failed.
+pub(super) const FAST_REDUCTION: f64 = 0.1;
 /// Number of further proximal steps, towards rounding, after the step counts as solved.
 pub(super) const REFINEMENTS: u32 = 3;
 /// Number of contacts and joint rows up to which an island of several bodies is refined while its forces
@@ -118,6 +120,15 @@ pub(super) struct Settings {
     /// True if the proximal point method from the last impulses is the second stage, not the last.
     /// For one body Newton's method from zero does as well.
     pub(super) proximal_stage: bool,
+    /// First ε of the proximal point method from the last impulses. In large islands a smaller one
+    /// takes 1.4 times the iterations.
+    pub(super) first_compliance: f64,
+    /// [Factor on ρ_t](super::law::NaturalMap) in the proximal steps of that stage.
+    pub(super) tangential_factor: f64,
+    /// Largest number of easy proximal steps with the same ε. It is the number of failed steps before
+    /// them, up to this limit. Without such a wait every second step fails in a large island where the
+    /// residual falls slowly.
+    pub(super) longest_wait: u32,
     /// Complementarity at which the interior point method ends, relative to the squared speed. It
     /// is smaller for several bodies, where unloaded contacts differ by rounding only.
     pub(super) complementarity: f64,
@@ -143,6 +154,9 @@ pub(super) struct Settings {
 const ONE_BODY: Settings = Settings {
     is_large: false,
     proximal_stage: false,
+    first_compliance: PROXIMAL_COMPLIANCE,
+    tangential_factor: 1.0,
+    longest_wait: 0,
     complementarity: 1e-13,
     jumps: 8,
     shortest_step: 1e-4,
@@ -162,7 +176,14 @@ const SEVERAL: Settings = Settings {
     ..ONE_BODY
 };
 
-const SEVERAL_LARGE: Settings = Settings { is_large: true, jumps: 2, ..SEVERAL };
+const SEVERAL_LARGE: Settings = Settings {
+    is_large: true,
+    first_compliance: 1e-2,
+    tangential_factor: 10.0,
+    longest_wait: 16,
+    jumps: 2,
+    ..SEVERAL
+};
 
 const JOINTED: Settings =
     Settings { shortest_step: 1e-4, limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };

@@ -268,7 +268,9 @@ impl<E: Equations> StageSolver<E> {
             }
             Stage::Proximal => {
                 self.begin_from(equations, previous);
-                self.change_little(equations, effort)
+                let Settings { first_compliance, tangential_factor, .. } = *equations.settings();
+                let map = NaturalMap { compliance: first_compliance, tangential_factor };
+                self.change_little(equations, map, effort)
             }
             Stage::Zero => {
                 self.begin_from_zero(equations);
@@ -281,7 +283,8 @@ impl<E: Equations> StageSolver<E> {
             }
             Stage::Best => {
                 self.iterate.copy_from(&self.best);
-                self.change_little(equations, effort)
+                let map = NaturalMap::with_compliance(PROXIMAL_COMPLIANCE);
+                self.change_little(equations, map, effort)
             }
         }
     }
@@ -372,16 +375,22 @@ impl<E: Equations> StageSolver<E> {
             false => exact_residual(equations, iterate),
         };
         if residual > tolerances.solved && (selected || residual <= tolerances.near) {
-            residual = proximal.solve(equations, POLISHING_COMPLIANCE, newton, iterate, effort);
+            let map = NaturalMap::with_compliance(POLISHING_COMPLIANCE);
+            residual = proximal.solve(equations, map, newton, iterate, effort);
         }
         StageEnd { residual, selected }
     }
 
     /// Proximal point method from the iterate. Its result is close and is accepted although
     /// compliance in all impulses did not select it.
-    fn change_little(&mut self, equations: &E, effort: &mut SolveEffort<'_>) -> StageEnd {
+    fn change_little(
+        &mut self,
+        equations: &E,
+        map: NaturalMap,
+        effort: &mut SolveEffort<'_>,
+    ) -> StageEnd {
         let Self { proximal, newton, iterate, .. } = self;
-        let residual = proximal.solve(equations, PROXIMAL_COMPLIANCE, newton, iterate, effort);
+        let residual = proximal.solve(equations, map, newton, iterate, effort);
         StageEnd { residual, selected: true }
     }
 

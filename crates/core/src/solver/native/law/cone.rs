@@ -57,7 +57,8 @@ impl ConeProjection {
         let u = u + map.compliance * rows.compliant_motion(impulse);
         let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
         let beta = impulse - n * gamma;
-        let (rho_n, rho_t) = (rows.scale[2], rows.scale[0]);
+        let rho_n = rows.scale[2];
+        let rho_t = rows.scale[0] * map.tangential_factor;
         let tangential = beta - rho_t * (u - n * u_n);
         let size = tangential.norm();
         let (normal, friction) = (gamma - rho_n * u_n, cone.friction);

@@ -10,6 +10,9 @@ pub(in super::super) struct NaturalMap {
     /// Compliance ε. The law holds for û = u + ε D p̂ instead of u (N6), which makes the impulses
     /// unique. D is the identity, except at contacts that can roll.
     pub(in super::super) compliance: f64,
+    /// Factor on ρ_t of contacts. Maps with different factors have the same zeros but other pieces:
+    /// a larger factor lets the velocity decide between sticking and slipping, not the impulse.
+    pub(in super::super) tangential_factor: f64,
 }
 
 impl NaturalMap {
@@ -17,7 +20,7 @@ impl NaturalMap {
     pub(in super::super) const EXACT: Self = Self::with_compliance(0.0);
 
     pub(in super::super) const fn with_compliance(compliance: f64) -> Self {
-        Self { compliance }
+        Self { compliance, tangential_factor: 1.0 }
     }
 }
 
