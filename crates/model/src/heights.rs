@@ -1,9 +1,7 @@
 //! Grids of heights from files: PNG, NumPy arrays, and text with separators.
 
 use std::io::Cursor;
-
-/// Largest number of heights.
-const MOST_HEIGHTS: usize = 10_000_000;
+use tumble_core::geometry::terrain::MOST_HEIGHTS;
 
 /// A grid of numbers, row by row. The first row is at the smallest y.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,26 +126,40 @@ impl HeightGrid {
         Self { values, columns }.checked()
     }
 
-    /// Grid of lines of numbers with commas, semicolons or spaces between them. Lines that begin with
-    /// `#` are comments.
+    /// Grid of lines of numbers with one separator: semicolons if there are any, else tabs, else commas,
+    /// else spaces. Numbers have decimal points. Lines that begin with `#` are comments.
     ///
     /// # Errors
-    /// A word that is not a number.
+    /// A field that is not a number.
     pub fn of_text(bytes: &[u8]) -> Result<Self, String> {
         let text = std::str::from_utf8(bytes).map_err(|_| "it is not text".to_owned())?;
-        let mut rows = Vec::new();
-        for (index, line) in text.lines().enumerate() {
-            let line = line.trim();
-            if line.is_empty() || line.starts_with('#') {
-                continue;
-            }
-            let words = line.split([',', ';', ' ', '\t']).filter(|word| !word.is_empty());
-            let number = |word: &str| {
-                word.parse::<f64>().map_err(|_| {
-                    format!("line {}: {word:?} is not a number; remove headings", index + 1)
-                })
+        let lines = || text.lines().filter(|line| !line.trim_start().starts_with('#'));
+        let has = |separator: &u8| lines().any(|line| line.as_bytes().contains(separator));
+        let Some(separator) = b";\t,".iter().copied().find(has) else {
+            let of_line = |(index, line): (usize, &str)| -> Result<Vec<f64>, String> {
+                line.split_whitespace().map(|field| number_of(field, index as u64 + 1)).collect()
             };
-            rows.push(words.map(number).collect::<Result<Vec<_>, _>>()?);
+            let rows =
+                text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with('#'));
+            let rows: Vec<_> = rows.map(of_line).collect::<Result<_, _>>()?;
+            return Self::of_rows(
+                &rows.into_iter().filter(|row| !row.is_empty()).collect::<Vec<_>>(),
+            );
+        };
+        let mut reader = csv::ReaderBuilder::new();
+        reader.delimiter(separator).has_headers(false).flexible(true).comment(Some(b'#'));
+        let mut rows = Vec::new();
+        for record in reader.trim(csv::Trim::All).from_reader(bytes).records() {
+            let record = record.map_err(|error| error.to_string())?;
+            let line = record.position().map_or(0, csv::Position::line);
+            // A separator may end the line.
+            let fields = record.iter().enumerate();
+            let fields = fields.filter(|(at, field)| at + 1 < record.len() || !field.is_empty());
+            let row =
+                fields.map(|(_, field)| number_of(field, line)).collect::<Result<Vec<_>, _>>()?;
+            if !row.is_empty() {
+                rows.push(row);
+            }
         }
         Self::of_rows(&rows)
     }
@@ -193,6 +205,17 @@ impl HeightGrid {
     }
 }
 
+/// Number of a field of a text file.
+fn number_of(field: &str, line: u64) -> Result<f64, String> {
+    field.parse().map_err(|_| {
+        let remedy = match field.replacen(',', ".", 1).parse::<f64>() {
+            Ok(number) => format!("write {number}"),
+            Err(_) => "remove headings".to_owned(),
+        };
+        format!("line {line}: {field:?} is not a number; {remedy}")
+    })
+}
+
 /// Numbers of a NumPy type in little-endian order.
 fn numbers_of(kind: &str, data: &[u8]) -> Result<Vec<f64>, String> {
     fn all<const N: usize>(data: &[u8], number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
@@ -218,14 +241,22 @@ mod tests {
 
     #[test]
     fn text_has_rows_and_comments() {
-        let grid = HeightGrid::of_text(b"# heights\n0, 1, 2\n3;4;5e-1\n").unwrap();
+        let grid = HeightGrid::of_text(b"# heights\n0, 1, 2\n3,4,5e-1,\n").unwrap();
         assert_eq!(grid, HeightGrid { values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5], columns: 3 });
         for (text, wanted) in [
             ("1,2\n3\n", "row 2 has 1 heights and row 1 has 2; all rows need the same number"),
             ("x,y\n1,2\n", "line 1: \"x\" is not a number; remove headings"),
+            ("1\t2\n\n3\t\t4\n", "line 3: \"\" is not a number; remove headings"),
+            ("0,00;0,30\n0;0\n", "line 1: \"0,00\" is not a number; write 0"),
+            ("0 1\n0,5 2\n", "line 1: \"0 1\" is not a number; remove headings"),
+            ("0;1\n2,3\n", "line 2: \"2,3\" is not a number; write 2.3"),
             ("1,2\n3,nan\n", "the height in row 2, column 2 is NaN; finite numbers are needed"),
         ] {
             assert_eq!(HeightGrid::of_text(text.as_bytes()).unwrap_err(), wanted);
+        }
+        for text in ["0  0.5\n\n 1 2 \n", "0;0.5;\n1; 2;\n", "0\t0.5\n1\t2\n"] {
+            let grid = HeightGrid::of_text(text.as_bytes()).unwrap();
+            assert_eq!(grid, HeightGrid { values: vec![0.0, 0.5, 1.0, 2.0], columns: 2 });
         }
         assert!(HeightGrid::of_text(b"1,2\n").unwrap_err().contains("2 × 2 or more"));
     }

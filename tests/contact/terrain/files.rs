@@ -22,6 +22,12 @@ fn file(path: &Path, _: u64) -> io::Result<Vec<u8>> {
     match name {
         "a.csv" => Ok(b"0, 1\n2, 3\n4, 5\n".to_vec()),
         "robot.xml" => Ok(MJCF.as_bytes().to_vec()),
+        "vast.xml" => Ok(MJCF
+            .replace(
+                "nrow=\"3\" ncol=\"2\" elevation=\"0 1 2 3 4 10\"",
+                "nrow=\"9e5\" ncol=\"9e5\"",
+            )
+            .into_bytes()),
         "sheet.obj" => Ok(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n".to_vec()),
         "odd.obj" => {
             Ok(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 3 1 4\nf 1 3 2\n".to_vec())
@@ -110,4 +116,14 @@ fn a_height_field_of_mjcf_has_its_place() {
         assert!((found - V::new(x, y, z - 5.0)).amax() < 1e-12, "{row} {column}: {found}");
     }
     assert_eq!(scene.fixed, ["hill"]);
+}
+
+/// The number of heights is checked before memory is reserved for them.
+#[test]
+fn a_vast_height_field_of_mjcf_is_refused() {
+    let why = scene("[[robots]]\nfile = \"vast.xml\"\n").map(|_| ()).unwrap_err();
+    assert!(
+        why.contains("nrow and ncol: 900000 rows of 900000 heights are more than 10000000"),
+        "{why}"
+    );
 }

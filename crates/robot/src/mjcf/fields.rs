@@ -6,7 +6,7 @@ use crate::meshes::stem;
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
-use tumble_core::geometry::terrain::HeightField;
+use tumble_core::geometry::terrain::{HeightField, MOST_HEIGHTS};
 use tumble_model::heights::HeightGrid;
 use tumble_model::shown;
 
@@ -53,9 +53,15 @@ impl MjcfReader<'_> {
             }
             None => {
                 let (rows, columns) = (whole("nrow")?, whole("ncol")?);
+                if rows.saturating_mul(columns) > MOST_HEIGHTS {
+                    return Err(format!(
+                        "nrow and ncol: {rows} rows of {columns} heights are more than \
+                         {MOST_HEIGHTS}; use fewer rows or columns"
+                    ));
+                }
                 let values = element.numbers("elevation")?;
-                let values = values.unwrap_or_else(|| vec![0.0; rows.saturating_mul(columns)]);
-                if columns == 0 || values.len() != rows.saturating_mul(columns) {
+                let values = values.unwrap_or_else(|| vec![0.0; rows * columns]);
+                if columns == 0 || values.len() != rows * columns {
                     return Err(format!(
                         "elevation: {} numbers are given; {rows} rows of {columns} are needed",
                         values.len()

@@ -5,8 +5,8 @@ use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::Aabb;
 use nalgebra::{Matrix3, Vector3};
 
-/// Largest number of heights.
-const MOST_HEIGHTS: usize = 10_000_000;
+/// Largest number of heights of a [`HeightField`].
+pub const MOST_HEIGHTS: usize = 10_000_000;
 
 /// Heights over a rectangular grid (m).
 ///

@@ -9,7 +9,7 @@ mod grid;
 mod mesh;
 mod patches;
 
-pub use grid::HeightField;
+pub use grid::{HeightField, MOST_HEIGHTS};
 pub use mesh::Surface;
 
 use super::facet::facet;
