@@ -453,3 +453,16 @@ def test_the_pinched_capsule_creeps_with_soft_contacts_alone():
     np.testing.assert_allclose(speeds, [184e-6, 18.4e-6], rtol=0.05)
     moved, residual = example["hard_drop"](2.0)
     assert moved < 1e-12 and residual < 1e-9
+
+
+@pytest.mark.skipif(not hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE"), reason="MuJoCo 3.13 has it")
+def test_options_with_another_metric_are_refused():
+    """A passive spring that the integrator "discrete" takes stably is unstable with another metric."""
+    model, data = on_floor(BOX, 0.1, "integrator='discrete'")
+    for call in (lambda: tm.hard_step(model, data), lambda: tm.certify(model, data), lambda: tm.HardStepper(model)):
+        with pytest.raises(tumble.TumbleError, match='"discrete" has no hard step yet; use'):
+            call()
+    model, data = on_floor(BOX, 0.1, "")
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_IPC)
+    with pytest.raises(tumble.TumbleError, match="the flag ipc has no hard step yet; switch it off"):
+        tm.hard_step(model, data)

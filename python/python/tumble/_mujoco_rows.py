@@ -121,6 +121,7 @@ class RowCollector:
             raise TumbleError(f"model is {type(model).__name__}; a mujoco.MjModel is needed")
         if not hasattr(model, "M_rownnz"):
             raise TumbleError(f"mujoco {mujoco.__version__} is too old for tumble.mujoco; 3.10 or later is needed")
+        _refuse_options(model)
         self.model = model
         moved = np.zeros((model.nbody, model.nv))
         for body in range(model.nbody):
@@ -143,6 +144,7 @@ class RowCollector:
             raise TumbleError(f"data is {type(data).__name__}; a mujoco.MjData is needed")
         if len(data.qpos) != self.model.nq or len(data.qvel) != self.model.nv:
             raise TumbleError("data belongs to another model; mujoco.MjData(model) is needed")
+        _refuse_options(self.model)
         for name in ("qpos", "qvel", "act", "ctrl"):
             numbers(f"data.{name}", getattr(data, name), ("n",))
 
@@ -335,6 +337,17 @@ def _skew(levers: Floats) -> Floats:
     skew[:, 0, 1], skew[:, 2, 1] = -z, x
     skew[:, 0, 2], skew[:, 1, 2] = y, -x
     return skew
+
+
+def _refuse_options(model: Any) -> None:
+    """Raises TumbleError for options whose steps have another metric than the mass matrix with damping."""
+    if model.opt.integrator == getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", -1):
+        raise TumbleError(
+            'the integrator "discrete" has no hard step yet; use <option integrator="implicitfast"> and a time step '
+            "at which its springs are stable"
+        )
+    if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_IPC", 0)):
+        raise TumbleError("the flag ipc has no hard step yet; switch it off")
 
 
 def _notes(model: Any) -> Tuple[str, ...]:
