@@ -111,7 +111,7 @@ def of_scenes(file: Path, left_out: dict[str, str]) -> list[str]:
             ratio = statistics.median(a / b for a, b in zip(seconds, own))
             unsolved = sum(not one <= SOLVED for one in residuals)
             rows.append([solver, *middles(seconds), f"{ratio:.3g}", str(unsolved), f"{max(residuals):.1g}"])
-        parts += [f"*{name}*: {len(problems)} problems of {min(contacts)} to {max(contacts)} contacts", table(rows)]
+        parts += [f"*{name}*, problems: {len(problems)}, contacts: {min(contacts)} to {max(contacts)}", table(rows)]
     return parts
 
 
