@@ -11,8 +11,9 @@
 //! ```
 //!
 //! s is the separation of the pieces along the normal, from their support functions. The normal is
-//! fixed in B, fixed in A, across both edges if two edges touch, or along the shortest line if that is
-//! within ϑ + 0.03 rad. The largest s counts. d is the height of the point above a piece.
+//! fixed in B, fixed in A, or across both edges if two edges touch, and the largest s counts. If e is
+//! positive with o = 0, the shortest line and o are computed. The normal may also be along that line if it is
+//! within ϑ + 0.03 rad. d is the height of the point above a piece.
 //!
 //! Points and planes are fixed to their bodies within a step, so rotation and motion are allowed for.
 //! τ is the way of the touching point over both bodies in the step. A plane continues that far beyond
@@ -85,13 +86,8 @@ impl PlacementCheck<'_> {
             separation = separation.max(along(&other));
         }
         let PlacementScratch { exposure, hint, pair } = scratch;
-        let nearest = separate(a, b, hint, pair);
-        if -nearest.axis.dot(&normal) >= libm::cos(turned + ACROSS) {
-            separation = separation.max(nearest.distance);
-        }
-        let overlap = (-nearest.distance).max(0.0);
         let continued = contact.features.curved.as_ref().and_then(Curved::cores).is_some();
-        let misses = match separation - gap {
+        let misses = |separation: f64, overlap: f64| match separation - gap {
             above if above > 0.0 && continued => 0.0,
             other => other.abs() - rounding - second_order - overlap,
         };
@@ -103,8 +99,16 @@ impl PlacementCheck<'_> {
             Some(_) => 0.0,
             None => far(b, &on_b),
         };
-        let beside = far(a, &on_a).max(off_b) - rounding - travel - second_order - overlap;
-        let error = misses.max(beside).max(0.0);
+        let beside = far(a, &on_a).max(off_b) - rounding - travel - second_order;
+        let mut error = misses(separation, 0.0).max(beside).max(0.0);
+        if error > 0.0 {
+            let nearest = separate(a, b, hint, pair);
+            if -nearest.axis.dot(&normal) >= libm::cos(turned + ACROSS) {
+                separation = separation.max(nearest.distance);
+            }
+            let overlap = (-nearest.distance).max(0.0);
+            error = misses(separation, overlap).max(beside - overlap).max(0.0);
+        }
         if error > 0.0 || !self.partners.has_others(colliders.map(|(number, _)| number)) {
             return error;
         }
