@@ -11,6 +11,10 @@ const MOST_TRIANGLES: usize = 10_000_000;
 /// Height of a triangle over its longest side, relative to this side, below which it has no normal.
 const FLAT: f64 = 1e-9;
 
+/// Distance up to which vertices on borders of a file's facets are one, relative to the extent of the
+/// surface. Single precision rounds a coordinate by at most 6·10⁻⁸ of it.
+const SAME_VERTEX: f64 = 1e-6;
+
 /// A surface of triangles, open or closed.
 #[derive(Debug, Clone)]
 pub struct Surface {
@@ -21,6 +25,7 @@ pub struct Surface {
     /// Triangles at each vertex.
     around: Vec<u32>,
     tree: Tree,
+    joined: usize,
 }
 
 impl PartialEq for Surface {
@@ -62,10 +67,12 @@ impl Surface {
             next[vertex as usize] += 1;
         }
         let boxes: Vec<_> = triangles.iter().map(|triangle| box_of(&vertices, triangle)).collect();
-        Ok(Self { tree: Tree::of(&boxes), vertices, triangles, starts, around })
+        Ok(Self { tree: Tree::of(&boxes), vertices, triangles, starts, around, joined: 0 })
     }
 
-    /// Surface of facets with three corners each (m). Equal corners become one vertex.
+    /// Surface of facets with three corners each (m). Equal corners become one vertex, and so do corners
+    /// on borders within 10⁻⁶ of the extent of the surface, unless they are of one facet or the surface
+    /// would be refused then.
     ///
     /// # Errors
     /// The errors of [`Surface::new`].
@@ -82,7 +89,53 @@ impl Surface {
                 })
             }));
         }
-        Self::new(vertices, triangles)
+        let surface = Self::new(vertices, triangles)?;
+        Ok(surface.joined_at_borders().unwrap_or(surface))
+    }
+
+    /// This surface with nearly equal vertices on borders as one; `None` if there are none.
+    fn joined_at_borders(&self) -> Option<Self> {
+        let Aabb { low, high } = self.bounds();
+        let within = SAME_VERTEX * (high - low).amax();
+        let mut borders: Vec<u32> = self.border_vertices();
+        let place = |vertex: u32| self.vertices[vertex as usize];
+        borders.sort_unstable_by(|one, other| place(*one).x.total_cmp(&place(*other).x));
+        let mut same: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        let mut joined = 0;
+        for (index, &vertex) in borders.iter().enumerate() {
+            if same[vertex as usize] != vertex {
+                continue;
+            }
+            let ahead = borders[index + 1..].iter();
+            for &other in ahead.take_while(|other| place(**other).x - place(vertex).x <= within) {
+                let is_near = (place(other) - place(vertex)).norm() <= within;
+                if is_near && same[other as usize] == other {
+                    same[other as usize] = vertex;
+                    joined += 1;
+                }
+            }
+        }
+        let triangles = self.triangles.iter().map(|triangle| triangle.map(|v| same[v as usize]));
+        let surface = Self::new(self.vertices.clone(), triangles.collect());
+        (joined > 0).then_some(Self { joined, ..surface.ok()? })
+    }
+
+    /// Vertices on edges with one triangle.
+    fn border_vertices(&self) -> Vec<u32> {
+        let mut vertices = Vec::new();
+        for triangle in &self.triangles {
+            for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j])) {
+                let shared = self.around(from as usize).iter();
+                if shared.filter(|other| self.triangles[**other as usize].contains(&to)).count()
+                    == 1
+                {
+                    vertices.extend([from, to]);
+                }
+            }
+        }
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
     }
 
     /// This surface rotated about the origin and then translated (m).
@@ -97,7 +150,13 @@ impl Surface {
     ) -> Result<Self, Error> {
         check_placement(rotation, translation)?;
         let vertices = self.vertices.iter().map(|vertex| rotation * vertex + translation).collect();
-        Self::new(vertices, self.triangles)
+        Ok(Self { joined: self.joined, ..Self::new(vertices, self.triangles)? })
+    }
+
+    /// Number of vertices on borders that were joined to others ([`Surface::from_facets`]).
+    #[must_use]
+    pub fn joined(&self) -> usize {
+        self.joined
     }
 
     /// The vertices (m).
