@@ -143,8 +143,8 @@ fn nearly_equal_vertices_of_a_file_are_one() {
              name = \"floor\"\nmesh = \"{mesh}\"\n"
         );
         let scene = Scene::of_text(&text, Path::new("s.toml"), Settings::default(), &file).unwrap();
-        let mut simulation = scene.simulation(&std::sync::Arc::default()).unwrap();
-        let mut record = tumble_core::simulation::StepRecord::new();
+        let mut simulation = scene.simulation(&Arc::default()).unwrap();
+        let mut record = StepRecord::new();
         (0..300).for_each(|_| simulation.step(&mut record).unwrap());
         (scene.notes(), *simulation.state())
     };
