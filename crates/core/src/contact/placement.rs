@@ -158,7 +158,8 @@ impl PlacementCheck<'_> {
     }
 
     /// The triangle at a contact with a terrain. A plane of a terrain belongs to all triangles in it, and
-    /// the key names the first.
+    /// the key names the first. Of several triangles at the point, as in a valley, it is the one whose
+    /// normal is nearest to the contact's.
     fn nearest_triangle(
         &self,
         contact: &Contact,
@@ -167,13 +168,21 @@ impl PlacementCheck<'_> {
     ) -> (usize, Collider) {
         let pose = &poses[contact.key.body];
         let still = placed(self.world, poses, b.1).1;
-        let (_, point) = touching_point(contact, pose, still);
-        let (mut nearest, mut height) = (b, placed(self.world, poses, b.1).0.height_of(&point));
+        let (normal, point) = touching_point(contact, pose, still);
+        let within = ROUNDING * placed(self.world, poses, b.1).0.bounding_radius();
+        let seen = |collider: Collider| {
+            let piece = placed(self.world, poses, collider).0;
+            let face = piece.core().faces().first();
+            let across = face.map_or(0.0, |face| face.normal.dot(&normal).abs());
+            (piece.height_of(&point), across)
+        };
+        let (mut nearest, mut least) = (b, seen(b.1));
         self.partners.each_near([number, b.0], &mut |other, collider| {
             if collider.owner == b.1.owner && collider.owner != a.owner {
-                let above = placed(self.world, poses, collider).0.height_of(&point);
-                if above < height {
-                    (nearest, height) = ((other, collider), above);
+                let (height, across) = seen(collider);
+                let is_nearer = height < least.0 - within;
+                if is_nearer || height <= least.0 + within && across > least.1 {
+                    (nearest, least) = ((other, collider), (height.min(least.0), across));
                 }
             }
         });
