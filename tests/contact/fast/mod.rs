@@ -264,9 +264,8 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
     // Pairs that passed and were marked as unphysical.
     assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
-    // Bounds on the failed steps, the examined ones and those with a solution. Steps that only have
-    // solutions that make energy are fewer than one for ten pairs.
-    assert!(found.failed <= 30 && found.gaining <= 100, "{found:#?}");
+    // Bounds on the failed steps, the examined ones and those with a solution.
+    assert!(found.failed <= 30 && found.gaining <= 80, "{found:#?}");
     assert!(found.sought >= 3 && found.solvable <= 1, "{found:#?}");
 }
 

@@ -66,9 +66,8 @@ impl Campaign {
         }
     }
 
-    /// Asserts that no step makes energy, at most one step in 1000 fails, and at most `misplaced` steps
-    /// in 10 000 have a misplaced contact.
-    fn assert_right(&self, name: &str, misplaced: u64) {
+    /// Asserts that no step makes energy or has a misplaced contact, and at most one step in 1000 fails.
+    fn assert_right(&self, name: &str) {
         let failed = self.statuses.get("failed").copied().unwrap_or(0);
         let counts = format!(
             "{name}: {} steps, {:?}, {} make energy, {} with a misplaced contact",
@@ -80,8 +79,7 @@ impl Campaign {
         println!("{counts}");
         let first = |list: &[String]| list[..list.len().min(60)].join("\n");
         assert!(self.wrong.is_empty(), "{counts}:\n{}", first(&self.wrong));
-        let is_right = self.misplaced.len() as u64 * 10_000 <= misplaced * self.steps;
-        assert!(is_right, "{counts}:\n{}", first(&self.misplaced));
+        assert!(self.misplaced.is_empty(), "{counts}:\n{}", first(&self.misplaced));
         assert!(failed * 1000 <= self.steps, "{counts}");
     }
 }
@@ -199,33 +197,33 @@ fn pairs_of_shapes(attitudes: u64, steps: usize) -> Campaign {
 
 #[test]
 fn bodies_thrown_on_floors_make_no_energy() {
-    thrown_on_floors(1, 400).assert_right("floors", 0);
+    thrown_on_floors(1, 400).assert_right("floors");
 }
 
 #[test]
 fn bodies_thrown_on_rough_terrain_make_no_energy() {
-    thrown_on_terrains(2, 300).assert_right("terrains", 0);
+    thrown_on_terrains(2, 300).assert_right("terrains");
 }
 
 #[test]
 fn pairs_of_all_shapes_make_no_energy() {
-    pairs_of_shapes(1, 150).assert_right("pairs", 0);
+    pairs_of_shapes(1, 150).assert_right("pairs");
 }
 
 #[test]
 #[ignore = "slow"]
 fn bodies_of_all_shapes_thrown_on_twenty_floors_of_each_kind_make_no_energy() {
-    thrown_on_floors(20, 400).assert_right("floors", 1);
+    thrown_on_floors(20, 400).assert_right("floors");
 }
 
 #[test]
 #[ignore = "slow"]
 fn bodies_of_all_shapes_thrown_on_a_hundred_rough_terrains_make_no_energy() {
-    thrown_on_terrains(100, 300).assert_right("terrains", 20);
+    thrown_on_terrains(100, 300).assert_right("terrains");
 }
 
 #[test]
 #[ignore = "slow"]
 fn pairs_of_all_shapes_in_eight_attitudes_make_no_energy() {
-    pairs_of_shapes(8, 200).assert_right("pairs", 2);
+    pairs_of_shapes(8, 200).assert_right("pairs");
 }
