@@ -20,6 +20,8 @@ pub struct Candidates {
     rebound: Rebound,
     /// Workspace of [`detection::admit_missed`].
     index: KeyIndex,
+    /// True if new contacts [keep their depth](Contact::keep_depth).
+    keeps_depth: bool,
 }
 
 impl Candidates {
@@ -27,6 +29,11 @@ impl Candidates {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// An empty list whose contacts [keep their depth](Contact::keep_depth).
+    pub(crate) fn keeping_depth() -> Self {
+        Self { keeps_depth: true, ..Self::default() }
     }
 
     /// Contacts found so far, in the order of the search.
@@ -104,7 +111,7 @@ impl Candidates {
             || has_pairs
                 && self.neighbours.overlapping(world, states, free, 0.0, false, &mut self.contacts);
         self.rebound.begin(world, free);
-        self.rebound.set(world, states, &mut self.contacts);
+        self.complete(world, states, 0);
         needs_contact
     }
 
@@ -145,8 +152,17 @@ impl Candidates {
         let ground = detection::admit_missed(world, states, next, depth, contacts, index);
         let pieces = has_pairs(world)
             && self.neighbours.overlapping(world, states, next, depth, true, &mut self.contacts);
-        self.rebound.set(world, states, &mut self.contacts[known..]);
+        self.complete(world, states, known);
         ground || pieces
+    }
+
+    /// Completes the new contacts, from index `first` on.
+    fn complete(&mut self, world: &World, states: &[State], first: usize) {
+        let new = &mut self.contacts[first..];
+        if self.keeps_depth {
+            new.iter_mut().for_each(Contact::keep_depth);
+        }
+        self.rebound.set(world, states, new);
     }
 
     /// First pair whose collision the step `states` → `next` misses in spite of these contacts.

@@ -223,6 +223,19 @@ impl Contact {
         self.frame.column(2).into_owned()
     }
 
+    /// Moves the plane, or the feature of B, by the depth at the start, so that φ = 0 there. The step
+    /// then keeps this depth and does not remove it.
+    pub(crate) fn keep_depth(&mut self) {
+        if self.gap >= 0.0 {
+            return;
+        }
+        match &mut self.features.curved {
+            Some(Curved::Cores(pair)) => pair.radius += self.gap,
+            None | Some(Curved::Ellipsoid(_)) => self.features.offset += self.gap,
+        }
+        self.gap = 0.0;
+    }
+
     /// True if a touching feature is curved, so that the features can roll.
     #[must_use]
     pub fn is_rounded(&self) -> bool {

@@ -3,8 +3,9 @@
 //!
 //! The world takes 2, 4, … 64 steps of h/n until each of them is solved and they make no energy
 //! together, unless a body is [squeezed](super::squeeze): no step has a solution then. Bodies of these
-//! islands take the end state of these steps; others keep their solution. Velocities that depend on the
-//! time step are converted before and after. The spin keeps its momentum P⁻ (eq. 34), and the
+//! islands take the end state of these steps; others keep their solution. Shorter steps keep the depth
+//! at which their contacts begin: they would remove it with n times the speed. Velocities that depend
+//! on the time step are converted before and after. The spin keeps its momentum P⁻ (eq. 34), and the
 //! velocity of flying bodies changes by ½ (h − h/n) g. Contacts and joints get the mean force of
 //! the shorter steps. The residual is the one of these forces in a single step, and is not small.
 //!
@@ -116,7 +117,7 @@ impl Simulation<'_> {
         };
         let states = exchanged(&self.now.states, &self.world, &world)?;
         let motion = Motion::native(&world);
-        let mut short = Simulation::at(world, &states, motion, Candidates::new()).ok()?;
+        let mut short = Simulation::at(world, &states, motion, Candidates::keeping_depth()).ok()?;
         short.index = self.index.saturating_mul(parts);
         short.outside.clone_from(&self.outside);
         short.driving.clone_from(&self.driving);
@@ -140,7 +141,7 @@ impl Simulation<'_> {
         let mut ends = exchanged(&short.now.states, &short.world, &self.world)?;
         let stands = |body: &usize| unsolved[*body] && !flies[*body] && !self.world.is_held(*body);
         let standing: Vec<_> = (0..unsolved.len()).filter(stands).collect();
-        self.slow_standing(&mut ends, &standing, parts, energy.gained.max(0.0));
+        energy.gained = self.slow_standing(&mut ends, &standing, parts, energy.gained.max(0.0));
         let body = unsolved.iter().position(|unsolved| *unsolved).unwrap_or(0);
         self.scratch.gain = energy.gains().then_some(EnergyGain { body, energy: energy.gained });
         let StepScratch { solution, .. } = &mut self.scratch;
@@ -172,7 +173,9 @@ impl Simulation<'_> {
     /// ```text
     /// Σ ½ m (h − h/n) g·(v⁺ − v)
     /// ```
-    fn slow_standing(&self, ends: &mut [State], bodies: &[usize], parts: u64, made: f64) {
+    ///
+    /// Returns the energy that is left: bodies that are at rest at the end may be higher (J).
+    fn slow_standing(&self, ends: &mut [State], bodies: &[usize], parts: u64, made: f64) -> f64 {
         let (world, h) = (&self.world, self.world.time_step());
         let (mut gained, mut kinetic, mut lag) = (made, 0.0, 0.0);
         for &index in bodies {
@@ -191,7 +194,9 @@ impl Simulation<'_> {
                 ends[index].velocity *= slower;
                 ends[index].spin *= slower;
             }
+            gained -= (1.0 - slower) * ((1.0 + slower) * kinetic + lag);
         }
+        gained.max(0.0)
     }
 
     /// True per body if its island touches the ground or a fixed piece, or has a held body.
