@@ -42,7 +42,7 @@ use crate::geometry::{
 use crate::mechanics::Pose;
 use crate::world::World;
 use nalgebra::Vector3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Distance within which surfaces are one, as a fraction of the smaller piece. A larger step between
 /// two faces is real.
@@ -73,6 +73,8 @@ pub(super) struct ExposureScratch {
     others: Vec<LocalSurface>,
     beside: LocalSurface,
     exposed: Vec<Vector3<f64>>,
+    /// Colliders whose exposed faces are combined, with their numbers.
+    near: Vec<(usize, Collider)>,
     /// Angles at which level directions end (rad).
     ends: Vec<f64>,
     faces: Vec<FaceOfPair>,
@@ -240,12 +242,13 @@ impl Exposure<'_> {
     }
 
     /// True if the surface `points` of both colliders with their outward normals (m, world, at the
-    /// poses `at`) are exposed at one of the `moments`.
+    /// poses `at`) are exposed at one of the `moments`. A normal may be off by `angle` (rad) from the
+    /// normals of exposed faces.
     pub(super) fn shows(
         &self,
         points: [(Vector3<f64>, Vector3<f64>); 2],
         at: &[Pose],
-        moments: &[&[Pose]],
+        (moments, angle): (&[&[Pose]], f64),
         scratch: &mut ExposureScratch,
     ) -> bool {
         let poses = self.colliders.map(|collider| placed(self.world, at, collider).1);
@@ -254,9 +257,64 @@ impl Exposure<'_> {
             normal: poses[side].rotation.tr_mul(&points[side].1),
             part: None,
         });
-        moments
-            .iter()
-            .any(|poses| (0..2).all(|side| self.is_exposed(side, &points[side], poses, scratch)))
+        let mut shows = |side: usize, poses: &[Pose]| {
+            let point = &points[side];
+            self.is_exposed(side, point, poses, scratch)
+                || self.rise_above_all(side, point, poses, scratch) <= libm::sin(angle.min(FRAC_PI_2)) + LEVEL
+        };
+        moments.iter().any(|poses| (0..2).all(|side| shows(side, poses)))
+    }
+
+    /// Sine of the angle between the normal of the surface point `at` and the cone of the normals of all
+    /// exposed faces there. They are of several pieces where a contact on the edge of two facets of a
+    /// terrain ends at their vertex.
+    fn rise_above_all(
+        &self,
+        side: usize,
+        at: &SurfacePoint,
+        poses: &[Pose],
+        scratch: &mut ExposureScratch,
+    ) -> f64 {
+        let within = self.flush_within(poses);
+        let pose = placed(self.world, poses, self.colliders[side]).1;
+        let (x, n) = (pose.position + pose.rotation * at.point, pose.rotation * at.normal);
+        let ExposureScratch { own, others, beside, exposed, near, .. } = scratch;
+        exposed.clear();
+        near.clear();
+        near.push((self.numbers[side], self.colliders[side]));
+        self.partners.each_near(self.numbers, &mut |number, other| {
+            if self.may_hide(side, number, other) {
+                near.push((number, other));
+            }
+        });
+        for &(number, collider) in &*near {
+            let mut of = Self { ..*self };
+            (of.colliders[side], of.numbers[side]) = (collider, number);
+            let (piece, pose) = placed(self.world, poses, collider);
+            let seen = pose.rotation.tr_mul(&(x - pose.position));
+            if !piece.surface_at(&seen, within, &mut own.normals) {
+                continue;
+            }
+            own.normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
+            let count = of.gather(side, &x, within, poses, others);
+            let is_toward = |m: &&Vector3<f64>| m.dot(&n) > 0.0;
+            for m in own.normals.iter().filter(is_toward) {
+                let around = (&*own, &others[..count], &mut *beside);
+                if of.is_face_exposed(side, &x, m, within, poses, around) {
+                    exposed.push(*m);
+                }
+            }
+        }
+        rise(exposed, &n).norm()
+    }
+
+    /// True if the collider `other` may hide the surface of collider `side`: the body of the other
+    /// collider of the pair may touch it.
+    fn may_hide(&self, side: usize, number: usize, other: Collider) -> bool {
+        let (own, toucher) = (self.colliders[side].owner, self.colliders[1 - side].owner);
+        !self.numbers.contains(&number)
+            && other.owner != toucher
+            && (other.owner == own || may_touch(self.world, toucher, other.owner))
     }
 
     /// The touching points of both pieces and their outward normals.
@@ -398,10 +456,7 @@ impl Exposure<'_> {
             });
         }
         let mut add = |number: usize, other: Collider| {
-            if self.numbers.contains(&number) || other.owner == toucher {
-                return;
-            }
-            if other.owner != own && !may_touch(self.world, toucher, other.owner) {
+            if !self.may_hide(side, number, other) {
                 return;
             }
             let (piece, pose) = placed(self.world, poses, other);

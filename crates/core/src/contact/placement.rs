@@ -18,8 +18,9 @@
 //! Points and planes are fixed to their bodies within a step, so rotation and motion are allowed for.
 //! τ is the way of the touching point over both bodies in the step. A plane continues that far beyond
 //! its face. ℓ is the reach of the smaller piece, r that of the larger body, and o the overlap of the
-//! pair, which is reported. A continued distance (4b) may be smaller than s. A contact on a
-//! [hidden](super::exposure) face has the error ℓ.
+//! pair, which is reported. A continued distance (4b) may be smaller than s. A contact whose normal is
+//! more than ϑ off those of all [exposed](super::exposure) faces at x has the error ℓ. Of the triangles
+//! of a terrain within δ_x of the point, the one with the smallest e counts.
 //!
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
 //! first order in ϑ.
@@ -62,24 +63,23 @@ impl PlacementCheck<'_> {
     /// the world does not have its pieces.
     pub(super) fn error(&self, contact: &Contact, scratch: &mut PlacementScratch) -> f64 {
         let Some(named) = self.colliders_of(contact) else { return f64::NAN };
-        let mut colliders = named;
         let (poses, is_end) =
             if contact.bounces() { (self.start, false) } else { (self.end, true) };
-        if self.world.terrain(fixed_index(contact)).is_some() {
-            colliders[1] = self.nearest_triangle(contact, colliders, poses);
-        }
-        let [a, b] = colliders.map(|(_, collider)| placed(self.world, poses, collider));
-        let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b.1);
-        let gap = contact.gap_at(a.1, b_pose);
-        let (normal, on_a) = touching_point(contact, a.1, b.1);
-        let on_b = on_a - normal * gap;
-
-        let length = size(a.0).min(size(b.0));
+        let pieces = named.map(|(_, collider)| placed(self.world, poses, collider).0);
+        let length = size(pieces[0]).min(size(pieces[1]));
         let (turned, travel) = (self.turn(contact), self.travel(contact));
         let rounding = ROUNDING * length;
         let reach = self.reach(contact);
         let by_turn = if is_end { turned * reach + travel } else { reach };
         let second_order = by_turn * turned + travel * ACROSS;
+        let slack = rounding + travel + second_order;
+
+        let colliders = self.with_triangle(contact, named, poses, slack);
+        let [a, b] = colliders.map(|(_, collider)| placed(self.world, poses, collider));
+        let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b.1);
+        let gap = contact.gap_at(a.1, b_pose);
+        let (normal, on_a) = touching_point(contact, a.1, b.1);
+        let on_b = on_a - normal * gap;
         let along = |n: &Vector3<f64>| -extent(a, &-n) - extent(b, n);
         let mut separation = along(&normal);
         for other in self.normals(contact, &normal, a.1) {
@@ -94,12 +94,9 @@ impl PlacementCheck<'_> {
         let far = |(piece, pose): (&Piece, &Pose), point: &Vector3<f64>| {
             piece.height_of(&pose.rotation.tr_mul(&(point - pose.position)))
         };
-        let off_b = match self.world.terrain(fixed_index(contact)) {
-            // A plane of a terrain belongs to all triangles in it.
-            Some(_) => 0.0,
-            None => far(b, &on_b),
-        };
-        let beside = far(a, &on_a).max(off_b) - rounding - travel - second_order;
+        // A plane of a terrain belongs to all triangles in it.
+        let off_b = if self.is_on_terrain(contact) { 0.0 } else { far(b, &on_b) };
+        let beside = far(a, &on_a).max(off_b) - slack;
         let mut error = misses(separation, 0.0).max(beside).max(0.0);
         if error > 0.0 {
             let nearest = separate(a, b, hint, pair);
@@ -114,21 +111,21 @@ impl PlacementCheck<'_> {
         }
         let is_shown = [self.start, self.end]
             .into_iter()
-            .any(|poses| self.is_shown(contact, named, poses, exposure));
+            .any(|poses| self.is_shown(contact, named, poses, (slack, turned), exposure));
         if is_shown { 0.0 } else { length }
     }
 
-    /// True if the contact is on exposed surfaces where it is with the bodies at `poses`.
+    /// True if the contact is on exposed surfaces where it is with the bodies at `poses`: within `slack`
+    /// (m) for facets, with a normal that is exposed to `angle` (rad).
     fn is_shown(
         &self,
         contact: &Contact,
-        mut colliders: [(usize, Collider); 2],
+        named: [(usize, Collider); 2],
         poses: &[Pose],
+        (slack, angle): (f64, f64),
         scratch: &mut ExposureScratch,
     ) -> bool {
-        if self.world.terrain(fixed_index(contact)).is_some() {
-            colliders[1] = self.nearest_triangle(contact, colliders, poses);
-        }
+        let colliders = self.with_triangle(contact, named, poses, slack);
         let of = Exposure {
             world: self.world,
             partners: self.partners,
@@ -139,7 +136,7 @@ impl PlacementCheck<'_> {
         let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b);
         let (normal, on_a) = touching_point(contact, a, b);
         let points = [(on_a, -normal), (on_a - normal * contact.gap_at(a, b_pose), normal)];
-        of.shows(points, poses, &[self.start, self.end], scratch)
+        of.shows(points, poses, (&[self.start, self.end], angle), scratch)
     }
 
     /// Colliders of a contact with their numbers, A first.
@@ -157,36 +154,46 @@ impl PlacementCheck<'_> {
         Some([of(PieceOwner::Body(contact.key.body), pair.pieces.0)?, of(owner, pair.pieces.1)?])
     }
 
-    /// The triangle at a contact with a terrain. A plane of a terrain belongs to all triangles in it, and
-    /// the key names the first. Of several triangles at the point, as in a valley, it is the one whose
-    /// normal is nearest to the contact's.
-    fn nearest_triangle(
+    /// The colliders of a contact, for a terrain with the triangle at the contact. A plane of a terrain
+    /// belongs to all triangles in it, and the key names the first. Of the triangles within `slack` (m)
+    /// of the touching point it is the one whose separation along the normal is nearest to the gap, as
+    /// for a body that moves over a vertex.
+    fn with_triangle(
         &self,
         contact: &Contact,
-        [(number, a), b]: [(usize, Collider); 2],
+        named: [(usize, Collider); 2],
         poses: &[Pose],
-    ) -> (usize, Collider) {
-        let pose = &poses[contact.key.body];
-        let still = placed(self.world, poses, b.1).1;
-        let (normal, point) = touching_point(contact, pose, still);
-        let within = ROUNDING * placed(self.world, poses, b.1).0.bounding_radius();
-        let seen = |collider: Collider| {
-            let piece = placed(self.world, poses, collider).0;
-            let face = piece.core().faces().first();
-            let across = face.map_or(0.0, |face| face.normal.dot(&normal).abs());
-            (piece.height_of(&point), across)
+        slack: f64,
+    ) -> [(usize, Collider); 2] {
+        let [(number, a), b] = named;
+        if !self.is_on_terrain(contact) {
+            return named;
+        }
+        let [body, still] = [a, b.1].map(|collider| placed(self.world, poses, collider));
+        let (normal, point) = touching_point(contact, body.1, still.1);
+        let on_plane = -extent(body, &-normal) - contact.gap_at(body.1, None);
+        let error = |collider: Collider| {
+            let triangle = placed(self.world, poses, collider);
+            let beside = (triangle.0.height_of(&point) - slack).max(0.0);
+            (beside, (on_plane - extent(triangle, &normal)).abs())
         };
-        let (mut nearest, mut least) = (b, seen(b.1));
+        let (mut nearest, mut least) = (b, error(b.1));
         self.partners.each_near([number, b.0], &mut |other, collider| {
-            if collider.owner == b.1.owner && collider.owner != a.owner {
-                let (height, across) = seen(collider);
-                let is_nearer = height < least.0 - within;
-                if is_nearer || height <= least.0 + within && across > least.1 {
-                    (nearest, least) = ((other, collider), (height.min(least.0), across));
+            if collider.owner == b.1.owner {
+                let found = error(collider);
+                if found < least {
+                    (nearest, least) = ((other, collider), found);
                 }
             }
         });
-        nearest
+        [named[0], nearest]
+    }
+
+    fn is_on_terrain(&self, contact: &Contact) -> bool {
+        match contact.key.partner {
+            Partner::Fixed(index) => self.world.terrain(index).is_some(),
+            Partner::Body(_) | Partner::Ground => false,
+        }
     }
 
     /// Other normals of the contact at the end: fixed in A, and across two edges.
@@ -246,14 +253,6 @@ impl PlacementCheck<'_> {
     fn turn(&self, contact: &Contact) -> f64 {
         let turn = |body: usize| (self.end[body].rotation - self.start[body].rotation).norm();
         contact.key.bodies().map(turn).sum()
-    }
-}
-
-/// Index of the fixed partner of a contact.
-fn fixed_index(contact: &Contact) -> usize {
-    match contact.key.partner {
-        Partner::Fixed(index) => index,
-        Partner::Body(_) | Partner::Ground => usize::MAX,
     }
 }
 
