@@ -66,9 +66,9 @@ impl Campaign {
         }
     }
 
-    /// Asserts that no step makes energy, at most one in 10 000 has a misplaced contact, and at most one
-    /// in 1000 fails. The misplaced ones are planes that stop an edge up to a step's way before the pieces
-    /// meet.
+    /// Asserts that no step makes energy, and that at most one in 1000 fails and one in 1000 has a
+    /// misplaced contact: a plane that stops an edge up to a step's way before the pieces meet, or an edge
+    /// that slid past a vertex of a terrain.
     fn assert_right(&self, name: &str) {
         let failed = self.statuses.get("failed").copied().unwrap_or(0);
         let counts = format!(
@@ -82,7 +82,7 @@ impl Campaign {
         let first = |list: &[String]| list[..list.len().min(60)].join("\n");
         assert!(self.wrong.is_empty(), "{counts}:\n{}", first(&self.wrong));
         let misplaced = self.misplaced.len() as u64;
-        assert!(misplaced * 10_000 <= self.steps, "{counts}:\n{}", first(&self.misplaced));
+        assert!(misplaced * 1000 <= self.steps, "{counts}:\n{}", first(&self.misplaced));
         assert!(failed * 1000 <= self.steps, "{counts}");
     }
 }
