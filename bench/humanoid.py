@@ -19,7 +19,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import tumble
-from tables import table
+from tumble.bench._report import table
 from tumble.locomotion import RobotEnv
 
 HELD = 10
@@ -180,7 +180,7 @@ def measure(file: Path, arguments: argparse.Namespace) -> None:
         theirs = (time.process_time() - start) / steps
         speed = arguments.step / ours
         rows.append([f"{part:.0%}", f"{ours * 1e6:.0f}", f"{theirs * 1e6:.0f}", f"{ours / theirs:.1f}", f"{speed:.1f}", f"{unsolved} of {steps}"])
-    print(table(["tumble, µs", "MuJoCo, µs", "ratio", "times real time", "failed or wild"], rows))
+    print(table([["", "tumble, µs", "MuJoCo, µs", "ratio", "times real time", "failed or wild"], *rows]))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import argparse
 
 import gymnasium
 import tumble.locomotion  # registers the environments
-from tables import table
+from tumble.bench._report import table
 
 ENVIRONMENTS = ("Hopper", "Walker2d", "Ant", "HalfCheetah")
 DIVISIONS = (1, 2, 4, 8)
@@ -40,7 +40,7 @@ def main() -> None:
         for divisions in DIVISIONS:
             step, wild, steps = count(name, divisions, actions)
             rows.append([name, f"{step * 1e3:g}", f"{wild} of {steps}", f"{1e3 * wild / steps:.2f}"])
-    print(table(["time step, ms", "wild or failed", "per thousand"], rows))
+    print(table([["", "time step, ms", "wild or failed", "per thousand"], *rows]))
 
 
 if __name__ == "__main__":

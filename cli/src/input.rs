@@ -23,7 +23,8 @@ pub fn open(path: &Path) -> io::Result<File> {
 
 /// Text of a file of at most `most` bytes.
 pub fn text(path: &Path, most: u64) -> io::Result<String> {
-    bounded(open(path)?, most)
+    let text = String::from_utf8(bytes(path, most)?);
+    text.map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
 /// Content of a file of at most `most` bytes.
@@ -31,21 +32,8 @@ pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        return Err(too_long(most));
+        let why = format!("it is longer than {most} bytes");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
     }
     Ok(bytes)
-}
-
-/// Text of a stream of at most `most` bytes.
-pub fn bounded(stream: impl Read, most: u64) -> io::Result<String> {
-    let mut text = String::new();
-    stream.take(most + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > most {
-        return Err(too_long(most));
-    }
-    Ok(text)
-}
-
-fn too_long(most: u64) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, format!("it is longer than {most} bytes"))
 }

@@ -18,9 +18,7 @@ mod exported;
 mod file_names;
 mod film;
 mod gif;
-mod gradient;
 mod input;
-mod inspect;
 mod live;
 mod new_scene;
 mod outcome;
@@ -35,10 +33,8 @@ mod scenario;
 mod scene;
 mod signals;
 mod simulate;
-mod solve;
 mod table_file;
 mod usage;
-mod validate;
 mod values;
 mod verify;
 mod view;
@@ -71,11 +67,7 @@ fn run() -> Result<Outcome, Failure> {
         Some(Command::Gif(args)) => gif::run(&args),
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::View(args)) => view::run(&args),
-        Some(Command::Inspect(args)) => inspect::run(&args),
-        Some(Command::Gradient(args)) => gradient::run(&args),
         Some(Command::Plan(args)) => plan::run(&args),
-        Some(Command::Validate(args)) => validate::run(&args),
-        Some(Command::Solve(args)) => solve::run(&args),
         Some(Command::Completions(args)) => completions::run(&args),
     }
 }

@@ -11,8 +11,7 @@ pub enum Outcome {
     Unconverged,
     /// Ctrl-C: the results so far are written.
     Interrupted,
-    /// `verify` found certificates that differ from its steps, or `validate` an inaccurate
-    /// quantity.
+    /// `verify` found certificates that differ from its steps.
     Mismatch,
 }
 

@@ -197,12 +197,3 @@ pub fn progress_bar(length: u64, unit: &str, quiet: bool) -> ProgressBar {
     }
     bar
 }
-
-/// A name as a field of CSV.
-pub fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", name.replace('"', "\"\""))
-    } else {
-        name.to_owned()
-    }
-}

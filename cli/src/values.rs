@@ -30,14 +30,6 @@ pub fn checkpoint(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Time step that is also halved up to twice, s.
-pub fn halved_step(text: &str) -> Result<f64, String> {
-    match number(text) {
-        Ok(value) if (4e-6..=0.1).contains(&value) => Ok(value),
-        _ => Err("a number from 4e-6 to 0.1 is needed".to_owned()),
-    }
-}
-
 fn integer<T: std::str::FromStr + PartialOrd>(
     text: &str,
     low: T,

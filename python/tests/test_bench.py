@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import tumble
 import tumble.bench
-from tumble.bench import all_cases, load_case
+from tumble.bench import _timed, all_cases, load_case, speed
 from tumble.bench.__main__ import main
 from tumble.bench._differences import derivative
 from tumble.bench._formula import evaluate
@@ -21,6 +21,8 @@ from tumble.bench._solids import solid
 from tumble.bench._verdict import RIGHT, WRONG, YIELDS, judged
 from tumble.bench._worker import measure
 from tumble.bench.engines import MODULES, Engine, Motion, engine
+from tumble.bench.engines._program import boxes
+from tumble.bench.speed import deepest_overlap
 
 CASES = {case.name: case for case in all_cases()}
 # The exact derivative of a discrete bounce is not that of a bounce in continuous time.
@@ -262,3 +264,55 @@ def test_lists(capsys):
     assert main(["--list", "--cases", "grad-*"]) == 0
     printed = capsys.readouterr().out
     assert "grad-swap" in printed and "mujoco" in printed and "incline-holds" not in printed
+
+
+def test_the_section_on_speed_times_and_measures(tmp_path, capsys):
+    options = ["--scenes", "one", "--seeds", "42", "--rounds", "2", "--engines", "tumble,tumble-1e-6,dart", "--out", str(tmp_path)]
+    assert speed.main(options) == 0
+    data = json.loads((tmp_path / "speed.json").read_text())
+    seconds, figures = data["seconds"]["drop 42"], data["figures"]["drop 42"]
+    for name in ("tumble", "tumble-1e-6"):
+        assert len(seconds[name]) == 2 and min(seconds[name]) > 0.0
+        assert figures[name]["not converged"] == 0 and figures[name]["deepest overlap, m"] < 1e-8
+    assert figures["tumble"]["largest residual, m/s"] < 1e-9
+    assert len((tmp_path / "rounds.jsonl").read_text().splitlines()) == 4
+    assert "| drop 42 | tumble |" in (tmp_path / "speed.md").read_text()
+    capsys.readouterr()
+    assert speed.main(["--engines", "none"]) == 2
+    assert "no engine 'none'" in capsys.readouterr().err
+
+
+def test_an_engine_that_fails_is_left_out(tmp_path):
+    class Broken(Fake):
+        name = "broken"
+
+        def run(self, scene):
+            raise RuntimeError("out of order")
+
+    comparison = speed.Comparison([Broken(False), Fake(False)], tmp_path)
+    scenes = [_timed.stack()]
+    comparison.each(scenes, comparison.time)
+    comparison.each(scenes, comparison.record)
+    assert comparison.left_out == {"broken": "stack: out of order"}
+    assert list(comparison.figures) == [("stack", "fake")]
+    assert comparison.figures["stack", "fake"]["moved, m"] == 0.0
+
+
+def test_overlaps_of_boxes():
+    scene = _timed.stack().scene
+    states = scene.states
+    assert deepest_overlap(scene, states) < 1e-12
+    # The upper cube of each pair sinks by 0.1 m more than the lower one.
+    states[:, 2] -= 0.1 * np.arange(10)
+    assert np.isclose(deepest_overlap(scene, states), 0.1)
+    # A cube on its edge above a face: its half diagonal reaches down.
+    states = scene.states
+    states[9, 2], states[9, 3:7] = 9.0 + 0.5 * np.sqrt(2.0) - 0.2, [np.cos(np.pi / 8), np.sin(np.pi / 8), 0.0, 0.0]
+    assert np.isclose(deepest_overlap(scene, states), 0.2)
+
+
+def test_scenes_of_the_rust_programs_are_those_of_the_section_on_speed(root):
+    for timed in (_timed.stack(), _timed.pyramid(), _timed.wall(), _timed.pile()):
+        data = json.loads((root / "bench" / "scenes" / f"{timed.name}.json").read_text())
+        assert data["steps"] == timed.scene.steps and data["friction"] == timed.scene.friction
+        assert data["boxes"] == boxes(timed.scene)["boxes"]

@@ -212,6 +212,28 @@ def test_what_is_no_file_of_a_problem_is_refused(tmp_path, monkeypatch):
     assert [file.name for file in tmp_path.iterdir()] == ["a.dat"]
 
 
+def test_the_text_of_siconos_is_read_and_solved(tmp_path):
+    path = tmp_path / "a.dat"
+    # The problem of slide(), with a dense matrix.
+    slides = "3\n1\n0\n3\n3\n3 3\n0.5 0 0\n0 0.5 0\n0 0 0.5\n-1 3 0\n0.5\n"
+    path.write_text(slides)
+    solution = tumble.ContactProblem.read(path).solve()
+    assert solution.solved and np.allclose(solution.impulses, [2, -1, 0], atol=1e-12)
+    # No response to a closing velocity of 1 m/s: there is no solution.
+    path.write_text("3\n1\n1\n3\n3\n0\n-1 0 0\n0.5\n")
+    stuck = tumble.ContactProblem.read(path).solve()
+    assert not stuck.solved and stuck.residual == 1.0
+    for text, words in [
+        ("3\n1\n0\n3\n3\n3 3\n1 0 0", "dense matrix"),
+        (slides.replace("-1 3 0", "-1 x 0"), 'line 10.*"x"'),
+        (slides.replace("\n0.5\n", "\n-0.5\n"), "friction.*-0.5"),
+        (slides.replace("0.5 0 0\n", "0.5 0.4 0\n"), "symmetric"),
+    ]:
+        path.write_text(text)
+        with pytest.raises(tumble.TumbleError, match=f"a.dat: .*{words}"):
+            tumble.ContactProblem.read(path)
+
+
 def test_numbers_of_numpy_are_coefficients():
     for law, mu in [(np.float32(0.5), 0.5), (np.int64(1), 1.0)]:
         assert tumble.ContactProblem(W=np.eye(3), q=[-1.0, 0, 0], laws=[law]).mu == [mu]

@@ -30,7 +30,7 @@ pub struct Input {
     epsilon: Option<f64>,
 }
 
-/// Values and derivatives at a point, from CasADi or from `tumble inspect`.
+/// Values and derivatives at a point, from CasADi or from the program.
 #[derive(Deserialize)]
 pub struct Output {
     pub objective: f64,

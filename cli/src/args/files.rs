@@ -89,20 +89,6 @@ pub struct VerifyArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct InspectArgs {
-    /// JSON file; `-` reads standard input.
-    ///
-    /// For one body: state (13), alpha (8), x (61), obj_factor, multipliers (62), and optionally
-    /// dt, mu, mass, inertia (3×3), gravity, epsilon. For several bodies: bodies, contacts, x and
-    /// multipliers (13 n + 6 K), obj_factor, and optionally dt, gravity, epsilon, share, stiffness.
-    /// Each body has mass, inertia, state, and optionally wrench (6). Each contact has a, b or
-    /// null, point, frame (3×3, t₁, t₂, n as columns), offset, friction, and optionally radius,
-    /// anchor (3). See docs/formulation.md, section 12.
-    #[arg(value_name = "POINT.json")]
-    pub file: PathBuf,
-}
-
-#[derive(Debug, Args)]
 pub struct ConvertArgs {
     /// Robot (URDF or MJCF), scenario of several bodies with or without robots, or closed mesh (.obj
     /// or .stl).

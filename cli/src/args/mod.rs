@@ -1,23 +1,17 @@
 //! Command-line arguments and their allowed values.
 
 mod files;
-mod gradient;
 mod plan;
 mod shared;
 mod simulate;
-mod solve;
-mod validate;
 
 pub use files::{
-    CheckArgs, CompletionsArgs, ConvertArgs, GifArgs, InspectArgs, MeshArgs, NewArgs, PlotArgs,
-    VerifyArgs, ViewArgs,
+    CheckArgs, CompletionsArgs, ConvertArgs, GifArgs, MeshArgs, NewArgs, PlotArgs, VerifyArgs,
+    ViewArgs,
 };
-pub use gradient::{GradientArgs, GradientQuantity};
 pub use plan::PlanArgs;
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::{PictureArgs, SetupArgs, SimulateArgs};
-pub use solve::{Rule, SolveArgs};
-pub use validate::{Solvers, ValidateArgs};
 
 use clap::{Parser, Subcommand};
 use std::sync::LazyLock;
@@ -74,25 +68,10 @@ pub enum Command {
     Gif(GifArgs),
     /// Convert a robot, URDF or MJCF, or a mesh to a scenario file.
     Convert(ConvertArgs),
-    /// Differentiate a quantity at the end of a run.
-    ///
-    /// Arguments are initial state, loads and constants. Writes OUT/gradient.csv and
-    /// OUT/gradient.json.
-    Gradient(GradientArgs),
     /// Find controls that bring a scene to its targets.
     ///
     /// Writes OUT/controls.csv, OUT/plan.json and the simulated run.
     Plan(PlanArgs),
-    /// Compare simulations with closed-form solutions of textbook problems.
-    ///
-    /// Prints a table and writes OUT/validation.html.
-    Validate(ValidateArgs),
-    /// Solve contact problems from files in Siconos' text format.
-    ///
-    /// Prints a table and writes the solutions as CSV.
-    Solve(SolveArgs),
-    /// Evaluate the step's nonlinear program at a point: values and derivatives.
-    Inspect(InspectArgs),
     /// Print a completion script for a shell.
     Completions(CompletionsArgs),
 }

@@ -234,7 +234,7 @@ pub struct OutputArgs {
     /// Also write the contact problem of every step with contacts, as step-K.dat in Siconos' text
     /// format, linearised at the step's solution (docs/contact-problem.md).
     ///
-    /// `tumble solve` reads these files. Only with the native solver, without joints. Existing
+    /// `ContactProblem.read` of the Python package reads these files. Only with the native solver, without joints. Existing
     /// files of this kind in DIR are replaced only with --overwrite.
     #[arg(long, value_name = "DIR")]
     pub export_problems: Option<PathBuf>,

@@ -52,11 +52,11 @@ fn the_help_names_every_flag_and_exit_code() {
     }
     let end = run(&["--help"]);
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
-    for word in ["run", "verify", "inspect", "--seed 42", "Exit codes", "--version"] {
+    for word in ["run", "verify", "--seed 42", "Exit codes", "--version"] {
         assert!(end.stdout.contains(word), "{word}");
     }
     assert!(end.stdout.lines().count() < 60, "{}", end.stdout);
-    for args in [["verify", "--help"], ["inspect", "--help"], ["help", "verify"]] {
+    for args in [["verify", "--help"], ["view", "--help"], ["help", "verify"]] {
         let end = run(&args);
         assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{args:?}");
         assert!(end.stdout.contains("Usage"), "{args:?}");
@@ -64,7 +64,7 @@ fn the_help_names_every_flag_and_exit_code() {
 }
 
 /// Refused arguments and the strings that the error line must contain.
-const REFUSED: [(&[&str], &[&str]); 120] = [
+const REFUSED: [(&[&str], &[&str]); 118] = [
     (&["--steps", "0"], &["--steps", "'0'", "1 to"]),
     (&["--steps", "1000000000"], &["--steps", "1000000000"]),
     (&["--steps", "-5"], &["--steps"]),
@@ -183,14 +183,12 @@ const REFUSED: [(&[&str], &[&str]); 120] = [
     (&["wrong"], &["wrong"]),
     (&["--steps", "5", "verify", "x.csv"], &["--steps", "verify"]),
     (&["verify"], &["FILE.csv"]),
-    (&["inspect"], &["POINT.json"]),
     (&["verify", "x.csv", "--worst", "-1"], &["--worst"]),
     (&["verify", "x.csv", "--worst", "many"], &["--worst", "a whole number from 0"]),
     (
         &["--position", "0,0,-1e-9", "--attitude", "1,0,0,0"],
         &["--position", "z = -1e-9", "start 1 m below the ground; 1 or more"],
     ),
-    (&["inspect", "x.json", "y.json"], &["y.json"]),
 ];
 
 #[test]

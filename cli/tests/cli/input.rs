@@ -1,7 +1,7 @@
 //! Inputs that are not files, have no end or hold bad values. Each refusal is one sentence with the
 //! file and the field.
 
-use super::support::{End, PROGRAM, contact_run, run, simulate, tumble};
+use super::support::{End, contact_run, run, simulate, tumble};
 use crate::ROOT;
 use std::fs;
 use std::path::Path;
@@ -33,7 +33,6 @@ fn pipes_and_devices_are_refused_and_not_waited_for() {
         for command in READERS {
             run(&[command, place]).assert_refused(2, &words);
         }
-        run(&["inspect", place]).assert_refused(2, &words);
         run(&["--scenario", place]).assert_refused(2, &words);
     }
     for command in READERS {
@@ -169,7 +168,6 @@ fn what_is_not_for_the_eye_is_shown_escaped() {
         run(&["plot", place]),
         run(&["gif", place]),
         run(&["view", place]),
-        run(&["inspect", place]),
         run(&["--scenario", place]),
         run(&["--out", "/dev/null/x\u{1b}[31my", "--steps", "2"]),
     ];
@@ -193,7 +191,6 @@ fn a_flag_that_lacks_its_value_is_named() {
         &["--velocity", "--out", "verify"],
         &["verify", "x.csv", "--mass", "--worst", "3"],
         &["gif", "--mu", "--out", "x", "y.csv"],
-        &["validate", "--mass", "--out", "x"],
     ] {
         let lacking = args.windows(2).find(|pair| pair.iter().all(|arg| arg.starts_with("--")));
         let lacking = lacking.unwrap();
@@ -280,16 +277,6 @@ fn no_refusal_repeats_a_file() {
         end.assert_refused(2, &[name]);
         assert!(end.stderr.len() < 1000, "{name}: {} bytes", end.stderr.len());
     }
-    let point = format!("{{\"state\": \"{long}\"}}");
-    fs::write(directory.path().join("p.json"), point).unwrap();
-    let end: End = Command::new(PROGRAM)
-        .arg("inspect")
-        .arg(directory.path().join("p.json"))
-        .output()
-        .unwrap()
-        .into();
-    end.assert_refused(2, &["p.json", "state"]);
-    assert!(end.stderr.len() < 1000, "{} bytes", end.stderr.len());
     let end = run(&["--mass", &"9".repeat(100_000)]);
     end.assert_refused(2, &["--mass"]);
     assert!(end.stderr.len() < 1000, "{} bytes", end.stderr.len());

@@ -32,10 +32,10 @@ fn a_second_run_removes_the_pictures_of_the_first_and_says_so() {
     assert!(!first.end.stdout.contains("removed"), "{:?}", first.end);
     // The user's files stay.
     fs::write(out.join("notes.svg"), "mine").unwrap();
-    fs::write(out.join("validation.html"), "mine").unwrap();
+    fs::write(out.join("own.html"), "mine").unwrap();
     let second = run(&["--steps", "4", "--html", "--out", text(&out)]);
     assert_eq!((second.code, second.stderr.as_str()), (Some(0), ""));
-    assert_eq!(everything_in(&out), names(&["notes.svg", "validation.html", "view.html"]));
+    assert_eq!(everything_in(&out), names(&["notes.svg", "own.html", "view.html"]));
     let said = "removed animation.gif, plot-energy.png, plot-energy.svg, plot.png, plot.svg, \
                 view.html from an earlier run\n";
     assert_eq!(second.stdout.matches(said).count(), 1, "{}", second.stdout);

@@ -9,8 +9,6 @@ pub enum FileKind {
     Scenario,
     /// File run.json of a run.
     Run,
-    /// Point of the tutorial's nonlinear program.
-    Point,
 }
 
 /// Names of a setting: flag, field of a scenario, field of run.json.
@@ -80,7 +78,7 @@ pub fn in_file(name: &str, kind: FileKind) -> &str {
     let entry = find(name).or_else(|| find(flag_of(name)));
     match (entry, kind) {
         (Some((_, field, _)), FileKind::Scenario) | (Some((_, _, field)), FileKind::Run) => field,
-        (_, FileKind::Point) | (None, _) => name,
+        (None, _) => name,
     }
 }
 
@@ -101,7 +99,6 @@ pub fn behind(error: &Error) -> Option<&'static str> {
             "contact point coordinate (m)" | "farthest contact point coordinate (m)" => {
                 Some("points")
             }
-            "smoothing epsilon (N)" => Some("epsilon"),
             "position (m)" => Some("position"),
             "norm of the attitude quaternion" => Some("attitude"),
             "normal of the plane" | "length of the plane's normal" | "offset of the plane (m)" => {

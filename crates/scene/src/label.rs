@@ -1,4 +1,4 @@
-//! Names and units of the components of a world's constants.
+//! Names of the components of a world's constants.
 
 use super::scene::Scene;
 use tumble_core::joint::JointAxis;
@@ -71,24 +71,5 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => {
             String::new()
         }
-    }
-}
-
-/// Unit of a constant's components; empty for a dimensionless constant.
-pub fn unit(constant: Constant) -> &'static str {
-    match constant {
-        Constant::Mass => "kg",
-        Constant::Inertia => "kg m²",
-        Constant::Size => "",
-        constant if constant.is_of_laws() => "",
-        Constant::Anchor => "m",
-        Constant::JointFriction | Constant::JointForce | Constant::MotorMost => "N or N m",
-        Constant::JointRest | Constant::JointLimits | Constant::GearOffset => "m or rad",
-        Constant::GearRatio => "m or rad a m or rad",
-        Constant::JointStiffness | Constant::MotorStiffness => "N/m or N m/rad",
-        Constant::JointDamping | Constant::MotorDamping => "N s/m or N m s/rad",
-        Constant::Armature => "kg or kg m²",
-        Constant::MotorTarget => "m, rad, m/s or rad/s",
-        constant => constant.unit(),
     }
 }

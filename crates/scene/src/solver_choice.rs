@@ -45,14 +45,6 @@ pub type Program = std::convert::Infallible;
 pub const TUTORIAL_SOLVER: SolverName =
     if cfg!(feature = "ipopt") { SolverName::Ipopt } else { SolverName::Native };
 
-/// Ipopt with the recommended ladder and the tutorial's options for `world`.
-///
-/// # Errors
-/// A world that Ipopt does not support; a build without Ipopt.
-pub fn ipopt_ladder(world: &World) -> Result<Box<dyn StepSolver>, Error> {
-    ipopt::ladder(world)
-}
-
 /// Version of Ipopt in this build; empty without Ipopt.
 #[cfg(feature = "ipopt")]
 pub const IPOPT_VERSION: &str = tumble::ipopt::VERSION;
@@ -210,11 +202,6 @@ mod ipopt {
         Ok(SolverChoice::by(detection, on_failure, Some((formulation, options))))
     }
 
-    pub fn ladder(world: &World) -> Result<Box<dyn StepSolver>, Error> {
-        let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
-        ladder_for(world, Formulation::default(), options)
-    }
-
     pub fn told((formulation, options): &Program) -> (&'static str, f64, u32) {
         (formulation.name(), options.tolerance, options.max_iterations)
     }
@@ -278,10 +265,6 @@ mod ipopt {
         _: &World,
     ) -> Result<Box<dyn StepSolver>, Failure> {
         match *program {}
-    }
-
-    pub fn ladder(_: &World) -> Result<Box<dyn StepSolver>, Error> {
-        Err(Error::Solver { solver: "Ipopt", why: MISSING.to_owned() })
     }
 
     const MISSING: &str = "it needs Ipopt, which this build does not have; use `native`";

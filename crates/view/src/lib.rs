@@ -7,7 +7,6 @@
 //! - [`plot`] draws its curves over time.
 //! - [`view`] writes an HTML page that plays one or two films.
 //! - [`plan`] writes the page of a plan.
-//! - [`page`] provides building blocks of pages.
 //! - [`triangles()`] makes triangle meshes for other viewers.
 //!
 //! Nothing in this crate accesses files. Output is deterministic, byte for byte.
@@ -20,7 +19,7 @@ mod film;
 mod font;
 mod forces;
 mod markup;
-pub mod page;
+mod page;
 mod palette;
 pub mod plan;
 pub mod plot;

@@ -1,4 +1,4 @@
-//! Bare contact problems for `scripts/bench`: `bare_problems FOLDER FILE`.
+//! Bare contact problems for `bench/problems.py`: `bare_problems FOLDER FILE`.
 //!
 //! Solves every `.dat` file of FOLDER and writes the times to standard output as JSON. Contact
 //! problems with three rows per contact are also written to FILE for other solvers, in the format

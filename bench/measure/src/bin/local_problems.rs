@@ -1,4 +1,4 @@
-//! Linearised contact problems of tumble's steps, for solvers of such problems (`bench/local.py`).
+//! Linearised contact problems of tumble's steps, for solvers of such problems (`bench/problems.py`).
 //!
 //! The program reads a scene as JSON from standard input and writes problems to the file in its
 //! argument. J_i is the Jacobian of the touching point's velocity of contact i, in the order

@@ -2,13 +2,13 @@
 
 use crate::common;
 
-mod inspect_verify;
 mod program;
 mod rows;
 mod solvers;
 mod steps;
 mod trajectory;
 mod values;
+mod verify;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};

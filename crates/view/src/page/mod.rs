@@ -1,12 +1,9 @@
-//! Building blocks of HTML pages: style, tables, numbers and charts.
+//! Building blocks of HTML pages: style, tables and numbers.
 
 mod number;
 mod style;
 mod table;
 
-pub use crate::chart::{Chart, dot_key, line_key};
-pub use crate::markup::escape;
-pub use crate::plot::panel::{LARGEST, shown as drawable};
-pub use number::{brief, figure, html};
+pub use number::figure;
 pub use style::opening;
 pub use table::{number, table};

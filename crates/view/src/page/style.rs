@@ -16,21 +16,18 @@ pub fn opening(title: &str, style: &str) -> String {
 /// Common style sheet.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #1f2328; --faint: #59636e;
-  --line: #d1d9e0; --grid: #e3e7ec; --band: #f6f8fa; --exact: #b4bcc5; --native: #0072b2;
+  --line: #d1d9e0; --grid: #e3e7ec; --band: #f6f8fa; --native: #0072b2;
   --ipopt: #d55e00; --good: #116329; --bad: #b3151f; }
 @media (prefers-color-scheme: dark) {
   :root { --paper: #0d1117; --ink: #e6edf3; --faint: #9aa4af; --line: #30363d;
-    --grid: #262c34; --band: #151b23; --exact: #5b6672; --native: #58b4f0; --ipopt: #ff9a4d;
+    --grid: #262c34; --band: #151b23; --native: #58b4f0; --ipopt: #ff9a4d;
     --good: #5fd07a; --bad: #ff8a84; }
 }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1.5rem 1rem 3rem; max-width: 66rem; background: var(--paper);
   color: var(--ink); font: 1rem/1.5 'Noto Sans', 'DejaVu Sans', Helvetica, Arial, sans-serif; }
 h1 { font-size: 1.6rem; line-height: 1.25; margin: 0 0 .25rem; }
-h2 { font-size: 1.2rem; margin: 2.5rem 0 .5rem; padding-top: 1rem;
-  border-top: 1px solid var(--line); }
 p { margin: .5rem 0; max-width: 46rem; }
-a { color: var(--native); }
 .faint, figcaption { color: var(--faint); font-size: .875rem; }
 .box { overflow-x: auto; margin: 1rem 0; border: 1px solid var(--line); border-radius: 6px; }
 table { border-collapse: collapse; width: 100%; font-size: .8125rem;
@@ -54,12 +51,9 @@ svg text { fill: var(--faint); font-size: 12px; }
 svg text.axis { fill: var(--ink); font-size: 13px; }
 .grid { stroke: var(--grid); fill: none; }
 .frame { stroke: var(--line); fill: none; }
-.exact { stroke: var(--exact); stroke-width: 6; fill: none; stroke-linejoin: round; }
 .native { stroke: var(--native); stroke-width: 1.8; fill: none; stroke-linejoin: round; }
 .ipopt { stroke: var(--ipopt); stroke-width: 1.8; fill: none; }
-circle.native { fill: var(--native); }
 .guide { stroke: var(--faint); stroke-width: 1.2; stroke-dasharray: 5 4; fill: none; }
-figcaption b { color: var(--ink); font-weight: 600; }
 @media (max-width: 46rem) {
   .box { overflow-x: visible; border: 0; }
   table, tbody { display: block; }
@@ -70,7 +64,6 @@ figcaption b { color: var(--ink); font-weight: 600; }
   tbody tr.first th, tbody tr.first td { border-top: 0; }
   tbody th { flex: 1 0 100%; }
   th, td, td.n { padding: 0; white-space: normal; text-align: left; }
-  td.verdict { order: -1; }
   tbody tr th { order: -2; }
   td[data-name]::before { content: attr(data-name) ' '; color: var(--faint); }
 }

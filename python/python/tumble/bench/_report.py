@@ -118,11 +118,16 @@ def failure_rows(report: Report) -> Rows:
     return rows
 
 
+def machine() -> str:
+    """Processor and system of this machine."""
+    return f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
+
+
 def facts(report: Report, seconds: float) -> Dict[str, str]:
     """Date, machine and duration."""
     return {
         "date": date.today().isoformat(),
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}",
+        "machine": machine(),
         "python": platform.python_version(),
         "tumble": __version__,
         "duration": f"{seconds:.0f} s",
@@ -144,22 +149,23 @@ def markdown(report: Report, about: Dict[str, str]) -> str:
         f"# Contact benchmark, {about['date']}",
         f"tumble {about['tumble']}, Python {about['python']}, {about['machine']}; the run took {about['duration']}.",
         "## Engines",
-        _table(engine_rows(report)),
+        table(engine_rows(report)),
         "## Cases",
         "\n".join(f"- {line}" for line in LEGEND),
-        _table(case_rows(report)),
+        table(case_rows(report)),
         "## Compliant contacts",
         "Measured values of the answers for which compliant contacts have an allowance.",
-        _table(finding_rows(report, allowed=True)),
+        table(finding_rows(report, allowed=True)),
         "## All answers",
-        _table(finding_rows(report)),
+        table(finding_rows(report)),
         "## Failures and remarks",
-        _table(failure_rows(report)),
+        table(failure_rows(report)),
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def _table(rows: Rows) -> str:
+def table(rows: Rows) -> str:
+    """Table in Markdown; the first row has the heads."""
     lines = ["| " + " | ".join(value.replace("|", "\\|") for value in row) + " |" for row in rows]
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])
 

@@ -15,9 +15,11 @@ __all__ = ["MODULES", "Engine", "Motion", "Sensitivities", "Unsupported", "engin
 
 MODULES: Dict[str, str] = {
     "tumble": "native",
+    "tumble-1e-6": "native",
     "tumble-ipopt": "native",
     "mujoco": "mujoco_c",
     "mujoco-noslip": "mujoco_c",
+    "mujoco-default": "mujoco_c",
     "mujoco-warp": "mujoco_warp",
     "drake-sap": "drake",
     "drake-cenic": "drake",
@@ -25,6 +27,10 @@ MODULES: Dict[str, str] = {
     "newton-xpbd": "newton",
     "pybullet": "pybullet",
     "rapier": "rapier",
+    "rapier-default": "rapier",
+    "dart": "dart",
+    "dart-exact": "dart",
+    "tutorial": "tutorial",
     "brax": "brax",
     "nimble": "nimble",
 }

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import Optional
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Mapping, Optional
 
 import numpy as np
 
@@ -23,9 +26,28 @@ class Motion:
     states: Floats
     """States of the free bodies, (T + 1, N, 13): position, attitude, velocity, spin in the body's frame."""
     seconds: float
-    """Time of the steps alone, s."""
+    """Processor time of the steps alone, s."""
     note: str = ""
     """Remark of the engine, such as steps that did not converge."""
+    slowest: float = 0.0
+    """Processor time of the slowest step, s."""
+    facts: Mapping[str, float] = field(default_factory=dict)
+    """Numbers of the engine about its steps, for the section on speed."""
+
+
+class Stopwatch:
+    """Processor time of steps: ``with stopwatch: step()``."""
+
+    def __init__(self) -> None:
+        self.seconds, self.slowest = 0.0, 0.0
+
+    def __enter__(self) -> None:
+        self._begin = time.process_time()
+
+    def __exit__(self, *_: Any) -> None:
+        taken = time.process_time() - self._begin
+        self.seconds += taken
+        self.slowest = max(self.slowest, taken)
 
 
 @dataclass(frozen=True)
@@ -53,6 +75,8 @@ class Engine(ABC):
     """Settings in one line."""
     compliant: bool
     """True if contacts yield by design, so that rest and stiction hold only nearly."""
+    most_bodies: Optional[int] = None
+    """Largest number of bodies in the section on speed, for engines that take long."""
 
     @abstractmethod
     def version(self) -> str:
@@ -65,12 +89,40 @@ class Engine(ABC):
         :raises Unsupported: if the engine cannot pose the scene.
         """
 
+    def time(self, scene: Scene, before: int) -> float:
+        """Processor time of the steps after the first ``before``, s, in a loop of the engine itself if it has one."""
+        if before > 0:
+            raise Unsupported("no loop of its own, so the first steps are timed too")
+        return self.run(scene).seconds
+
+    def memory(self, scene: Scene, before: int) -> int:
+        """Growth of the memory to its peak, KiB, in a forked process."""
+        ours, theirs = multiprocessing.Pipe(duplex=False)
+
+        def work() -> None:
+            resident = _status("VmRSS:")
+            self.time(scene, before)
+            theirs.send(_status("VmHWM:") - resident)
+
+        child = multiprocessing.get_context("fork").Process(target=work)
+        child.start()
+        child.join()
+        if not ours.poll():
+            raise RuntimeError(f"the process that measures memory ended with exit code {child.exitcode}")
+        return int(ours.recv())
+
     def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
         """Derivatives of ``component`` of the end state of ``body``, the velocity's components being 7 to 9.
 
         None if the engine has no derivatives. Differences of runs are then measured instead.
         """
         return None
+
+
+def _status(name: str) -> int:
+    """Value in Linux's /proc/self/status, KiB: ``VmRSS:`` is the resident memory, ``VmHWM:`` its peak."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith(name))
 
 
 def world_spin(states: Floats) -> Floats:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 import warnings
 from typing import Any, List, Optional
 
@@ -18,7 +17,7 @@ from brax.io import mjcf
 from brax.positional import pipeline
 
 from .._scene import Scene
-from ._base import Engine, Motion, Sensitivities, Unsupported, rows
+from ._base import Engine, Motion, Sensitivities, Stopwatch, Unsupported, rows
 from .mujoco_c import model_of
 
 warnings.filterwarnings("ignore", module="brax")
@@ -49,11 +48,11 @@ class Brax(Engine):
         motion = jax.jit(trajectory)
         # The first call compiles.
         jax.block_until_ready(motion(q, qd))
-        begin = time.perf_counter()
-        parts = [np.asarray(part, float) for part in jax.block_until_ready(motion(q, qd))]
-        seconds = time.perf_counter() - begin
+        stopwatch = Stopwatch()
+        with stopwatch:
+            parts = [np.asarray(part, float) for part in jax.block_until_ready(motion(q, qd))]
         later = [rows(*(part[step] for part in parts)) for step in range(scene.steps)]
-        return Motion(np.array([scene.states, *later]), seconds)
+        return Motion(np.array([scene.states, *later]), stopwatch.seconds)
 
     def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
         if scene.forces:

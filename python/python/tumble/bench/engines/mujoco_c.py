@@ -7,9 +7,10 @@ from typing import Any, Iterable, List
 
 import mujoco
 import numpy as np
+from mujoco import rollout
 
 from .._scene import Body, Scene
-from ._base import Engine, Motion, no_restitution
+from ._base import Engine, Motion, Stopwatch, no_restitution
 
 MODEL = """
 <mujoco>
@@ -21,13 +22,15 @@ MODEL = """
 """
 ELASTIC = ' solref="-10000 0"'
 """Stiffness without damping: an impact takes 0.03 s and returns the energy to 0.5 %."""
+GRASPING = 'integrator="implicitfast" cone="elliptic" impratio="10"'
+"""Settings that MuJoCo's documentation recommends for grasping."""
 GROUND = '<geom type="plane" size="50 50 1"/>'
 FREE = """<body name="{name}" pos="{pos}" quat="{quat}"><freejoint/>
   <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia}"/>{geom}</body>"""
 
 
 class Mujoco(Engine):
-    """MuJoCo with the settings that its documentation recommends for grasping."""
+    """MuJoCo with attributes of its element option."""
 
     compliant = True
 
@@ -41,22 +44,36 @@ class Mujoco(Engine):
         model, data = model_and_data(scene, self.option)
         states = np.empty((scene.steps + 1, len(scene.free), 13))
         states[0] = scene.states
-        seconds = 0.0
+        stopwatch, exhausted = Stopwatch(), 0
         for step in range(scene.steps):
             # Fixed bodies are geoms of the world, which is body 0.
             data.xfrc_applied[1:] = scene.wrenches(step, states[step])
-            begin = time.perf_counter()
-            mujoco.mj_step(model, data)
-            seconds += time.perf_counter() - begin
+            with stopwatch:
+                mujoco.mj_step(model, data)
+            most = max(data.solver_niter[: max(1, min(data.nisland, len(data.solver_niter)))])
+            exhausted += int(data.nefc > 0 and most >= model.opt.iterations)
             states[step + 1] = read_states(data.qpos, data.qvel)
         warned = sum(int(warning.number) for warning in data.warning)
-        return Motion(states, seconds, f"{warned} warnings" if warned else "")
+        note = f"{warned} warnings" if warned else ""
+        return Motion(states, stopwatch.seconds, note, stopwatch.slowest, {"not converged": exhausted})
+
+    def time(self, scene: Scene, before: int) -> float:
+        model, data = model_and_data(scene, self.option)
+        for _ in range(before):
+            mujoco.mj_step(model, data)
+        warm = data.qacc_warmstart.copy() if before else None
+        kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+        state = np.zeros(mujoco.mj_stateSize(model, kind))
+        mujoco.mj_getState(model, data, state, kind)
+        begin = time.process_time()
+        rollout.rollout(model, data, state, nstep=scene.steps - before, initial_warmstart=warm)
+        return time.process_time() - begin
 
 
 def model_and_data(scene: Scene, option: str) -> Any:
     """Model and data at the start of a scene."""
     no_restitution(scene, elastic=True)
-    model = model_of(scene, f'integrator="implicitfast" cone="elliptic" impratio="10" {option}')
+    model = model_of(scene, option)
     data = mujoco.MjData(model)
     states = scene.states
     # Both have position, attitude, velocity and the spin in the body's frame.
@@ -108,6 +125,7 @@ def numbers(values: Iterable[float]) -> str:
 
 
 ENGINES: List[Engine] = [
-    Mujoco("mujoco", "", "elliptic cone, Newton, implicitfast, impratio 10; for restitution 1 solref -10000 0"),
-    Mujoco("mujoco-noslip", 'noslip_iterations="10"', "as mujoco, with noslip_iterations 10"),
+    Mujoco("mujoco", GRASPING, "elliptic cone, Newton, implicitfast, impratio 10; for restitution 1 solref -10000 0"),
+    Mujoco("mujoco-noslip", f'{GRASPING} noslip_iterations="10"', "as mujoco, with noslip_iterations 10"),
+    Mujoco("mujoco-default", 'cone="elliptic"', "elliptic cone, otherwise defaults: Newton, Euler"),
 ]

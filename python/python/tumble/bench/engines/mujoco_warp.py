@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import List
 
 import mujoco_warp
@@ -10,8 +9,8 @@ import numpy as np
 import warp
 
 from .._scene import Scene
-from ._base import Engine, Motion
-from .mujoco_c import model_and_data, read_states
+from ._base import Engine, Motion, Stopwatch
+from .mujoco_c import GRASPING, model_and_data, read_states
 
 MOST_CONTACTS = 400
 """Room for contacts: 27 boxes have less than half as many."""
@@ -29,7 +28,7 @@ class MujocoWarp(Engine):
 
     def run(self, scene: Scene) -> Motion:
         warp.config.quiet = True
-        own_model, own_data = model_and_data(scene, "")
+        own_model, own_data = model_and_data(scene, GRASPING)
         with warp.ScopedDevice("cpu"):
             model = mujoco_warp.put_model(own_model)
             room = {"nconmax": MOST_CONTACTS, "njmax": 4 * MOST_CONTACTS}
@@ -39,17 +38,16 @@ class MujocoWarp(Engine):
             states = np.empty((scene.steps + 1, len(scene.free), 13))
             states[0] = scene.states
             pushes = np.zeros((1, own_model.nbody, 6), np.float32)
-            seconds = 0.0
+            stopwatch = Stopwatch()
             for step in range(scene.steps):
                 if scene.forces:
                     pushes[0, 1:] = scene.wrenches(step, states[step])
                     data.xfrc_applied.assign(pushes)
-                begin = time.perf_counter()
-                mujoco_warp.step(model, data)
-                seconds += time.perf_counter() - begin
+                with stopwatch:
+                    mujoco_warp.step(model, data)
                 states[step + 1] = read_states(data.qpos.numpy()[0], data.qvel.numpy()[0])
         states[:, :, 3:7] /= np.linalg.norm(states[:, :, 3:7], axis=2, keepdims=True)
-        return Motion(states, seconds)
+        return Motion(states, stopwatch.seconds, slowest=stopwatch.slowest)
 
 
 ENGINES: List[Engine] = [MujocoWarp()]

@@ -1,8 +1,12 @@
-"""tumble with its native solver and with Ipopt."""
+"""tumble with its native solver and with Ipopt.
+
+``BENCH_BOXES`` may name the program several_bodies of bench/measure, whose loop over the steps has no calls from Python.
+"""
 
 from __future__ import annotations
 
-import time
+import os
+from pathlib import Path
 from typing import Any, Dict, List, Optional
 
 import numpy as np
@@ -11,16 +15,19 @@ from ... import Scene as OwnScene
 from ... import TumbleError, __version__, has_ipopt
 from .._scene import Body, Scene
 from .._solids import matrix_of
-from ._base import Engine, Motion, Sensitivities, Unsupported
+from ._base import Engine, Motion, Sensitivities, Stopwatch, Unsupported
+from ._program import asked
+
+LOOP = os.environ.get("BENCH_BOXES", "")
 
 
 class Tumble(Engine):
-    """tumble with one of its solvers."""
+    """tumble with one of its solvers, solved to ``residual`` (m/s)."""
 
     compliant = False
 
-    def __init__(self, name: str, solver: str, settings: str) -> None:
-        self.name, self.solver, self.settings = name, solver, settings
+    def __init__(self, name: str, solver: str, settings: str, residual: Optional[float] = None) -> None:
+        self.name, self.solver, self.settings, self.residual = name, solver, settings, residual
         if solver == "ipopt" and not has_ipopt:
             raise ImportError("this build of tumble has no Ipopt; build it with --features ipopt")
 
@@ -31,15 +38,35 @@ class Tumble(Engine):
         simulation = self._scene(scene).simulate()
         states = np.empty((scene.steps + 1, len(scene.free), 13))
         states[0] = simulation.states
-        unsolved, seconds = 0, 0.0
+        stopwatch, unsolved, iterations, residual = Stopwatch(), 0, 0, 0.0
         for step in range(scene.steps):
             wrenches = _own_wrenches(scene, step, states[step])
-            begin = time.perf_counter()
-            done = simulation.step(wrenches)
-            seconds += time.perf_counter() - begin
+            with stopwatch:
+                done = simulation.step(wrenches)
             unsolved += not done.ok
+            iterations += done.iterations
+            residual = max(residual, done.residual)
             states[step + 1] = simulation.states
-        return Motion(states, seconds, f"{unsolved} steps did not converge" if unsolved else "")
+        note = f"{unsolved} steps did not converge" if unsolved else ""
+        facts = {
+            "not converged": unsolved,
+            "iterations a step": iterations / scene.steps,
+            "largest residual, m/s": residual,
+        }
+        return Motion(states, stopwatch.seconds, note, stopwatch.slowest, facts)
+
+    def time(self, scene: Scene, before: int) -> float:
+        return float(self._looped(scene, before)["seconds"]) if self._loops else super().time(scene, before)
+
+    def memory(self, scene: Scene, before: int) -> int:
+        return int(self._looped(scene, before)["memory_kib"]) if self._loops else super().memory(scene, before)
+
+    @property
+    def _loops(self) -> bool:
+        return self.solver == "native" and Path(LOOP).is_file()
+
+    def _looped(self, scene: Scene, before: int) -> Dict[str, Any]:
+        return asked(LOOP, scene, before, residual=self.residual)
 
     def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
         if self.solver == "ipopt":
@@ -79,11 +106,11 @@ class Tumble(Engine):
             time_step=scene.time_step,
             steps=scene.steps,
         )
-        if self.solver == "native":
+        if self.solver == "native" and self.residual is None:
             return made
         try:
             text, path, _ = made._source
-            return OwnScene.from_text(text, path, solver=self.solver)
+            return OwnScene.from_text(text, path, solver=self.solver, residual=self.residual)
         except TumbleError as error:
             raise Unsupported(str(error)) from None
 
@@ -113,6 +140,9 @@ def _table(body: Body) -> Dict[str, Any]:
     return table
 
 
-ENGINES: List[Engine] = [Tumble("tumble", "native", "native solver, no settings")]
+ENGINES: List[Engine] = [
+    Tumble("tumble", "native", "native solver, no settings"),
+    Tumble("tumble-1e-6", "native", "native solver, residual 1e-6 m/s", 1e-6),
+]
 if has_ipopt:
     ENGINES.append(Tumble("tumble-ipopt", "ipopt", "Ipopt, its default tolerance 1e-6"))

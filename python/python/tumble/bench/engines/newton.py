@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any, List
 
 import newton
@@ -11,7 +10,7 @@ import warp
 
 from .._scene import Body, Scene
 from .._solids import prism_triangles
-from ._base import Engine, Motion, rows, world_spin
+from ._base import Engine, Motion, Stopwatch, rows, world_spin
 
 ITERATIONS = 50
 """Iterations of XPBD, whose default is 2."""
@@ -41,26 +40,25 @@ class Newton(Engine):
         count = len(scene.free)
         states = np.empty((scene.steps + 1, count, 13))
         states[0] = scene.states
-        seconds = 0.0
+        stopwatch = Stopwatch()
         for step in range(scene.steps + 1):
             now.clear_forces()
             if scene.forces and step > 0:
                 now.body_f.assign(scene.wrenches(step - 1, states[step - 1]).astype(np.float32))
-            begin = time.perf_counter()
-            pipeline.collide(now, contacts)
-            solver.step(now, then, control, contacts, scene.time_step)
-            taken = time.perf_counter() - begin
+            with stopwatch:
+                pipeline.collide(now, contacts)
+                solver.step(now, then, control, contacts, scene.time_step)
             if step == 0:
                 # The first step compiles kernels; the motion starts again.
+                stopwatch = Stopwatch()
                 solver = self._solver(model, scene)
                 _start(now, scene)
                 continue
-            seconds += taken
             places, speeds = then.body_q.numpy().astype(float), then.body_qd.numpy().astype(float)
             attitudes = places[:, [6, 3, 4, 5]]
             states[step] = rows(places[:, :3], attitudes, speeds[:, :3], speeds[:, 3:])[:count]
             now, then = then, now
-        return Motion(states, seconds)
+        return Motion(states, stopwatch.seconds, slowest=stopwatch.slowest)
 
     def _solver(self, model: Any, scene: Scene) -> Any:
         if self.name == "newton-kamino":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from importlib.metadata import version
 from typing import Any, List, Optional
 
@@ -12,7 +11,7 @@ import torch
 
 from .._scene import Body, Scene
 from .._solids import matrix_of
-from ._base import Engine, Motion, Sensitivities, Unsupported, rows
+from ._base import Engine, Motion, Sensitivities, Stopwatch, Unsupported, rows
 
 GROUND = 50.0
 """Side of the box that is the ground, m."""
@@ -32,15 +31,14 @@ class Nimble(Engine):
         world, nodes = _world(scene)
         states = np.empty((scene.steps + 1, len(nodes), 13))
         states[0] = scene.states
-        seconds = 0.0
+        stopwatch = Stopwatch()
         for step in range(scene.steps):
             if scene.forces:
                 world.setControlForces(_own_frame(states[step], scene.wrenches(step, states[step])))
-            begin = time.perf_counter()
-            world.step()
-            seconds += time.perf_counter() - begin
+            with stopwatch:
+                world.step()
             states[step + 1] = _states(nodes)
-        return Motion(states, seconds)
+        return Motion(states, stopwatch.seconds, slowest=stopwatch.slowest)
 
     def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
         world, nodes = _world(scene)

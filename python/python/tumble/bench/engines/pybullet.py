@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from importlib.metadata import version
-from typing import Any, List
+from typing import Any, List, Tuple
 
 import numpy as np
 import pybullet
 
 from .._scene import Body, Scene
-from ._base import Engine, Motion, rows, world_spin
+from ._base import Engine, Motion, Stopwatch, Unsupported, rows, world_spin
 
 ITERATIONS = 1000
 
@@ -26,42 +26,55 @@ class Pybullet(Engine):
         return version("pybullet")
 
     def run(self, scene: Scene) -> Motion:
-        client = pybullet.connect(pybullet.DIRECT)
-        own = {"physicsClientId": client}
-        pybullet.setGravity(*scene.gravity, **own)
-        pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=scene.time_step,
-            numSubSteps=0,
-            numSolverIterations=ITERATIONS,
-            solverResidualThreshold=0.0,
-            enableConeFriction=1,
-            # Slower approaches do not bounce; tumble's threshold is 2 g h.
-            restitutionVelocityThreshold=2.0 * float(np.linalg.norm(scene.gravity)) * scene.time_step,
-            **own,
-        )
-        if scene.ground:
-            plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, planeNormal=(0, 0, 1), **own)
-            _material(pybullet.createMultiBody(0, plane, **own), scene, own)
-        bodies = [_added(body, scene, own) for body in scene.bodies][: len(scene.free)]
+        bodies, own = _begun(scene, scene.time_step, 0)
         states = np.empty((scene.steps + 1, len(bodies), 13))
         states[0] = scene.states
-        seconds = 0.0
+        stopwatch = Stopwatch()
         for step in range(scene.steps):
             if scene.forces:
                 for place, wrench in enumerate(scene.wrenches(step, states[step])):
                     at = states[step, place, :3]
                     pybullet.applyExternalForce(bodies[place], -1, wrench[:3], at, pybullet.WORLD_FRAME, **own)
                     pybullet.applyExternalTorque(bodies[place], -1, wrench[3:], pybullet.WORLD_FRAME, **own)
-            begin = time.perf_counter()
-            pybullet.stepSimulation(**own)
-            seconds += time.perf_counter() - begin
+            with stopwatch:
+                pybullet.stepSimulation(**own)
             poses = [pybullet.getBasePositionAndOrientation(body, **own) for body in bodies]
             speeds = [pybullet.getBaseVelocity(body, **own) for body in bodies]
             attitudes = np.array([pose[1] for pose in poses])[:, [3, 0, 1, 2]]
             places = np.array([pose[0] for pose in poses])
             states[step + 1] = rows(places, attitudes, *(np.array([speed[i] for speed in speeds]) for i in (0, 1)))
         pybullet.disconnect(**own)
-        return Motion(states, seconds)
+        return Motion(states, stopwatch.seconds, slowest=stopwatch.slowest)
+
+    def time(self, scene: Scene, before: int) -> float:
+        if before > 0 or len(scene.free) > 1:
+            raise Unsupported("it is timed with one body, whose steps are substeps of one call")
+        _, own = _begun(scene, scene.steps * scene.time_step, scene.steps)
+        begin = time.process_time()
+        pybullet.stepSimulation(**own)
+        seconds = time.process_time() - begin
+        pybullet.disconnect(**own)
+        return seconds
+
+
+def _begun(scene: Scene, step: float, substeps: int) -> Tuple[List[Any], Any]:
+    """Free bodies and client of a scene at its start."""
+    own = {"physicsClientId": pybullet.connect(pybullet.DIRECT)}
+    pybullet.setGravity(*scene.gravity, **own)
+    pybullet.setPhysicsEngineParameter(
+        fixedTimeStep=step,
+        numSubSteps=substeps,
+        numSolverIterations=ITERATIONS,
+        solverResidualThreshold=0.0,
+        enableConeFriction=1,
+        # Slower approaches do not bounce; tumble's threshold is 2 g h.
+        restitutionVelocityThreshold=2.0 * float(np.linalg.norm(scene.gravity)) * scene.time_step,
+        **own,
+    )
+    if scene.ground:
+        plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, planeNormal=(0, 0, 1), **own)
+        _material(pybullet.createMultiBody(0, plane, **own), scene, own)
+    return [_added(body, scene, own) for body in scene.bodies][: len(scene.free)], own
 
 
 def _added(body: Body, scene: Scene, own: Any) -> Any:

@@ -84,15 +84,6 @@ pub enum Smoothing {
     CentralPath(f64),
 }
 
-impl std::fmt::Display for Smoothing {
-    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Compliance(compliance) => write!(to, "a compliance of {compliance}"),
-            Self::CentralPath(speed) => write!(to, "the central path at {speed} m/s"),
-        }
-    }
-}
-
 /// Derivative of the last step passed to [`linearise`](StepDerivative::linearise). Its memory is
 /// reused.
 #[derive(Debug, Clone, Default)]
