@@ -252,7 +252,6 @@ pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: contact_of(&run.solver)?,
-        usual_solver: false,
         robots: Vec::new(),
         model,
         trajectory: run.trajectory,
@@ -278,7 +277,7 @@ pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failu
             ..Settings::default()
         },
     };
-    SolverChoice::new(&settings, SolverName::Native).map(Some)
+    SolverChoice::new(&settings).map(Some)
 }
 
 /// Parses a choice in a field of the solver's settings.

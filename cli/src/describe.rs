@@ -71,11 +71,10 @@ fn steps(summary: &RunSummary) -> String {
 /// Number of bodies and the solver.
 fn cast(scene: &Scene) -> String {
     format!(
-        "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
+        "  bodies       {}, and {} fixed pieces\n  solver       {}\n",
         scene.bodies.len(),
         scene.fixed.len(),
-        scene.solver(),
-        if scene.usual_solver { ", the default for several bodies" } else { "" }
+        scene.solver()
     )
 }
 

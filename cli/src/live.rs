@@ -31,9 +31,12 @@ pub struct Played {
 }
 
 impl Live {
-    /// Live run of `scene` until `end` is true.
+    /// Live run of `scene` until `end` is true. The tutorial's scenes and those of `--from` get the
+    /// native solver.
     pub fn new(args: &SimulateArgs, scene: Scene, end: &Arc<AtomicBool>) -> Result<Self, Failure> {
         check(args)?;
+        let is_named_by_file = args.setup.scene.path().is_some();
+        let scene = if is_named_by_file { scene } else { scene.with_native_solver() };
         let program = Program::of_scene(scene, Arc::clone(end));
         let program = program.map_err(|why| Failure::Input(format!("--live: {why}")))?;
         let address = args.live.address.unwrap_or((Ipv4Addr::LOCALHOST, 0).into());
@@ -71,8 +74,6 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
         Failure::Input(format!("--from: {} has no run.json beside it", shown::path(path)))
     })?;
     let mut scene = continued::scene_of(run)?;
-    // The live run has the native solver, also after a run by Ipopt.
-    scene.usual_solver = true;
     let mut moment = None;
     while let Some(step) = recording.next_step()? {
         let index = step.index();

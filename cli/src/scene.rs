@@ -8,7 +8,7 @@ use tumble_scene::choices::{BodyShape, SceneName};
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, polyline};
-use tumble_scene::solver_choice::{SolverChoice, TUTORIAL_SOLVER};
+use tumble_scene::solver_choice::SolverChoice;
 
 /// Number of contact points above which Ipopt needs more than 10 ms per iteration
 /// (docs/ipopt-path.md).
@@ -20,11 +20,11 @@ pub fn of_args(args: &SetupArgs) -> Result<Scene, Failure> {
     let scene = match args.scene.path() {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
-            Scene::of_tutorial(name, flags, TUTORIAL_SOLVER)?
+            Scene::of_tutorial(name, flags)?
         }
         Some(path) => {
-            let (text, usual) = (scenario::read_text(path)?, TUTORIAL_SOLVER);
-            let scene = Scene::told(&text, path, flags, &args.given(), usual, &input::bytes)?;
+            let text = scenario::read_text(path)?;
+            let scene = Scene::told(&text, path, flags, &args.given(), &input::bytes)?;
             let large = run_file::refuse_large(&scene.model);
             large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
             scene

@@ -11,7 +11,7 @@ use tumble_core::simulation::save::{Saved, to_bytes};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
-use tumble_scene::choices::SolverName;
+use tumble_scene::choices::{SceneName, SolverName};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -162,12 +162,7 @@ fn joints_along_any_axes_are_the_same_again() {
 
 #[test]
 fn ipopt_goes_on_with_its_multipliers() {
-    let scene = Scene::of_tutorial(
-        tumble_scene::choices::SceneName::Drop,
-        Settings::default(),
-        SolverName::Ipopt,
-    )
-    .unwrap();
+    let scene = Scene::of_tutorial(SceneName::Drop, Settings::default()).unwrap();
     // The cube touches at step 193.
     goes_on_alike(&scene, 260, &[0, 192, 195, 201, 230], 60);
 }

@@ -115,8 +115,8 @@ pub struct StartArgs {
 /// Solver of the contact steps.
 #[derive(Debug, Args)]
 pub struct SolverArgs {
-    /// Solver of the contact steps: Ipopt as in the tutorial, or tumble's own solver, which is
-    /// exact and a thousand times faster [default: ipopt; with several bodies native].
+    /// Solver of the contact steps: tumble's own solver, which is exact, or Ipopt as in the
+    /// tutorial, a thousand times slower [default: native; without a file ipopt].
     #[arg(long, value_enum)]
     pub solver: Option<SolverName>,
     /// Residual at which the native solver accepts a contact step, m/s, 1e-9 to 1e-2, for bodies of
@@ -139,8 +139,8 @@ pub struct SolverArgs {
     #[arg(long, value_name = "N", value_parser = values::substeps, allow_hyphen_values = true)]
     pub substeps: Option<u64>,
     /// Action if Ipopt does not solve a step from its first initial point: try other initial points
-    /// and finally the native solution, record the failure and continue, or stop [default: ladder;
-    /// with --solver native record].
+    /// and finally the native solution, record the failure and continue, or stop [default: record;
+    /// with Ipopt ladder].
     #[arg(long, value_enum)]
     pub on_failure: Option<OnFailure>,
     /// Ipopt's tolerance, 1e-12 to below 1; only with --solver ipopt [default: 1e-6].

@@ -2,7 +2,7 @@
 //!
 //! The result is a scene with a model of one body.
 
-use super::choices::{Attitude, SolverName, StartFrame};
+use super::choices::{Attitude, StartFrame};
 use super::physics;
 use super::scene::Scene;
 use super::settings::Settings;
@@ -21,16 +21,11 @@ use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown;
 use tumble_model::{BodyModel, BodyStart, DrawnModel, Model};
 
-/// Scene of complete settings, with or without a ground; `usual` is the default solver.
+/// Scene of complete settings, with or without a ground.
 ///
 /// # Errors
 /// The first invalid value.
-pub fn scene(
-    name: String,
-    ground: bool,
-    settings: &Settings,
-    usual: SolverName,
-) -> Result<Scene, Failure> {
+pub fn scene(name: String, ground: bool, settings: &Settings) -> Result<Scene, Failure> {
     let (world, load) = physics::of_settings(settings)?;
     let seed = settings.seed.unwrap_or(USUAL_SEED);
     let attitude = settings.attitude.as_ref().ok_or_else(|| Failure::needed("attitude"))?;
@@ -64,7 +59,7 @@ pub fn scene(
 
     let contact = if ground {
         refuse_start_below_ground(&world, &start, settings)?;
-        Some(SolverChoice::new(settings, usual)?)
+        Some(SolverChoice::new(settings)?)
     } else {
         None
     };
@@ -85,7 +80,6 @@ pub fn scene(
         fixed: Vec::new(),
         joints: Vec::new(),
         contact,
-        usual_solver: settings.solver.is_none(),
         robots: Vec::new(),
         model,
         trajectory: true,

@@ -162,7 +162,7 @@ impl Preset {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum OnFailure {
-    /// Try other initial points (the ladder); only with --solver ipopt.
+    /// Try other initial points (the ladder); only with Ipopt.
     Ladder,
     /// Keep the point found and record the failure, as the tutorial does.
     Record,

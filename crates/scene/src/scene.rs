@@ -51,8 +51,6 @@ pub struct Scene {
     /// Solver of contact steps. `None` for a scene of `[body]` without `[ground]`: its body floats
     /// and is integrated by the Runge–Kutta method. Scenes of `[[bodies]]` always have a solver.
     pub contact: Option<SolverChoice>,
-    /// True if neither flags nor file name a solver.
-    pub usual_solver: bool,
     /// Robots read from files, with the indices of their bodies and joints in the scene.
     pub robots: Vec<tumble_robot::Assembled>,
     /// Constants of the bodies and initial states in the form of run.json.
@@ -103,6 +101,12 @@ impl Scene {
             model,
             ..self
         })
+    }
+
+    /// This scene with the default settings of the native solver, unless its body floats.
+    #[must_use]
+    pub fn with_native_solver(self) -> Self {
+        Self { contact: self.contact.map(|_| SolverChoice::native()), ..self }
     }
 
     /// Simulation from the initial state; it ends when `interrupt` is set.

@@ -114,7 +114,8 @@ impl RobotSettings {
 }
 
 impl Settings {
-    /// Settings of a scene of the tutorial, complete except for the solver.
+    /// Complete settings of a scene of the tutorial. The thrown cube has Ipopt as its solver, in a
+    /// build with Ipopt.
     pub fn of_scene(name: SceneName) -> Self {
         let scene = name.scene();
         let attitude = match name {
@@ -134,6 +135,8 @@ impl Settings {
             attitude: Some(attitude),
             velocity: Some(scene.velocity),
             spin: Some(scene.spin),
+            solver: (name == SceneName::Drop && cfg!(feature = "ipopt"))
+                .then_some(SolverName::Ipopt),
             ..Self::default()
         }
     }

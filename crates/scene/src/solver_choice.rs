@@ -41,10 +41,6 @@ pub type Program = (Formulation, Options);
 #[cfg(not(feature = "ipopt"))]
 pub type Program = std::convert::Infallible;
 
-/// Solver of the tutorial's scenes: Ipopt, or the native solver in a build without Ipopt.
-pub const TUTORIAL_SOLVER: SolverName =
-    if cfg!(feature = "ipopt") { SolverName::Ipopt } else { SolverName::Native };
-
 /// Version of Ipopt in this build; empty without Ipopt.
 #[cfg(feature = "ipopt")]
 pub const IPOPT_VERSION: &str = tumble::ipopt::VERSION;
@@ -53,18 +49,18 @@ pub const IPOPT_VERSION: &str = tumble::ipopt::VERSION;
 pub const IPOPT_VERSION: &str = "";
 
 impl SolverChoice {
-    /// Choice made by `settings`; `usual` is the default solver.
+    /// Choice made by `settings`. The default is the native solver.
     ///
     /// # Errors
     /// Settings that exclude each other; Ipopt without the feature `ipopt`.
-    pub fn new(settings: &Settings, usual: SolverName) -> Result<Self, Failure> {
+    pub fn new(settings: &Settings) -> Result<Self, Failure> {
         if let Some(Preset::Tutorial) = settings.preset {
             let place = "--preset tutorial, which fixes all solver settings";
             refuse_flags(place, &solver_flags(settings))?;
             return ipopt::tutorial();
         }
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
-        if settings.solver.unwrap_or(usual) != SolverName::Native {
+        if settings.solver == Some(SolverName::Ipopt) {
             let flags = [("--residual", settings.residual.is_some())];
             refuse_flags("Ipopt, which has --tol; use --solver native", &flags)?;
             return ipopt::of(settings, detection);
@@ -75,7 +71,13 @@ impl SolverChoice {
         refuse_flags("the native solver, which works to rounding", &flags)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
         let residual = settings.residual.map(known_residual).transpose()?;
-        Ok(Self { residual, ..Self::by(detection, on_failure, None) })
+        Ok(Self { detection, on_failure, residual, ..Self::native() })
+    }
+
+    /// The native solver with its default settings.
+    #[must_use]
+    pub fn native() -> Self {
+        Self::by(Detection::default(), OnFailure::Record, None)
     }
 
     fn by(detection: Detection, on_failure: OnFailure, ipopt: Option<Program>) -> Self {
@@ -108,7 +110,7 @@ impl SolverChoice {
     /// A setting that does not apply to this world.
     pub fn solver(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
         match &self.ipopt {
-            None => self.native(world),
+            None => self.native_for(world),
             Some(program) => ipopt::solver(self, program, world),
         }
     }
@@ -119,7 +121,7 @@ impl SolverChoice {
         self.residual
     }
 
-    fn native(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
+    fn native_for(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
         let mut solver = NativeSolver::new(world);
         if let Some(residual) = self.residual {
             solver = solver.with_residual(residual)?;

@@ -1,7 +1,7 @@
 //! Scenes from text: scenario files in both notations, robot files and the tutorial's scenes.
 
 use super::bodies::entries::Files;
-use super::choices::{SceneName, SolverName};
+use super::choices::SceneName;
 use super::file::ParsedScene;
 use super::scene::Scene;
 use super::settings::Settings;
@@ -15,7 +15,7 @@ use tumble_model::names::FileKind;
 impl Scene {
     /// Scene of the scenario file `path` with the content `text`; `flags` take precedence.
     ///
-    /// The native solver is the default. `read` reads mesh files.
+    /// `read` reads mesh files.
     ///
     /// # Errors
     /// The first invalid value; a seed for a scene without random parts.
@@ -25,14 +25,13 @@ impl Scene {
         flags: Settings,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        Self::told(text, path, flags, &[], SolverName::Native, read)
+        Self::told(text, path, flags, &[], read)
     }
 
     /// Scene of the scenario file `path` with the content `text`, for the command line.
     ///
     /// Values in `flags` override those of the file. `given` names the flags on the command line,
-    /// so that an error about such a value names its flag. `usual` is the default solver of the
-    /// notation `[body]`. The default of `[[bodies]]` and of robots is the native solver.
+    /// so that an error about such a value names its flag.
     ///
     /// # Errors
     /// The errors of [`Scene::of_text`].
@@ -41,7 +40,6 @@ impl Scene {
         path: &Path,
         flags: Settings,
         given: &[&str],
-        usual: SolverName,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
         if super::is_robot(text, path) {
@@ -56,7 +54,7 @@ impl Scene {
         let (changed, seed_given) = (flags.changed(&below), flags.seed.is_some());
         let settings = flags.over(below);
         let scene = match entries {
-            None => body::scene(name, ground, &settings, usual),
+            None => body::scene(name, ground, &settings),
             Some(entries) => {
                 let folder = path.parent().unwrap_or(Path::new(""));
                 bodies::scene(name, &settings, entries, Files { folder, read })
@@ -88,21 +86,17 @@ impl Scene {
         Ok(Self { changed, ..scene })
     }
 
-    /// Scene of the tutorial; `flags` take precedence, and `usual` is the default solver.
+    /// Scene of the tutorial; `flags` take precedence.
     ///
     /// # Errors
     /// The first invalid value.
-    pub fn of_tutorial(
-        name: SceneName,
-        flags: Settings,
-        usual: SolverName,
-    ) -> Result<Self, Failure> {
+    pub fn of_tutorial(name: SceneName, flags: Settings) -> Result<Self, Failure> {
         let ground = name == SceneName::Drop;
         flags.robot.refuse()?;
         body::refuse_idle_settings(ground, &flags)?;
         let below = Settings::of_scene(name);
         let changed = flags.changed(&below);
-        let scene = body::scene(name.scene().name.to_owned(), ground, &flags.over(below), usual)?;
+        let scene = body::scene(name.scene().name.to_owned(), ground, &flags.over(below))?;
         Ok(Self { changed, ..scene })
     }
 

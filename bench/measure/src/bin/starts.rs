@@ -120,9 +120,10 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     if throws > 0 {
         let mut counts = StartCounts::default();
         for seed in 0..throws {
-            let flags = Settings { seed: Some(seed), steps: Some(1000), ..Settings::default() };
-            let scene =
-                Scene::of_tutorial(SceneName::Drop, flags, SolverName::Native).map_err(said)?;
+            let solver = Some(SolverName::Native);
+            let flags =
+                Settings { seed: Some(seed), steps: Some(1000), solver, ..Settings::default() };
+            let scene = Scene::of_tutorial(SceneName::Drop, flags).map_err(said)?;
             of_scene(&scene, &mut counts)?;
         }
         counts.print("throws");

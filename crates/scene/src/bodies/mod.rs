@@ -25,7 +25,6 @@ use super::physics::violent_load;
 use super::scene::Scene;
 use super::settings::{Settings, USUAL_SEED};
 use super::solver_choice::SolverChoice;
-use crate::choices::SolverName;
 use build::BuiltScene;
 use driven::{DrivenEntry, SurfaceEntry};
 use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry, PieceEntry};
@@ -68,9 +67,6 @@ pub struct SceneEntries {
     pub robots: Vec<robots::RobotEntry>,
 }
 
-/// Default solver of these scenes.
-const USUAL_SOLVER: SolverName = SolverName::Native;
-
 /// Makes the scene of a scenario file from its `settings` and its tables `entries`.
 ///
 /// The settings are those of the file, overridden by the flags of the command line. `files` reads
@@ -107,7 +103,7 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
     let BuiltScene { model, drawn, .. } = built;
     let place = "several bodies: the tutorial's program has one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
-    let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
+    let contact = SolverChoice::new(settings)?;
     // Reports a solver that does not support this world before any file is written.
     contact.solver(&world)?;
     let scene = Scene {
@@ -126,7 +122,6 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
         fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: Some(contact),
-        usual_solver: settings.solver.is_none(),
         robots: built.robots,
         model,
         trajectory: false,

@@ -8,8 +8,7 @@ use tumble_core::mechanics::Polyline;
 use tumble_core::mechanics::body::box_corners;
 use tumble_model::fields::by_rows;
 
-/// Writes a scene of one body, including the name of its solver, whose default differs between
-/// programs.
+/// Writes a scene of one body, including the name of its solver.
 pub fn text(out: &mut String, scene: &Scene) -> Result {
     let world = &scene.world;
     let (body, start, load) = (&world.bodies()[0], &scene.starts[0], &scene.loads[0]);
