@@ -6,7 +6,7 @@ use super::checkpoint::{self, Checkpoint};
 use super::input;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
-use super::recording::Recording;
+use super::recording::{Recording, run_file};
 use super::run::{RunOutcome, RunResults};
 use super::scene::{Scene, on_threads};
 use super::writer::{RowsSoFar, RunWriter, Written};
@@ -24,8 +24,8 @@ use tumble_model::shown;
 use tumble_scene::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
 use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::kept::KeptSteps;
-use tumble_scene::run_file::{self, RunFile, SolverSettings};
-use tumble_scene::settings::Settings;
+use tumble_scene::run_file::{RunFile, SolverSettings};
+use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
 
 /// Name of the state file of a run.
@@ -179,7 +179,7 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedStat
     };
     let Checkpoint { run_json, state } =
         Checkpoint::of_bytes(&bytes).map_err(|error| odd_state(&file, &error))?;
-    let Some(run) = RunFile::read(Ok(run_json), &file, || Ok(()))? else { return Ok(None) };
+    let run = RunFile::of_text(&run_json, &file)?;
     let state = state_in(file.clone(), &state)?;
     Ok(Some((run, file, state)))
 }
@@ -187,8 +187,7 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedStat
 /// Reads the finished run in `directory`, and names its run.json.
 fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure> {
     let path = directory.join("run.json");
-    let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?;
-    let run = run.ok_or_else(|| {
+    let run = run_file(&path, || {
         let directory = shown::path(directory);
         Failure::Input(format!(
             "--continue: {directory} has no run.json; the directory of a run is needed"
@@ -265,16 +264,16 @@ pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failu
     }
     let preset = word::<Preset>("preset", solver.preset.as_ref())?;
     let settings = match preset {
-        Some(_) => Settings { preset, ..Settings::default() },
-        None => Settings {
-            solver: word::<SolverName>("name", Some(&solver.name))?,
+        Some(_) => SolverTable { preset, ..SolverTable::default() },
+        None => SolverTable {
+            name: word::<SolverName>("name", Some(&solver.name))?,
             formulation: word::<FormulationName>("formulation", solver.formulation.as_ref())?,
             detection: word::<DetectionName>("detection", solver.detection.as_ref())?,
             on_failure: word::<OnFailure>("on_failure", solver.on_failure.as_ref())?,
-            tol: solver.tol,
-            max_iter: solver.max_iter,
+            tolerance: solver.tol,
+            max_iterations: solver.max_iter,
             residual: solver.residual,
-            ..Settings::default()
+            preset: None,
         },
     };
     SolverChoice::new(&settings).map(Some)

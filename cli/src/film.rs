@@ -45,7 +45,7 @@ pub fn film(
     }
     let floating = recording.floating();
     let Recording { world, loads, run, .. } = recording;
-    let model = run.as_ref().filter(|run| !run.trajectory).map(|run| &run.model);
+    let model = (!run.trajectory).then_some(&run.model);
     let one = || vec![Role::default()];
     let bodies = model.map_or_else(one, |model| model.bodies.iter().map(Role::from).collect());
     let fixed: Vec<_> =
@@ -66,9 +66,9 @@ pub fn film(
         film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
     }
     film.every = every;
-    film.takeover = run.as_ref().and_then(|_| takeover(&path, first?, every));
-    film.title = run.as_ref().map_or(String::new(), title);
-    film.facts = run.map_or(Vec::new(), facts);
+    film.takeover = first.and_then(|first| takeover(&path, first, every));
+    film.title = title(&run);
+    film.facts = facts(run);
     Ok(Some(film))
 }
 

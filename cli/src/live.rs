@@ -69,11 +69,8 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     let given = args.setup.given();
     let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
     refuse_flags("--from, whose run has it", &flags)?;
-    let mut recording = Recording::open(path, &args.setup.physics)?;
-    let run = recording.run.as_ref().ok_or_else(|| {
-        Failure::Input(format!("--from: {} has no run.json beside it", shown::path(path)))
-    })?;
-    let mut scene = continued::scene_of(run)?;
+    let mut recording = Recording::open(path)?;
+    let mut scene = continued::scene_of(&recording.run)?;
     let mut moment = None;
     while let Some(step) = recording.next_step()? {
         let index = step.index();

@@ -65,8 +65,7 @@ impl PendingPlots {
 pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let recording = Recording::open(&args.file, &args.physics)?;
-    let note = recording.note_line();
+    let recording = Recording::open(&args.file)?;
     let body = recording.body(args.body.as_deref())?;
     let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
         return Ok(Outcome::Interrupted);
@@ -76,7 +75,7 @@ pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let Some(written) = plots.write(&film, body, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
-    say(&(note + &describe(&written)))?;
+    say(&describe(&written))?;
     Ok(Outcome::Done)
 }
 

@@ -1,13 +1,11 @@
 //! Reader for the files of a run in either format: rows and model.
 
-use super::args::PhysicsArgs;
 use super::file_names::{TRAJECTORY, file_of};
 use super::input;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
-use super::scene::of_physics;
 use super::table_file::TableSource;
-use std::io::{self, BufRead as _, BufReader, Read as _};
+use std::io;
 use std::path::{Path, PathBuf};
 use tumble::solver::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL};
 use tumble::step_nlp::StepNlp;
@@ -19,23 +17,16 @@ use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_model::names::FileKind;
 use tumble_model::shown;
-use tumble_scene::choices::SceneName;
 use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::{Streams, Table, TableStep, TablesReader};
 use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow};
-use tumble_scene::physics;
 use tumble_scene::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
-use tumble_scene::settings::Settings;
-
-/// Upper bound for the length of a table's header, bytes.
-const LONGEST_HEADER: u64 = 1 << 12;
 
 /// Files of a run being read.
 pub struct Recording<'a> {
     path: &'a Path,
     rows: RecordingRows,
-    /// run.json, which always exists for tables of several bodies.
-    pub run: Option<RunFile>,
+    pub run: RunFile,
     pub world: World,
     /// One load per body.
     pub loads: Vec<Load>,
@@ -105,17 +96,20 @@ impl RecordedStep {
 
 impl<'a> Recording<'a> {
     /// Opens the files of a run through one of them, `path`, with the run.json in its directory.
-    /// Only a trajectory can lack run.json. It then has the drop scene's parameters, changed by
-    /// `flags`.
-    pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
+    pub fn open(path: &'a Path) -> Result<Self, Failure> {
         refuse_no_table(path)?;
-        let run_path = path.with_file_name("run.json");
-        let run = RunFile::read(input::text(&run_path, run_file::LARGEST_FILE), &run_path, || {
-            refuse_lonely_table(path, &run_path)
+        // Names a table that cannot be read before a run.json that does not exist.
+        input::open(path).map_err(|error| {
+            Failure::Input(format!("{} cannot be read: {error}", shown::path(path)))
         })?;
-        let Some(run) = run else { return Self::without_run(path, of_physics(flags)?) };
-        let given: Vec<_> = flags.given().iter().map(|flag| (*flag, true)).collect();
-        refuse_flags("a run.json, which has all parameters", &given)?;
+        let run_path = path.with_file_name("run.json");
+        let run = run_file(&run_path, || {
+            Failure::Input(format!(
+                "{}: a table needs the run.json of its run beside it; {} does not exist",
+                shown::path(path),
+                shown::path(&run_path)
+            ))
+        })?;
         if !run.trajectory {
             refuse_another_file(path, run.kept.form)?;
         }
@@ -136,7 +130,7 @@ impl<'a> Recording<'a> {
         let loads = model.loads().map_err(wrong)?;
         let courses = model.courses().map_err(wrong)?;
         let rows = if run.trajectory {
-            let reader = trajectory(path, &world, "run.json has")?;
+            let reader = trajectory(path, &world)?;
             RecordingRows::Trajectory(Box::new(
                 reader.from_index(run.start_index).every(kept.every),
             ))
@@ -157,16 +151,7 @@ impl<'a> Recording<'a> {
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
             RecordingRows::Tables(Box::new(reader.from_index(run.start_index).every(kept.every)))
         };
-        Ok(Self { path, rows, run: Some(run), world, loads, courses })
-    }
-
-    /// Opens a trajectory without run.json. It has the drop scene's parameters, changed by `flags`.
-    fn without_run(path: &'a Path, flags: Settings) -> Result<Self, Failure> {
-        let settings = flags.over(Settings::of_scene(SceneName::Drop));
-        let (world, load) = physics::of_settings(&settings)?;
-        let reader = trajectory(path, &world, "without a run.json there are")?;
-        let rows = RecordingRows::Trajectory(Box::new(reader));
-        Ok(Self { path, rows, run: None, world, loads: vec![load], courses: Vec::new() })
+        Ok(Self { path, rows, run, world, loads, courses })
     }
 
     /// Reads the next step and checks its time and states; `None` after the last.
@@ -203,10 +188,9 @@ impl<'a> Recording<'a> {
         let [time, h] = [time, h].map(shown::number);
         let why = format!("has t_s = {time}, which does not fit a time step of {h} s");
         Err(match step {
-            RecordedStep::Trajectory(_) => Failure::Input(format!(
-                "{}: row {index} {why}; give the time step of the run with --dt",
-                shown::path(self.path)
-            )),
+            RecordedStep::Trajectory(_) => {
+                Failure::Input(format!("{}: row {index} {why}", shown::path(self.path)))
+            }
             RecordedStep::Tables(_) => self.odd(&format!("step {index} {why}")),
         })
     }
@@ -214,8 +198,7 @@ impl<'a> Recording<'a> {
     /// Checks the states of tables. Invalid states cannot be judged or drawn.
     fn check_states(&self, step: &RecordedStep) -> Result<(), Failure> {
         let RecordedStep::Tables(step) = step else { return Ok(()) };
-        let names = self.run.iter().flat_map(RunFile::bodies);
-        let names: Vec<_> = names.collect();
+        let names = self.run.bodies();
         let named = |states| names.iter().zip(states);
         for (name, state) in named(&step.states).chain(named(&step.ends)) {
             let why = |error| self.odd(&format!("step {}, {name}: {error}", step.row.index));
@@ -230,7 +213,7 @@ impl<'a> Recording<'a> {
             refuse_flags("a trajectory of one body", &[("--body", wanted.is_some())])?;
         }
         let Some(wanted) = wanted else { return Ok(0) };
-        let bodies: Vec<_> = self.run.iter().flat_map(RunFile::bodies).collect();
+        let bodies = self.run.bodies();
         let named = bodies.iter().position(|name| *name == wanted);
         let numbered = || wanted.parse().ok().filter(|index| *index < bodies.len());
         named.or_else(numbered).ok_or_else(|| {
@@ -250,21 +233,17 @@ impl<'a> Recording<'a> {
 
     /// Selection of rows in the files.
     pub fn kept(&self) -> KeptSteps {
-        self.run.as_ref().map(|run| run.kept.clone()).unwrap_or_default()
+        self.run.kept.clone()
     }
 
     /// True for a single floating body, integrated by the Runge–Kutta method without contacts.
     pub fn floating(&self) -> bool {
-        self.run.as_ref().is_some_and(|run| run.solver.name == "rk4")
+        self.run.solver.name == "rk4"
     }
 
-    /// Largest residual of a solved contact step, m/s: the limit of its solver. Without run.json it
-    /// is the largest limit of all solvers.
+    /// Largest residual of a solved contact step, m/s: the limit of its solver.
     pub fn accepted(&self) -> Result<f64, Failure> {
-        let Some(run) = &self.run else {
-            return Ok(ACCEPTED_RESIDUAL * self.world.speed_scale());
-        };
-        promised(&run.solver, &self.world).map_err(|why| {
+        promised(&self.run.solver, &self.world).map_err(|why| {
             let run_path = self.path.with_file_name("run.json");
             Failure::Input(format!("{}: {why}", shown::path(&run_path)))
         })
@@ -272,25 +251,8 @@ impl<'a> Recording<'a> {
 
     /// Detection rule of the contact candidates; `None` if run.json does not have it.
     pub fn detection(&self) -> Option<Detection> {
-        let name = self.run.as_ref()?.solver.detection.as_deref()?;
+        let name = self.run.solver.detection.as_deref()?;
         [Detection::Height, Detection::Predictive].into_iter().find(|rule| rule.name() == name)
-    }
-
-    /// Note about parameters that come from no run.json; otherwise empty.
-    pub fn note(&self) -> &'static str {
-        match self.run {
-            Some(_) => "",
-            None => {
-                "no run.json in the directory of the file: the drop scene's parameters and the \
-                 given flags are used"
-            }
-        }
-    }
-
-    /// Note as a line to print; empty without a note.
-    pub fn note_line(&self) -> String {
-        let note = self.note();
-        if note.is_empty() { String::new() } else { format!("note: {note}\n") }
     }
 
     /// Failure to read the tables.
@@ -309,7 +271,7 @@ impl<'a> Recording<'a> {
     /// Messages about files changed since the run, by their checksums in run.json. Empty without
     /// checksums.
     pub fn changed_files(&self) -> Result<Vec<String>, Failure> {
-        let Some(run) = &self.run else { return Ok(Vec::new()) };
+        let run = &self.run;
         let mut found = Vec::new();
         match run.seal {
             Seal::Broken => found.push(
@@ -354,18 +316,23 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// Opens a trajectory of the body of `world`. `source` describes the origin of its contact points.
-fn trajectory(
-    path: &Path,
-    world: &World,
-    source: &str,
-) -> Result<TrajectoryReader<TableSource>, Failure> {
+/// Reads the run.json at `path`; `missing` is the failure if there is none.
+pub fn run_file(path: &Path, missing: impl FnOnce() -> Failure) -> Result<RunFile, Failure> {
+    match input::text(path, run_file::LARGEST_FILE) {
+        Ok(text) => RunFile::of_text(&text, path),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(missing()),
+        Err(error) => Err(Failure::Input(format!("{} cannot be read: {error}", shown::path(path)))),
+    }
+}
+
+/// Opens a trajectory of the body of `world`.
+fn trajectory(path: &Path, world: &World) -> Result<TrajectoryReader<TableSource>, Failure> {
     let file = TableSource::open(path).map_err(|error| odd_trajectory(path, &error))?;
     let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
     let points = world.bodies().first().map_or(0, |body| body.contact_points().len());
     if points != reader.contacts() {
         return Err(Failure::Input(format!(
-            "{} has columns for {} contact points; {source} {points}",
+            "{} has columns for {} contact points; run.json has {points}",
             shown::path(path),
             reader.contacts(),
         )));
@@ -404,25 +371,6 @@ fn refuse_no_table(path: &Path) -> Result<(), Failure> {
         |table| format!("give {}", shown::path(&table)),
     );
     Err(Failure::Input(format!("{} {fault}; {remedy}", shown::path(path))))
-}
-
-/// Refuses a table of several bodies without run.json, which has the model.
-fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
-    let headers =
-        [false, true].map(|joints| Table::ALL.map(|table| table.columns(joints).join(",")));
-    let mut first = String::new();
-    // An unreadable file is refused later.
-    let start = TableSource::open(file).map(|file| file.take(LONGEST_HEADER));
-    let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
-    if !headers.iter().flatten().any(|header| header == first.trim_end()) {
-        return Ok(());
-    }
-    Err(Failure::Input(format!(
-        "{}: a table of several bodies needs the run.json of its run; {} is missing, or not of \
-         several bodies",
-        shown::path(file),
-        shown::path(run_path)
-    )))
 }
 
 /// Refuses a file that is not a table of the run in the same directory.

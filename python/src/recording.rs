@@ -25,7 +25,6 @@ use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::{
     GearTableRow, JointRow, StepRow, Streams, TableStep, TablesWriter,
 };
-use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::{RunFile, checksum_of};
 use tumble_scene::scene::Scene as Content;
 use tumble_view::animation::{AnimationSettings, View, animate, pixels};
@@ -155,23 +154,6 @@ impl PyRecording {
         file.files = tables.keys().cloned().chain(["run.json".to_owned()]).collect();
         file.checksums = tables.into_iter().map(of_table).collect::<PyResult<_>>()?;
         Ok(Some(PyBytes::new(py, file.text().map_err(in_python)?.as_bytes())))
-    }
-
-    /// Content of trajectory.csv for a scene of `[body]`, else None.
-    fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
-        if !self.content.trajectory {
-            return Ok(None);
-        }
-        let table = py.detach(|| {
-            let mut writer = TrajectoryWriter::new(Vec::new(), &self.content.world)?;
-            for (place, row) in self.rows.iter().enumerate() {
-                let next = self.rows.get(place + 1).unwrap_or(row);
-                let [next] = next.states[..] else { continue };
-                writer.write_step(row, &next)?;
-            }
-            writer.finish()
-        });
-        Ok(Some(PyBytes::new(py, &table.map_err(refused)?)))
     }
 
     /// True if the contacts were recorded.

@@ -329,16 +329,15 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
     )
     run = scene.run(150)
     scene.save(tmp_path / "scene.toml")
-    solver = ["--solver", "native"] if "ipopt" not in text else []
-    expected = tumbled("line", "--scenario", str(tmp_path / "scene.toml"), *solver)
+    expected = tumbled("line", "--scenario", str(tmp_path / "scene.toml"))
     for name, part, start in [("all", run, 0), ("part", run[60:120], 60)]:
         folder = tmp_path / name
-        assert [file.name for file in part.to_csv(folder)][-2:] == ["trajectory.csv", "run.json"]
+        assert [file.name for file in part.to_csv(folder)][-2:] == ["steps.csv", "run.json"]
         if name == "all":
-            assert (folder / "trajectory.csv").read_bytes() == (expected / "trajectory.csv").read_bytes()
+            assert (folder / "states.csv").read_bytes() == (expected / "states.csv").read_bytes()
         program = os.environ.get("TUMBLE") or shutil.which("tumble")
         for command in ("verify", "view"):
-            table = str(folder / "trajectory.csv")
+            table = str(folder / "states.csv")
             end = subprocess.run([program, command, table], capture_output=True, text=True, timeout=600)
             assert end.returncode == 0, end.stdout + end.stderr
             assert "checksum" not in end.stdout
@@ -352,7 +351,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
     simulation.run(9, np.ones((9, 6))).to_csv(tmp_path / "all")
     for command, code in (("view", 0), ("plot", 0), ("gif", 0), ("verify", 2)):
         end = subprocess.run(
-            [program, command, str(tmp_path / "all" / "trajectory.csv")], capture_output=True, text=True, timeout=600
+            [program, command, str(tmp_path / "all" / "states.csv")], capture_output=True, text=True, timeout=600
         )
         assert end.returncode == code, end.stdout + end.stderr
         assert code == 0 or "were set during the run (`pushed` in run.json)" in end.stderr

@@ -8,8 +8,9 @@ use std::net::SocketAddr;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use tumble_scene::AttitudeEntry;
 use tumble_scene::choices::{
-    Attitude, DetectionName, FormulationName, OnFailure, Preset, SceneName, SolverName, StartFrame,
+    DetectionName, FormulationName, OnFailure, Preset, SceneName, SolverName, StartFrame,
 };
 use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::Table;
@@ -43,7 +44,7 @@ pub struct SetupArgs {
     pub solver: SolverArgs,
     #[command(flatten, next_help_heading = "Constants, instead of the scene's")]
     pub physics: PhysicsArgs,
-    #[command(flatten, next_help_heading = "Start of a scene with one body")]
+    #[command(flatten, next_help_heading = "Start, without a file")]
     pub start: StartArgs,
     #[command(flatten, next_help_heading = "Robot files")]
     pub robot: RobotArgs,
@@ -98,7 +99,7 @@ pub struct StartArgs {
     /// Initial attitude, body → frame: a quaternion, which is normalised, or `random`, drawn from
     /// the seed [default: drop random, floating 1,0,0,0].
     #[arg(long, value_name = "W,X,Y,Z", value_parser = values::attitude, allow_hyphen_values = true)]
-    pub attitude: Option<Attitude>,
+    pub attitude: Option<AttitudeEntry>,
     /// Initial velocity, m/s, −1e5 to 1e5 [default: drop 0,4,0, floating 2,0,0].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub velocity: Option<Vector3<f64>>,

@@ -82,9 +82,9 @@ impl StatusCounts {
         &self.joints
     }
 
-    /// Differences between the recording's run.json and its rows; empty without run.json.
+    /// Differences between the recording's run.json and its rows.
     pub fn differences(&self, recording: &Recording<'_>, taut: &Taut) -> Vec<String> {
-        let Some(run) = &recording.run else { return Vec::new() };
+        let run = &recording.run;
         let mut found = self.of_start(run);
         found.extend(of_solver(&run.solver, &recording.world));
         if recording.kept().every > 1 {

@@ -60,7 +60,7 @@ impl VerifyFindings {
 /// Reads the rows of a run in order and verifies every step. A step ends at the state of the next
 /// row, so it is verified when that row has been read.
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
-    let mut recording = Recording::open(&args.file, &args.physics)?;
+    let mut recording = Recording::open(&args.file)?;
     refuse_partial(&recording)?;
     let (mut judge, kept) = (StepJudge::of(&recording)?, recording.kept());
     let (mut findings, mut previous) = (VerifyFindings::default(), None::<RecordedStep>);
@@ -93,7 +93,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
 /// `ends` has the states after each stored step.
 fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let (kept, place) = (recording.kept(), recording.place());
-    if recording.run.as_ref().is_some_and(|run| run.pushed) {
+    if recording.run.pushed {
         return Err(Failure::Input(format!(
             "{place} cannot be verified: wrenches, motors or states were set during the run \
              (`pushed` in run.json); put loads and motors into the scene"
@@ -137,21 +137,16 @@ fn report(
         let _ = write!(text, " of {} bodies", recording.world.bodies().len());
     }
     text.push('\n');
-    if !recording.note().is_empty() {
-        let _ = writeln!(text, "  note: {}", recording.note());
-    }
-    if recording.run.as_ref().is_some_and(|run| run.checksums.is_empty() && run.seal == Seal::None)
-    {
+    let run = &recording.run;
+    if run.checksums.is_empty() && run.seal == Seal::None {
         let _ = writeln!(
             text,
             "  note: run.json has no checksums: changes that obey the physics are not detected"
         );
     }
     let _ = writeln!(text, "  status `failed`: {}", findings.failed);
-    let between = match &recording.run {
-        Some(run) if every > 1 && run.summary.failed > findings.failed => run.summary.failed,
-        _ => 0,
-    };
+    let hides_failed = every > 1 && run.summary.failed > findings.failed;
+    let between = if hides_failed { run.summary.failed } else { 0 };
     if between > 0 {
         let _ = writeln!(text, "  of all steps, by run.json: {between}");
     }

@@ -1,7 +1,7 @@
 //! Checksums in run.json detect changes of a run's files that are physically consistent.
 
 use super::scenario::run_scenario;
-use super::support::{End, Table, run, unseal};
+use super::support::{End, Table, run, simulate, unseal};
 use std::fs;
 use std::path::Path;
 
@@ -99,12 +99,9 @@ fn what_no_equation_notices_the_checksums_do() {
 /// The table of a one-body run keeps its checksum when it is renamed.
 #[test]
 fn a_table_of_one_body_has_its_checksum() {
-    let (end, directory) = run_scenario(
-        "steps = 40\n[ground]\nfriction = 0.3\n[body]\nmass = 1\nbox = [1, 1, 1]\n[start]\nposition = [0, 0, 0.6]\n",
-        &["--solver", "native"],
-    );
-    assert_eq!(end.code, Some(0), "{end:?}");
-    let out = directory.path().join("out");
+    let run_of_one = simulate(&["--solver", "native", "--steps", "40"]);
+    assert_eq!(run_of_one.end.code, Some(0), "{:?}", run_of_one.end);
+    let out = run_of_one.path("");
     let renamed = out.join("mine.csv");
     fs::rename(out.join("trajectory.csv"), &renamed).unwrap();
     let verify = || run(&["verify", renamed.to_str().unwrap()]);

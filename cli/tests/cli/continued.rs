@@ -86,9 +86,7 @@ fn every_scenario_in_parts_is_the_scenario_in_one_go() {
     for entry in fs::read_dir(Path::new(ROOT).join("scenarios")).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
-            let args = ["--scenario", path.to_str().unwrap(), "--solver", "native"];
-            let floats = path.ends_with("floating.toml");
-            goes_on(if floats { &args[..2] } else { &args }, &["2", "90", "91"], "150");
+            goes_on(&["--scenario", path.to_str().unwrap()], &["2", "90", "91"], "150");
         }
     }
 }

@@ -16,13 +16,6 @@ fn with_run_json(change: impl FnOnce(&mut Value)) -> End {
     verify(directory.path(), &[])
 }
 
-/// Verifies changed rows of the contact run without run.json.
-fn rows_alone(change: impl FnOnce(&mut Table)) -> End {
-    let directory = changed(change);
-    fs::remove_file(directory.path().join("run.json")).unwrap();
-    verify(directory.path(), &[])
-}
-
 /// Index of the first row with a contact force.
 fn first_contact() -> usize {
     let table = Table::parse(&contact_run().0);
@@ -51,12 +44,6 @@ fn a_status_that_its_row_cannot_have_is_named() {
         assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{status}: {end:?}");
         assert!(end.stdout.contains(&format!("`{status}`, but {words}")), "{status}: {end:?}");
     }
-    let end = rows_alone(|table| {
-        let column = table.column("status");
-        table.rows[touching][column] = "free".to_owned();
-    });
-    assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("`free`, but it has forces"), "{end:?}");
 }
 
 /// A changed but plausible status contradicts the counts in run.json.

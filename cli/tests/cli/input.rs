@@ -133,26 +133,6 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
             assert!(!end.stderr.contains("struct ") && end.stderr.len() < 1000, "{end:?}");
         }
     }
-    // The value of a flag is reported under the flag's name.
-    let directory = a_run();
-    fs::remove_file(directory.path().join("run.json")).unwrap();
-    let flag = ["verify", "trajectory.csv", "--mass", "-1"];
-    let end: End = tumble().args(flag).current_dir(directory.path()).output().unwrap().into();
-    end.assert_refused(2, &["--mass", "-1"]);
-    assert!(!end.stderr.contains("run.json"), "{end:?}");
-}
-
-/// Commands without run.json print a note with the assumed parameters.
-#[test]
-fn without_run_json_every_command_says_what_it_took() {
-    for command in READERS {
-        let directory = a_run();
-        fs::remove_file(directory.path().join("run.json")).unwrap();
-        let end = read(command, directory.path());
-        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{command}");
-        let note = "no run.json in the directory of the file: the drop scene's parameters";
-        assert!(end.stdout.contains(note), "{command}: {}", end.stdout);
-    }
 }
 
 /// Control and direction characters in paths and arguments are escaped in all output.
@@ -189,8 +169,7 @@ fn a_flag_that_lacks_its_value_is_named() {
         ["--steps", "--out", "x"].as_slice(),
         &["--mass", "--steps", "5"],
         &["--velocity", "--out", "verify"],
-        &["verify", "x.csv", "--mass", "--worst", "3"],
-        &["gif", "--mu", "--out", "x", "y.csv"],
+        &["gif", "--gif-size", "--out", "x", "y.csv"],
     ] {
         let lacking = args.windows(2).find(|pair| pair.iter().all(|arg| arg.starts_with("--")));
         let lacking = lacking.unwrap();

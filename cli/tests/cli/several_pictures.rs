@@ -192,7 +192,6 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
         done.draw("plot", &["--body", body]).assert_refused(2, &["--body", "slab", "0 to 2"]);
     }
     for command in ["plot", "gif", "view"] {
-        done.draw(command, &["--mu", "0.3"]).assert_refused(2, &["--mu", "run.json"]);
         let other = done.path("trajectory.csv");
         let end = run(&[command, text(&other)]);
         end.assert_refused(2, &["trajectory.csv", "does not exist", "states.csv"]);

@@ -94,20 +94,6 @@ fn numbers_that_overflow_the_certificate_are_a_mismatch_and_no_crash() {
     }
 }
 
-/// A solver may fail at an exact solution. Without run.json only the status word can show the
-/// failure.
-#[test]
-fn a_status_that_says_failed_is_believed() {
-    let directory = changed(|table| {
-        let column = table.column("status");
-        table.rows[3][column] = "failed".to_owned();
-    });
-    std::fs::remove_file(directory.path().join("run.json")).unwrap();
-    let end = verify(directory.path(), &[]);
-    assert_eq!(end.code, Some(3), "{end:?}");
-    assert!(end.stdout.contains("`failed`: 1\n"), "{end:?}");
-}
-
 #[test]
 fn a_file_that_is_cut_off_is_refused() {
     let csv = &contact_run().0;

@@ -189,17 +189,6 @@ fn one_row_and_the_floating_scene_are_drawn() {
 }
 
 #[test]
-fn a_file_without_run_json_takes_the_flags() {
-    let directory = TempDir::new().unwrap();
-    let here = directory.path();
-    done(&["--steps", "40", "--dt", "0.01", "--solver", "native", "--quiet"], here);
-    fs::remove_file(here.join("out/run.json")).unwrap();
-    refused(&["gif", "out/trajectory.csv"], here, "--dt");
-    done(&["gif", "out/trajectory.csv", "--dt", "0.01", "--quiet"], here);
-    assert_eq!(Animation::open(&here.join("out/animation.gif")).pictures.len(), 13);
-}
-
-#[test]
 fn the_animation_has_the_name_that_is_given() {
     let directory = TempDir::new().unwrap();
     let here = directory.path();

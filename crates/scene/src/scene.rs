@@ -48,14 +48,14 @@ pub struct Scene {
     pub fixed: Vec<String>,
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Solver of contact steps. `None` for a scene of `[body]` without `[ground]`: its body floats
-    /// and is integrated by the Runge–Kutta method. Scenes of `[[bodies]]` always have a solver.
+    /// Solver of contact steps. `None` for a scene without `[ground]`: its only body floats and is
+    /// integrated by the Runge–Kutta method.
     pub contact: Option<SolverChoice>,
     /// Robots read from files, with the indices of their bodies and joints in the scene.
     pub robots: Vec<tumble_robot::Assembled>,
     /// Constants of the bodies and initial states in the form of run.json.
     pub model: Model,
-    /// True if a run writes trajectory.csv instead of tables: the tutorial's scenes and `[body]`.
+    /// True if a run writes trajectory.csv instead of tables: the tutorial's scenes and its preset.
     pub trajectory: bool,
 }
 
@@ -103,10 +103,10 @@ impl Scene {
         })
     }
 
-    /// This scene with the default settings of the native solver, unless its body floats.
+    /// This scene with the default settings of the native solver.
     #[must_use]
     pub fn with_native_solver(self) -> Self {
-        Self { contact: self.contact.map(|_| SolverChoice::native()), ..self }
+        Self { contact: Some(SolverChoice::native()), ..self }
     }
 
     /// Simulation from the initial state; it ends when `interrupt` is set.

@@ -334,8 +334,7 @@ class Trajectory:
 
         The tables are states.csv, contacts.csv and steps.csv, plus joints.csv and gears.csv
         for scenes that have them. Numbers are written without loss. The command line verifies
-        and displays the run from run.json. A scene with ``[body]`` also writes
-        trajectory.csv, as the command line does.
+        and displays the run from run.json.
 
         run.json marks a run as ``pushed`` if inputs outside the scene moved it: wrenches,
         motors or states set during the run, or added or removed bodies. The command line
@@ -353,9 +352,6 @@ class Trajectory:
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self.recording
         tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
-        of_one = recording.trajectory()
-        if of_one is not None:
-            tables[_OF_ONE] = of_one
         tables.update(more)
         files: Dict[str, Optional[bytes]] = {**tables, "run.json": recording.run_json(tables)}
         given = {name: content for name, content in files.items() if content is not None}
@@ -367,7 +363,7 @@ class Trajectory:
         """Reads the tables of a run of ``scene`` or of a part of one.
 
         ``folder`` contains tables of to_csv or the command line. Or it is, or contains, the
-        only table trajectory.csv of a run of ``[body]``. A run.json beside the tables that has other
+        only table trajectory.csv of a run of the tutorial's scene. A run.json beside the tables that has other
         bodies is refused.
         """
         scene, folder = made("scene", scene, Scene), Path(folder)

@@ -125,7 +125,7 @@ impl StepJudge {
             accepted: recording.accepted()?,
             detection: recording.detection(),
             angles: Vec::new(),
-            turned_before: recording.run.as_ref().is_some_and(|run| run.start_index > 0),
+            turned_before: recording.run.start_index > 0,
             has_gaps: recording.kept().every > 1,
             taut: Taut::default(),
         })

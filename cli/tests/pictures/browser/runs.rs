@@ -33,8 +33,9 @@ fn a_small_body_and_a_free_one_read_well() {
     assert!(!facts.as_str().unwrap().contains("friction"), "{facts}");
     // A page with two different grounds names the one in the common view.
     let slope = format!("{ROOT}/scenarios/slope.toml");
-    pages.simulate("slope", &["--scenario", &slope, "--steps", "50", "--solver", "native"], 0);
-    let [a, b] = ["slope", "small"].map(|name| pages.path(name).join("trajectory.csv"));
+    pages.simulate("slope", &["--scenario", &slope, "--steps", "50"], 0);
+    let a = pages.path("slope").join("states.csv");
+    let b = pages.path("small").join("trajectory.csv");
     let out = pages.path("grounds");
     let [a, b, to] = [&a, &b, &out].map(|path| path.to_str().unwrap());
     tumble(&["view", a, b, "--out", to], 0);
