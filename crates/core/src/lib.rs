@@ -25,3 +25,5 @@ pub mod world;
 pub mod simulation;
 pub mod solver;
 pub mod step;
+
+mod sets;

@@ -137,7 +137,10 @@ impl HeightGrid {
         let has = |separator: &u8| lines().any(|line| line.as_bytes().contains(separator));
         let Some(separator) = b";\t,".iter().copied().find(has) else {
             let of_line = |(index, line): (usize, &str)| -> Result<Vec<f64>, String> {
-                line.split_whitespace().map(|field| number_of(field, index as u64 + 1)).collect()
+                line.split_whitespace()
+                    .map(number_of)
+                    .collect::<Result<_, _>>()
+                    .map_err(|why| format!("line {}: {why}", index + 1))
             };
             let rows =
                 text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with('#'));
@@ -151,12 +154,12 @@ impl HeightGrid {
         let mut rows = Vec::new();
         for record in reader.trim(csv::Trim::All).from_reader(bytes).records() {
             let record = record.map_err(|error| error.to_string())?;
-            let line = record.position().map_or(0, csv::Position::line);
+            let start = record.position().map_or(0, |position| position.byte() as usize);
             // A separator may end the line.
             let fields = record.iter().enumerate();
             let fields = fields.filter(|(at, field)| at + 1 < record.len() || !field.is_empty());
-            let row =
-                fields.map(|(_, field)| number_of(field, line)).collect::<Result<Vec<_>, _>>()?;
+            let number = |(_, field)| number_of(field).map_err(|why| on_line(text, start, &why));
+            let row = fields.map(number).collect::<Result<Vec<_>, _>>()?;
             if !row.is_empty() {
                 rows.push(row);
             }
@@ -206,14 +209,22 @@ impl HeightGrid {
 }
 
 /// Number of a field of a text file.
-fn number_of(field: &str, line: u64) -> Result<f64, String> {
+fn number_of(field: &str) -> Result<f64, String> {
     field.parse().map_err(|_| {
         let remedy = match field.replacen(',', ".", 1).parse::<f64>() {
             Ok(number) => format!("write {number}"),
             Err(_) => "remove headings".to_owned(),
         };
-        format!("line {line}: {field:?} is not a number; {remedy}")
+        format!("{field:?} is not a number; {remedy}")
     })
+}
+
+/// Error of the first line with content from byte `start` of `text` on.
+fn on_line(text: &str, start: usize, why: &str) -> String {
+    let breaks = |bytes: &[u8]| bytes.iter().filter(|byte| **byte == b'\n').count();
+    let (before, rest) = text.as_bytes().split_at(start.min(text.len()));
+    let blank = rest.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+    format!("line {}: {why}", 1 + breaks(before) + breaks(&rest[..blank]))
 }
 
 /// Numbers of a NumPy type in little-endian order.

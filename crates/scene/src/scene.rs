@@ -10,11 +10,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::contact::Partner;
 use tumble_core::error::Error;
+use tumble_core::geometry::terrain::TerrainShape;
 use tumble_core::joint::{Course, Knots};
 use tumble_core::mechanics::{Load, State};
 use tumble_core::simulation::{Motion, Simulation};
 use tumble_core::world::World;
 use tumble_model::Model;
+use tumble_model::TerrainModel;
 use tumble_model::failure::Failure;
 
 /// Bodies, collision geometry, initial states and solver of a simulation.
@@ -66,7 +68,8 @@ impl Scene {
     pub fn notes(&self) -> Vec<String> {
         let joints = self.notes_on_joints();
         let of_robots = self.robots.iter().flat_map(|robot| robot.robot().notes.clone());
-        of_robots.chain(joints).chain(self.note_on_gravity()).collect()
+        let of_terrains = self.model.terrains.iter().filter_map(note_on_terrain);
+        of_robots.chain(of_terrains).chain(joints).chain(self.note_on_gravity()).collect()
     }
 
     fn note_on_gravity(&self) -> Option<String> {
@@ -222,4 +225,15 @@ impl Scene {
         };
         named.map_or("the ground", String::as_str)
     }
+}
+
+/// Note on vertices of a file that were joined.
+fn note_on_terrain(model: &TerrainModel) -> Option<String> {
+    let TerrainShape::Mesh(surface) = model.terrain.shape() else { return None };
+    let (name, count) = (&model.name, surface.joined());
+    (count > 0).then(|| {
+        format!(
+            "{name}: {count} vertices on borders are joined to others within 1e-6 of its extent"
+        )
+    })
 }

@@ -17,6 +17,10 @@ const MJCF: &str = r#"<mujoco><asset>
 <worldbody><geom name="hill" type="hfield" hfield="h" pos="0 0 -5"/>
 <body pos="0 0 3"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"#;
 
+/// Two squares of 1 m beside each other, 1e-7 m apart.
+const CRACKS: &str = "v -1 0 0\nv 0 0 0\nv 0 1 0\nv -1 1 0\nv 1e-7 0 0\nv 1 0 0\nv 1 1 0\n\
+                      v 1e-7 1 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n";
+
 fn file(path: &Path, _: u64) -> io::Result<Vec<u8>> {
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     match name {
@@ -32,6 +36,7 @@ fn file(path: &Path, _: u64) -> io::Result<Vec<u8>> {
         "odd.obj" => {
             Ok(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 3 1 4\nf 1 3 2\n".to_vec())
         }
+        "cracks.obj" => Ok(CRACKS.as_bytes().to_vec()),
         _ => Err(io::ErrorKind::NotFound.into()),
     }
 }
@@ -126,4 +131,28 @@ fn a_vast_height_field_of_mjcf_is_refused() {
         why.contains("nrow and ncol: 900000 rows of 900000 heights are more than 10000000"),
         "{why}"
     );
+}
+
+/// A box slides over the joint of two squares of a mesh whose vertices differ by 1e-7 m.
+#[test]
+fn nearly_equal_vertices_of_a_file_are_one() {
+    let sliding = |mesh: &str| {
+        let text = format!(
+            "steps = 300\n[ground]\nnone = true\nfriction = 0.0\n[[bodies]]\nbox = [0.2, 0.2, 0.1]\n\
+             mass = 1.0\nposition = [-0.5, 0.5, 0.05]\nvelocity = [1.5, 0, 0]\n[[terrain]]\n\
+             name = \"floor\"\nmesh = \"{mesh}\"\n"
+        );
+        let scene = Scene::of_text(&text, Path::new("s.toml"), Settings::default(), &file).unwrap();
+        let mut simulation = scene.simulation(&Arc::default()).unwrap();
+        let mut record = StepRecord::new();
+        (0..300).for_each(|_| simulation.step(&mut record).unwrap());
+        (scene.notes(), *simulation.state())
+    };
+    let (notes, end) = sliding("cracks.obj");
+    assert!(
+        notes.iter().any(|note| note.contains("floor: 2 vertices on borders are joined")),
+        "{notes:?}"
+    );
+    assert!((end.position - V::new(0.4, 0.5, 0.05)).amax() < 1e-9, "{end:?}");
+    assert!(end.spin.amax() < 1e-9 && (end.velocity.x - 1.5).abs() < 1e-9, "{end:?}");
 }

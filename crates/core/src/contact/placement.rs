@@ -11,8 +11,9 @@
 //! ```
 //!
 //! s is the separation of the pieces along the normal, from their support functions. The normal is
-//! fixed in B, fixed in A, across both edges if two edges touch, or along the shortest line if that is
-//! within ϑ + 0.03 rad. The largest s counts. d is the height of the point above a piece.
+//! fixed in B, fixed in A, or across both edges if two edges touch, and the largest s counts. If e is
+//! positive with o = 0, the shortest line and o are computed. The normal may also be along that line if it is
+//! within ϑ + 0.03 rad. d is the height of the point above a piece.
 //!
 //! Points and planes are fixed to their bodies within a step, so rotation and motion are allowed for.
 //! τ is the way of the touching point over both bodies in the step. A plane continues that far beyond
@@ -85,13 +86,8 @@ impl PlacementCheck<'_> {
             separation = separation.max(along(&other));
         }
         let PlacementScratch { exposure, hint, pair } = scratch;
-        let nearest = separate(a, b, hint, pair);
-        if -nearest.axis.dot(&normal) >= libm::cos(turned + ACROSS) {
-            separation = separation.max(nearest.distance);
-        }
-        let overlap = (-nearest.distance).max(0.0);
         let continued = contact.features.curved.as_ref().and_then(Curved::cores).is_some();
-        let misses = match separation - gap {
+        let misses = |separation: f64, overlap: f64| match separation - gap {
             above if above > 0.0 && continued => 0.0,
             other => other.abs() - rounding - second_order - overlap,
         };
@@ -103,8 +99,16 @@ impl PlacementCheck<'_> {
             Some(_) => 0.0,
             None => far(b, &on_b),
         };
-        let beside = far(a, &on_a).max(off_b) - rounding - travel - second_order - overlap;
-        let error = misses.max(beside).max(0.0);
+        let beside = far(a, &on_a).max(off_b) - rounding - travel - second_order;
+        let mut error = misses(separation, 0.0).max(beside).max(0.0);
+        if error > 0.0 {
+            let nearest = separate(a, b, hint, pair);
+            if -nearest.axis.dot(&normal) >= libm::cos(turned + ACROSS) {
+                separation = separation.max(nearest.distance);
+            }
+            let overlap = (-nearest.distance).max(0.0);
+            error = misses(separation, overlap).max(beside - overlap).max(0.0);
+        }
         if error > 0.0 || !self.partners.has_others(colliders.map(|(number, _)| number)) {
             return error;
         }
@@ -154,7 +158,8 @@ impl PlacementCheck<'_> {
     }
 
     /// The triangle at a contact with a terrain. A plane of a terrain belongs to all triangles in it, and
-    /// the key names the first.
+    /// the key names the first. Of several triangles at the point, as in a valley, it is the one whose
+    /// normal is nearest to the contact's.
     fn nearest_triangle(
         &self,
         contact: &Contact,
@@ -163,13 +168,21 @@ impl PlacementCheck<'_> {
     ) -> (usize, Collider) {
         let pose = &poses[contact.key.body];
         let still = placed(self.world, poses, b.1).1;
-        let (_, point) = touching_point(contact, pose, still);
-        let (mut nearest, mut height) = (b, placed(self.world, poses, b.1).0.height_of(&point));
+        let (normal, point) = touching_point(contact, pose, still);
+        let within = ROUNDING * placed(self.world, poses, b.1).0.bounding_radius();
+        let seen = |collider: Collider| {
+            let piece = placed(self.world, poses, collider).0;
+            let face = piece.core().faces().first();
+            let across = face.map_or(0.0, |face| face.normal.dot(&normal).abs());
+            (piece.height_of(&point), across)
+        };
+        let (mut nearest, mut least) = (b, seen(b.1));
         self.partners.each_near([number, b.0], &mut |other, collider| {
             if collider.owner == b.1.owner && collider.owner != a.owner {
-                let above = placed(self.world, poses, collider).0.height_of(&point);
-                if above < height {
-                    (nearest, height) = ((other, collider), above);
+                let (height, across) = seen(collider);
+                let is_nearer = height < least.0 - within;
+                if is_nearer || height <= least.0 + within && across > least.1 {
+                    (nearest, least) = ((other, collider), (height.min(least.0), across));
                 }
             }
         });

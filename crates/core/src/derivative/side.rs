@@ -150,11 +150,18 @@ pub(crate) struct SideChangeInput {
     pub(crate) stretch: Vector3<f64>,
     /// Radius δρ (m).
     pub(crate) radius: f64,
+    /// Relative change of the radius of the feature, in addition to `radius`.
+    pub(crate) growth: f64,
     /// Inertia δI (kg m²), body frame.
     pub(crate) inertia: Matrix3<f64>,
 }
 
 impl SideChangeInput {
+    /// These differentials with the growth of a feature of `radius` (m) as part of δρ.
+    pub(super) fn grown(&self, radius: f64) -> Self {
+        Self { radius: self.radius + self.growth * radius, growth: 0.0, ..*self }
+    }
+
     /// Zero differentials.
     pub(crate) fn nothing() -> Self {
         let zero = Vector3::zeros();
@@ -165,6 +172,7 @@ impl SideChangeInput {
             spin: zero,
             stretch: zero,
             radius: 0.0,
+            growth: 0.0,
             inertia: Matrix3::zeros(),
         }
     }

@@ -26,7 +26,6 @@ pub mod manifold;
 pub mod mass;
 pub mod mesh;
 mod near;
-mod nearest;
 mod overlap;
 pub mod pair;
 pub mod piece;

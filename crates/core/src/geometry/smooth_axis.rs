@@ -17,7 +17,7 @@
 //! difference is s n: then the gap along n is their distance. Where this fails, portals go on to
 //! rounding.
 
-use super::nearest::{Nearest, nearest};
+use super::gjk::{Nearest, nearest};
 use super::pair::{Hint, PiecePair};
 use super::portal::{Portal, TIGHT};
 use super::segment::nearest_shares;

@@ -1,6 +1,7 @@
 //! Block-diagonal mass matrix with factorised blocks.
 
 use super::{ProblemError, SparseMatrix};
+use crate::sets::DisjointSets;
 use crate::solver::native::fronts::Fronts;
 use crate::solver::native::plan::FrontPlan;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
@@ -151,49 +152,9 @@ impl MassMatrix {
 
 /// Connected components of a matrix, each with ascending rows, ordered by their first row.
 fn components(matrix: &SparseMatrix) -> Vec<Vec<usize>> {
-    let mut sets = Sets::new(matrix.rows());
+    let mut sets = DisjointSets::new(matrix.rows());
     for (row, column, _) in matrix.triplets() {
         sets.join(row, column);
     }
     sets.lists()
-}
-
-/// Disjoint sets of numbers (union-find).
-pub(crate) struct Sets(Vec<usize>);
-
-impl Sets {
-    /// Creates singletons.
-    pub(crate) fn new(count: usize) -> Self {
-        Self((0..count).collect())
-    }
-
-    /// Smallest element of the set of a number.
-    pub(crate) fn first(&mut self, number: usize) -> usize {
-        let mut first = number;
-        while self.0[first] != first {
-            self.0[first] = self.0[self.0[first]];
-            first = self.0[first];
-        }
-        first
-    }
-
-    pub(crate) fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.first(a), self.first(b));
-        self.0[a.max(b)] = a.min(b);
-    }
-
-    /// All sets, ordered by their smallest elements, each ascending.
-    pub(crate) fn lists(&mut self) -> Vec<Vec<usize>> {
-        let count = self.0.len();
-        let (mut lists, mut place) = (Vec::new(), vec![usize::MAX; count]);
-        for number in 0..count {
-            let first = self.first(number);
-            if place[first] == usize::MAX {
-                place[first] = lists.len();
-                lists.push(Vec::new());
-            }
-            lists[place[first]].push(number);
-        }
-        lists
-    }
 }

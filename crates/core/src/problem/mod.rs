@@ -44,7 +44,7 @@ pub use matrix::SparseMatrix;
 pub use measure::Evaluation;
 pub use solution::{DEFAULT_RESIDUAL, Selection, Solution, SolveOptions};
 
-pub(crate) use mass::{MassMatrix, Sets};
+pub(crate) use mass::MassMatrix;
 pub(crate) use measure::three;
 
 use error::{all_in_range, length};

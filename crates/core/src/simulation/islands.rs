@@ -1,11 +1,13 @@
 //! Islands of a step: connected components of its bodies.
 
 use crate::contact::{ContactKey, Partner};
+use crate::sets::DisjointSets;
 use crate::world::World;
 
 /// Label of each body's island, the smallest body index in it. The memory is reused between steps.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Islands {
+    sets: DisjointSets,
     labels: Vec<usize>,
 }
 
@@ -18,41 +20,25 @@ impl Islands {
         keys: impl Iterator<Item = &'a ContactKey>,
         world: &World,
     ) {
-        self.labels.clear();
-        self.labels.extend(0..bodies);
+        let Self { sets, labels } = self;
+        sets.reset(bodies);
         for key in keys {
             if let Partner::Body(other) = key.partner {
-                self.join(key.body, other);
+                sets.join(key.body, other);
             }
         }
         let joints = world.joints();
         for joint in joints {
             if let Some(other) = joint.other() {
-                self.join(joint.body(), other);
+                sets.join(joint.body(), other);
             }
         }
         for gear in world.gears() {
             let [a, b] = gear.axes().map(|axis| joints[axis.joint].body());
-            self.join(a, b);
+            sets.join(a, b);
         }
-        // Labels are at most the body index, so the labels of smaller bodies are final.
-        for body in 0..bodies {
-            self.labels[body] = self.labels[self.labels[body]];
-        }
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.labels[a.max(b)] = a.min(b);
-    }
-
-    fn root(&mut self, mut body: usize) -> usize {
-        while self.labels[body] != body {
-            let above = self.labels[self.labels[body]];
-            self.labels[body] = above;
-            body = above;
-        }
-        body
+        labels.clear();
+        labels.extend((0..bodies).map(|body| sets.first(body)));
     }
 
     /// Label of the island of `body`.

@@ -2,8 +2,8 @@
 //! shorter steps, or a motion that adds no energy.
 //!
 //! The world takes 2, 4, … 64 steps of h/n until each of them is solved and they make no energy
-//! together. Bodies of these islands
-//! take the end state of these steps; others keep their solution. Velocities that depend on the
+//! together, unless a body is [squeezed](super::squeeze): no step has a solution then. Bodies of these
+//! islands take the end state of these steps; others keep their solution. Velocities that depend on the
 //! time step are converted before and after. The spin keeps its momentum P⁻ (eq. 34), and the
 //! velocity of flying bodies changes by ½ (h − h/n) g. Contacts and joints get the mean force of
 //! the shorter steps. The residual is the one of these forces in a single step, and is not small.
@@ -77,7 +77,8 @@ impl Simulation<'_> {
         }
         self.scratch.gain = None;
         let mut report = report;
-        let mut parts = 2;
+        // Where a body is squeezed, no shorter steps lead to the end of the step either.
+        let mut parts = if self.scratch.squeeze.is_some() { MOST_PARTS + 1 } else { 2 };
         let mut is_taken = false;
         while parts <= MOST_PARTS && !is_taken {
             is_taken = self.in_parts(parts, &unsolved).is_some();

@@ -26,11 +26,20 @@ pub(crate) enum Form {
     Smooth,
 }
 
-/// Change of a shape: its stretch σ, c → (1 + σ) c for a coordinate c, and its radius (m).
+/// Change of a shape: its stretch σ, c → (1 + σ) c for a coordinate c, its radius (m), and the relative
+/// change of the radii of its features, such as a cylinder's side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FormChange {
     pub(crate) stretch: Vector3<f64>,
     pub(crate) radius: f64,
+    pub(crate) growth: f64,
+}
+
+impl FormChange {
+    /// No change.
+    pub(crate) fn none() -> Self {
+        Self { stretch: Vector3::zeros(), radius: 0.0, growth: 0.0 }
+    }
 }
 
 impl Form {
@@ -66,20 +75,22 @@ impl Form {
     /// ```
     pub(crate) fn change(&self, size: f64, given: f64) -> FormChange {
         if size == 0.0 && given == 0.0 {
-            return FormChange { stretch: Vector3::zeros(), radius: 0.0 };
+            return FormChange::none();
         }
         match *self {
             Self::Corners { extents, radius } => {
                 let stretch = extents.map(|a| (a * size - given) / (a - radius));
-                FormChange { stretch, radius: given }
+                FormChange { stretch, radius: given, growth: 0.0 }
             }
             Self::Round { half, radius } => {
                 let wider = given + radius * size;
                 let longer = (half + radius) * size - wider;
                 let stretch = if half > 0.0 { longer / half } else { 0.0 };
-                FormChange { stretch: Vector3::repeat(stretch), radius: wider }
+                FormChange { stretch: Vector3::repeat(stretch), radius: wider, growth: 0.0 }
             }
-            Self::Smooth => FormChange { stretch: Vector3::repeat(size), radius: 0.0 },
+            Self::Smooth => {
+                FormChange { stretch: Vector3::repeat(size), radius: 0.0, growth: size }
+            }
         }
     }
 

@@ -5,5 +5,6 @@ mod controls;
 mod floors;
 mod planted;
 mod shapes;
+mod sizes;
 mod sliding;
 mod tumbling;

@@ -254,6 +254,8 @@ impl ContactTangent {
         time_step: f64,
         restitution: f64,
     ) -> RowChange {
+        let of_a = &of_a.grown(self.contact.features.radius);
+        let of_b = &of_b.grown(self.b.radius);
         let mut change = match &self.contact.features.curved {
             None => self.plane_change(of_a, of_b, time_step),
             Some(Curved::Cores(pair)) => self.round_change(pair, of_a, of_b, time_step),

@@ -4,12 +4,17 @@ use super::check_placement;
 use crate::error::{Error, all_in_range};
 use crate::geometry::{Aabb, Tree};
 use nalgebra::{Matrix3, Vector3};
+use std::collections::HashMap;
 
 /// Largest number of triangles of a surface.
 const MOST_TRIANGLES: usize = 10_000_000;
 
 /// Height of a triangle over its longest side, relative to this side, below which it has no normal.
 const FLAT: f64 = 1e-9;
+
+/// Distance up to which vertices on borders of a file's facets are one, relative to the extent of the
+/// surface. Single precision rounds a coordinate by at most 6·10⁻⁸ of it.
+const SAME_VERTEX: f64 = 1e-6;
 
 /// A surface of triangles, open or closed.
 #[derive(Debug, Clone)]
@@ -21,6 +26,7 @@ pub struct Surface {
     /// Triangles at each vertex.
     around: Vec<u32>,
     tree: Tree,
+    joined: usize,
 }
 
 impl PartialEq for Surface {
@@ -62,17 +68,18 @@ impl Surface {
             next[vertex as usize] += 1;
         }
         let boxes: Vec<_> = triangles.iter().map(|triangle| box_of(&vertices, triangle)).collect();
-        Ok(Self { tree: Tree::of(&boxes), vertices, triangles, starts, around })
+        Ok(Self { tree: Tree::of(&boxes), vertices, triangles, starts, around, joined: 0 })
     }
 
-    /// Surface of facets with three corners each (m). Equal corners become one vertex.
+    /// Surface of facets with three corners each (m). Equal corners become one vertex, and so do corners
+    /// on borders within 10⁻⁶ of the extent of the surface, unless the surface would be refused then.
     ///
     /// # Errors
     /// The errors of [`Surface::new`].
     pub fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
         // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
         let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
-        let mut numbers = std::collections::HashMap::new();
+        let mut numbers = HashMap::new();
         let (mut vertices, mut triangles) = (Vec::new(), Vec::with_capacity(facets.len()));
         for facet in facets {
             triangles.push(facet.map(|corner| {
@@ -82,7 +89,57 @@ impl Surface {
                 })
             }));
         }
-        Self::new(vertices, triangles)
+        let surface = Self::new(vertices, triangles)?;
+        Ok(surface.joined_at_borders().unwrap_or(surface))
+    }
+
+    /// This surface with nearly equal vertices on borders as one; `None` if there are none.
+    fn joined_at_borders(&self) -> Option<Self> {
+        let Aabb { low, high } = self.bounds();
+        let within = SAME_VERTEX * (high - low).amax();
+        let mut same: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        // Vertices kept so far, by cubes of this side.
+        let mut kept: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        let mut joined = 0;
+        for vertex in self.border_vertices() {
+            let place = self.vertices[vertex as usize];
+            let [x, y, z] = (place / within).map(|at| at.floor() as i64).into();
+            let around = [x - 1, x, x + 1].into_iter().flat_map(|x| {
+                [y - 1, y, y + 1]
+                    .into_iter()
+                    .flat_map(move |y| [z - 1, z, z + 1].map(|z| [x, y, z]))
+            });
+            let mut near = around.filter_map(|cube| kept.get(&cube)).flatten().copied();
+            let is_same = |other: &u32| (self.vertices[*other as usize] - place).norm() <= within;
+            match near.find(is_same) {
+                Some(other) => {
+                    same[vertex as usize] = other;
+                    joined += 1;
+                }
+                None => kept.entry([x, y, z]).or_default().push(vertex),
+            }
+        }
+        let triangles = self.triangles.iter().map(|triangle| triangle.map(|v| same[v as usize]));
+        let surface = Self::new(self.vertices.clone(), triangles.collect());
+        (joined > 0).then_some(Self { joined, ..surface.ok()? })
+    }
+
+    /// Vertices on edges with one triangle.
+    fn border_vertices(&self) -> Vec<u32> {
+        let mut vertices = Vec::new();
+        for triangle in &self.triangles {
+            for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j])) {
+                let shared = self.around(from as usize).iter();
+                if shared.filter(|other| self.triangles[**other as usize].contains(&to)).count()
+                    == 1
+                {
+                    vertices.extend([from, to]);
+                }
+            }
+        }
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
     }
 
     /// This surface rotated about the origin and then translated (m).
@@ -97,7 +154,13 @@ impl Surface {
     ) -> Result<Self, Error> {
         check_placement(rotation, translation)?;
         let vertices = self.vertices.iter().map(|vertex| rotation * vertex + translation).collect();
-        Self::new(vertices, self.triangles)
+        Ok(Self { joined: self.joined, ..Self::new(vertices, self.triangles)? })
+    }
+
+    /// Number of vertices on borders that were joined to others ([`Surface::from_facets`]).
+    #[must_use]
+    pub fn joined(&self) -> usize {
+        self.joined
     }
 
     /// The vertices (m).
@@ -212,4 +275,30 @@ fn check_edges(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Result<(), 
 
 fn refused(why: String) -> Error {
     Error::Shape { shape: "the terrain", why }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every facet of a level grid has corners of its own, up to 1.3·10⁻⁷ beside those of the others.
+    #[test]
+    fn facets_with_rounded_corners_are_one_surface() {
+        const CELLS: usize = 60;
+        let mut facets = Vec::new();
+        for (i, j) in (0..CELLS * CELLS).map(|cell| (cell / CELLS, cell % CELLS)) {
+            let corner = |x: usize, y: usize| {
+                let off = 1e-7 * ((facets.len() + 3 * x + y) % 5) as f64 / 4.0;
+                Vector3::new(x as f64 / CELLS as f64 + off, y as f64 / CELLS as f64 - off, 0.0)
+            };
+            let [a, b, c, d] =
+                [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            facets.extend([[a, b, c], [a, c, d]]);
+        }
+        let surface = Surface::from_facets(&facets).unwrap();
+        assert!(surface.joined() > 0);
+        let used: std::collections::BTreeSet<_> = surface.triangles().iter().flatten().collect();
+        assert_eq!(used.len(), (CELLS + 1) * (CELLS + 1));
+        assert_eq!(surface.border_vertices().len(), 4 * CELLS);
+    }
 }

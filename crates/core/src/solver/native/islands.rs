@@ -5,6 +5,7 @@
 use super::settings::{CHANGING, Settings};
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
+use crate::sets::DisjointSets;
 use crate::step::{ContactForce, Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -12,8 +13,8 @@ use nalgebra::Vector3;
 /// Islands of a step, ordered by their first bodies, with their contents.
 #[derive(Debug, Clone, Default)]
 pub(super) struct IslandParts {
-    /// Union–find parent of each body. The root is the first body of the island.
-    parents: Vec<usize>,
+    /// Connected bodies. Each set begins with the first body of its island.
+    sets: DisjointSets,
     /// Island of each body, [`NONE`] without contact.
     islands: Vec<usize>,
     /// Index of each body in its island.
@@ -266,41 +267,40 @@ impl IslandParts {
     fn set_many(&mut self, count: usize, contacts: &[Contact], world: &World) {
         let (joints, gears) = (world.joints(), world.gears());
         let tied = |gear: &Gear| gear.axes().map(|axis| joints[axis.joint].body());
-        self.parents.clear();
-        self.parents.extend(0..count);
+        self.sets.reset(count);
         self.islands.clear();
         self.islands.resize(count, NONE);
         for contact in contacts {
             if let Partner::Body(other) = contact.key.partner {
-                self.join(contact.key.body, other);
+                self.sets.join(contact.key.body, other);
             }
         }
         for joint in joints {
             if let Some(other) = joint.other() {
-                self.join(joint.body(), other);
+                self.sets.join(joint.body(), other);
             }
         }
         for [a, b] in gears.iter().map(tied) {
-            self.join(a, b);
+            self.sets.join(a, b);
         }
-        // Marks the roots of all bodies with a contact or joint.
+        // Marks the first bodies of all islands with a contact or joint.
         let held = contacts.iter().map(|contact| contact.key.body);
         for body in held.chain(joints.iter().map(Joint::body)) {
-            let root = self.root(body);
-            self.islands[root] = 0;
+            let first = self.sets.first(body);
+            self.islands[first] = 0;
         }
         let mut islands = 0;
         for body in 0..count {
-            let root = self.root(body);
-            if self.islands[root] == NONE {
+            let first = self.sets.first(body);
+            if self.islands[first] == NONE {
                 continue;
             }
-            if root == body {
+            if first == body {
                 self.islands[body] = islands;
                 islands += 1;
             } else {
-                // A root is the first body of its island.
-                self.islands[body] = self.islands[root];
+                // The island is known from its first body.
+                self.islands[body] = self.islands[first];
             }
         }
         self.bodies.sort(islands, self.islands.iter().copied());
@@ -317,24 +317,6 @@ impl IslandParts {
                 self.places[body] = place;
             }
         }
-    }
-
-    /// First body of a body's island.
-    fn root(&mut self, body: usize) -> usize {
-        let mut root = body;
-        while self.parents[root] != root {
-            root = self.parents[root];
-        }
-        let mut at = body;
-        while self.parents[at] != root {
-            at = std::mem::replace(&mut self.parents[at], root);
-        }
-        root
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b)] = a.min(b);
     }
 
     /// Looks up the last forces of the new contacts.

@@ -55,16 +55,16 @@ class Sensitivities:
     """Derivatives of a component of an end state. A field that is None is not known to the engine."""
 
     position: Optional[Floats] = None
-    """By initial positions, (N, 3)."""
+    """With respect to initial positions, (N, 3)."""
     velocity: Optional[Floats] = None
-    """By initial velocities, (N, 3)."""
+    """With respect to initial velocities, (N, 3)."""
     friction: Optional[float] = None
     gravity: Optional[Floats] = None
-    """By gravity, (3,)."""
+    """With respect to gravity, (3,)."""
     mass: Optional[Floats] = None
-    """By masses with fixed inertia, (N,)."""
+    """With respect to masses with fixed inertia, (N,)."""
     force: Optional[Floats] = None
-    """By the force on each body in each step, (T, N, 3)."""
+    """With respect to the force on each body in each step, (T, N, 3)."""
 
 
 class Engine(ABC):

@@ -55,12 +55,12 @@ impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
     pub(super) fn side(&self, body: usize) -> SideChangeInput {
         let (form, of) = (&self.shapes[body].form, self.numbers);
         let (size, radius) = (of(Constant::Size, body), of(Constant::Radius, body));
-        let still = FormChange { stretch: Vector3::zeros(), radius: 0.0 };
-        let FormChange { stretch, radius } =
-            form.as_ref().map_or(still, |form| form.change(size, radius));
+        let change = form.as_ref().map_or(FormChange::none(), |form| form.change(size, radius));
+        let FormChange { stretch, radius, growth } = change;
         SideChangeInput {
             stretch,
             radius,
+            growth,
             inertia: self.mass(body).1,
             ..SideChangeInput::nothing()
         }

@@ -2,7 +2,8 @@
 
 use super::{Links, PosedEquations};
 use crate::joint::Graph;
-use crate::problem::{self, ContactProblem, Form, Sets, SparseMatrix, three};
+use crate::problem::{self, ContactProblem, Form, SparseMatrix, three};
+use crate::sets::DisjointSets;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::StepSetting;
 use crate::solver::native::law::{AxesLaw, Cone, CouplingLaw, CouplingRows};
@@ -253,7 +254,7 @@ impl Nodes {
 
     /// Groups of every part.
     fn parts(&self, count: usize) -> Vec<Vec<usize>> {
-        let mut sets = Sets::new(count + self.sizes.len());
+        let mut sets = DisjointSets::new(count + self.sizes.len());
         for group in 0..count {
             for (node, _) in self.pushes[group].iter().chain(&self.sees[group]) {
                 sets.join(group, count + node);
