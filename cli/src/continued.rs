@@ -3,13 +3,14 @@
 
 use super::args::SimulateArgs;
 use super::checkpoint::{self, Checkpoint};
+use super::file_names::file_of;
 use super::input;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
 use super::recording::{Recording, run_file};
 use super::run::{RunOutcome, RunResults};
 use super::scene::{Scene, on_threads};
-use super::writer::{RowsSoFar, RunWriter, Written};
+use super::writer::{RowsSoFar, Written};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -24,6 +25,7 @@ use tumble_model::shown;
 use tumble_scene::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
 use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::kept::KeptSteps;
+use tumble_scene::output::tables::Table;
 use tumble_scene::run_file::{RunFile, SolverSettings};
 use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
@@ -119,7 +121,8 @@ impl<'a> Continued<'a> {
         }
         let kept = run.kept.clone();
         if run.outcome != UNFINISHED {
-            check_rows(&RunWriter::first_file(&scene, &kept, directory), run, &saved)?;
+            let states = directory.join(file_of(Table::States.name(), kept.form));
+            check_rows(&states, run, &saved)?;
         }
         Ok((on_threads(&args.setup, scene)?, Self { directory, file, saved, notes, kept }))
     }
@@ -215,12 +218,12 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
         return Err(Failure::Input(format!("--continue: {why}")));
     }
     while let Some(step) = rows.next_step()? {
-        if step.status() != StepStatus::End {
+        if step.row.status != StepStatus::End {
             continue;
         }
         let numbers = |state: &mechanics::State| state.to_vector().map(f64::to_bits);
-        let is_same = step.index() == saved.index()
-            && step.states().iter().map(numbers).eq(saved.states().iter().map(numbers));
+        let is_same = step.row.index == saved.index()
+            && step.states.iter().map(numbers).eq(saved.states().iter().map(numbers));
         if !is_same {
             let place = rows.place();
             return Err(odd_state(

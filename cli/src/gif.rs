@@ -1,4 +1,4 @@
-//! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
+//! `tumble gif`, and `--gif` of a simulation: a run as an animation.
 
 use super::args::{AnimationArgs, GifArgs, PictureArgs};
 use super::directory::OutputDirectory;

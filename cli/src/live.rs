@@ -73,8 +73,8 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     let mut scene = continued::scene_of(&recording.run)?;
     let mut moment = None;
     while let Some(step) = recording.next_step()? {
-        let index = step.index();
-        moment = Some((index, step.states().to_vec()));
+        let index = step.row.index;
+        moment = Some((index, step.states));
         if args.live.at.is_some_and(|wanted| wanted <= index) {
             break;
         }

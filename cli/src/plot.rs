@@ -1,4 +1,4 @@
-//! `tumble plot`: draws a trajectory over time.
+//! `tumble plot`: draws a run over time.
 
 use super::args::PlotArgs;
 use super::directory::OutputDirectory;
@@ -52,7 +52,7 @@ impl PendingPlots {
             }
             let svg = plot::svg(film, *sheet, body);
             let png = plot::png(&svg)
-                .map_err(|why| Failure::Other(format!("the trajectory cannot be drawn: {why}")))?;
+                .map_err(|why| Failure::Other(format!("the run cannot be drawn: {why}")))?;
             png_file.write(&png)?;
             svg_file.write(svg.as_bytes())?;
         }

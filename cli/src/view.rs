@@ -1,4 +1,4 @@
-//! `tumble view`, and `--html` of a simulation: trajectories as a web page.
+//! `tumble view`, and `--html` of a simulation: runs as a web page.
 
 use super::args::ViewArgs;
 use super::directory::OutputDirectory;

@@ -90,15 +90,6 @@ impl PyRecording {
         Ok(Self { is_of_scene, ..read })
     }
 
-    /// Reads a run of one body and the ground from its table trajectory.csv as bytes.
-    #[staticmethod]
-    #[pyo3(signature = (scene, table, run=None))]
-    fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8], run: Option<&str>) -> PyResult<Self> {
-        let read = reading::of_trajectory(Arc::clone(&scene.content), table)?;
-        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
-        Ok(Self { is_of_scene, ..read })
-    }
-
     /// Least memory of a step with this many bodies and joints, bytes.
     #[staticmethod]
     fn step_bytes(bodies: usize, joints: usize) -> usize {
@@ -176,9 +167,7 @@ impl PyRecording {
             self.rows.iter().try_for_each(|row| writer.write_step(row))?;
             writer.finish().map_err(Into::into)
         });
-        let Streams { states, contacts, steps, joints, gears, .. } = tables.map_err(refused)?;
-        let first = [Some(states), contacts, Some(steps)].into_iter().flatten();
-        let tables = first.chain(joints).chain(gears);
+        let tables = tables.map_err(refused)?.in_order();
         Ok(tables.map(|bytes| PyBytes::new(py, &bytes)).collect())
     }
 

@@ -64,8 +64,8 @@ pub struct VerifyArgs {
     ///
     /// Its parameters are read from run.json in the same directory.
     ///
-    /// A run with several bodies needs the tables states, steps and contacts, also joints and gears
-    /// if the scene has any, and ends with --every.
+    /// The tables states, steps and contacts are needed, also joints and gears if the scene has any,
+    /// and ends with --every.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Number of steps to print, the worst first.

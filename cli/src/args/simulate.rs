@@ -64,8 +64,7 @@ pub struct SceneArgs {
     /// Scene of the tutorial instead of a file [default: drop].
     #[arg(id = "scene", long = "scene", value_enum, value_name = "NAME")]
     pub tutorial: Option<SceneName>,
-    /// Number of rows of the trajectory, one more than steps, 1 to 10000000 [default: drop 1000,
-    /// floating 1200].
+    /// Number of rows, one more than steps, 1 to 10000000 [default: drop 1000, floating 1200].
     #[arg(short, long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
     /// Seed of the random initial attitude, drawn as numpy.random.seed(SEED) and rand(4) do.
@@ -215,8 +214,7 @@ pub struct OutputArgs {
     /// All steps are simulated and counted [default: 1].
     #[arg(long, value_name = "N", value_parser = values::every, allow_hyphen_values = true)]
     pub every: Option<u64>,
-    /// Tables to write for a scene of [[bodies]]; `states` and `steps` are always written [default:
-    /// all].
+    /// Tables to write; `states` and `steps` are always written [default: all].
     ///
     /// `tumble verify` needs `contacts`, also `joints` and `gears` if the scene has any, and `ends`
     /// with --every: the state after each written step.
@@ -253,7 +251,7 @@ pub struct PictureArgs {
     /// Also draw the motion: OUT/animation.gif.
     #[arg(long)]
     pub gif: bool,
-    /// Also plot the trajectory over time, as `tumble plot` does.
+    /// Also plot the motion over time, as `tumble plot` does.
     #[arg(long)]
     pub plot: bool,
     #[command(flatten)]

@@ -1,25 +1,17 @@
 //! Inputs that are not files, have no end or hold bad values. Each refusal is one sentence with the
 //! file and the field.
 
-use super::support::{End, contact_run, run, simulate, tumble};
+use super::support::{End, contact_files, contact_run, run, simulate, tumble};
 use crate::ROOT;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Temporary directory with the files of a contact run.
-fn a_run() -> tempfile::TempDir {
-    let directory = tempfile::tempdir().unwrap();
-    fs::write(directory.path().join("trajectory.csv"), &contact_run().0).unwrap();
-    fs::write(directory.path().join("run.json"), &contact_run().1).unwrap();
-    directory
-}
-
-/// Commands that read a trajectory.
+/// Commands that read a run.
 const READERS: [&str; 4] = ["verify", "plot", "view", "gif"];
 
 fn read(command: &str, directory: &Path) -> End {
-    tumble().args([command, "trajectory.csv"]).current_dir(directory).output().unwrap().into()
+    tumble().args([command, "states.csv"]).current_dir(directory).output().unwrap().into()
 }
 
 #[cfg(unix)]
@@ -44,7 +36,7 @@ fn pipes_and_devices_are_refused_and_not_waited_for() {
 #[test]
 fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
     for command in READERS {
-        let directory = a_run();
+        let directory = contact_files();
         let json = directory.path().join("run.json");
         fs::remove_file(&json).unwrap();
         std::os::unix::fs::symlink("/dev/zero", &json).unwrap();
@@ -58,7 +50,7 @@ fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
 
 #[test]
 fn a_row_without_end_is_refused_with_its_line() {
-    let (csv, _) = contact_run();
+    let csv = &contact_run()[0];
     let third = csv.match_indices('\n').nth(2).unwrap().0 + 1;
     let long = "1".repeat(2 << 20);
     for (text, words) in [
@@ -67,18 +59,18 @@ fn a_row_without_end_is_refused_with_its_line() {
         (format!("{}\"{}", &csv[..third], "1\n".repeat(1 << 20)), "line 4 has"),
         (format!("{}{}", &csv[..third], "\n".repeat(2 << 20)), "1048576 bytes"),
     ] {
-        let directory = a_run();
-        fs::write(directory.path().join("trajectory.csv"), text).unwrap();
+        let directory = contact_files();
+        fs::write(directory.path().join("states.csv"), text).unwrap();
         for command in READERS {
-            read(command, directory.path()).assert_refused(2, &["trajectory.csv", words]);
+            read(command, directory.path()).assert_refused(2, &["states", words]);
         }
     }
 }
 
 /// Temporary directory with a contact run whose run.json has `old` replaced by `new`.
 fn with_json(old: &str, new: &str) -> tempfile::TempDir {
-    let directory = a_run();
-    let json = contact_run().1.clone();
+    let directory = contact_files();
+    let json = &contact_run()[3];
     assert!(json.contains(old), "{old}");
     fs::write(directory.path().join("run.json"), json.replacen(old, new, 1)).unwrap();
     directory

@@ -41,7 +41,6 @@ mod several;
 mod several_input;
 mod several_ipopt;
 mod several_pictures;
-mod several_tampering;
 mod simulate;
 mod slips;
 mod start_index;

@@ -246,11 +246,9 @@ fn a_ground_out_of_reach_is_not_drawn() {
 fn a_run_of_several_beside_one_of_one_on_a_page() {
     let done = Done::of(&[]);
     let one = super::support::simulate(&["--steps", "21", "--solver", "native"]);
-    let files = [done.path("states.csv"), one.path("trajectory.csv")];
+    let files = [done.path("states.csv"), one.path("states.csv")];
     let end = run(&["view", text(&files[0]), text(&files[1])]);
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
-    let end = run(&["plot", text(&files[1]), "--body", "0"]);
-    end.assert_refused(2, &["--body", "one body"]);
 }
 
 /// Colours and labels of the scene are in run.json and in every picture.

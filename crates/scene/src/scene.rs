@@ -32,7 +32,7 @@ pub struct Scene {
     pub drawn: bool,
     /// Start index k: the simulation starts at time k h, also for loads and prescribed motions.
     pub start_index: u64,
-    /// Number of rows of the trajectory: one more than steps.
+    /// Number of rows of a run: one more than steps.
     pub rows: u64,
     /// Number of steps per requested row.
     pub substeps: u64,
@@ -57,7 +57,7 @@ pub struct Scene {
     pub robots: Vec<tumble_robot::Assembled>,
     /// Constants of the bodies and initial states in the form of run.json.
     pub model: Model,
-    /// True if a run writes trajectory.csv instead of tables: the tutorial's scenes and its preset.
+    /// True if a run also writes trajectory.csv: the tutorial's scenes and its preset.
     pub trajectory: bool,
 }
 

@@ -15,7 +15,7 @@ pub const USUAL_SEED: u32 = 42;
 /// Settings of a simulation; `None` for a setting that is not given.
 #[derive(Debug, Default)]
 pub struct Settings {
-    /// Number of rows of the trajectory.
+    /// Number of rows.
     pub steps: Option<u64>,
     /// Start index k.
     pub start_index: Option<u64>,

@@ -47,7 +47,6 @@ impl RunFile {
         let fields = [
             ("kept.every", self.kept.every == 0),
             ("substeps", self.substeps == 0),
-            ("largest_overlap_m", !self.trajectory && self.largest_overlap_m.is_none()),
             ("joints", self.joints.is_none() && !self.model.joints.is_empty()),
         ];
         fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)
