@@ -1,7 +1,7 @@
 //! Scenario files with driven bodies and moving surfaces: two scenes against closed forms,
 //! verification, continuation and refusals.
 
-use super::several::{scene, table};
+use super::scenes::{scene, table};
 use super::support::{Simulated, run, simulate};
 use crate::ROOT;
 use nalgebra::Vector3;

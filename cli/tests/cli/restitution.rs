@@ -1,7 +1,7 @@
 //! Restitution: flags, scenario, columns and verification.
 
 use super::scenario::run_scenario;
-use super::several::table;
+use super::scenes::table;
 use super::support::{Table, run, simulate, unseal};
 use std::fs;
 

@@ -1,7 +1,7 @@
 //! Scenes of several bodies with Ipopt: agreement with the native solver for unique motions, counts
 //! of fallbacks and failures, and refusals.
 
-use super::several::table;
+use super::scenes::table;
 use super::support::{Simulated, everything_in, run, simulate};
 use std::fs;
 
