@@ -48,25 +48,6 @@ fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
     }
 }
 
-#[test]
-fn a_row_without_end_is_refused_with_its_line() {
-    let csv = &contact_run()[0];
-    let third = csv.match_indices('\n').nth(2).unwrap().0 + 1;
-    let long = "1".repeat(2 << 20);
-    for (text, words) in [
-        (long.clone(), "line 1 has"),
-        (format!("{}{long}", &csv[..third]), "line 4 has"),
-        (format!("{}\"{}", &csv[..third], "1\n".repeat(1 << 20)), "line 4 has"),
-        (format!("{}{}", &csv[..third], "\n".repeat(2 << 20)), "1048576 bytes"),
-    ] {
-        let directory = contact_files();
-        fs::write(directory.path().join("states.csv"), text).unwrap();
-        for command in READERS {
-            read(command, directory.path()).assert_refused(2, &["states", words]);
-        }
-    }
-}
-
 /// Temporary directory with a contact run whose run.json has `old` replaced by `new`.
 fn with_json(old: &str, new: &str) -> tempfile::TempDir {
     let directory = contact_files();

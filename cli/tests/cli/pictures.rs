@@ -212,16 +212,6 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
 }
 
 #[test]
-fn a_second_run_removes_the_pictures_of_the_first() {
-    let done = Done::of(&["--plot", "--html", "--gif", "--gif-size", "100"]);
-    let scenario = done.directory.path().join("test.toml");
-    let end = run(&["--scenario", text(&scenario), "--html", "--out", text(&done.path(""))]);
-    assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("removed animation.gif, plot-energy.png"), "{end:?}");
-    assert_eq!(done.files(), names(&[&TABLES[..], &["view.html"]].concat()));
-}
-
-#[test]
 fn a_failed_step_is_seen_in_the_exit_code() {
     let done = Done::of(&[]);
     done.change("steps.csv", ",converged,", ",failed,");

@@ -59,20 +59,6 @@ fn the_sheets_have_their_panels_labels_and_curves() {
 }
 
 #[test]
-fn the_same_file_gives_the_same_bytes() {
-    let (simulated, ..) = simulate_and_plot(&CONTACT_RUN);
-    let directory = tempfile::tempdir().unwrap();
-    let again = directory.path().join("not/yet/there");
-    let end = plot(&simulated.path("states.csv"), &["--out", again.to_str().unwrap()]);
-    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
-    assert_eq!(everything_in(&again).len(), PICTURES.len());
-    for name in PICTURES {
-        let bytes = |path: &Path| fs::read(path).unwrap();
-        assert!(bytes(&simulated.path(name)) == bytes(&again.join(name)), "{name}");
-    }
-}
-
-#[test]
 fn two_impacts_in_200_000_rows_are_seen() {
     let directory = two_impacts(200_000, "converged");
     let end = plot(&directory.path().join("states.csv"), &[]);

@@ -405,15 +405,6 @@ fn two_runs_share_the_time_and_have_a_distance() {
 }
 
 #[test]
-fn the_same_file_gives_the_same_bytes() {
-    let (simulated, page) = simulate_with_page(&RUN);
-    let file = simulated.path("states.csv");
-    let end = view(&[&file], &["--quiet"]);
-    assert_eq!((end.code, end.stdout.as_str(), end.stderr.as_str()), (Some(0), "", ""));
-    assert!(fs::read_to_string(simulated.path("view.html")).unwrap() == page.text);
-}
-
-#[test]
 fn a_single_row_and_a_body_that_is_no_box_have_pages() {
     let (simulated, page) = simulate_with_page(&["--steps", "1", "--quiet"]);
     assert_eq!((simulated.end.code, simulated.end.stdout.as_str()), (Some(0), ""));
