@@ -37,7 +37,7 @@ impl Session {
     /// The first fault of the text.
     pub fn open(text: &str) -> Result<Self, String> {
         let scene = scenes::read(text).map_err(|failure| failure.to_string())?;
-        let is_own = !scene.trajectory && scenes::text(&scene).is_ok_and(|own| own == text);
+        let is_own = scenes::text(&scene).is_ok_and(|own| own == text);
         Self::new(text.to_owned(), scene, is_own)
     }
 
