@@ -255,15 +255,15 @@ fn refuse_no_table(path: &Path) -> Result<(), Failure> {
 
 /// Refuses a file that is not a table of the run in the same directory.
 fn refuse_another_file(file: &Path, form: TableForm) -> Result<(), Failure> {
-    let names = Table::ALL.map(|table| file_of(table.name(), form));
     let name = file.file_name().unwrap_or_default();
-    if names.iter().any(|table| name == table.as_str()) {
+    if Table::ALL.into_iter().any(|table| name == file_of(table.name(), form).as_str()) {
         return Ok(());
     }
+    let states = file.with_file_name(file_of(Table::States.name(), form));
     Err(Failure::Input(format!(
-        "{} is not a table of the run in this directory; give one of {}",
+        "{} is not a table of the run in this directory; give {}",
         shown::path(file),
-        names.join(", ")
+        shown::path(&states)
     )))
 }
 
