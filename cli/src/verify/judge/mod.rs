@@ -95,9 +95,9 @@ struct StepContacts {
     wrong: Option<String>,
 }
 
-/// True if a recomputed number equals its column within the tolerances.
+/// True if a recomputed number equals its column within the tolerances. A column is finite.
 fn is_near(found: f64, column: f64, lost: f64) -> bool {
-    (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
+    found.is_finite() && (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
 }
 
 impl StepJudge {
