@@ -3,13 +3,14 @@
 
 use super::args::SimulateArgs;
 use super::checkpoint::{self, Checkpoint};
+use super::file_names::file_of;
 use super::input;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
-use super::recording::Recording;
+use super::recording::{Recording, run_file};
 use super::run::{RunOutcome, RunResults};
 use super::scene::{Scene, on_threads};
-use super::writer::{RowsSoFar, RunWriter, Written};
+use super::writer::{RowsSoFar, Written};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -24,8 +25,9 @@ use tumble_model::shown;
 use tumble_scene::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
 use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::kept::KeptSteps;
-use tumble_scene::run_file::{self, RunFile, SolverSettings};
-use tumble_scene::settings::Settings;
+use tumble_scene::output::tables::Table;
+use tumble_scene::run_file::{RunFile, SolverSettings};
+use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
 
 /// Name of the state file of a run.
@@ -119,7 +121,8 @@ impl<'a> Continued<'a> {
         }
         let kept = run.kept.clone();
         if run.outcome != UNFINISHED {
-            check_rows(&RunWriter::first_file(&scene, &kept, directory), run, &saved)?;
+            let states = directory.join(file_of(Table::States.name(), kept.form));
+            check_rows(&states, run, &saved)?;
         }
         Ok((on_threads(&args.setup, scene)?, Self { directory, file, saved, notes, kept }))
     }
@@ -179,7 +182,7 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedStat
     };
     let Checkpoint { run_json, state } =
         Checkpoint::of_bytes(&bytes).map_err(|error| odd_state(&file, &error))?;
-    let Some(run) = RunFile::read(Ok(run_json), &file, || Ok(()))? else { return Ok(None) };
+    let run = RunFile::of_text(&run_json, &file)?;
     let state = state_in(file.clone(), &state)?;
     Ok(Some((run, file, state)))
 }
@@ -187,8 +190,7 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedStat
 /// Reads the finished run in `directory`, and names its run.json.
 fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure> {
     let path = directory.join("run.json");
-    let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?;
-    let run = run.ok_or_else(|| {
+    let run = run_file(&path, || {
         let directory = shown::path(directory);
         Failure::Input(format!(
             "--continue: {directory} has no run.json; the directory of a run is needed"
@@ -216,12 +218,12 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
         return Err(Failure::Input(format!("--continue: {why}")));
     }
     while let Some(step) = rows.next_step()? {
-        if step.status() != StepStatus::End {
+        if step.row.status != StepStatus::End {
             continue;
         }
         let numbers = |state: &mechanics::State| state.to_vector().map(f64::to_bits);
-        let is_same = step.index() == saved.index()
-            && step.states().iter().map(numbers).eq(saved.states().iter().map(numbers));
+        let is_same = step.row.index == saved.index()
+            && step.states.iter().map(numbers).eq(saved.states().iter().map(numbers));
         if !is_same {
             let place = rows.place();
             return Err(odd_state(
@@ -252,7 +254,6 @@ pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: contact_of(&run.solver)?,
-        usual_solver: false,
         robots: Vec::new(),
         model,
         trajectory: run.trajectory,
@@ -266,19 +267,19 @@ pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failu
     }
     let preset = word::<Preset>("preset", solver.preset.as_ref())?;
     let settings = match preset {
-        Some(_) => Settings { preset, ..Settings::default() },
-        None => Settings {
-            solver: word::<SolverName>("name", Some(&solver.name))?,
+        Some(_) => SolverTable { preset, ..SolverTable::default() },
+        None => SolverTable {
+            name: word::<SolverName>("name", Some(&solver.name))?,
             formulation: word::<FormulationName>("formulation", solver.formulation.as_ref())?,
             detection: word::<DetectionName>("detection", solver.detection.as_ref())?,
             on_failure: word::<OnFailure>("on_failure", solver.on_failure.as_ref())?,
-            tol: solver.tol,
-            max_iter: solver.max_iter,
+            tolerance: solver.tol,
+            max_iterations: solver.max_iter,
             residual: solver.residual,
-            ..Settings::default()
+            preset: None,
         },
     };
-    SolverChoice::new(&settings, SolverName::Native).map(Some)
+    SolverChoice::new(&settings).map(Some)
 }
 
 /// Parses a choice in a field of the solver's settings.

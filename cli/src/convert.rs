@@ -7,7 +7,6 @@ use super::output::{PendingFile, Voice, directory_of};
 use super::{converted_mesh, input, scenario};
 use std::path::Path;
 use tumble_model::shown;
-use tumble_scene::choices::SolverName;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 use tumble_scene::{LARGEST_FILE, written};
@@ -20,7 +19,7 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     } else {
         args.mesh.refuse()?;
         let text = scenario::read_text(&args.file)?;
-        (Scene::told(&text, &args.file, flags, &[], SolverName::Native, &input::bytes)?, None)
+        (Scene::told(&text, &args.file, flags, &[], &input::bytes)?, None)
     };
     let written = written::text(&scene)?;
     if written.len() as u64 > LARGEST_FILE {

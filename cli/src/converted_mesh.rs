@@ -8,7 +8,6 @@ use tumble_core::geometry::mesh::Mesh;
 use tumble_decompose::{DecompositionSettings, Fit};
 use tumble_model::failure::refuse_flags;
 use tumble_model::shown;
-use tumble_scene::choices::SolverName;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 use tumble_scene::written::quoted;
@@ -62,7 +61,7 @@ pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Fai
         settings.resolution,
         settings.concavity,
     );
-    let scene = Scene::told(&text, &args.file, flags, &[], SolverName::Native, &input::bytes)?;
+    let scene = Scene::told(&text, &args.file, flags, &[], &input::bytes)?;
     let report = report(&scene, &mesh, &args.file)?;
     Ok((scene, report))
 }

@@ -27,17 +27,14 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
         shown::number(h)
     );
     text += &ending(scene, run);
-    let overlap = run.overlap.filter(|_| !scene.trajectory);
-    if !scene.trajectory {
-        text += &cast(scene);
-    }
+    text += &cast(scene);
     text += &steps(summary);
     if summary.contact_steps() > 0 {
         text += &solved_steps(scene, summary);
     }
     let asked = scene.contact.as_ref().and_then(SolverChoice::residual);
     text += &certificates(summary, asked);
-    if let Some((index, overlap)) = overlap {
+    if let Some((index, overlap)) = run.overlap {
         let _ = match overlap {
             0.0 => writeln!(text, "  overlap      none"),
             _ => writeln!(text, "  overlap      largest {overlap:.1e} m after step k = {index}"),
@@ -71,11 +68,10 @@ fn steps(summary: &RunSummary) -> String {
 /// Number of bodies and the solver.
 fn cast(scene: &Scene) -> String {
     format!(
-        "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
+        "  bodies       {}, and {} fixed pieces\n  solver       {}\n",
         scene.bodies.len(),
         scene.fixed.len(),
-        scene.solver(),
-        if scene.usual_solver { ", the default for several bodies" } else { "" }
+        scene.solver()
     )
 }
 

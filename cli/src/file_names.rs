@@ -10,7 +10,7 @@ pub const VIEW: &str = "view.html";
 /// Files of a plan in addition to those of a run.
 pub const OF_PLANS: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
 
-/// Name of the table in the tutorial's format.
+/// Name of the export of the tutorial's scene.
 pub const TRAJECTORY: &str = "trajectory";
 
 /// File name of a table.
@@ -21,7 +21,7 @@ pub fn file_of(table: &str, form: TableForm) -> String {
     }
 }
 
-/// Names of all files with rows, of both formats and compressions.
+/// Names of all files with rows, with and without compression.
 pub fn of_rows() -> impl Iterator<Item = String> {
     let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
     names.flat_map(|name| [TableForm::Csv, TableForm::Zstd].map(|form| file_of(name, form)))

@@ -1,7 +1,7 @@
 //! Conversion of a recording to a film with the names of the scene.
 
 use super::outcome::Failure;
-use super::recording::{RecordedStep, Recording};
+use super::recording::Recording;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_core::contact::Partner;
@@ -10,7 +10,7 @@ use tumble_film::{Cast, Keys, Role};
 use tumble_model::shown;
 use tumble_scene::output::tables::TableStep;
 use tumble_scene::run_file::{RunFile, heading};
-use tumble_view::{Fact, Film, FilmFrame, FilmGround, Takeover};
+use tumble_view::{Fact, Film, FilmFrame, Takeover};
 
 /// Largest memory for the rows of a picture, bytes: a million rows of a box with contacts at all
 /// its corners.
@@ -31,44 +31,28 @@ pub fn film(
             return Ok(None);
         }
         // Frames have equal intervals, but the last state can be closer to the previous one.
-        let from_first = step.index() - *first.get_or_insert(step.index());
+        let index = step.row.index;
+        let from_first = index - *first.get_or_insert(index);
         if !from_first.is_multiple_of(every) {
             continue;
         }
-        frames.push(match &step {
-            RecordedStep::Trajectory(row) => tumble_film::frame_of_row(&recording.world, row),
-            RecordedStep::Tables(step) => {
-                check_contacts(&recording.world, step).map_err(|why| recording.odd(&why))?;
-                tumble_film::frame(&recording.world, step, &mut keys)
-            }
-        })?;
+        check_contacts(&recording.world, &step).map_err(|why| recording.odd(&why))?;
+        frames.push(tumble_film::frame(&recording.world, &step, &mut keys))?;
     }
     let floating = recording.floating();
     let Recording { world, loads, run, .. } = recording;
-    let model = run.as_ref().filter(|run| !run.trajectory).map(|run| &run.model);
-    let one = || vec![Role::default()];
-    let bodies = model.map_or_else(one, |model| model.bodies.iter().map(Role::from).collect());
-    let fixed: Vec<_> =
-        model.iter().flat_map(|model| model.fixed_names()).map(String::as_str).collect();
-    let joints = model.map_or(&[][..], |model| &model.joints);
-    let joints: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
+    let model = &run.model;
+    let bodies: Vec<_> = model.bodies.iter().map(Role::from).collect();
+    let fixed: Vec<_> = model.fixed_names().map(String::as_str).collect();
+    let joints: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
     let (bodies, fixed, joints) = (&bodies, &fixed, &joints);
     let cast = Cast { world: &world, bodies, fixed, joints, loads: &loads, floating };
     let mut film = tumble_film::film(cast, frames.all());
-    if let Some(model) = model {
-        tumble_film::dress(model, &mut film)?;
-    } else {
-        // A trajectory only has contact points, whose shape is unknown.
-        let points = world.bodies()[0].contact_points().iter().map(|point| point.position);
-        (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());
-        // A trajectory's ground is drawn at any distance.
-        let ground = world.ground().filter(|_| !floating);
-        film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
-    }
+    tumble_film::dress(model, &mut film)?;
     film.every = every;
-    film.takeover = run.as_ref().and_then(|_| takeover(&path, first?, every));
-    film.title = run.as_ref().map_or(String::new(), title);
-    film.facts = run.map_or(Vec::new(), facts);
+    film.takeover = first.and_then(|first| takeover(&path, first, every));
+    film.title = title(&run);
+    film.facts = facts(run);
     Ok(Some(film))
 }
 
@@ -169,7 +153,7 @@ fn facts(run: RunFile) -> Vec<Fact> {
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
     add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
     add("solved to", solver.residual.map(|residual| format!("{residual:e} m/s")));
-    add("largest overlap", run.largest_overlap_m.map(|overlap| format!("{overlap:.1e} m")));
+    add("largest overlap", Some(format!("{:.1e} m", run.largest_overlap_m)));
     add("outcome", (run.outcome != "complete").then_some(run.outcome));
     add("tumble", Some(run.tumble_version));
     facts
@@ -178,37 +162,41 @@ fn facts(run: RunFile) -> Vec<Fact> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tumble_core::mechanics::State;
-    use tumble_core::simulation::scene;
-    use tumble_core::step::StepStatus;
-    use tumble_scene::output::trajectory::TrajectoryRow;
+    use nalgebra::{UnitQuaternion, Vector3};
+    use tumble_view::{FilmContact, FilmPartner, FilmPose, Status};
 
-    /// A row of a body with `count` touching points.
-    fn row(count: usize) -> TrajectoryRow {
-        TrajectoryRow {
+    /// A frame of a body with `count` contacts.
+    fn frame(count: usize) -> FilmFrame {
+        let (zero, attitude) = (Vector3::zeros(), UnitQuaternion::identity());
+        let contact = |key: usize| FilmContact {
+            body: 0,
+            partner: FilmPartner::Ground,
+            point: zero,
+            key: key as u64,
+            force: Vector3::z(),
+            normal: Vector3::z(),
+            friction: 0.5,
+        };
+        FilmFrame {
             index: 0,
             time: 0.0,
-            state: State::from_vector(&nalgebra::SVector::from_element(0.5)),
-            step: vec![1.0; 6 * count],
-            carrying: vec![true; count],
-            status: StepStatus::Converged,
+            poses: vec![FilmPose { position: zero, attitude, velocity: zero, spin: zero }],
+            kinetic: 0.0,
+            potential: 0.0,
+            contacts: (0..count).map(contact).collect(),
+            ties: Vec::new(),
+            status: Status::Converged,
             iterations: 1,
             residual: 0.0,
-            restitution_share: 1.0,
         }
     }
 
-    /// A million rows of a box fit; of a body with a thousand points, only some thousand rows do.
+    /// A million rows of a box fit; of a body with a thousand contacts, only some thousand rows do.
     #[test]
-    fn memory_counts_the_points_that_touch() {
-        let cube = World::new(scene::tutorial_parameters().unwrap()).unwrap();
-        let of = |count| memory(&tumble_film::frame_of_row(&cube, &row(count)));
+    fn memory_counts_the_contacts() {
+        let of = |count| memory(&frame(count));
         assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
         let rows = MOST_BYTES / of(1000);
         assert!((5_000..20_000).contains(&rows), "{rows}");
-        // A point without a force is not stored.
-        let still =
-            TrajectoryRow { step: vec![0.0; 6000], carrying: vec![false; 1000], ..row(1000) };
-        assert!(memory(&tumble_film::frame_of_row(&cube, &still)) < of(8));
     }
 }

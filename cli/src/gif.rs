@@ -1,4 +1,4 @@
-//! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
+//! `tumble gif`, and `--gif` of a simulation: a run as an animation.
 
 use super::args::{AnimationArgs, GifArgs, PictureArgs};
 use super::directory::OutputDirectory;
@@ -23,9 +23,7 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let (out, name) = target(args.out.as_deref(), &args.file, ANIMATION)?;
-    let recording = Recording::open(&args.file, &args.physics)?;
-    let note = recording.note_line();
-    let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
+    let Some(film) = film(Recording::open(&args.file)?, MOST_ROWS, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
     let directory = OutputDirectory::for_pictures(out)?;
@@ -34,7 +32,6 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
         Outcome::Done if film.has_failed() => Outcome::Unconverged,
         outcome => outcome,
     };
-    voice.say(&note);
     voice.end(outcome)
 }
 

@@ -31,9 +31,12 @@ pub struct Played {
 }
 
 impl Live {
-    /// Live run of `scene` until `end` is true.
+    /// Live run of `scene` until `end` is true. The tutorial's scenes and those of `--from` get the
+    /// native solver.
     pub fn new(args: &SimulateArgs, scene: Scene, end: &Arc<AtomicBool>) -> Result<Self, Failure> {
         check(args)?;
+        let is_named_by_file = args.setup.scene.path().is_some();
+        let scene = if is_named_by_file { scene } else { scene.with_native_solver() };
         let program = Program::of_scene(scene, Arc::clone(end));
         let program = program.map_err(|why| Failure::Input(format!("--live: {why}")))?;
         let address = args.live.address.unwrap_or((Ipv4Addr::LOCALHOST, 0).into());
@@ -66,17 +69,12 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     let given = args.setup.given();
     let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
     refuse_flags("--from, whose run has it", &flags)?;
-    let mut recording = Recording::open(path, &args.setup.physics)?;
-    let run = recording.run.as_ref().ok_or_else(|| {
-        Failure::Input(format!("--from: {} has no run.json beside it", shown::path(path)))
-    })?;
-    let mut scene = continued::scene_of(run)?;
-    // The live run has the native solver, also after a run by Ipopt.
-    scene.usual_solver = true;
+    let mut recording = Recording::open(path)?;
+    let mut scene = continued::scene_of(&recording.run)?;
     let mut moment = None;
     while let Some(step) = recording.next_step()? {
-        let index = step.index();
-        moment = Some((index, step.states().to_vec()));
+        let index = step.row.index;
+        moment = Some((index, step.states));
         if args.live.at.is_some_and(|wanted| wanted <= index) {
             break;
         }

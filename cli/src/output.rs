@@ -97,7 +97,7 @@ pub fn temporary() -> tempfile::Builder<'static, 'static> {
     builder
 }
 
-/// Directory for pictures of the trajectory `file`: `out`, or the file's own directory.
+/// Directory for pictures of the run of `file`: `out`, or the file's own directory.
 pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
     // `x.csv` has the parent "", which is not the name of a directory.
     let beside = file.parent().filter(|parent| !parent.as_os_str().is_empty());

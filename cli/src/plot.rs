@@ -1,4 +1,4 @@
-//! `tumble plot`: draws a trajectory over time.
+//! `tumble plot`: draws a run over time.
 
 use super::args::PlotArgs;
 use super::directory::OutputDirectory;
@@ -52,7 +52,7 @@ impl PendingPlots {
             }
             let svg = plot::svg(film, *sheet, body);
             let png = plot::png(&svg)
-                .map_err(|why| Failure::Other(format!("the trajectory cannot be drawn: {why}")))?;
+                .map_err(|why| Failure::Other(format!("the run cannot be drawn: {why}")))?;
             png_file.write(&png)?;
             svg_file.write(svg.as_bytes())?;
         }
@@ -65,8 +65,7 @@ impl PendingPlots {
 pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let recording = Recording::open(&args.file, &args.physics)?;
-    let note = recording.note_line();
+    let recording = Recording::open(&args.file)?;
     let body = recording.body(args.body.as_deref())?;
     let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
         return Ok(Outcome::Interrupted);
@@ -76,7 +75,7 @@ pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let Some(written) = plots.write(&film, body, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
-    say(&(note + &describe(&written)))?;
+    say(&describe(&written))?;
     Ok(Outcome::Done)
 }
 

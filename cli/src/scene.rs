@@ -1,14 +1,15 @@
 //! Scene from the arguments of a simulation.
 
-use super::args::{PhysicsArgs, SetupArgs};
+use super::args::SetupArgs;
 use super::outcome::{Failure, refuse_flags};
 use super::{input, scenario};
 use tumble_model::names::FileKind;
-use tumble_scene::choices::{BodyShape, SceneName};
+use tumble_scene::choices::SceneName;
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
-use tumble_scene::settings::{Settings, polyline};
-use tumble_scene::solver_choice::{SolverChoice, TUTORIAL_SOLVER};
+use tumble_scene::settings::{Settings, SolverTable, polyline};
+use tumble_scene::solver_choice::SolverChoice;
+use tumble_scene::tutorial::CubeChanges;
 
 /// Number of contact points above which Ipopt needs more than 10 ms per iteration
 /// (docs/ipopt-path.md).
@@ -16,15 +17,16 @@ const MANY_POINTS: usize = 100;
 
 /// Creates and checks the scene.
 pub fn of_args(args: &SetupArgs) -> Result<Scene, Failure> {
-    let flags = of_flags(args)?;
+    let (flags, cube) = (of_flags(args), of_cube(args)?);
     let scene = match args.scene.path() {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
-            Scene::of_tutorial(name, flags, TUTORIAL_SOLVER)?
+            Scene::of_tutorial(name, flags, cube)?
         }
         Some(path) => {
-            let (text, usual) = (scenario::read_text(path)?, TUTORIAL_SOLVER);
-            let scene = Scene::told(&text, path, flags, &args.given(), usual, &input::bytes)?;
+            cube.refuse("a scene file, which describes its bodies")?;
+            let text = scenario::read_text(path)?;
+            let scene = Scene::told(&text, path, flags, &args.given(), &input::bytes)?;
             let large = run_file::refuse_large(&scene.model);
             large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
             scene
@@ -62,46 +64,49 @@ pub fn note(scene: &Scene) -> Option<String> {
 }
 
 /// Settings from the flags of a simulation.
-fn of_flags(args: &SetupArgs) -> Result<Settings, Failure> {
-    Ok(Settings {
+fn of_flags(args: &SetupArgs) -> Settings {
+    let physics = &args.physics;
+    Settings {
         steps: args.scene.steps,
         start_index: args.scene.start_index,
         seed: args.scene.seed,
-        position: args.start.position,
-        height: args.start.height,
-        attitude: args.start.attitude.clone(),
-        velocity: args.start.velocity,
-        spin: args.start.spin,
-        frame: args.start.frame,
-        solver: args.solver.solver,
-        preset: args.solver.preset,
-        formulation: args.solver.formulation,
-        detection: args.solver.detection,
-        tol: args.solver.tol,
-        max_iter: args.solver.max_iter,
-        residual: args.solver.residual,
-        on_failure: args.solver.on_failure,
-        robot: args.robot.settings(),
-        ..of_physics(&args.physics)?
-    })
-}
-
-/// Settings from the flags of the model.
-pub fn of_physics(physics: &PhysicsArgs) -> Result<Settings, Failure> {
-    Ok(Settings {
+        solver: SolverTable {
+            name: args.solver.solver,
+            preset: args.solver.preset,
+            formulation: args.solver.formulation,
+            detection: args.solver.detection,
+            tolerance: args.solver.tol,
+            max_iterations: args.solver.max_iter,
+            residual: args.solver.residual,
+            on_failure: args.solver.on_failure,
+        },
         dt: physics.dt,
         rotation: physics.rotation.map(Into::into),
         mu: physics.mu,
         restitution: physics.restitution,
         rebound_speed: physics.rebound_speed,
+        gravity: physics.gravity,
+        robot: args.robot.settings(),
+        ..Settings::default()
+    }
+}
+
+/// Changes of the tutorial's cube from the flags of a simulation.
+fn of_cube(args: &SetupArgs) -> Result<CubeChanges, Failure> {
+    let (physics, start) = (&args.physics, &args.start);
+    Ok(CubeChanges {
         mass: physics.mass,
         inertia: physics.inertia.clone(),
-        gravity: physics.gravity,
-        shape: physics.sides.map(BodyShape::Box),
+        sides: physics.sides,
         plane: physics.plane.clone(),
         force: polyline("force", &physics.force)?,
         torque: polyline("torque", &physics.torque)?,
         force_at: physics.force_at,
-        ..Settings::default()
+        position: start.position,
+        height: start.height,
+        attitude: start.attitude.clone(),
+        velocity: start.velocity,
+        spin: start.spin,
+        frame: start.frame,
     })
 }

@@ -8,7 +8,7 @@ use super::directory::{self, Claims, OutputDirectory};
 use super::exported::Exported;
 use super::file_names::{self, RUN_JSON};
 use super::live::{self, Live, Played};
-use super::outcome::{Failure, Outcome, refuse_flags};
+use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
@@ -54,7 +54,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         .map(|path| Exported::check(path, &scene, args.out()));
     let exported = exported.transpose()?;
     let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
-    check_kept(args, &scene, &kept)?;
+    check_kept(args, &kept)?;
     pictures::check(args, kept.rows(scene.rows), kept.every as f64 * scene.world.time_step())?;
     let mut simulation = scene.simulation(&interrupt)?;
     if let Some(before) = &before {
@@ -189,12 +189,8 @@ fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure 
     }
 }
 
-/// Refuses --tables for a scene with only one table, and the table ends for a run with all rows.
-fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Result<(), Failure> {
-    if scene.trajectory {
-        let place = "a scene of one body, whose rows are one table";
-        refuse_flags(place, &[("--tables", args.output.tables.is_some())])?;
-    }
+/// Refuses the table ends for a run with all rows.
+fn check_kept(args: &SimulateArgs, kept: &KeptSteps) -> Result<(), Failure> {
     let asks_for_ends = args.output.tables.iter().flatten().any(|table| *table == Table::Ends);
     if asks_for_ends && kept.every <= 1 {
         let why = "the table ends needs a run that omits rows; add --every or --substeps";

@@ -1,10 +1,10 @@
 //! Parsers of flag values.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::Vector3;
 use std::num::NonZeroUsize;
 use tumble_core::world::Plane;
-use tumble_scene::LARGEST_START;
-use tumble_scene::choices::{Attitude, Inertia};
+use tumble_model::fields::Exactly;
+use tumble_scene::{AttitudeEntry, InertiaValue, LARGEST_START, Random, SolidInertia};
 use tumble_view::animation::View;
 
 pub fn number(text: &str) -> Result<f64, String> {
@@ -126,26 +126,28 @@ pub fn gravity(text: &str) -> Result<Vector3<f64>, String> {
     }
 }
 
-pub fn inertia(text: &str) -> Result<Inertia, String> {
+pub fn inertia(text: &str) -> Result<InertiaValue, String> {
     if text.trim() == "solid" {
-        return Ok(Inertia::Solid);
+        return Ok(InertiaValue::Word(SolidInertia::Solid));
     }
     match numbers(text).as_deref() {
-        Some(&[moment]) => Ok(Inertia::Matrix(Matrix3::from_diagonal_element(moment))),
-        Some(&[x, y, z]) => Ok(Inertia::Matrix(Matrix3::from_diagonal(&Vector3::new(x, y, z)))),
-        Some(all) if all.len() == 9 => Ok(Inertia::Matrix(Matrix3::from_row_slice(all))),
+        Some(&[moment]) => Ok(InertiaValue::Moment(moment)),
+        Some(&[x, y, z]) => Ok(InertiaValue::Diagonal(Exactly([x, y, z]))),
+        Some(&[a, b, c, d, e, f, g, h, i]) => {
+            Ok(InertiaValue::Rows(Exactly([[a, b, c], [d, e, f], [g, h, i]].map(Exactly))))
+        }
         _ => Err("one, three or nine finite numbers, or `solid`, are needed".to_owned()),
     }
 }
 
-pub fn attitude(text: &str) -> Result<Attitude, String> {
+pub fn attitude(text: &str) -> Result<AttitudeEntry, String> {
     if text.trim() == "random" {
-        return Ok(Attitude::Random);
+        return Ok(AttitudeEntry::Word(Random::Tutorial));
     }
-    match numbers(text).as_deref() {
-        Some(&[w, x, y, z]) => Attitude::given(Vector4::new(w, x, y, z)),
-        _ => Err("four finite numbers W,X,Y,Z, or `random`, are needed".to_owned()),
-    }
+    let needed = || "four finite numbers W,X,Y,Z, or `random`, are needed".to_owned();
+    let quaternion = numbers(text).and_then(|numbers| numbers.try_into().ok());
+    let attitude = AttitudeEntry::Quaternion(Exactly(quaternion.ok_or_else(needed)?));
+    attitude.quaternion().map(|_| attitude)
 }
 
 pub fn plane(text: &str) -> Result<Plane, String> {
@@ -176,16 +178,15 @@ pub fn load_knot(text: &str) -> Result<LoadKnot, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Matrix3;
 
     #[test]
     fn matrices_come_from_one_three_or_nine_numbers() {
-        let matrix = |text: &str| match inertia(text).unwrap() {
-            Inertia::Matrix(matrix) => matrix,
-            Inertia::Solid => panic!("{text}"),
-        };
+        let matrix = |text: &str| inertia(text).unwrap().matrix().unwrap();
         assert_eq!(matrix("2"), Matrix3::identity() * 2.0);
         assert_eq!(matrix("1,2,3")[(2, 2)], 3.0);
         assert_eq!(matrix("1,2,3,4,5,6,7,8,9")[(0, 2)], 3.0);
+        assert!(inertia("solid").unwrap().matrix().is_none());
         for bad in ["", "1,2", "nan", "1,inf,2", "1;2;3", "hollow"] {
             assert!(inertia(bad).is_err(), "{bad}");
         }

@@ -1,4 +1,4 @@
-//! `tumble view`, and `--html` of a simulation: trajectories as a web page.
+//! `tumble view`, and `--html` of a simulation: runs as a web page.
 
 use super::args::ViewArgs;
 use super::directory::OutputDirectory;
@@ -23,13 +23,8 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&interrupt)?;
     let (out, name) = target(args.out.as_deref(), &args.files[0], VIEW)?;
     let mut films = Vec::new();
-    let mut notes = String::new();
     for path in &args.files {
-        let recording = Recording::open(path, &args.physics)?;
-        if !recording.note().is_empty() {
-            notes += &format!("note: {}: {}\n", shown::path(path), recording.note());
-        }
-        let Some(mut film) = film(recording, MOST_ROWS, &interrupt)? else {
+        let Some(mut film) = film(Recording::open(path)?, MOST_ROWS, &interrupt)? else {
             return Ok(Outcome::Interrupted);
         };
         if args.files.len() > 1 {
@@ -43,7 +38,7 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
         return Ok(Outcome::Interrupted);
     };
     if !args.quiet {
-        say(&(notes + &written))?;
+        say(&written)?;
     }
     let unconverged = films.iter().any(|film| film.has_failed());
     Ok(if unconverged { Outcome::Unconverged } else { Outcome::Done })

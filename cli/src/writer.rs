@@ -1,4 +1,4 @@
-//! Writer for the files of a run in either format.
+//! Writer for the files of a run.
 
 use super::directory::OutputDirectory;
 use super::file_names::{TRAJECTORY, file_of};
@@ -8,7 +8,7 @@ use super::scene::Scene;
 use super::table_file::{TableSink, WrittenRows};
 use serde::{Deserialize, Serialize};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
@@ -17,16 +17,12 @@ use tumble_scene::output::tables::{StepRow, Streams, Table, TablesWriter};
 use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::Checksums;
 
-/// Writer of the rows in one format.
-enum TableWriters {
-    Trajectory(Box<TrajectoryWriter<TableSink>>),
-    Tables(Box<TablesWriter<TableSink>>),
-}
-
 /// Writes the rows of a run to temporary files, which are renamed at the end.
 pub struct RunWriter {
     files: Vec<PendingFile>,
-    rows: TableWriters,
+    tables: TablesWriter<TableSink>,
+    /// Export of the tutorial's scene.
+    trajectory: Option<TrajectoryWriter<TableSink>>,
     /// Rows before the final one, which only has the state.
     before_end: RowsSoFar,
     /// True if the run can be continued from a checkpoint.
@@ -80,52 +76,40 @@ impl RunWriter {
         };
         let (goes_on, world) = (written.is_some(), &scene.world);
         let (every, first) = (kept.every, scene.start_index);
-        let rows = if scene.trajectory {
-            let stream = open(TRAJECTORY)?;
+        let has = |table: Table| has(scene, kept, table);
+        // In the order of `Streams::in_order`.
+        let states = open(Table::States.name())?;
+        let contacts = has(Table::Contacts).then(|| open(Table::Contacts.name())).transpose()?;
+        let steps = open(Table::Steps.name())?;
+        let joints = has(Table::Joints).then(|| open(Table::Joints.name())).transpose()?;
+        let gears = has(Table::Gears).then(|| open(Table::Gears.name())).transpose()?;
+        let ends = has(Table::Ends).then(|| open(Table::Ends.name())).transpose()?;
+        let trajectory = scene.trajectory.then(|| open(TRAJECTORY)).transpose()?;
+        let streams = Streams { states, contacts, steps, joints, gears, ends };
+        let tables = if goes_on {
+            TablesWriter::after(streams, world)
+        } else {
+            TablesWriter::new(streams, world).map_err(|error| files[0].failed(&error))?
+        };
+        let open = written.and_then(|written| written.rows.open.clone());
+        let tables = tables.goes_on(open).driven(scene.courses.clone()).every(every, first);
+        let trajectory = trajectory.map(|stream| {
             let rows = if goes_on {
                 TrajectoryWriter::after(stream, world)
             } else {
                 TrajectoryWriter::new(stream, world)
             };
-            rows.map(|rows| TableWriters::Trajectory(Box::new(rows.every(every, first))))
-        } else {
-            let has = |table: Table| has(scene, kept, table);
-            let states = open(Table::States.name())?;
-            let contacts =
-                has(Table::Contacts).then(|| open(Table::Contacts.name())).transpose()?;
-            let steps = open(Table::Steps.name())?;
-            let joints = has(Table::Joints).then(|| open(Table::Joints.name())).transpose()?;
-            let gears = has(Table::Gears).then(|| open(Table::Gears.name())).transpose()?;
-            let ends = has(Table::Ends).then(|| open(Table::Ends.name())).transpose()?;
-            let streams = Streams { states, contacts, steps, joints, gears, ends };
-            let rows = if goes_on {
-                Ok(TablesWriter::after(streams, world))
-            } else {
-                TablesWriter::new(streams, world)
-            };
-            let open = written.and_then(|written| written.rows.open.clone());
-            rows.map(|rows| {
-                let rows = rows.goes_on(open).driven(scene.courses.clone()).every(every, first);
-                TableWriters::Tables(Box::new(rows))
-            })
-        };
-        let rows = rows.map_err(|error| files[0].failed(&error))?;
-        Ok(Self { files, rows, before_end: RowsSoFar::default(), has_checkpoint: false })
+            rows.every(every, first)
+        });
+        let before_end = RowsSoFar::default();
+        Ok(Self { files, tables, trajectory, before_end, has_checkpoint: false })
     }
 
     /// Names of the files that [`RunWriter::create`] opens.
     pub fn names(scene: &Scene, kept: &KeptSteps) -> Vec<String> {
-        if scene.trajectory {
-            return vec![file_of(TRAJECTORY, kept.form)];
-        }
         let tables = Table::ALL.into_iter().filter(|table| has(scene, kept, *table));
-        tables.map(|table| file_of(table.name(), kept.form)).collect()
-    }
-
-    /// File in `directory` through which a run of `scene` is opened.
-    pub fn first_file(scene: &Scene, kept: &KeptSteps, directory: &Path) -> PathBuf {
-        let name = if scene.trajectory { TRAJECTORY } else { Table::States.name() };
-        directory.join(file_of(name, kept.form))
+        let names = tables.map(Table::name).chain(scene.trajectory.then_some(TRAJECTORY));
+        names.map(|name| file_of(name, kept.form)).collect()
     }
 
     /// Writes the rows of one step, if it is selected.
@@ -135,10 +119,10 @@ impl RunWriter {
             let tables = tables.into_iter().map(WrittenRows::in_place).collect();
             self.before_end = RowsSoFar { tables, open };
         }
-        let written = match &mut self.rows {
-            TableWriters::Trajectory(rows) => rows.write(record),
-            TableWriters::Tables(rows) => rows.write(record),
-        };
+        let written = self.tables.write(record).and_then(|()| match &mut self.trajectory {
+            Some(rows) => rows.write(record),
+            None => Ok(()),
+        });
         written.map_err(|error| self.files[0].failed(&error))
     }
 
@@ -152,14 +136,13 @@ impl RunWriter {
         &mut self,
         flushed: impl Fn(&mut TableSink) -> io::Result<()>,
     ) -> Result<RowsSoFar, Failure> {
-        let open = match &self.rows {
-            TableWriters::Trajectory(_) => None,
-            TableWriters::Tables(rows) => rows.open().cloned(),
-        };
-        let streams = match &mut self.rows {
-            TableWriters::Trajectory(rows) => rows.flushed().map(|stream| vec![stream]),
-            TableWriters::Tables(rows) => rows.flushed(),
-        };
+        let open = self.tables.open().cloned();
+        let streams = self.tables.flushed().and_then(|mut streams| {
+            if let Some(rows) = &mut self.trajectory {
+                streams.push(rows.flushed()?);
+            }
+            Ok(streams)
+        });
         let tables = streams.and_then(|streams| {
             let of = |(stream, file): (&mut TableSink, &PendingFile)| {
                 flushed(stream)?;
@@ -183,19 +166,13 @@ impl RunWriter {
     /// Syncs the files to the disk and returns their checksums, so that a full disk is noticed
     /// before the rename.
     pub fn finish(self) -> Result<WrittenFiles, Failure> {
-        let streams = match self.rows {
-            TableWriters::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
-            TableWriters::Tables(rows) => {
-                rows.finish().map(|Streams { states, contacts, steps, joints, gears, ends }| {
-                    // Same order as in `create`.
-                    let all = [Some(states), contacts, Some(steps), joints, gears, ends];
-                    all.into_iter().flatten().collect()
-                })
-            }
-        };
-        let sums = streams.and_then(|streams| {
-            streams.into_iter().map(TableSink::finish).collect::<io::Result<Vec<_>>>()
+        let (tables, trajectory) = (self.tables, self.trajectory);
+        let streams = tables.finish().and_then(|tables| {
+            let trajectory = trajectory.map(TrajectoryWriter::finish).transpose()?;
+            Ok(tables.in_order().chain(trajectory))
         });
+        let sums = streams
+            .and_then(|streams| streams.map(TableSink::finish).collect::<io::Result<Vec<_>>>());
         let sums = sums.map_err(|error| self.files[0].failed(&error))?;
         let checksums = self.files.iter().map(PendingFile::name).zip(sums).collect();
         Ok(WrittenFiles { files: self.files, checksums, before_end: self.before_end })

@@ -80,10 +80,8 @@ impl Session {
         scene.model.start_at(simulation.states(), time)?;
         scene.start_index = simulation.index();
         if scene.contact.is_none() {
-            // The plane of a floating body has no effect.
-            scene.model.plane = None;
+            scene = scene.with_native_solver();
         }
-        scene.trajectory = false;
         for body in &mut scene.model.bodies {
             if body.load.as_ref().is_some_and(|load| has_ended(load, time)) {
                 body.load = None;

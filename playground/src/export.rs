@@ -17,10 +17,6 @@ pub fn text(session: &Session) -> String {
             pulled.get(&body).and_then(|segments| load(segments, now, h))
         });
     }
-    // The notation [body] has Ipopt as its usual solver on the command line.
-    if scene.trajectory && scene.usual_solver && scene.contact.is_some() {
-        return with_native_solver(session.text());
-    }
     session.text().to_owned()
 }
 
@@ -43,17 +39,6 @@ pub fn whole(session: &Session) -> Result<String, String> {
             Err(format!("The text of the scene cannot hold {rows} rows; end the run to write it."))
         }
     }
-}
-
-/// Text with the native solver, or the same text if it cannot be added.
-fn with_native_solver(text: &str) -> String {
-    const NAME: &str = "name = \"native\"\n";
-    let table = text.lines().find(|line| line.trim() == "[solver]");
-    let named = match table {
-        Some(table) => text.replacen(table, &format!("{table}\n{}", NAME.trim_end()), 1),
-        None => format!("{}\n\n[solver]\n{NAME}", text.trim_end()),
-    };
-    if scenes::read(&named).is_ok() { named } else { text.to_owned() }
 }
 
 /// Text of the page with a load in the table of some bodies. Their first field is the name.

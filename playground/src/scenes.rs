@@ -21,11 +21,7 @@ pub struct PageScene {
 
 /// Scenes of the page, the first of which it opens.
 pub const SCENES: [PageScene; 8] = [
-    PageScene {
-        title: "Thrown cube",
-        // Without a solver, the command line solves this notation by Ipopt.
-        text: concat!(include_str!("../scenes/drop.toml"), "\n[solver]\nname = \"native\"\n"),
-    },
+    PageScene { title: "Thrown cube", text: include_str!("../scenes/drop.toml") },
     PageScene { title: "Arch", text: include_str!("../scenes/arch.toml") },
     PageScene { title: "House of cards", text: include_str!("../scenes/card-house.toml") },
     PageScene { title: "Dominoes", text: include_str!("../scenes/dominoes.toml") },

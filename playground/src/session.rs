@@ -10,9 +10,7 @@ use tumble_core::contact::Partner;
 use tumble_core::query::{Query, Ray};
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_scene::choices::SolverName;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::solver_choice::SolverChoice;
 
 /// A scene with its simulation. The text of the scene gives the same bits on the command line.
@@ -39,22 +37,17 @@ impl Session {
     /// The first fault of the text.
     pub fn open(text: &str) -> Result<Self, String> {
         let scene = scenes::read(text).map_err(|failure| failure.to_string())?;
-        let is_own = !scene.trajectory && scenes::text(&scene).is_ok_and(|own| own == text);
+        let is_own = scenes::text(&scene).is_ok_and(|own| own == text);
         Self::new(text.to_owned(), scene, is_own)
     }
 
-    /// Session of a scene, whose text is that of the page. It has the native solver.
+    /// Session of a scene with the native solver, whose text is that of the page.
     ///
     /// # Errors
     /// A scene that no text can hold, or that asks for Ipopt.
-    pub fn of_scene(mut scene: Scene) -> Result<Self, String> {
+    pub fn of_scene(scene: Scene) -> Result<Self, String> {
         if scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt) {
-            if !scene.usual_solver {
-                return Err("the scene names Ipopt; a live run has the native solver".to_owned());
-            }
-            let native = Settings { solver: Some(SolverName::Native), ..Settings::default() };
-            let native = SolverChoice::new(&native, SolverName::Native);
-            scene.contact = Some(native.map_err(|failure| failure.to_string())?);
+            return Err("the scene names Ipopt; a live run has the native solver".to_owned());
         }
         Self::new(String::new(), scene, false)?.rewritten()
     }

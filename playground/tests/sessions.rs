@@ -14,7 +14,7 @@ use tumble_playground::request::Program;
 use tumble_playground::scenes::{self, SCENES};
 use tumble_playground::session::{Hit, Session};
 use tumble_scene::choices::SolverName;
-use tumble_scene::settings::Settings;
+use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
 
 /// States of the scene of a text after `steps` steps, as the command line computes them.
@@ -295,13 +295,13 @@ fn a_change_ends_a_part_of_the_record_and_nothing_is_lost() {
 #[test]
 fn a_live_run_refuses_a_file_that_names_ipopt() {
     let mut scene = scenes::read(SCENES[5].text).unwrap();
-    let settings = Settings { solver: Some(SolverName::Ipopt), ..Settings::default() };
-    let ipopt = match SolverChoice::new(&settings, SolverName::Native) {
+    let settings = SolverTable { name: Some(SolverName::Ipopt), ..SolverTable::default() };
+    let ipopt = match SolverChoice::new(&settings) {
         Ok(ipopt) => ipopt,
         // Without the feature `ipopt` the choice itself is refused.
         Err(failure) => return assert!(failure.to_string().contains("Ipopt"), "{failure}"),
     };
-    (scene.contact, scene.usual_solver) = (Some(ipopt), false);
+    scene.contact = Some(ipopt);
     let refused = Program::of_scene(scene, Arc::default()).err().unwrap();
     assert!(refused.contains("Ipopt"), "{refused}");
 }

@@ -14,7 +14,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 use tumble_plan::file::ProblemFile;
 use tumble_plan::{Plan, PlanError, PlanProblem, SearchProgress, SearchWatch};
-use tumble_scene::written;
 
 /// Searches controls of the problem in `text` from `start`, for at most `time` (s), and returns the
 /// plan as a dictionary.
@@ -133,13 +132,6 @@ fn told<'py>(py: Python<'py>, problem: &PlanProblem, plan: &Plan) -> PyResult<Bo
     });
     all.set_item("modes", modes.collect::<Vec<_>>())?;
     let found = problem.scene_of(replay).map_err(in_python)?;
-    // A scene of `[body]` is returned as text, so that it writes trajectory.csv again.
-    let (model, text) = if found.trajectory {
-        (None, Some(written::text(&found).map_err(in_python)?))
-    } else {
-        (Some(found.model.text().map_err(in_python)?), None)
-    };
-    all.set_item("model", model)?;
-    all.set_item("text", text)?;
+    all.set_item("model", found.model.text().map_err(in_python)?)?;
     Ok(all)
 }

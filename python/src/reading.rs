@@ -10,11 +10,7 @@ use std::sync::Arc;
 use tumble_core::contact::Partner;
 use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::{ContactRow, Streams, TableStep, TablesReader};
-use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow};
 use tumble_scene::scene::Scene as Content;
-
-/// Largest deviation of an attitude's norm from 1 in trajectory.csv.
-const NORM: f64 = 1e-2;
 
 /// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
 /// recorded contacts.
@@ -72,65 +68,6 @@ pub fn of_tables(
     }
     // The tables do not say which inputs moved the run.
     Ok(PyRecording { content, rows, forces: sums, has_contacts, is_of_scene: None })
-}
-
-/// Reads a run of one body and the ground from its table trajectory.csv.
-pub fn of_trajectory(content: Arc<Content>, table: &[u8]) -> PyResult<PyRecording> {
-    let odd = |why: &dyn std::fmt::Display| refused(format!("trajectory: {why}"));
-    let world = &content.world;
-    let [body] = world.bodies() else {
-        let count = world.bodies().len();
-        return Err(odd(&format!("it has one body, but the scene has {count}")));
-    };
-    if !(world.fixed_count() == 0 && world.joints().is_empty()) {
-        return Err(odd(&"it has only a body and the ground, but the scene has more"));
-    }
-    let mut reader = TrajectoryReader::new(table).map_err(|error| odd(&error))?.of_part();
-    let (found, points) = (reader.contacts(), body.contact_points().len());
-    if found != points {
-        return Err(odd(&format!(
-            "it has {found} contact points, but the scene's body has {points}"
-        )));
-    }
-    let (mut rows, mut forces) = (Vec::<TableStep>::new(), Vec::new());
-    let h = world.time_step();
-    let detection = content.contact.as_ref().map(|contact| contact.detection);
-    let mut last = None::<TrajectoryRow>;
-    loop {
-        let row = reader.next_row().map_err(|error| odd(&error))?;
-        if let Some(row) = &row {
-            let (k, time) = (row.index, row.index as f64 * h);
-            let norm = row.state.attitude.norm();
-            // Ipopt with the tutorial's settings satisfies the norm only to its tolerance in
-            // each step.
-            if (norm - 1.0).abs() > NORM || norm.is_nan() {
-                let allowed = format!("allowed: 1 to within {NORM}");
-                let why = format!("step {k}: norm of the attitude quaternion is {norm}; {allowed}");
-                return Err(odd(&why));
-            }
-            if (row.time - time).abs() > 1e-9 * time.max(h) {
-                let found = row.time;
-                let why = format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
-                return Err(odd(&why));
-            }
-        }
-        if let Some(last) = &last {
-            let load = &content.loads[0];
-            let to = row
-                .as_ref()
-                .map(|next| (&next.state, load.wrench(last.index, h, &last.state.attitude)));
-            let step = last.as_table_step(world, to, detection);
-            if to.is_some() {
-                add_forces(&step, &mut forces);
-            }
-            rows.push(step);
-        }
-        match row {
-            Some(row) => last = Some(row),
-            None => break,
-        }
-    }
-    Ok(PyRecording { content, rows, forces, has_contacts: true, is_of_scene: None })
 }
 
 /// Number of rows of the first step in a table of bodies, joints or gears.

@@ -25,7 +25,6 @@ use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::{
     GearTableRow, JointRow, StepRow, Streams, TableStep, TablesWriter,
 };
-use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::{RunFile, checksum_of};
 use tumble_scene::scene::Scene as Content;
 use tumble_view::animation::{AnimationSettings, View, animate, pixels};
@@ -91,15 +90,6 @@ impl PyRecording {
         Ok(Self { is_of_scene, ..read })
     }
 
-    /// Reads a run of one body and the ground from its table trajectory.csv as bytes.
-    #[staticmethod]
-    #[pyo3(signature = (scene, table, run=None))]
-    fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8], run: Option<&str>) -> PyResult<Self> {
-        let read = reading::of_trajectory(Arc::clone(&scene.content), table)?;
-        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
-        Ok(Self { is_of_scene, ..read })
-    }
-
     /// Least memory of a step with this many bodies and joints, bytes.
     #[staticmethod]
     fn step_bytes(bodies: usize, joints: usize) -> usize {
@@ -157,23 +147,6 @@ impl PyRecording {
         Ok(Some(PyBytes::new(py, file.text().map_err(in_python)?.as_bytes())))
     }
 
-    /// Content of trajectory.csv for a scene of `[body]`, else None.
-    fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
-        if !self.content.trajectory {
-            return Ok(None);
-        }
-        let table = py.detach(|| {
-            let mut writer = TrajectoryWriter::new(Vec::new(), &self.content.world)?;
-            for (place, row) in self.rows.iter().enumerate() {
-                let next = self.rows.get(place + 1).unwrap_or(row);
-                let [next] = next.states[..] else { continue };
-                writer.write_step(row, &next)?;
-            }
-            writer.finish()
-        });
-        Ok(Some(PyBytes::new(py, &table.map_err(refused)?)))
-    }
-
     /// True if the contacts were recorded.
     #[getter]
     fn has_contacts(&self) -> bool {
@@ -194,9 +167,7 @@ impl PyRecording {
             self.rows.iter().try_for_each(|row| writer.write_step(row))?;
             writer.finish().map_err(Into::into)
         });
-        let Streams { states, contacts, steps, joints, gears, .. } = tables.map_err(refused)?;
-        let first = [Some(states), contacts, Some(steps)].into_iter().flatten();
-        let tables = first.chain(joints).chain(gears);
+        let tables = tables.map_err(refused)?.in_order();
         Ok(tables.map(|bytes| PyBytes::new(py, &bytes)).collect())
     }
 

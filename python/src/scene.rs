@@ -18,7 +18,7 @@ use tumble_model::joint::JointModel;
 use tumble_scene::LARGEST_START;
 use tumble_scene::choices::SolverName;
 use tumble_scene::scene::Scene as Content;
-use tumble_scene::settings::{RobotSettings, Settings};
+use tumble_scene::settings::{RobotSettings, Settings, SolverTable};
 
 /// Reads a regular file of at most `most` bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -96,8 +96,11 @@ impl PyScene {
             rotation: rotation.map(rotation_of).transpose()?,
             mu: friction,
             restitution,
-            solver: solver.map(solver_name).transpose()?,
-            residual,
+            solver: SolverTable {
+                name: solver.map(solver_name).transpose()?,
+                residual,
+                ..SolverTable::default()
+            },
             robot: RobotSettings {
                 packages,
                 leave_out: leave_out.unwrap_or_default(),

@@ -250,69 +250,32 @@ def tumbled(tmp_path):
     return run
 
 
-def test_the_tutorial_s_table_reads_as_the_run_that_it_is_of(tumbled, run, tmp_path):
+def test_tables_of_the_command_line_read_as_the_run_that_they_are_of(tumbled, run, tmp_path):
     folder = tumbled("drop", "--steps", "301", "--seed", "42", "--solver", "native")
-    for path in (folder, folder / "trajectory.csv"):
-        read = tumble.Trajectory.from_csv(run.scene, path)
-        for name in ("states", "forces", "residuals", "status", "iterations", "time", "energy"):
-            np.testing.assert_array_equal(getattr(read, name), getattr(run, name))
+    read = tumble.Trajectory.from_csv(run.scene, folder)
+    for name in ("states", "forces", "residuals", "status", "iterations", "time", "energy"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(run, name))
     assert len(read) == 301
-    # The contacts equal the run's. The table contains only the norms of the slips.
     mine, its = run.contacts, read.contacts
     assert its["partner"] == mine["partner"] and len(its["k"]) > 100
-    for name in ("k", "body", "point", "normal", "force", "normal_force", "gap"):
+    for name in ("k", "body", "point", "normal", "force", "normal_force", "gap", "slip"):
         np.testing.assert_array_equal(its[name], mine[name])
-    np.testing.assert_allclose(its["slip"], mine["slip"], atol=1e-11)
     # The result behaves like any other trajectory.
     part = read[100:201]
     np.testing.assert_array_equal(part.forces, run.forces[100:200])
     files = part.to_csv(tmp_path / "part")
-    names = ["states.csv", "contacts.csv", "steps.csv", "trajectory.csv", "run.json"]
+    names = ["states.csv", "contacts.csv", "steps.csv", "run.json"]
     assert [file.name for file in files] == names
     again = tumble.Trajectory.from_csv(run.scene, tmp_path / "part")
     np.testing.assert_array_equal(again.states, part.states)
     assert read.page().startswith(("<!DOCTYPE", "<!doctype")) and len(read.contacts_to_pandas())
 
 
-def test_a_floating_body_s_table_is_read(tumbled):
+def test_a_floating_body_s_tables_are_read(tumbled):
     scene = tumble.floating()
     read = tumble.Trajectory.from_csv(scene, tumbled("floating", "--scene", "floating"))
     np.testing.assert_array_equal(read.states, scene.run(len(read) - 1).states)
     assert len(read.contacts["k"]) == 0
-
-
-def test_tables_of_one_body_that_are_not_the_scene_s_are_refused(tumbled, run, stack, tmp_path):
-    folder = tumbled("drop", "--steps", "60", "--solver", "native")
-    text = (folder / "trajectory.csv").read_text()
-    points = {"points": [[1, 1, 1], [-1, -1, 1], [1, -1, -1]], "mass": 1, "inertia": 1}
-    tetrapod = tumble.Scene([{**points, "position": [0, 0, 3]}], {"friction": 0.3})
-    slow = tumble.Scene.from_text(
-        'time_step = 0.01\n[body]\nbox = 2\nmass = 10\n[ground]\nfriction = 0.3\n'
-        "[start]\nposition = [0, 0, 2]\n"
-    )
-    for scene, words in [
-        (stack.scene, "it has one body, but the scene has 3"),
-        (tetrapod, "8 contact points, but the scene's body has 3"),
-        (slow, "step 1 has t_s = 0.002, but the scene's time step is 0.01 s"),
-    ]:
-        with pytest.raises(tumble.TumbleError, match=f"^trajectory: .*{words}"):
-            tumble.Trajectory.from_csv(scene, folder)
-    cut = tmp_path / "cut.csv"
-    for odd, words in [
-        ("\n".join(text.splitlines()[:20]) + "\n", "no row with status `end`"),
-        (text.replace("0.3", "x", 1), "trajectory: "),
-        ("k,t_s\n", "column 3 of the header"),
-    ]:
-        cut.write_text(odd)
-        with pytest.raises(tumble.TumbleError, match=words):
-            tumble.Trajectory.from_csv(run.scene, cut)
-    tables = run[:10].to_csv(tmp_path / "part")
-    shutil.copy(tables[0], folder)
-    shutil.copy(tables[1], folder)
-    shutil.copy(tables[2], folder)
-    with pytest.raises(tumble.TumbleError, match="states.csv and trajectory.csv belong to two runs"):
-        tumble.Trajectory.from_csv(run.scene, folder)
-    assert len(tumble.Trajectory.from_csv(run.scene, folder / "trajectory.csv")) == 60
 
 
 ONE_BODY = ["", "[load]\nforce = [[0.0, 0, 0, 0], [0.05, 40, 0, 9]]\nat = [0.1, 0, 0.2]\n"]
@@ -329,16 +292,15 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
     )
     run = scene.run(150)
     scene.save(tmp_path / "scene.toml")
-    solver = ["--solver", "native"] if "ipopt" not in text else []
-    expected = tumbled("line", "--scenario", str(tmp_path / "scene.toml"), *solver)
+    expected = tumbled("line", "--scenario", str(tmp_path / "scene.toml"))
     for name, part, start in [("all", run, 0), ("part", run[60:120], 60)]:
         folder = tmp_path / name
-        assert [file.name for file in part.to_csv(folder)][-2:] == ["trajectory.csv", "run.json"]
+        assert [file.name for file in part.to_csv(folder)][-2:] == ["steps.csv", "run.json"]
         if name == "all":
-            assert (folder / "trajectory.csv").read_bytes() == (expected / "trajectory.csv").read_bytes()
+            assert (folder / "states.csv").read_bytes() == (expected / "states.csv").read_bytes()
         program = os.environ.get("TUMBLE") or shutil.which("tumble")
         for command in ("verify", "view"):
-            table = str(folder / "trajectory.csv")
+            table = str(folder / "states.csv")
             end = subprocess.run([program, command, table], capture_output=True, text=True, timeout=600)
             assert end.returncode == 0, end.stdout + end.stderr
             assert "checksum" not in end.stdout
@@ -352,7 +314,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
     simulation.run(9, np.ones((9, 6))).to_csv(tmp_path / "all")
     for command, code in (("view", 0), ("plot", 0), ("gif", 0), ("verify", 2)):
         end = subprocess.run(
-            [program, command, str(tmp_path / "all" / "trajectory.csv")], capture_output=True, text=True, timeout=600
+            [program, command, str(tmp_path / "all" / "states.csv")], capture_output=True, text=True, timeout=600
         )
         assert end.returncode == code, end.stdout + end.stderr
         assert code == 0 or "were set during the run (`pushed` in run.json)" in end.stderr

@@ -11,9 +11,10 @@ use tumble_core::simulation::save::{Saved, to_bytes};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
-use tumble_scene::choices::SolverName;
+use tumble_scene::choices::{SceneName, SolverName};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
+use tumble_scene::settings::{Settings, SolverTable};
+use tumble_scene::tutorial::CubeChanges;
 
 fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)
@@ -162,19 +163,16 @@ fn joints_along_any_axes_are_the_same_again() {
 
 #[test]
 fn ipopt_goes_on_with_its_multipliers() {
-    let scene = Scene::of_tutorial(
-        tumble_scene::choices::SceneName::Drop,
-        Settings::default(),
-        SolverName::Ipopt,
-    )
-    .unwrap();
+    let scene =
+        Scene::of_tutorial(SceneName::Drop, Settings::default(), CubeChanges::default()).unwrap();
     // The cube touches at step 193.
     goes_on_alike(&scene, 260, &[0, 192, 195, 201, 230], 60);
 }
 
 #[test]
 fn ipopt_goes_on_with_several_bodies_and_under_a_load() {
-    let flags = || Settings { solver: Some(SolverName::Ipopt), ..Settings::default() };
+    let solver = || SolverTable { name: Some(SolverName::Ipopt), ..SolverTable::default() };
+    let flags = || Settings { solver: solver(), ..Settings::default() };
     goes_on_alike(&scenario("block-on-block.toml", flags()), 40, &[3, 20], 40);
     goes_on_alike(&scenario("dragged-cube.toml", flags()), 60, &[3, 30], 60);
 }

@@ -1,6 +1,6 @@
 //! Arguments of the commands that read a file.
 
-use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
+use super::shared::{AnimationArgs, RobotArgs};
 use super::simulate::SetupArgs;
 use crate::values;
 use clap::Args;
@@ -8,10 +8,9 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct GifArgs {
-    /// Trajectory or table of a run with several bodies.
+    /// A table of a run.
     ///
-    /// Its parameters are read from run.json in the same directory. The flags for constants are for a
-    /// table without run.json.
+    /// Its parameters are read from run.json in the same directory.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Directory for animation.gif, created if missing, or a file name that ends in .gif [default:
@@ -20,8 +19,6 @@ pub struct GifArgs {
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub animation: AnimationArgs,
-    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
-    pub physics: PhysicsArgs,
     /// Print no progress bar and no summary.
     #[arg(short, long)]
     pub quiet: bool,
@@ -29,10 +26,9 @@ pub struct GifArgs {
 
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// Trajectory or table of a run with several bodies.
+    /// A table of a run.
     ///
-    /// Its parameters are read from run.json in the same directory. The flags for constants, and their
-    /// defaults, are for a table without run.json.
+    /// Its parameters are read from run.json in the same directory.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Directory for the pictures; created if missing [default: directory of FILE.csv].
@@ -41,24 +37,19 @@ pub struct PlotArgs {
     /// Body to plot: a name or a number from 0 [default: 0].
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub body: Option<String>,
-    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
-    pub physics: PhysicsArgs,
 }
 
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// Trajectory or table of a run with several bodies; two files are compared.
+    /// A table of a run; two files are compared.
     ///
-    /// The parameters of each are read from run.json in the same directory. The flags for constants,
-    /// and their defaults, are for a table without run.json.
+    /// The parameters of each are read from run.json in the same directory.
     #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
     pub files: Vec<PathBuf>,
     /// Directory for view.html, created if missing, or a file name that ends in .html [default:
     /// directory of the first file].
     #[arg(short, long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
-    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
-    pub physics: PhysicsArgs,
     /// Print no summary.
     #[arg(short, long)]
     pub quiet: bool,
@@ -69,13 +60,12 @@ pub struct ViewArgs {
     after_help = "Exit codes: 0 every row holds; 1 a row does not, or any other error; 2 bad input."
 )]
 pub struct VerifyArgs {
-    /// Trajectory or table of a run with several bodies.
+    /// A table of a run.
     ///
-    /// Its parameters are read from run.json in the same directory. The flags for constants, and their
-    /// defaults, are for a table without run.json.
+    /// Its parameters are read from run.json in the same directory.
     ///
-    /// A run with several bodies needs the tables states, steps and contacts, also joints and gears
-    /// if the scene has any, and ends with --every.
+    /// The tables states, steps and contacts are needed, also joints and gears if the scene has any,
+    /// and ends with --every.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
     /// Number of steps to print, the worst first.
@@ -84,8 +74,6 @@ pub struct VerifyArgs {
     /// Print no report; the exit code is the result.
     #[arg(short, long)]
     pub quiet: bool,
-    #[command(flatten, next_help_heading = "Constants, for a table without run.json")]
-    pub physics: PhysicsArgs,
 }
 
 #[derive(Debug, Args)]

@@ -10,7 +10,7 @@ pub use files::{
     ViewArgs,
 };
 pub use plan::PlanArgs;
-pub use shared::{AnimationArgs, PhysicsArgs};
+pub use shared::AnimationArgs;
 pub use simulate::{PictureArgs, SetupArgs, SimulateArgs};
 
 use clap::{Parser, Subcommand};

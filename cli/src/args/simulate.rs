@@ -8,8 +8,9 @@ use std::net::SocketAddr;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use tumble_scene::AttitudeEntry;
 use tumble_scene::choices::{
-    Attitude, DetectionName, FormulationName, OnFailure, Preset, SceneName, SolverName, StartFrame,
+    DetectionName, FormulationName, OnFailure, Preset, SceneName, SolverName, StartFrame,
 };
 use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::Table;
@@ -43,7 +44,7 @@ pub struct SetupArgs {
     pub solver: SolverArgs,
     #[command(flatten, next_help_heading = "Constants, instead of the scene's")]
     pub physics: PhysicsArgs,
-    #[command(flatten, next_help_heading = "Start of a scene with one body")]
+    #[command(flatten, next_help_heading = "Start, without a file")]
     pub start: StartArgs,
     #[command(flatten, next_help_heading = "Robot files")]
     pub robot: RobotArgs,
@@ -63,8 +64,7 @@ pub struct SceneArgs {
     /// Scene of the tutorial instead of a file [default: drop].
     #[arg(id = "scene", long = "scene", value_enum, value_name = "NAME")]
     pub tutorial: Option<SceneName>,
-    /// Number of rows of the trajectory, one more than steps, 1 to 10000000 [default: drop 1000,
-    /// floating 1200].
+    /// Number of rows, one more than steps, 1 to 10000000 [default: drop 1000, floating 1200].
     #[arg(short, long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
     /// Seed of the random initial attitude, drawn as numpy.random.seed(SEED) and rand(4) do.
@@ -98,7 +98,7 @@ pub struct StartArgs {
     /// Initial attitude, body → frame: a quaternion, which is normalised, or `random`, drawn from
     /// the seed [default: drop random, floating 1,0,0,0].
     #[arg(long, value_name = "W,X,Y,Z", value_parser = values::attitude, allow_hyphen_values = true)]
-    pub attitude: Option<Attitude>,
+    pub attitude: Option<AttitudeEntry>,
     /// Initial velocity, m/s, −1e5 to 1e5 [default: drop 0,4,0, floating 2,0,0].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
     pub velocity: Option<Vector3<f64>>,
@@ -115,8 +115,8 @@ pub struct StartArgs {
 /// Solver of the contact steps.
 #[derive(Debug, Args)]
 pub struct SolverArgs {
-    /// Solver of the contact steps: Ipopt as in the tutorial, or tumble's own solver, which is
-    /// exact and a thousand times faster [default: ipopt; with several bodies native].
+    /// Solver of the contact steps: tumble's own solver, which is exact, or Ipopt as in the
+    /// tutorial, a thousand times slower [default: native; without a file ipopt].
     #[arg(long, value_enum)]
     pub solver: Option<SolverName>,
     /// Residual at which the native solver accepts a contact step, m/s, 1e-9 to 1e-2, for bodies of
@@ -139,8 +139,8 @@ pub struct SolverArgs {
     #[arg(long, value_name = "N", value_parser = values::substeps, allow_hyphen_values = true)]
     pub substeps: Option<u64>,
     /// Action if Ipopt does not solve a step from its first initial point: try other initial points
-    /// and finally the native solution, record the failure and continue, or stop [default: ladder;
-    /// with --solver native record].
+    /// and finally the native solution, record the failure and continue, or stop [default: record;
+    /// with Ipopt ladder].
     #[arg(long, value_enum)]
     pub on_failure: Option<OnFailure>,
     /// Ipopt's tolerance, 1e-12 to below 1; only with --solver ipopt [default: 1e-6].
@@ -214,8 +214,7 @@ pub struct OutputArgs {
     /// All steps are simulated and counted [default: 1].
     #[arg(long, value_name = "N", value_parser = values::every, allow_hyphen_values = true)]
     pub every: Option<u64>,
-    /// Tables to write for a scene of [[bodies]]; `states` and `steps` are always written [default:
-    /// all].
+    /// Tables to write; `states` and `steps` are always written [default: all].
     ///
     /// `tumble verify` needs `contacts`, also `joints` and `gears` if the scene has any, and `ends`
     /// with --every: the state after each written step.
@@ -252,7 +251,7 @@ pub struct PictureArgs {
     /// Also draw the motion: OUT/animation.gif.
     #[arg(long)]
     pub gif: bool,
-    /// Also plot the trajectory over time, as `tumble plot` does.
+    /// Also plot the motion over time, as `tumble plot` does.
     #[arg(long)]
     pub plot: bool,
     #[command(flatten)]

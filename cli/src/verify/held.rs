@@ -2,7 +2,7 @@
 
 use crate::continued::contact_of;
 use crate::outcome::Failure;
-use crate::recording::{RecordedStep, Recording};
+use crate::recording::Recording;
 use crate::run::RunOutcome;
 use std::collections::BTreeMap;
 use tumble_core::mechanics::State;
@@ -11,6 +11,7 @@ use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_model::shown;
 use tumble_scene::joints_summary::{JointsSummary, Taut, TautJoint};
+use tumble_scene::output::tables::TableStep;
 use tumble_scene::run_file::{RunFile, SolverSettings, SummaryFile};
 use tumble_scene::solver_choice::IPOPT_VERSION;
 
@@ -32,7 +33,7 @@ pub struct StatusCounts {
     summary: RunSummary,
     /// States X of the first row.
     starts: Vec<State>,
-    /// Number of steps by the start point of their solution, known only from tables.
+    /// Number of steps by the start point of their solution.
     rungs: BTreeMap<String, u64>,
     overlap: f64,
     joints: JointsSummary,
@@ -40,38 +41,34 @@ pub struct StatusCounts {
 
 impl StatusCounts {
     /// Adds a row of a run in `world`, including the last one.
-    pub fn add(&mut self, world: &World, step: &RecordedStep) {
+    pub fn add(&mut self, world: &World, step: &TableStep) {
+        let row = &step.row;
         if self.rows == 0 {
-            self.starts = step.states().to_vec();
+            self.starts.clone_from(&step.states);
         } else {
-            self.joints.add_errors(world, step.states());
+            self.joints.add_errors(world, &step.states);
         }
         self.rows += 1;
-        let (first, _) = self.indices.unwrap_or((step.index(), 0));
-        self.indices = Some((first, step.index()));
-        let (iterations, restitution_share) = match step {
-            RecordedStep::Trajectory(row) => (row.iterations, row.restitution_share),
-            RecordedStep::Tables(step) => (step.row.iterations, step.row.restitution_share),
-        };
+        let (first, _) = self.indices.unwrap_or((row.index, 0));
+        self.indices = Some((first, row.index));
         self.summary.count(&StatusCount {
-            index: step.index(),
-            status: step.status(),
-            iterations,
-            residual: step.residual(),
+            index: row.index,
+            status: row.status,
+            iterations: row.iterations,
+            residual: row.residual,
             part: "",
-            restitution_share,
+            restitution_share: row.restitution_share,
         });
-        let RecordedStep::Tables(step) = step else { return };
-        self.overlap = self.overlap.max(step.row.overlap);
-        self.joints.add_stiffness(step.row.stiffness);
+        self.overlap = self.overlap.max(row.overlap);
+        self.joints.add_stiffness(row.stiffness);
         for joint in &step.joints {
             self.joints.add_residual(joint.residual.locked, joint.residual.drive);
         }
         for (gear, of) in step.gears.iter().zip(world.gears()) {
             self.joints.add_gear(of, gear.residual);
         }
-        let start = &step.row.start;
-        let is_step = step.row.status != StepStatus::End && !start.is_empty();
+        let start = &row.start;
+        let is_step = row.status != StepStatus::End && !start.is_empty();
         if is_step && (self.rungs.contains_key(start) || self.rungs.len() < MOST_STARTS) {
             *self.rungs.entry(start.clone()).or_default() += 1;
         }
@@ -82,9 +79,9 @@ impl StatusCounts {
         &self.joints
     }
 
-    /// Differences between the recording's run.json and its rows; empty without run.json.
+    /// Differences between the recording's run.json and its rows.
     pub fn differences(&self, recording: &Recording<'_>, taut: &Taut) -> Vec<String> {
-        let Some(run) = &recording.run else { return Vec::new() };
+        let run = &recording.run;
         let mut found = self.of_start(run);
         found.extend(of_solver(&run.solver, &recording.world));
         if recording.kept().every > 1 {
@@ -136,11 +133,11 @@ impl StatusCounts {
 
     /// Largest values over the steps: name, value in run.json, value from the rows.
     fn of_largest(&self, run: &RunFile) -> Vec<(&'static str, Option<f64>, Option<f64>)> {
-        let (said, overlap) = (&run.summary, run.largest_overlap_m);
+        let said = &run.summary;
         let residual = (said.certificate_max_m_s, self.summary.largest_residual());
         let mut all = vec![
             ("summary.certificate_max_m_s", residual.0, residual.1),
-            ("largest_overlap_m", overlap, overlap.map(|_| self.overlap)),
+            ("largest_overlap_m", Some(run.largest_overlap_m), Some(self.overlap)),
         ];
         if let Some(said) = &run.joints {
             let pairs = said.numbers().into_iter().zip(self.joints.numbers());
@@ -192,15 +189,7 @@ impl StatusCounts {
         found.extend(numbers.map(|(name, said, found)| {
             format!("{name} is {}; the rows have {}", shown_number(said), shown_number(found))
         }));
-        let steps = said.rungs.values().fold(0_u64, |sum, count| sum.saturating_add(*count));
-        let are_same = if run.trajectory {
-            // A trajectory has no start column. A wild step can be without contact.
-            let contact_steps = counted.contact_steps();
-            (contact_steps.saturating_sub(counted.wild)..=contact_steps).contains(&steps)
-        } else {
-            said.rungs == self.rungs
-        };
-        if !said.rungs.is_empty() && !are_same {
+        if !said.rungs.is_empty() && said.rungs != self.rungs {
             found.push("summary.rungs differ from the starts in the rows".to_owned());
         }
         found

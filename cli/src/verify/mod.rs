@@ -7,12 +7,12 @@ mod judge;
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::Voice;
-use super::recording::{RecordedStep, Recording};
+use super::recording::Recording;
 use held::StatusCounts;
 use judge::{StepJudge, Verified};
 use std::fmt::Write as _;
 use tumble_core::step::StepStatus;
-use tumble_scene::output::tables::Table;
+use tumble_scene::output::tables::{Table, TableStep};
 use tumble_scene::run_file::Seal;
 
 /// Statistics of the steps, in memory that does not grow with the files.
@@ -60,20 +60,20 @@ impl VerifyFindings {
 /// Reads the rows of a run in order and verifies every step. A step ends at the state of the next
 /// row, so it is verified when that row has been read.
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
-    let mut recording = Recording::open(&args.file, &args.physics)?;
+    let mut recording = Recording::open(&args.file)?;
     refuse_partial(&recording)?;
     let (mut judge, kept) = (StepJudge::of(&recording)?, recording.kept());
-    let (mut findings, mut previous) = (VerifyFindings::default(), None::<RecordedStep>);
+    let (mut findings, mut previous) = (VerifyFindings::default(), None::<TableStep>);
     let mut counts = StatusCounts::default();
     while let Some(step) = recording.next_step()? {
         recording.follow(&step);
         counts.add(&recording.world, &step);
         if let Some(previous) = previous {
             // The next stored step is not the next step if rows are omitted.
-            let ends = if kept.every > 1 { previous.ends() } else { step.states() };
+            let ends = if kept.every > 1 { &previous.ends } else { &step.states };
             let mut verified = judge.step(&previous, ends);
-            let is_next = step.index() == previous.index() + 1;
-            if verified.differs.is_none() && is_next && ends != step.states() {
+            let is_next = step.row.index == previous.row.index + 1;
+            if verified.differs.is_none() && is_next && *ends != step.states {
                 let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
             }
@@ -93,7 +93,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
 /// `ends` has the states after each stored step.
 fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let (kept, place) = (recording.kept(), recording.place());
-    if recording.run.as_ref().is_some_and(|run| run.pushed) {
+    if recording.run.pushed {
         return Err(Failure::Input(format!(
             "{place} cannot be verified: wrenches, motors or states were set during the run \
              (`pushed` in run.json); put loads and motors into the scene"
@@ -102,21 +102,14 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let world = &recording.world;
     let ends = usize::from(kept.every > 1);
     let counts = [1, 1, 1, world.joints().len(), world.gears().len(), ends];
-    let absent = Table::ALL.into_iter().zip(counts);
-    let absent =
-        absent.filter(|(table, count)| *count > 0 && !kept.has(*table)).map(|(table, _)| table);
-    let why = match (absent.map(Table::name).next(), recording.is_one_table()) {
-        (Some(table), false) => {
-            format!("the run did not write the table {table}; run it without --tables")
-        }
-        (_, true) if kept.every > 1 => format!(
-            "the run omitted rows (--every {}), and in a table of one body each step is verified \
-             by the next row; run it without --every, or from a scenario file with [[bodies]]",
-            kept.every
-        ),
-        _ => return Ok(()),
-    };
-    Err(Failure::Input(format!("{place} cannot be verified: {why}")))
+    let mut needed = Table::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0);
+    match needed.find(|(table, _)| !kept.has(*table)) {
+        None => Ok(()),
+        Some((table, _)) => Err(Failure::Input(format!(
+            "{place} cannot be verified: the run did not write the table {table}; run it without \
+             --tables"
+        ))),
+    }
 }
 
 fn report(
@@ -133,25 +126,20 @@ fn report(
     if every > 1 {
         let _ = write!(text, " (--every {every})");
     }
-    if !recording.is_one_table() {
-        let _ = write!(text, " of {} bodies", recording.world.bodies().len());
-    }
-    text.push('\n');
-    if !recording.note().is_empty() {
-        let _ = writeln!(text, "  note: {}", recording.note());
-    }
-    if recording.run.as_ref().is_some_and(|run| run.checksums.is_empty() && run.seal == Seal::None)
-    {
+    let _ = match recording.world.bodies().len() {
+        1 => writeln!(text, " of 1 body"),
+        count => writeln!(text, " of {count} bodies"),
+    };
+    let run = &recording.run;
+    if run.checksums.is_empty() && run.seal == Seal::None {
         let _ = writeln!(
             text,
             "  note: run.json has no checksums: changes that obey the physics are not detected"
         );
     }
     let _ = writeln!(text, "  status `failed`: {}", findings.failed);
-    let between = match &recording.run {
-        Some(run) if every > 1 && run.summary.failed > findings.failed => run.summary.failed,
-        _ => 0,
-    };
+    let hides_failed = every > 1 && run.summary.failed > findings.failed;
+    let between = if hides_failed { run.summary.failed } else { 0 };
     if between > 0 {
         let _ = writeln!(text, "  of all steps, by run.json: {between}");
     }
@@ -170,9 +158,7 @@ fn report(
     }
     let differing = findings.differing;
     let _ = writeln!(text, "  steps that differ from their rows: {differing}");
-    if !recording.is_one_table() {
-        let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
-    }
+    let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
     if !recording.world.joints().is_empty() {
         let _ = writeln!(text, "  joints, as recorded: {}", counts.joints());
     }
@@ -200,9 +186,6 @@ fn report(
             step.residual,
             step.part
         );
-        if recording.is_one_table() {
-            let _ = write!(text, ", column {:.3e}", step.column);
-        }
         let _ = match &step.differs {
             Some(what) => writeln!(text, ": {what}"),
             None => writeln!(text),
@@ -232,7 +215,6 @@ mod tests {
                 status: StepStatus::Converged,
                 residual,
                 part: "cone",
-                column: residual,
                 differs: None,
                 inexact: false,
                 overlap: 0.0,

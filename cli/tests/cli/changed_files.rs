@@ -1,7 +1,7 @@
 //! Checksums in run.json detect changes of a run's files that are physically consistent.
 
 use super::scenario::run_scenario;
-use super::support::{End, Table, run, unseal};
+use super::support::{End, Table, run, simulate, unseal};
 use std::fs;
 use std::path::Path;
 
@@ -96,23 +96,19 @@ fn what_no_equation_notices_the_checksums_do() {
     assert!(silent.stdout.contains("note: run.json has no checksums"), "{silent:?}");
 }
 
-/// The table of a one-body run keeps its checksum when it is renamed.
+/// The export of the tutorial's scene has a checksum, too.
 #[test]
-fn a_table_of_one_body_has_its_checksum() {
-    let (end, directory) = run_scenario(
-        "steps = 40\n[ground]\nfriction = 0.3\n[body]\nmass = 1\nbox = [1, 1, 1]\n[start]\nposition = [0, 0, 0.6]\n",
-        &["--solver", "native"],
-    );
-    assert_eq!(end.code, Some(0), "{end:?}");
-    let out = directory.path().join("out");
-    let renamed = out.join("mine.csv");
-    fs::rename(out.join("trajectory.csv"), &renamed).unwrap();
-    let verify = || run(&["verify", renamed.to_str().unwrap()]);
-    assert_eq!(verify().code, Some(0), "{:?}", verify());
+fn the_export_has_its_checksum() {
+    let done = simulate(&["--solver", "native", "--steps", "40"]);
+    assert_eq!(done.end.code, Some(0), "{:?}", done.end);
+    assert_eq!(verify(&done.path("")).code, Some(0));
     // The same number in another notation.
-    let text = fs::read_to_string(&renamed).unwrap();
-    fs::write(&renamed, text.replacen("\n0,0", "\n0,-0", 1)).unwrap();
-    let found = verify();
+    let path = done.path("trajectory.csv");
+    fs::write(&path, done.csv().replacen("\n0,0", "\n0,-0", 1)).unwrap();
+    let found = verify(&done.path(""));
     assert_eq!(found.code, Some(1), "{found:?}");
-    assert!(found.stdout.contains("mine.csv was changed after the run wrote it"), "{found:?}");
+    assert!(
+        found.stdout.contains("trajectory.csv was changed after the run wrote it"),
+        "{found:?}"
+    );
 }

@@ -167,7 +167,7 @@ fn gravity_that_lifts_and_a_directory_instead_of_a_table_are_said() {
     let end = run_in(here, &["--solver", "native", "-s", "5", "-o", "down"]);
     assert!(!end.stdout.contains("gravity points"), "{end:?}");
     for command in ["verify", "view", "plot", "gif"] {
-        let words = ["is a directory", "give down/trajectory.csv"];
+        let words = ["is a directory", "give down/states.csv"];
         run_in(here, &[command, "down"]).assert_refused(2, &words);
     }
     run_in(here, &["verify", "."]).assert_refused(2, &["is a directory", "table of a run"]);

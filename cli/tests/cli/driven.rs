@@ -1,7 +1,7 @@
 //! Scenario files with driven bodies and moving surfaces: two scenes against closed forms,
 //! verification, continuation and refusals.
 
-use super::several::{scene, table};
+use super::scenes::{scene, table};
 use super::support::{Simulated, run, simulate};
 use crate::ROOT;
 use nalgebra::Vector3;
@@ -296,13 +296,6 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
     ] {
         let done = of_text(&format!("{TWO}{more}"), &["--steps", "3", "--solver", "ipopt"]);
         done.end.assert_refused(2, &["--solver", what, "native solver"]);
-    }
-    let body =
-        "[body]\nbox = 1\nmass = 1\n[start]\nposition = [0, 0, 2]\n[ground]\nfriction = 0.3\n";
-    for field in ["driven", "surfaces"] {
-        let done = of_text(&format!("{field} = []\n{body}"), &[]);
-        let words = format!("{field} has no meaning without [[bodies]]");
-        assert!(done.end.stderr.contains(&words), "{:?}", done.end);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Failures: output that cannot be written ends with exit code 1 and no partial file. Steps without
 //! a solution end with exit code 3.
 
-use super::support::{FAILING_RUN, LIMIT, PROGRAM, everything_in, run, simulate, tumble};
+use super::support::{FAILING_RUN, LIMIT, PROGRAM, WRITTEN, everything_in, run, simulate, tumble};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -28,7 +28,7 @@ fn an_output_directory_that_cannot_be_made_is_bad_input() {
 
 #[test]
 fn a_directory_in_the_place_of_a_file_is_refused_and_leaves_nothing_else() {
-    for name in ["trajectory.csv", "run.json"] {
+    for name in ["states.csv", "run.json"] {
         let directory = tempfile::tempdir().unwrap();
         fs::create_dir(directory.path().join(name)).unwrap();
         let end = run(&["--steps", "5", "--out", directory.path().to_str().unwrap()]);
@@ -43,18 +43,15 @@ fn a_full_disk_ends_with_code_1_and_leaves_the_earlier_files() {
     let earlier = simulate(&["--steps", "5"]);
     let (csv, json) = (earlier.csv(), earlier.run_json());
     let directory = earlier.directory.path().join("out");
-    // The shell's file size limit replaces a full disk. The table of 240 rows has about 90 kB. The
+    // The shell's file size limit replaces a full disk. The tables of 240 rows have about 90 kB. The
     // limit is 8 blocks of 512 or 1024 bytes.
     let output = Command::new("sh")
         .args(["-c", "trap '' XFSZ; ulimit -f 8; exec \"$0\" \"$@\"", PROGRAM])
         .args(["--steps", "240", "--out", directory.to_str().unwrap()])
         .output()
         .unwrap();
-    super::support::End::from(output).assert_refused(1, &["trajectory.csv"]);
-    assert_eq!(
-        everything_in(&directory),
-        ["run.json", "state.bin", "trajectory.csv"].map(PathBuf::from)
-    );
+    super::support::End::from(output).assert_refused(1, &["states.csv"]);
+    assert_eq!(everything_in(&directory), WRITTEN.map(PathBuf::from));
     assert_eq!((earlier.csv(), earlier.run_json()), (csv, json));
 }
 
@@ -69,7 +66,7 @@ fn refused_input_leaves_the_earlier_files() {
 }
 
 #[test]
-fn a_run_that_is_killed_leaves_no_trajectory() {
+fn a_run_that_is_killed_leaves_no_table() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out");
     let mut child = Command::new(PROGRAM)
@@ -86,7 +83,7 @@ fn a_run_that_is_killed_leaves_no_trajectory() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(!out.join("trajectory.csv").exists() && !out.join("run.json").exists());
+    assert!(!out.join("states.csv").exists() && !out.join("run.json").exists());
 }
 
 #[cfg(unix)]
@@ -100,7 +97,7 @@ fn the_files_are_as_readable_as_the_umask_allows() {
         .status()
         .unwrap();
     assert!(status.success());
-    for name in ["trajectory.csv", "run.json"] {
+    for name in ["states.csv", "run.json"] {
         let mode = fs::metadata(directory.path().join(name)).unwrap().permissions().mode();
         assert_eq!(mode & 0o777, 0o640, "{name}");
     }

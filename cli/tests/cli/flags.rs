@@ -117,7 +117,7 @@ const REFUSED: [(&[&str], &[&str]); 118] = [
     (&["--height", "nan"], &["--height"]),
     (&["--height", "-inf"], &["--height"]),
     (&["--height", "0.5"], &["--height", "below the ground"]),
-    (&["--height", "-3"], &["--height", "-3"]),
+    (&["--height", "-3"], &["--height", "below the ground"]),
     (&["--height", "1e7"], &["height"]),
     (&["--velocity", "1,2"], &["--velocity", "X,Y,Z"]),
     (&["--velocity", "1,2,3,4"], &["--velocity"]),
@@ -129,7 +129,7 @@ const REFUSED: [(&[&str], &[&str]); 118] = [
     (&["--spin", "0,-2e5,0"], &["spin", "-200000"]),
     (&["--position", "1,2"], &["--position", "X,Y,Z"]),
     (&["--position", "2e6,0,3"], &["position", "2000000"]),
-    (&["--attitude", "0,0,0,0"], &["--attitude", "W,X,Y,Z"]),
+    (&["--attitude", "0,0,0,0"], &["--attitude", "w, x, y, z"]),
     (&["--attitude", "1,0,0"], &["--attitude", "random"]),
     (&["--attitude", "1,nan,0,0"], &["--attitude"]),
     (&["--frame", "body"], &["--frame", "world", "ground"]),
@@ -138,7 +138,7 @@ const REFUSED: [(&[&str], &[&str]); 118] = [
     (&["--plane", "200"], &["--plane", "200", "-180 to 180"]),
     (&["--plane", "1,2"], &["--plane", "NX,NY,NZ"]),
     (&["--plane", "0,0,1,2e6"], &["--plane", "offset"]),
-    (&["--plane", "70"], &["position", "below the plane", "--frame ground"]),
+    (&["--plane", "70"], &["--position", "below the ground"]),
     (&["--force", "1,2"], &["--force", "X,Y,Z"]),
     (&["--force", "1,2,inf"], &["--force"]),
     (&["--force", "1e10,0,0"], &["--force", "1e9"]),
@@ -187,7 +187,7 @@ const REFUSED: [(&[&str], &[&str]); 118] = [
     (&["verify", "x.csv", "--worst", "many"], &["--worst", "a whole number from 0"]),
     (
         &["--position", "0,0,-1e-9", "--attitude", "1,0,0,0"],
-        &["--position", "z = -1e-9", "start 1 m below the ground; 1 or more"],
+        &["--position", "start 1.000e0 m below the ground", "raise it"],
     ),
 ];
 

@@ -1,14 +1,14 @@
-//! `tumble verify` compares status words, solver columns and run.json with the rows.
+//! `tumble verify` compares status words and run.json with the rows.
 
 use super::scenario::run_scenario;
-use super::support::{End, Table, contact_run, run, simulate};
+use super::support::{End, Table, contact_files, contact_run, run, simulate};
 use super::verify::{changed, verify};
 use serde_json::{Value, json};
 use std::fs;
 
 /// Verifies the contact run with a changed run.json.
 fn with_run_json(change: impl FnOnce(&mut Value)) -> End {
-    let directory = changed(|_| ());
+    let directory = contact_files();
     let path = directory.path().join("run.json");
     let mut json: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
     change(&mut json);
@@ -16,22 +16,12 @@ fn with_run_json(change: impl FnOnce(&mut Value)) -> End {
     verify(directory.path(), &[])
 }
 
-/// Verifies changed rows of the contact run without run.json.
-fn rows_alone(change: impl FnOnce(&mut Table)) -> End {
-    let directory = changed(change);
-    fs::remove_file(directory.path().join("run.json")).unwrap();
-    verify(directory.path(), &[])
-}
-
-/// Index of the first row with a contact force.
+/// Index of the first step with a contact force.
 fn first_contact() -> usize {
-    let table = Table::parse(&contact_run().0);
-    let (status, force) = (table.texts("status"), table.numbers("fz0_N"));
-    let presses = |k: &usize| {
-        status[*k] == "converged"
-            && (0..8).any(|point| table.numbers(&format!("fz{point}_N"))[*k] > 0.0)
-    };
-    (0..force.len()).find(presses).unwrap()
+    let contacts = Table::parse(&contact_run()[1]);
+    let forces = contacts.numbers("fz_N");
+    let row = forces.iter().position(|force| *force > 0.0).unwrap();
+    contacts.texts("k")[row].parse().unwrap()
 }
 
 /// Contact statuses without possible contact, and `free` with forces, are reported.
@@ -43,7 +33,7 @@ fn a_status_that_its_row_cannot_have_is_named() {
         (3, "fallback", "nothing can touch"),
         (touching, "free", "it has forces"),
     ] {
-        let directory = changed(|table| {
+        let directory = changed("steps.csv", |table| {
             let column = table.column("status");
             table.rows[k][column] = status.to_owned();
         });
@@ -51,19 +41,13 @@ fn a_status_that_its_row_cannot_have_is_named() {
         assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{status}: {end:?}");
         assert!(end.stdout.contains(&format!("`{status}`, but {words}")), "{status}: {end:?}");
     }
-    let end = rows_alone(|table| {
-        let column = table.column("status");
-        table.rows[touching][column] = "free".to_owned();
-    });
-    assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("`free`, but it has forces"), "{end:?}");
 }
 
 /// A changed but plausible status contradicts the counts in run.json.
 #[test]
 fn a_status_that_its_row_could_have_is_found_by_the_counts() {
     for status in ["fallback", "retried", "wild", "failed"] {
-        let directory = changed(|table| {
+        let directory = changed("steps.csv", |table| {
             let column = table.column("status");
             table.rows[first_contact()][column] = status.to_owned();
         });
@@ -203,75 +187,39 @@ fn settings_that_the_solver_does_not_have_are_named() {
 #[test]
 fn the_run_json_of_another_seed_is_found() {
     let other = simulate(&["--steps", "240", "--seed", "43"]);
-    let directory = changed(|_| ());
+    let directory = contact_files();
     fs::copy(other.path("run.json"), directory.path().join("run.json")).unwrap();
     let end = verify(directory.path(), &[]);
     assert_eq!(end.code, Some(1), "{end:?}");
     assert!(end.stdout.contains("the start differs from the first row"), "{end:?}");
 }
 
-/// A truncated table with an inserted `end` row contradicts the number of rows in run.json.
+/// Tables that are cut, with an inserted `end`, contradict the number of rows in run.json.
 #[test]
 fn rows_cut_with_an_end_put_in_are_found() {
-    let directory = changed(|table| {
-        let (end, mut last) = (table.rows.len() - 1, table.rows[100].clone());
-        last[15..].clone_from_slice(&table.rows[end].clone()[15..]);
-        table.rows.truncate(100);
-        table.rows.push(last);
-    });
+    // Free flight, so that no contact is cut.
+    let directory = changed("states.csv", |table| table.rows.truncate(101));
+    let empty = Table { rows: Vec::new(), ..Table::parse(&contact_run()[1]) };
+    fs::write(directory.path().join("contacts.csv"), empty.text()).unwrap();
+    let mut steps = Table::parse(&contact_run()[2]);
+    let mut end = steps.rows.last().unwrap().clone();
+    for column in ["k", "t_s", "energy_J"].map(|name| steps.column(name)) {
+        end[column].clone_from(&steps.rows[100][column]);
+    }
+    steps.rows.truncate(100);
+    steps.rows.push(end);
+    fs::write(directory.path().join("steps.csv"), steps.text()).unwrap();
     let end = verify(directory.path(), &[]);
     assert_eq!(end.code, Some(1), "{end:?}");
+    assert!(end.stdout.contains("steps that differ from their rows: 0\n"), "{end:?}");
     assert!(end.stdout.contains("complete with 240 rows requested; there are 101"), "{end:?}");
-}
-
-/// `verify` recomputes the columns that follow from force and motion, for every contact step and
-/// the last row.
-#[test]
-fn a_changed_column_of_the_program_is_found() {
-    let table = Table::parse(&contact_run().0);
-    let slips = (0..8).map(|point| table.numbers(&format!("lam{point}")));
-    let (point, lam) = slips
-        .enumerate()
-        .max_by(|a, b| {
-            let most = |lam: &[f64]| lam.iter().copied().fold(0.0, f64::max);
-            most(&a.1).total_cmp(&most(&b.1))
-        })
-        .unwrap();
-    let k = (0..lam.len()).max_by(|a, b| lam[*a].total_cmp(&lam[*b])).unwrap();
-    let end = table.rows.len() - 1;
-    for (k, name) in [
-        (k, format!("lam{point}")),
-        (k, format!("s1_{point}")),
-        (k, format!("s2_{point}")),
-        (k, format!("alpha{point}")),
-        (3, "s1_0".to_owned()),
-        (3, "alpha2".to_owned()),
-        (end, "lam7".to_owned()),
-        (end, "fz0_N".to_owned()),
-        (end, "iterations".to_owned()),
-    ] {
-        let directory = changed(|table| {
-            let column = table.column(&name);
-            let field = &mut table.rows[k][column];
-            let flips = name.starts_with("alpha");
-            let old: f64 = field.parse().unwrap();
-            *field = match flips {
-                true => (1.0 - old).to_string(),
-                false if name == "iterations" => "5".to_owned(),
-                false => (old * 1.001 + 1e-3).to_string(),
-            };
-        });
-        let end = verify(directory.path(), &[]);
-        assert_eq!(end.code, Some(1), "{k} {name}: {end:?}");
-        assert!(end.stdout.contains(&format!("k = {k:<7}")), "{k} {name}: {end:?}");
-    }
 }
 
 /// `verify` reads the accepted residual from run.json. Without it, the solver's name must be a
 /// known one.
 #[test]
 fn the_promise_is_read_from_run_json() {
-    let json: Value = serde_json::from_str(&contact_run().1).unwrap();
+    let json: Value = serde_json::from_str(&contact_run()[3]).unwrap();
     let promise = json["solver"]["accepted_residual_m_s"].as_f64().unwrap();
     assert!(promise > 0.0 && promise < 0.1, "{promise}");
     let end = with_run_json(|json| json["solver"]["name"] = json!("mine"));
@@ -289,14 +237,4 @@ fn the_promise_is_read_from_run_json() {
     unknown.assert_refused(2, &["run.json", "solver.name", "mine", "accepted_residual_m_s"]);
     let negative = with_run_json(|json| json["solver"]["accepted_residual_m_s"] = json!(-1.0));
     negative.assert_refused(2, &["run.json", "accepted_residual_m_s"]);
-}
-
-/// A line without end is refused after the maximum length of a row.
-#[test]
-fn a_line_without_end_is_refused() {
-    let directory = changed(|_| ());
-    // A sparse file takes no space on the disk.
-    let file = directory.path().join("trajectory.csv");
-    fs::OpenOptions::new().write(true).open(&file).unwrap().set_len(1 << 32).unwrap();
-    run(&["verify", file.to_str().unwrap()]).assert_refused(2, &["trajectory.csv", "more than"]);
 }

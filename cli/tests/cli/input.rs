@@ -1,25 +1,17 @@
 //! Inputs that are not files, have no end or hold bad values. Each refusal is one sentence with the
 //! file and the field.
 
-use super::support::{End, contact_run, run, simulate, tumble};
+use super::support::{End, contact_files, contact_run, run, simulate, tumble};
 use crate::ROOT;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Temporary directory with the files of a contact run.
-fn a_run() -> tempfile::TempDir {
-    let directory = tempfile::tempdir().unwrap();
-    fs::write(directory.path().join("trajectory.csv"), &contact_run().0).unwrap();
-    fs::write(directory.path().join("run.json"), &contact_run().1).unwrap();
-    directory
-}
-
-/// Commands that read a trajectory.
+/// Commands that read a run.
 const READERS: [&str; 4] = ["verify", "plot", "view", "gif"];
 
 fn read(command: &str, directory: &Path) -> End {
-    tumble().args([command, "trajectory.csv"]).current_dir(directory).output().unwrap().into()
+    tumble().args([command, "states.csv"]).current_dir(directory).output().unwrap().into()
 }
 
 #[cfg(unix)]
@@ -44,7 +36,7 @@ fn pipes_and_devices_are_refused_and_not_waited_for() {
 #[test]
 fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
     for command in READERS {
-        let directory = a_run();
+        let directory = contact_files();
         let json = directory.path().join("run.json");
         fs::remove_file(&json).unwrap();
         std::os::unix::fs::symlink("/dev/zero", &json).unwrap();
@@ -56,29 +48,10 @@ fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
     }
 }
 
-#[test]
-fn a_row_without_end_is_refused_with_its_line() {
-    let (csv, _) = contact_run();
-    let third = csv.match_indices('\n').nth(2).unwrap().0 + 1;
-    let long = "1".repeat(2 << 20);
-    for (text, words) in [
-        (long.clone(), "line 1 has"),
-        (format!("{}{long}", &csv[..third]), "line 4 has"),
-        (format!("{}\"{}", &csv[..third], "1\n".repeat(1 << 20)), "line 4 has"),
-        (format!("{}{}", &csv[..third], "\n".repeat(2 << 20)), "1048576 bytes"),
-    ] {
-        let directory = a_run();
-        fs::write(directory.path().join("trajectory.csv"), text).unwrap();
-        for command in READERS {
-            read(command, directory.path()).assert_refused(2, &["trajectory.csv", words]);
-        }
-    }
-}
-
 /// Temporary directory with a contact run whose run.json has `old` replaced by `new`.
 fn with_json(old: &str, new: &str) -> tempfile::TempDir {
-    let directory = a_run();
-    let json = contact_run().1.clone();
+    let directory = contact_files();
+    let json = &contact_run()[3];
     assert!(json.contains(old), "{old}");
     fs::write(directory.path().join("run.json"), json.replacen(old, new, 1)).unwrap();
     directory
@@ -133,26 +106,6 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
             assert!(!end.stderr.contains("struct ") && end.stderr.len() < 1000, "{end:?}");
         }
     }
-    // The value of a flag is reported under the flag's name.
-    let directory = a_run();
-    fs::remove_file(directory.path().join("run.json")).unwrap();
-    let flag = ["verify", "trajectory.csv", "--mass", "-1"];
-    let end: End = tumble().args(flag).current_dir(directory.path()).output().unwrap().into();
-    end.assert_refused(2, &["--mass", "-1"]);
-    assert!(!end.stderr.contains("run.json"), "{end:?}");
-}
-
-/// Commands without run.json print a note with the assumed parameters.
-#[test]
-fn without_run_json_every_command_says_what_it_took() {
-    for command in READERS {
-        let directory = a_run();
-        fs::remove_file(directory.path().join("run.json")).unwrap();
-        let end = read(command, directory.path());
-        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{command}");
-        let note = "no run.json in the directory of the file: the drop scene's parameters";
-        assert!(end.stdout.contains(note), "{command}: {}", end.stdout);
-    }
 }
 
 /// Control and direction characters in paths and arguments are escaped in all output.
@@ -189,8 +142,7 @@ fn a_flag_that_lacks_its_value_is_named() {
         ["--steps", "--out", "x"].as_slice(),
         &["--mass", "--steps", "5"],
         &["--velocity", "--out", "verify"],
-        &["verify", "x.csv", "--mass", "--worst", "3"],
-        &["gif", "--mu", "--out", "x", "y.csv"],
+        &["gif", "--gif-size", "--out", "x", "y.csv"],
     ] {
         let lacking = args.windows(2).find(|pair| pair.iter().all(|arg| arg.starts_with("--")));
         let lacking = lacking.unwrap();

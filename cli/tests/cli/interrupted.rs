@@ -4,7 +4,8 @@
 
 use crate::ROOT;
 use crate::support::{
-    self, FAILING_RUN, LIMIT, PROGRAM, Simulated, everything_in, processor_time, run, simulate,
+    self, FAILING_RUN, LIMIT, PROGRAM, Simulated, WRITTEN, everything_in, processor_time, run,
+    simulate,
 };
 use serde_json::{Value, json};
 use std::fs::{self, File};
@@ -15,7 +16,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tumble::solver::ipopt::LADDER_RESIDUAL;
 use tumble_core::step::StepStatus;
-use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble_scene::output::tables::{Streams, TableStep, TablesReader};
 
 /// Runs that take minutes, so that no test reaches their last row.
 const IPOPT: [&str; 4] = ["--steps", "100000", "--seed", "42"];
@@ -104,12 +105,20 @@ impl Running {
     }
 }
 
-/// Rows of a complete file.
-fn rows(run: &Simulated) -> Vec<TrajectoryRow> {
-    let mut reader =
-        TrajectoryReader::new(File::open(run.path("trajectory.csv")).unwrap()).unwrap();
+/// Rows of a complete run.
+fn rows(run: &Simulated) -> Vec<TableStep> {
+    let open = |name: &str| File::open(run.path(name)).unwrap();
+    let streams = Streams {
+        states: open("states.csv"),
+        contacts: Some(open("contacts.csv")),
+        steps: open("steps.csv"),
+        joints: None,
+        gears: None,
+        ends: None,
+    };
+    let mut reader = TablesReader::new(streams, 1, 0, 0).unwrap();
     let mut rows = Vec::new();
-    while let Some(row) = reader.next_row().unwrap() {
+    while let Some(row) = reader.next_step().unwrap() {
         rows.push(row);
     }
     rows
@@ -117,11 +126,10 @@ fn rows(run: &Simulated) -> Vec<TrajectoryRow> {
 
 /// Asserts that all output files are complete, that run.json counts the rows, and that `verify`
 /// accepts them.
-fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow> {
-    let whole = ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"].map(PathBuf::from);
-    assert_eq!(everything_in(run.directory.path()), whole);
+fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TableStep> {
+    assert_eq!(everything_in(&run.path("")), WRITTEN.map(PathBuf::from));
     let (rows, json) = (rows(run), run.run_json());
-    let count = |status| rows.iter().filter(|row| row.status == status).count();
+    let count = |status| rows.iter().filter(|row| row.row.status == status).count();
     let free = count(StepStatus::Free);
     assert_eq!(json["outcome"], outcome);
     assert_eq!(json["steps"], json!(asked));
@@ -136,7 +144,7 @@ fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow
     ] {
         assert_eq!(json["summary"][name], json!(expected), "{name}");
     }
-    let verified = support::run(&["verify", run.path("trajectory.csv").to_str().unwrap()]);
+    let verified = support::run(&["verify", run.path("states.csv").to_str().unwrap()]);
     let code = if count(StepStatus::Failed) > 0 { 3 } else { 0 };
     assert_eq!(verified.code, Some(code), "{verified:?}");
     rows
@@ -222,7 +230,7 @@ fn a_quiet_run_with_a_step_that_fails_is_interrupted_with_code_130_and_no_word()
     let said = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());
     assert_eq!(said, (Some(130), "", ""));
     let found = assert_whole(&run, "interrupted", 100_000);
-    assert!(found.iter().any(|row| row.status == StepStatus::Failed));
+    assert!(found.iter().any(|row| row.row.status == StepStatus::Failed));
 }
 
 /// The output directory is either empty or complete, even if the signal arrives during startup.
@@ -272,7 +280,7 @@ fn under_nohup_a_hangup_changes_nothing() {
 #[ignore = "slow"]
 fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
     let simulated = simulate(&["--steps", "20000", "--solver", "native"]);
-    let csv = simulated.path("trajectory.csv");
+    let csv = simulated.path("states.csv");
     let before = everything_in(simulated.directory.path());
     let commands: [&[&str]; 3] =
         [&["gif", "--gif-speed", "0.5", "--gif-size", "1000"], &["plot"], &["view"]];
@@ -323,12 +331,12 @@ fn record_writes_every_step_and_ends_with_code_3() {
     assert_eq!((run.end.code, run.end.stderr.as_str()), (Some(3), ""));
     let rows = assert_whole(&run, "complete", 260);
     assert_eq!(rows.len(), 260);
-    assert!(rows.iter().any(|row| row.status == StepStatus::Failed));
+    assert!(rows.iter().any(|row| row.row.status == StepStatus::Failed));
     let json = run.run_json();
     assert_eq!(json["solver"]["on_failure"], "record");
     // Without a ladder there are no rungs.
     assert_eq!(json["summary"]["rungs"], json!({}));
-    assert!(rows.iter().all(|row| row.iterations <= 3), "the limit is for every step");
+    assert!(rows.iter().all(|row| row.row.iterations <= 3), "the limit is for every step");
 }
 
 #[test]
@@ -337,12 +345,12 @@ fn stop_ends_the_file_before_the_first_step_that_failed() {
     for args in [HASTY.as_slice(), &FAILING_RUN] {
         let with = |choice| simulate(&[args, &["--on-failure", choice]].concat());
         let (recorded, stopped) = (with("record"), with("stop"));
-        let failed = rows(&recorded).iter().position(|row| row.status == StepStatus::Failed);
+        let failed = rows(&recorded).iter().position(|row| row.row.status == StepStatus::Failed);
         let first = failed.expect("a step that fails");
         assert_eq!((stopped.end.code, stopped.end.stderr.as_str()), (Some(3), ""));
         let found = assert_whole(&stopped, "stopped", args[1].parse().unwrap());
         assert_eq!(found.len(), first + 1, "the last row is the state before that step");
-        assert_eq!(found[first].state, rows(&recorded)[first].state);
+        assert_eq!(found[first].states, rows(&recorded)[first].states);
         assert_eq!(lines(&stopped, first + 1), lines(&recorded, first + 1));
         let said = format!("stopped      step k = {first} was not solved");
         assert!(stopped.end.stdout.contains(&said), "{}", stopped.end.stdout);
@@ -376,7 +384,7 @@ fn the_ladder_solves_every_step_and_says_from_which_rung() {
             assert_eq!(summary[status], rungs(&json, names), "{args:?}: {status}");
         }
         for row in rows {
-            assert!(row.residual <= LADDER_RESIDUAL, "{args:?}: k = {}", row.index);
+            assert!(row.row.residual <= LADDER_RESIDUAL, "{args:?}: k = {}", row.row.index);
         }
         if args[2] == "--max-iter" {
             assert!(summary["fallback"].as_u64().unwrap() > 0, "three iterations solve it all");

@@ -409,8 +409,10 @@ fn what_is_wrong_with_a_joint_is_said_in_one_sentence() {
         assert!(left.len() == 1, "{old} -> {new}: {left:?}");
     }
     let body = "[body]\nbox = 1.0\nmass = 1.0\n[start]\nposition = [0, 0, 1]\n\
-                [[joints]]\ntype = \"fixed\"\nbodies = \"body\"\n";
-    run_scenario(body, &[]).0.assert_refused(2, &["joints", "without [[bodies]]"]);
+                [[joints]]\ntype = \"fixed\"\nbodies = \"body\"\nanchor = [0, 0, 1]\n";
+    run_scenario(body, &[])
+        .0
+        .assert_refused(2, &["ground: a table [ground] is needed", "none = true"]);
 }
 
 /// A continued run writes the same bytes as an uninterrupted one.

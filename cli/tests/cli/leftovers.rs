@@ -1,6 +1,6 @@
 //! Files of previous and killed runs in the output directory.
 
-use super::support::{everything_in, run};
+use super::support::{WRITTEN, everything_in, run};
 use std::fs;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn rows_of_the_other_format_are_removed_and_named() {
+fn tables_that_a_run_does_not_have_are_removed_and_named() {
     let directory = tempfile::tempdir().unwrap();
     let (out, file) = (directory.path().join("out"), directory.path().join("two.toml"));
     fs::write(&file, TWO).unwrap();
@@ -34,9 +34,11 @@ fn rows_of_the_other_format_are_removed_and_named() {
         all
     };
     assert_eq!(names(&out), with_notes(&tables));
-    let end = run(&one);
+    let end = run(&[&two[..], &["--format", "zstd"]].concat());
     assert!(end.stdout.contains("removed contacts.csv, states.csv, steps.csv"), "{end:?}");
-    assert_eq!(names(&out), with_notes(&["run.json", "state.bin", "trajectory.csv"]));
+    let compressed =
+        ["contacts.csv.zst", "run.json", "state.bin", "states.csv.zst", "steps.csv.zst"];
+    assert_eq!(names(&out), with_notes(&compressed));
 }
 
 #[test]
@@ -51,9 +53,8 @@ fn temporary_files_of_a_killed_run_are_cleared_and_no_others() {
     let end = run(&["--steps", "3", "--out", out.to_str().unwrap()]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let mut expected: Vec<_> = others.iter().map(|name| (*name).to_owned()).collect();
-    expected.extend(
-        [".tumble-folder.tmp", "run.json", "state.bin", "trajectory.csv"].map(str::to_owned),
-    );
+    expected.push(".tumble-folder.tmp".to_owned());
+    expected.extend(WRITTEN.map(str::to_owned));
     expected.sort();
     assert_eq!(names(out), expected);
 }

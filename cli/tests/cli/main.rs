@@ -1,6 +1,7 @@
 //! End-to-end tests of the command line in temporary directories: files, exit codes, messages.
 
 mod balance;
+mod broken_scenes;
 mod changed_files;
 mod checkpoints;
 mod commands;
@@ -20,6 +21,7 @@ mod hard;
 mod held;
 mod input;
 mod interrupted;
+mod ipopt_scenes;
 mod joints;
 mod kept;
 mod leftovers;
@@ -30,6 +32,7 @@ mod meshes;
 mod output;
 mod pairs;
 mod picture;
+mod pictures;
 mod plan;
 mod plot;
 mod residual;
@@ -37,11 +40,7 @@ mod restitution;
 mod robots;
 mod rotation;
 mod scenario;
-mod several;
-mod several_input;
-mod several_ipopt;
-mod several_pictures;
-mod several_tampering;
+mod scenes;
 mod simulate;
 mod slips;
 mod start_index;

@@ -1,7 +1,7 @@
 //! Shipped mechanisms and notes about their joints.
 
 use super::scenario::run_scenario;
-use super::several::{scene, table};
+use super::scenes::{scene, table};
 use super::support::{Table, run};
 use crate::ROOT;
 use std::fs;

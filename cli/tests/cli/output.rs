@@ -1,6 +1,6 @@
 //! Output directory: repeated runs, concurrent runs and a closed standard output.
 
-use super::support::{LIMIT, PROGRAM, everything_in, run, simulate};
+use super::support::{LIMIT, PROGRAM, WRITTEN, everything_in, run, simulate};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -11,11 +11,7 @@ const PICTURES: [&str; 6] =
     ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];
 
 fn names(files: &[&str]) -> Vec<PathBuf> {
-    let mut names: Vec<_> = files
-        .iter()
-        .chain(&["run.json", "state.bin", "trajectory.csv"])
-        .map(PathBuf::from)
-        .collect();
+    let mut names: Vec<_> = files.iter().chain(&WRITTEN).map(PathBuf::from).collect();
     names.sort();
     names
 }
@@ -81,7 +77,7 @@ fn two_runs_do_not_write_to_one_directory_at_once() {
     let mut running = a_long_run(&out);
     let words = ["another tumble process is writing to", text(&out).trim_end_matches('/'), "--out"];
     run(&["--steps", "3", "--out", text(&out)]).assert_refused(1, &words);
-    let csv = out.join("trajectory.csv");
+    let csv = out.join("states.csv");
     for command in ["gif", "plot", "view"] {
         run(&[command, text(&csv)]).assert_refused(1, &words);
     }
@@ -99,7 +95,7 @@ fn two_runs_do_not_write_to_one_directory_at_once() {
 #[test]
 fn pictures_of_one_run_can_be_made_at_once() {
     let simulated = simulate(&["--steps", "240"]);
-    let csv = simulated.path("trajectory.csv");
+    let csv = simulated.path("states.csv");
     let make = |command: &str| {
         Command::new(PROGRAM).args([command, text(&csv)]).stdout(Stdio::null()).spawn().unwrap()
     };
@@ -130,7 +126,7 @@ fn a_standard_output_that_is_closed_costs_no_picture() {
         drop(reader);
         let place = directory.path().join(command);
         let output = Command::new(PROGRAM)
-            .args([command, text(&out.join("trajectory.csv")), "--out", text(&place)])
+            .args([command, text(&out.join("states.csv")), "--out", text(&place)])
             .stdout(writer)
             .output()
             .unwrap();

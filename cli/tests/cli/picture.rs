@@ -6,20 +6,18 @@ use std::path::Path;
 /// Panels of a figure: name, start of the label, number of curves.
 pub type Panels<const N: usize> = [(&'static str, &'static str, usize); N];
 
-pub const MOTION: Panels<7> = [
+pub const MOTION: Panels<6> = [
     ("x", "x (m)", 1),
     ("y", "y (m)", 1),
     ("z", "z (m)", 1),
-    ("fz", "Fz (N)", 8),
-    ("s1", "s1 (N m)", 8),
-    ("s2", "s2 (W)", 8),
-    ("lambda", "λ (m/s)", 8),
+    ("speed", "|v| (m/s)", 1),
+    ("force", "|F| (N)", 1),
+    ("contacts", "contacts", 1),
 ];
 
-pub const ENERGY: Panels<5> = [
+pub const ENERGY: Panels<4> = [
     ("energy", "E (J)", 3),
     ("height", "zmin (m)", 1),
-    ("slip", "cmax (m/s)", 1),
     ("residual", "residual (m/s)", 1),
     ("iterations", "iterations", 1),
 ];

@@ -126,8 +126,8 @@ fn a_plan_by_a_motor_is_a_scene_too() {
     }
 }
 
-/// A problem with a single `[body]` is written in the same notation. The body is a point mass with
-/// a force and an initial velocity.
+/// The plan of a single `[body]` is a scene. The body is a point mass with a force and an initial
+/// velocity.
 #[test]
 fn a_plan_of_one_body_is_a_scene_too() {
     let directory = tempfile::tempdir().unwrap();

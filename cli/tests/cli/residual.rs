@@ -23,7 +23,7 @@ fn a_run_is_held_to_what_was_asked_for() {
         less.end.stdout.contains("0.0001 m/s requested")
             || less.end.stdout.contains("1e-4 m/s requested")
     );
-    let verified = run(&["verify", less.path("trajectory.csv").to_str().unwrap()]);
+    let verified = run(&["verify", less.path("states.csv").to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
 }
 

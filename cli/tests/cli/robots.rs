@@ -200,7 +200,7 @@ fn what_cannot_be_is_said_in_one_sentence() {
     let (end, _) = run_scenario("[ground]\nfriction = 0.5\n[[robots]]\nfile = \"no.urdf\"\n", &[]);
     end.assert_refused(2, &["robots[0]", "no.urdf"]);
     let (end, _) = run_scenario("[ground]\nfriction = 0.5\n", &[]);
-    end.assert_refused(2, &["body"]);
+    end.assert_refused(2, &["[[bodies]]"]);
     let end: super::support::End = tumble().args(["convert"]).output().unwrap().into();
     assert_eq!(end.code, Some(2));
 }

@@ -34,7 +34,7 @@ fn files_and_flags_say_by_which_equation_bodies_turn() {
         serde_json::from_str(&text).unwrap()
     };
     let csv = |directory: &tempfile::TempDir| {
-        fs::read_to_string(directory.path().join("out/trajectory.csv")).unwrap()
+        fs::read_to_string(directory.path().join("out/states.csv")).unwrap()
     };
     for ((end, directory), form) in
         [(&plain, "momentum"), (&named, "tutorial"), (&flagged, "tutorial")]
@@ -47,7 +47,7 @@ fn files_and_flags_say_by_which_equation_bodies_turn() {
     assert_eq!(json(&flagged.1)["changed"], serde_json::json!(["rotation"]));
 
     let verify = |directory: &tempfile::TempDir| {
-        let path = directory.path().join("out/trajectory.csv");
+        let path = directory.path().join("out/states.csv");
         run(&["verify", path.to_str().unwrap()]).code
     };
     assert_eq!([verify(&plain.1), verify(&named.1)], [Some(0), Some(0)]);

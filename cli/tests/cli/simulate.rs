@@ -1,7 +1,10 @@
 //! Simulation: content of `trajectory.csv` and `run.json`.
 
-use super::support::{CONTACT_RUN, FAILING_RUN, Simulated, everything_in, simulate, tumble};
+use super::support::{
+    CONTACT_RUN, FAILING_RUN, Simulated, WRITTEN, everything_in, simulate, tumble,
+};
 use serde_json::{Value, json};
+use std::path::PathBuf;
 
 const CONTACT_STATUSES: [&str; 5] = ["converged", "retried", "fallback", "wild", "failed"];
 
@@ -27,11 +30,7 @@ fn promised_header() -> Vec<String> {
 /// Asserts the invariants of every pair of files and of the exit code.
 fn assert_consistent(run: &Simulated, rows: usize, time_step: f64) {
     assert_eq!(run.end.stderr, "");
-    assert_eq!(
-        everything_in(run.directory.path()),
-        ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"]
-            .map(std::path::PathBuf::from)
-    );
+    assert_eq!(everything_in(&run.path("")), WRITTEN.map(PathBuf::from));
     let table = run.table();
     assert_eq!(table.header, promised_header());
     assert_eq!(table.rows.len(), rows);
@@ -127,7 +126,7 @@ fn a_drop_with_contact_converges_and_its_files_agree() {
         assert!(contact_steps > 0, "{solver}: the cube lands around k = 223");
         assert!(json["summary"]["iterations"].as_u64().unwrap() > 0, "{solver}");
         assert!(run.end.stdout.contains("240 rows"), "{}", run.end.stdout);
-        assert!(run.end.stdout.contains("trajectory.csv"), "{}", run.end.stdout);
+        assert!(run.end.stdout.contains("states.csv"), "{}", run.end.stdout);
     }
 }
 
@@ -275,10 +274,6 @@ fn without_out_the_files_go_to_a_folder_out_in_the_working_directory() {
         // The directory and the files exist in the second run.
         let mut command = tumble();
         command.args(["--steps", "5"]).current_dir(directory.path()).assert().success();
-        assert_eq!(
-            everything_in(directory.path()),
-            ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"]
-                .map(std::path::PathBuf::from)
-        );
+        assert_eq!(everything_in(&directory.path().join("out")), WRITTEN.map(PathBuf::from));
     }
 }

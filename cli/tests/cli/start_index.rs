@@ -43,7 +43,7 @@ fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
         assert!(off < 1e-12, "{column}: {off}");
     }
     assert_eq!(part.run_json()["start_index"], 600);
-    assert_eq!(verified(&part, "trajectory.csv"), Some(0));
+    assert_eq!(verified(&part, "states.csv"), Some(0));
     let changed = part.run_json()["changed"].to_string();
     assert!(changed.contains("start-index"), "{changed}");
     // A run from index 0 omits the field.

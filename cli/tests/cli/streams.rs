@@ -1,6 +1,6 @@
 //! Standard streams that are closed, full or unused.
 
-use super::support::{FAILING_RUN, PROGRAM, contact_run, simulate};
+use super::support::{FAILING_RUN, PROGRAM, contact_files, simulate};
 use std::io::pipe;
 use std::process::{Command, Stdio};
 
@@ -11,16 +11,13 @@ fn closed_pipe() -> Stdio {
     writer.into()
 }
 
-/// Commands that print, and a directory with a trajectory.
+/// Commands that print, and a directory with a run.
 fn printing_commands() -> (tempfile::TempDir, Vec<Vec<String>>) {
-    let directory = tempfile::tempdir().unwrap();
-    let (csv, json) = contact_run();
+    let directory = contact_files();
     let file = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
-    std::fs::write(file("trajectory.csv"), csv).unwrap();
-    std::fs::write(file("run.json"), json).unwrap();
     let commands: [&[&str]; 5] = [
         &["--steps", "5", "--out", &file("out")],
-        &["verify", &file("trajectory.csv")],
+        &["verify", &file("states.csv")],
         &["--help"],
         &["verify", "--help"],
         &["--version"],
@@ -53,7 +50,7 @@ fn a_full_standard_output_ends_with_code_1_and_one_line() {
 
 #[test]
 fn a_closed_standard_error_does_not_change_the_exit_code() {
-    let (directory, out) = (tempfile::tempdir().unwrap(), "trajectory.csv");
+    let (directory, out) = (tempfile::tempdir().unwrap(), "states.csv");
     std::fs::create_dir(directory.path().join(out)).unwrap();
     for (args, code) in [(["--steps", "0"], 2), (["--steps", "5"], 2), (["verify", "/"], 2)] {
         let mut command = Command::new(PROGRAM);

@@ -9,6 +9,7 @@ use std::process::Output;
 use std::sync::OnceLock;
 use std::time::Duration;
 use tempfile::TempDir;
+use tumble_scene::output::tables::Table as RunTable;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_tumble");
 
@@ -93,6 +94,7 @@ impl Simulated {
         self.directory.path().join("out").join(name)
     }
 
+    /// Export of a run of the tutorial's scene.
     pub fn csv(&self) -> String {
         fs::read_to_string(self.path("trajectory.csv")).unwrap()
     }
@@ -140,38 +142,66 @@ pub fn unseal(path: &Path) {
     fs::write(path, unsealed(&text)).unwrap();
 }
 
-/// Trajectory and run.json of [`CONTACT_RUN`], simulated once. The run.json has no checksums.
-pub fn contact_run() -> &'static (String, String) {
-    static RUN: OnceLock<(String, String)> = OnceLock::new();
+/// Files of a run of the tutorial's scene without pictures, in their order.
+pub const WRITTEN: [&str; 6] =
+    ["contacts.csv", "run.json", "state.bin", "states.csv", "steps.csv", "trajectory.csv"];
+
+/// Tables and run.json of a run without joints.
+pub const READ: [&str; 4] = ["states.csv", "contacts.csv", "steps.csv", "run.json"];
+
+/// Texts of [`READ`] of [`CONTACT_RUN`], simulated once. The run.json has no checksums.
+pub fn contact_run() -> &'static [String; 4] {
+    static RUN: OnceLock<[String; 4]> = OnceLock::new();
     RUN.get_or_init(|| {
         let run = simulate(&CONTACT_RUN);
         assert_eq!(run.end.code, Some(0), "{:?}", run.end);
-        (run.csv(), unsealed(&fs::read_to_string(run.path("run.json")).unwrap()))
+        unseal(&run.path("run.json"));
+        READ.map(|name| fs::read_to_string(run.path(name)).unwrap())
     })
 }
 
-/// Trajectory of 200 000 rows of a resting cube, except for two impacts of one step each. The first
-/// impact has status `failed`. No run.json exists for it.
-pub fn two_impacts() -> String {
-    let header = tumble_scene::output::trajectory::header(8, false).join(",");
-    let mut csv = header + "\n";
-    for k in 0..200_000_u64 {
+/// Temporary directory with the files of [`contact_run`].
+pub fn contact_files() -> TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    for (name, text) in READ.iter().zip(contact_run()) {
+        fs::write(directory.path().join(name), text).unwrap();
+    }
+    directory
+}
+
+/// Files of a run of `rows` rows of a resting cube, except for two impacts of one step each. The
+/// first impact has status `failed`, the other steps have `status`.
+pub fn two_impacts(rows: u64, status: &str) -> TempDir {
+    let directory = contact_files();
+    let header = |table: RunTable| table.columns(false).join(",") + "\n";
+    let [mut states, mut contacts, mut steps] = RunTable::ALWAYS.map(header);
+    for k in 0..rows {
         let (z, force, status) = match k {
             77_777 => (9.0, 20_000.0, "failed"),
-            123_456 => (-3.0, 25.0, "converged"),
-            199_999 => (1.0, 0.0, "end"),
-            _ => (1.0, 25.0, "converged"),
+            123_456 => (-3.0, 25.0, status),
+            _ if k == rows - 1 => (1.0, 0.0, "end"),
+            _ => (1.0, 25.0, status),
         };
-        let forces = format!("{force},0,0,0,25,0,0,0");
-        let zeros = "0,0,0,0,0,0,0,0";
-        let time = k as f64 * 0.002;
+        let (time, energy) = (k as f64 * 0.002, 98.1 * z);
+        let _ = writeln!(states, "{k},{time},0,0,0,{z},1,0,0,0,0,0,0,0,0,0");
+        let forces = if status == "end" { &[][..] } else { &[force, 25.0] };
+        for (contact, force) in forces.iter().enumerate() {
+            let point = if contact == 0 { "-1,-1,0" } else { "1,-1,0" };
+            let _ = writeln!(
+                contacts,
+                "{k},{contact},0,ground,0,{point},0,0,1,0,0,{force},0,0,0,0,0,0,{contact}"
+            );
+        }
+        let count = forces.len();
         let _ = writeln!(
-            csv,
-            "{k},{time},0,0,{z},1,0,0,0,0,0,0,0,0,0,{zeros},{zeros},{forces},{zeros},{zeros},\
-             {zeros},1,0,0,0,1,0,0,0,{status},3,1e-9"
+            steps,
+            "{k},{time},{status},3,previous,{count},1e-9,0,0,0,0,0,0,0,1,{energy},0,0,0,0,0,0"
         );
     }
-    csv
+    for (name, text) in READ.iter().zip([states, contacts, steps]) {
+        fs::write(directory.path().join(name), text).unwrap();
+    }
+    directory
 }
 
 /// CSV file split into fields.

@@ -1,26 +1,22 @@
 //! `tumble verify` on unchanged files and on files that cannot be read.
 
-use super::support::{End, FAILING_RUN, Table, contact_run, run, simulate, tumble};
+use super::support::{End, FAILING_RUN, Table, contact_files, contact_run, run, simulate, tumble};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// Temporary directory with the contact run's files after `change` of the table.
-pub fn changed(change: impl FnOnce(&mut Table)) -> TempDir {
-    let mut table = Table::parse(&contact_run().0);
+/// Temporary directory with the contact run's files after `change` of the table `name`.
+pub fn changed(name: &str, change: impl FnOnce(&mut Table)) -> TempDir {
+    let directory = contact_files();
+    let path = directory.path().join(name);
+    let mut table = Table::parse(&fs::read_to_string(&path).unwrap());
     change(&mut table);
-    with_text(table.text().as_bytes())
-}
-
-pub fn with_text(csv: &[u8]) -> TempDir {
-    let directory = tempfile::tempdir().unwrap();
-    fs::write(directory.path().join("trajectory.csv"), csv).unwrap();
-    fs::write(directory.path().join("run.json"), &contact_run().1).unwrap();
+    fs::write(path, table.text()).unwrap();
     directory
 }
 
 pub fn verify(directory: &Path, flags: &[&str]) -> End {
-    let file = directory.join("trajectory.csv");
+    let file = directory.join("states.csv");
     tumble().arg("verify").arg(file).args(flags).output().unwrap().into()
 }
 
@@ -37,7 +33,7 @@ fn a_file_as_it_was_written_verifies() {
         let end = verify(&simulated.path(""), &[]);
         assert_eq!((end.code, end.stderr.as_str()), (simulated.end.code, ""), "{args:?}: {end:?}");
         let steps = simulated.table().rows.len() - 1;
-        assert!(end.stdout.contains(&format!("{steps} steps\n")), "{}", end.stdout);
+        assert!(end.stdout.contains(&format!("{steps} steps of 1 body\n")), "{}", end.stdout);
         assert!(end.stdout.contains("steps that differ from their rows: 0\n"), "{}", end.stdout);
     }
 }
@@ -45,8 +41,8 @@ fn a_file_as_it_was_written_verifies() {
 /// Without its report the command keeps its exit codes: 0, 1, 2 and 3.
 #[test]
 fn a_quiet_verification_has_only_its_exit_code() {
-    let good = changed(|_| ());
-    let other = changed(|table| {
+    let good = contact_files();
+    let other = changed("states.csv", |table| {
         let column = table.column("vz_m_s");
         table.rows[120][column] = "3.0".to_owned();
     });
@@ -57,7 +53,6 @@ fn a_quiet_verification_has_only_its_exit_code() {
             assert_eq!((end.code, end.stdout.as_str(), end.stderr.as_str()), (Some(code), "", ""));
         }
     }
-    verify(good.path(), &["-q", "--mass", "nan"]).assert_refused(2, &["--mass"]);
 }
 
 #[test]
@@ -71,7 +66,7 @@ fn a_file_with_failed_steps_verifies_with_code_3() {
 
 #[test]
 fn the_number_of_worst_steps_can_be_chosen() {
-    let directory = changed(|_| ());
+    let directory = contact_files();
     for (flags, count) in [
         (["--worst", "0"].as_slice(), 0),
         (&["--worst", "3"], 3),
@@ -85,36 +80,7 @@ fn the_number_of_worst_steps_can_be_chosen() {
 }
 
 #[test]
-fn without_run_json_the_drops_parameters_and_the_flags_are_used() {
-    let directory = changed(|_| ());
-    fs::remove_file(directory.path().join("run.json")).unwrap();
-    let end = verify(directory.path(), &[]);
-    assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("no run.json"), "{end:?}");
-
-    let flags = ["--dt", "0.0025", "--mass", "8", "--inertia", "0.02", "--gravity", "0,0,-9"];
-    let other = simulate(&[["--steps", "200"].as_slice(), &flags].concat());
-    let directory = other.path("");
-    assert_eq!(verify(&directory, &[]).code, Some(0));
-    fs::remove_file(directory.join("run.json")).unwrap();
-    verify(&directory, &[]).assert_refused(2, &["t_s", "--dt"]);
-    assert_eq!(verify(&directory, &flags[..2]).code, Some(1), "gravity is another");
-    assert_eq!(verify(&directory, &flags).code, Some(0));
-}
-
-/// Parameters come from run.json. Flags apply only to a table without one.
-#[test]
-fn flags_are_refused_beside_a_run_json() {
-    let directory = changed(|_| ());
-    for flags in [["--mass", "11"], ["--gravity", "9.8"], ["--dt", "0.001"]] {
-        verify(directory.path(), &flags)
-            .assert_refused(2, &[flags[0], "no meaning with a run.json"]);
-    }
-    verify(directory.path(), &["--mass", "nan"]).assert_refused(2, &["--mass"]);
-}
-
-#[test]
-fn files_that_are_no_trajectories_are_refused() {
+fn files_that_are_no_tables_are_refused() {
     for content in [
         b"".as_slice(),
         b"\n",
@@ -124,43 +90,23 @@ fn files_that_are_no_trajectories_are_refused() {
         b"{\"state\": []}",
         "status,iterations,certificate_m_s\n".as_bytes(),
     ] {
-        let directory = with_text(content);
-        verify(directory.path(), &[]).assert_refused(2, &["trajectory.csv"]);
+        for table in ["states", "contacts", "steps"] {
+            let directory = contact_files();
+            fs::write(directory.path().join(format!("{table}.csv")), content).unwrap();
+            verify(directory.path(), &[]).assert_refused(2, &[table]);
+        }
     }
     let directory = tempfile::tempdir().unwrap();
-    verify(directory.path(), &[]).assert_refused(2, &["trajectory.csv"]);
+    verify(directory.path(), &[]).assert_refused(2, &["states.csv"]);
     run(&["verify", directory.path().to_str().unwrap()])
         .assert_refused(2, &["is a directory", "give a table of a run"]);
 }
 
-/// Invalid content of run.json is refused.
+/// Times that the time step of run.json does not give are another run's.
 #[test]
-fn a_run_json_that_is_none_is_refused() {
-    let good = &contact_run().1;
-    let replaced = |from: &str, to: &str| {
-        assert!(good.contains(from), "{from}");
-        good.replace(from, to)
-    };
-    for (content, word) in [
-        (String::new(), "run.json"),
-        ("[]".to_owned(), "run.json"),
-        ("{}".to_owned(), "run.json"),
-        (good[..good.len() / 2].to_owned(), "run.json"),
-        (replaced("\"dt\": 0.002", "\"dt\": 0"), "dt"),
-        (replaced("\"dt\": 0.002", "\"dt\": 0.004"), "--dt"),
-        (replaced("\"dt\": 0.002", "\"dt\": null"), "run.json"),
-        (replaced("\"dt\": 0.002", "\"dt\": 1e999"), "run.json"),
-        (replaced("\"mass\": 10.0", "\"mass\": -1"), "mass"),
-        (replaced("\"mu\": 0.3", "\"mu\": 1e9"), "mu"),
-        (replaced("\"sides\": [", "\"sides\": [-1,"), "sides"),
-        (" ".repeat(2_000_000), "run.json"),
-    ] {
-        let directory = changed(|_| ());
-        fs::write(directory.path().join("run.json"), &content).unwrap();
-        verify(directory.path(), &[]).assert_refused(2, &[word]);
-    }
-    let directory = changed(|_| ());
-    fs::remove_file(directory.path().join("run.json")).unwrap();
-    fs::create_dir(directory.path().join("run.json")).unwrap();
-    verify(directory.path(), &[]).assert_refused(2, &["run.json"]);
+fn the_time_step_of_another_run_is_refused() {
+    let directory = contact_files();
+    let json = contact_run()[3].replace("\"dt\": 0.002", "\"dt\": 0.004");
+    fs::write(directory.path().join("run.json"), json).unwrap();
+    verify(directory.path(), &[]).assert_refused(2, &["step 1 has t_s = 0.002", "0.004 s"]);
 }

@@ -113,10 +113,10 @@ fn a_drop_is_thirty_frames_a_second_at_real_speed_and_small() {
     assert!(last[0] > first[0] + 0.1 && last[1] > first[1] + 0.03, "{first:?} {last:?}");
 
     // The bytes do not depend on the output directory or on the source, run or file.
-    done(&["gif", "out/trajectory.csv", "--out", "new/place", "--quiet"], here);
+    done(&["gif", "out/states.csv", "--out", "new/place", "--quiet"], here);
     assert_eq!(fs::read(here.join("new/place/animation.gif")).unwrap(), bytes);
     fs::remove_file(here.join("out/animation.gif")).unwrap();
-    assert!(done(&["gif", "out/trajectory.csv"], here).starts_with("wrote out/animation.gif ("));
+    assert!(done(&["gif", "out/states.csv"], here).starts_with("wrote out/animation.gif ("));
     assert_eq!(fs::read(here.join("out/animation.gif")).unwrap(), bytes);
 }
 
@@ -126,7 +126,7 @@ fn speed_size_and_camera_are_what_was_asked_for() {
     let here = directory.path();
     done(&["--steps", "101", "--solver", "native", "--quiet"], here);
     let gif = |options: &[&str]| {
-        let mut args = vec!["gif", "trajectory.csv", "--gif-size", "160"];
+        let mut args = vec!["gif", "states.csv", "--gif-size", "160"];
         args.extend(options);
         done(&args, &here.join("out"));
         Animation::open(&here.join("out/animation.gif"))
@@ -189,17 +189,6 @@ fn one_row_and_the_floating_scene_are_drawn() {
 }
 
 #[test]
-fn a_file_without_run_json_takes_the_flags() {
-    let directory = TempDir::new().unwrap();
-    let here = directory.path();
-    done(&["--steps", "40", "--dt", "0.01", "--solver", "native", "--quiet"], here);
-    fs::remove_file(here.join("out/run.json")).unwrap();
-    refused(&["gif", "out/trajectory.csv"], here, "--dt");
-    done(&["gif", "out/trajectory.csv", "--dt", "0.01", "--quiet"], here);
-    assert_eq!(Animation::open(&here.join("out/animation.gif")).pictures.len(), 13);
-}
-
-#[test]
 fn the_animation_has_the_name_that_is_given() {
     let directory = TempDir::new().unwrap();
     let here = directory.path();
@@ -208,13 +197,13 @@ fn the_animation_has_the_name_that_is_given() {
     let gif = made("out/animation.gif");
     assert!(gif.starts_with(b"GIF89a"));
     for (out, written) in [("new/a.gif", "new/a.gif"), ("new", "new/animation.gif")] {
-        let args = ["gif", "out/trajectory.csv", "--gif-size", "120", "--out", out];
+        let args = ["gif", "out/states.csv", "--gif-size", "120", "--out", out];
         assert!(done(&args, here).starts_with(&format!("wrote {written} (")), "{out}");
         assert!(made(written) == gif, "{out}");
     }
     // A directory may have any name.
     fs::create_dir(here.join("b.mp4")).unwrap();
-    done(&["gif", "out/trajectory.csv", "--gif-size", "120", "--out", "b.mp4"], here);
+    done(&["gif", "out/states.csv", "--gif-size", "120", "--out", "b.mp4"], here);
     assert!(made("b.mp4/animation.gif") == gif);
     // A run without animation removes the animation of the previous run.
     assert!(done(&["--steps", "3"], here).contains("removed animation.gif"));
@@ -226,7 +215,7 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     let here = directory.path();
     done(&["--steps", "11", "--solver", "native", "--quiet"], here);
     let gif = |options: &[&str], word: &str| {
-        let mut args = vec!["gif", "out/trajectory.csv"];
+        let mut args = vec!["gif", "out/states.csv"];
         args.extend(options);
         refused(&args, here, word);
     };
@@ -244,7 +233,7 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     }
     // 0.02 s at a speed of 1/10000.
     gif(&["--gif-speed", "0.0001"], "--gif-speed");
-    refused(&["gif", "out/run.json"], here, "cannot be read as a trajectory");
+    refused(&["gif", "out/run.json"], here, "is not a table of the run");
     refused(&["gif", "nowhere.csv"], here, "nowhere.csv");
     assert!(!here.join("out/animation.gif").exists());
     // A simulation refuses at the start.
@@ -255,6 +244,6 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     refused(&["--out", "other", "--steps", "60000", "--gif"], here, "--gif-speed");
     refused(&["--out", "other", "--steps", "600000", "--gif", "--gif-speed", "99"], here, "rows");
     assert!(!here.join("other").exists());
-    // Files trajectory.csv, run.json and state.bin.
-    assert_eq!(fs::read_dir(here.join("out")).unwrap().count(), 3);
+    // Three tables, trajectory.csv, run.json and state.bin.
+    assert_eq!(fs::read_dir(here.join("out")).unwrap().count(), 6);
 }

@@ -18,11 +18,10 @@ use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_model::BodyModel;
 use tumble_scene::output::tables::{ContactRow, JointRow, TableStep};
-use tumble_scene::output::trajectory::TrajectoryRow;
 use tumble_view as pictures;
 use tumble_view::{
-    Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmHull, FilmPiece, FilmPlace,
-    FilmPose, FilmTie, Status,
+    Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmHull, FilmPiece, FilmPose,
+    FilmTie, Status,
 };
 
 /// A world with the names and looks of its parts.
@@ -211,14 +210,11 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
         FilmContact {
             body: row.body,
             partner: partner(row.partner),
-            place: FilmPlace::At { point: row.point, key },
+            point: row.point,
+            key,
             force: row.force,
             normal: row.normal,
             friction: world.friction_between(row.body, row.partner),
-            carries_force: true,
-            // Only the tutorial's program has these.
-            slacks: [0.0; 2],
-            multiplier: 0.0,
         }
     };
     let row = &step.row;
@@ -229,35 +225,6 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
         ties: step.joints.iter().map(tie).collect(),
         ..still(world, &step.states, row.index, row.time, row.status)
     }
-}
-
-/// A row of the tutorial's table as a frame. It has numbers for every point of its body.
-#[must_use]
-pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> FilmFrame {
-    let count = row.carrying.len();
-    let contact = |point: usize| FilmContact {
-        body: 0,
-        partner: pictures::FilmPartner::Ground,
-        place: FilmPlace::Corner(point),
-        force: row.force(point),
-        normal: world.ground().map_or(Vector3::z(), |plane| *plane.normal()),
-        friction: world.friction(),
-        carries_force: row.carrying[point],
-        slacks: [row.step[3 * count + point], row.step[4 * count + point]],
-        multiplier: row.step[5 * count + point],
-    };
-    FilmFrame {
-        iterations: row.iterations,
-        residual: row.residual,
-        contacts: (0..count).map(contact).filter(says_something).collect(),
-        ..still(world, &[row.state], row.index, row.time, row.status)
-    }
-}
-
-/// True if a point touches: it may carry a force, or has a number.
-fn says_something(contact: &FilmContact) -> bool {
-    let FilmContact { force, slacks: [s1, s2], multiplier, .. } = contact;
-    contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
 }
 
 /// A frame of bodies at `states` that touch nothing, at the step `index` and `time` (s).

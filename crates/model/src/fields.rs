@@ -14,6 +14,12 @@ use std::marker::PhantomData;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exactly<T, const N: usize>(pub [T; N]);
 
+impl<const N: usize> Default for Exactly<f64, N> {
+    fn default() -> Self {
+        Self([0.0; N])
+    }
+}
+
 /// Array of N numbers.
 pub type Numbers<const N: usize> = Exactly<f64, N>;
 

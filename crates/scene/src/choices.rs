@@ -1,12 +1,9 @@
 //! Values of flags and scenario fields other than plain numbers.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
 use serde::Deserialize;
 #[cfg(feature = "ipopt")]
 use tumble::solver::ipopt::Formulation;
 use tumble_core::contact::detection::Detection;
-use tumble_core::mechanics::quaternion::unit;
-use tumble_core::simulation::random::random_attitude;
 use tumble_core::simulation::scene::TutorialScene;
 
 /// Scene of the tutorial.
@@ -25,53 +22,6 @@ impl SceneName {
         match self {
             Self::Drop => TutorialScene::drop(),
             Self::Floating => TutorialScene::floating(),
-        }
-    }
-}
-
-/// Contact points of the body.
-#[derive(Debug, Clone, PartialEq)]
-pub enum BodyShape {
-    /// Corners of a box with these side lengths (m).
-    Box(Vector3<f64>),
-    /// Given points (m), body frame.
-    Points(Vec<Vector3<f64>>),
-}
-
-/// Inertia of the body.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Inertia {
-    /// Inertia of a solid box of uniform density.
-    Solid,
-    /// Inertia tensor (kg m²), body frame.
-    Matrix(Matrix3<f64>),
-}
-
-/// Initial attitude.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Attitude {
-    /// Drawn from the seed.
-    Random,
-    /// Unit quaternion w, x, y, z, body → frame of the start.
-    Given(Vector4<f64>),
-}
-
-impl Attitude {
-    /// Attitude of a quaternion w, x, y, z of any length, which is normalised.
-    pub fn given(quaternion: Vector4<f64>) -> Result<Self, String> {
-        // Comparisons in this direction also reject NaN.
-        if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
-            Ok(Self::Given(unit(quaternion)))
-        } else {
-            Err("a quaternion W,X,Y,Z of a length from 1e-6 to 1e6 is needed".to_owned())
-        }
-    }
-
-    /// Unit quaternion w, x, y, z; a random one is drawn from `seed`.
-    pub fn quaternion(&self, seed: u32) -> Vector4<f64> {
-        match self {
-            Self::Random => random_attitude(seed),
-            Self::Given(quaternion) => *quaternion,
         }
     }
 }
@@ -162,7 +112,7 @@ impl Preset {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum OnFailure {
-    /// Try other initial points (the ladder); only with --solver ipopt.
+    /// Try other initial points (the ladder); only with Ipopt.
     Ladder,
     /// Keep the point found and record the failure, as the tutorial does.
     Record,

@@ -1,4 +1,5 @@
-//! Scenario file as deserialised, and its conversion.
+//! Scenario file as deserialised, and its conversion. The short form `[body]` becomes an entry of
+//! `[[bodies]]` here.
 
 use super::bodies::SceneEntries;
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
@@ -9,15 +10,14 @@ use super::bodies::robots::RobotEntry;
 use super::bodies::terrain::TerrainEntry;
 use super::settings::Settings;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
+use super::tutorial::BODY;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use tumble_core::mechanics::Rotation;
 use tumble_model::fields::{Gravity, table_if_any};
 
-/// Scenario file in either notation.
-///
-/// The first has the tables `[body]`, `[start]` and `[load]`, whose fields are settings. The second
-/// has `[[bodies]]` and its related tables.
+/// Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one
+/// body.
 #[derive(Deserialize)]
 #[serde(expecting = "a scenario")]
 #[serde(deny_unknown_fields)]
@@ -60,19 +60,16 @@ pub const LARGEST_START: u64 = 9_000_000_000_000_000;
 pub struct ParsedScene {
     /// Settings that are also flags.
     pub settings: Settings,
-    /// True if the file has a table `[ground]`.
-    pub ground: bool,
-    /// Tables of the notation `[[bodies]]`; `None` for the notation `[body]`.
-    pub entries: Option<SceneEntries>,
+    /// True if the file has no table `[ground]`. Its only body floats.
+    pub floats: bool,
+    /// Tables of bodies, fixed geometry and joints.
+    pub entries: SceneEntries,
 }
 
 impl ScenarioFile {
     /// Converts the fields. Settings of the ground stay `None` without a `[ground]` table.
-    pub fn said(mut self) -> Result<ParsedScene, String> {
-        let is_of_bodies = self.bodies.is_some()
-            || self.robots.is_some()
-            || ((self.fixed.is_some() || self.terrain.is_some()) && self.body.is_none());
-        self.refuse_idle_and_missing(is_of_bodies)?;
+    pub fn said(self) -> Result<ParsedScene, String> {
+        self.refuse_idle_and_missing()?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
             return Err(format!("steps is {steps}; allowed: 1 to 10000000"));
@@ -86,27 +83,22 @@ impl ScenarioFile {
             seed: self.seed,
             dt: Some(self.time_step.unwrap_or(0.002)),
             gravity: Some(self.gravity.map_or(Vector3::new(0.0, 0.0, -9.81), Gravity::vector)),
+            solver: self.solver.unwrap_or_default(),
             ..Settings::default()
         };
-        let ground = self.ground.is_some();
+        let floats = self.ground.is_none();
         if let Some(table) = self.ground {
             settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
-            table.set(&mut settings, is_of_bodies)?;
-        }
-        if let Some(table) = self.body.take() {
             table.set(&mut settings)?;
         }
-        if let Some(table) = self.start.take() {
-            table.set(&mut settings)?;
+        let at = if self.body.is_some() { BODY } else { "" };
+        let mut bodies = self.bodies.unwrap_or_default();
+        if let (Some(body), Some(start)) = (self.body, self.start) {
+            bodies.push(body.entry(start, self.load));
         }
-        if let Some(table) = self.load.take() {
-            table.set(&mut settings)?;
-        }
-        if let Some(table) = self.solver {
-            table.set(&mut settings);
-        }
-        let entries = is_of_bodies.then(|| SceneEntries {
-            bodies: self.bodies.unwrap_or_default(),
+        let entries = SceneEntries {
+            at,
+            bodies,
             fixed: self.fixed.unwrap_or_default(),
             terrain: self.terrain.unwrap_or_default(),
             friction: self.friction.unwrap_or_default(),
@@ -118,51 +110,37 @@ impl ScenarioFile {
             surfaces: self.surfaces.unwrap_or_default(),
             apart: self.apart.unwrap_or_default(),
             robots: self.robots.unwrap_or_default(),
-        });
-        Ok(ParsedScene { settings, ground, entries })
+        };
+        Ok(ParsedScene { settings, floats, entries })
     }
 
-    /// Rejects missing fields and fields without effect, such as fields of the other notation.
-    fn refuse_idle_and_missing(&self, of_bodies: bool) -> Result<(), String> {
-        let (of_body, no_ground) = (!of_bodies, self.ground.is_none());
-        let floating = of_body && no_ground;
-        let placed = self.load.as_ref().is_some_and(LoadTable::has_idle_point);
-        let in_ground = self.start.as_ref().is_some_and(StartTable::is_in_ground);
+    /// Rejects missing tables and tables without effect.
+    fn refuse_idle_and_missing(&self) -> Result<(), String> {
+        let (no_body, no_ground) = (self.body.is_none(), self.ground.is_none());
+        let others = [
+            ("[[bodies]]", self.bodies.is_some()),
+            ("[[robots]]", self.robots.is_some()),
+            ("[[fixed]]", self.fixed.is_some()),
+            ("[[terrain]]", self.terrain.is_some()),
+        ];
+        let other = others.iter().find(|(_, given)| *given).map(|(table, _)| *table);
+        if let (false, Some(other)) = (no_body, other) {
+            return Err(format!(
+                "body has no meaning with {other}; describe the body in [[bodies]]"
+            ));
+        }
         let idle = [
-            ("body", "with [[bodies]]", of_bodies && self.body.is_some()),
-            ("start", "with [[bodies]]", of_bodies && self.start.is_some()),
-            ("load", "with [[bodies]]", of_bodies && self.load.is_some()),
-            ("fixed", "without [[bodies]]", of_body && self.fixed.is_some()),
-            ("terrain", "without [[bodies]]", of_body && self.terrain.is_some()),
-            ("friction", "without [[bodies]]", of_body && self.friction.is_some()),
-            ("restitution", "without [[bodies]]", of_body && self.restitution.is_some()),
-            ("joints", "without [[bodies]]", of_body && self.joints.is_some()),
-            ("motors", "without [[bodies]]", of_body && self.motors.is_some()),
-            ("gears", "without [[bodies]]", of_body && self.gears.is_some()),
-            ("driven", "without [[bodies]]", of_body && self.driven.is_some()),
-            ("surfaces", "without [[bodies]]", of_body && self.surfaces.is_some()),
-            ("apart", "without [[bodies]]", of_body && self.apart.is_some()),
-            ("rotation", "without a [ground] table", floating && self.rotation.is_some()),
-            ("solver", "without a [ground] table", floating && self.solver.is_some()),
-            ("start.frame \"ground\"", "without a [ground] table", floating && in_ground),
-            ("load.at", "without load.force", placed),
+            ("start", "without [body]", no_body && self.start.is_some()),
+            ("load", "without [body]", no_body && self.load.is_some()),
+            ("rotation", "without a [ground] table", no_ground && self.rotation.is_some()),
+            ("solver", "without a [ground] table", no_ground && self.solver.is_some()),
         ];
         if let Some((field, place, _)) = idle.into_iter().find(|(.., idle)| *idle) {
             return Err(format!("{field} has no meaning {place}; leave it out"));
         }
-        if of_bodies && no_ground {
-            return Err(
-                "ground: a table [ground] is needed with [[bodies]]; set `none = true` in it for \
-                 no ground, with `friction` for all bodies"
-                    .to_owned(),
-            );
+        if !no_body && self.start.is_none() {
+            return Err("missing field `start`: a table [start] is needed with [body]".to_owned());
         }
-        let missing = [("body", self.body.is_none()), ("start", self.start.is_none())];
-        match missing.into_iter().find(|(_, missing)| of_body && *missing) {
-            Some((field, _)) => Err(format!(
-                "missing field `{field}`: tables [body] and [start] are needed, or [[bodies]] and [ground]"
-            )),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }

@@ -1,8 +1,8 @@
 //! Scenario files: simulations described in TOML. `scenarios/README.md` describes every field.
 //!
 //! A file is passed as text. The caller reads it and provides a function that reads mesh files.
-//! Command-line [`settings`] take precedence over the file. There are two notations, `[body]` for
-//! one body (`body.rs`) and `[[bodies]]` (`bodies/`). Both give a [`Scene`](scene::Scene):
+//! Command-line [`settings`] take precedence over the file. The short form `[body]` becomes an entry
+//! of `[[bodies]]` in `file.rs`. The tutorial's scenes begin as such an entry (`tutorial.rs`):
 //!
 //! ```text
 //! text ─► ScenarioFile ─► Settings and SceneEntries ─► Model ─► Scene with its World
@@ -13,8 +13,6 @@
 //! bodies by `copies`. A [`Model`](tumble_model::Model) lists each body.
 
 mod bodies;
-mod body;
-mod changed;
 pub mod choices;
 mod file;
 pub mod joints_summary;
@@ -23,19 +21,21 @@ pub mod label;
 mod locks;
 mod naming;
 pub mod output;
-pub mod physics;
 pub mod run_file;
 pub mod scene;
 pub mod settings;
 pub mod solver_choice;
 mod tables;
 mod told;
+pub mod tutorial;
 pub mod written;
 
+pub use bodies::entries::AttitudeEntry;
 pub use file::LARGEST_START;
 use file::{ParsedScene, ScenarioFile};
 use serde::de::DeserializeOwned;
 use std::path::Path;
+pub use tables::{InertiaValue, Random, SolidInertia};
 use tumble_core::geometry::mesh::Mesh;
 use tumble_model::ReadFile;
 use tumble_model::failure::Failure;

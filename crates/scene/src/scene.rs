@@ -32,7 +32,7 @@ pub struct Scene {
     pub drawn: bool,
     /// Start index k: the simulation starts at time k h, also for loads and prescribed motions.
     pub start_index: u64,
-    /// Number of rows of the trajectory: one more than steps.
+    /// Number of rows of a run: one more than steps.
     pub rows: u64,
     /// Number of steps per requested row.
     pub substeps: u64,
@@ -50,16 +50,14 @@ pub struct Scene {
     pub fixed: Vec<String>,
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Solver of contact steps. `None` for a scene of `[body]` without `[ground]`: its body floats
-    /// and is integrated by the Runge–Kutta method. Scenes of `[[bodies]]` always have a solver.
+    /// Solver of contact steps. `None` for a scene without `[ground]`: its only body floats and is
+    /// integrated by the Runge–Kutta method.
     pub contact: Option<SolverChoice>,
-    /// True if neither flags nor file name a solver.
-    pub usual_solver: bool,
     /// Robots read from files, with the indices of their bodies and joints in the scene.
     pub robots: Vec<tumble_robot::Assembled>,
     /// Constants of the bodies and initial states in the form of run.json.
     pub model: Model,
-    /// True if a run writes trajectory.csv instead of tables: the tutorial's scenes and `[body]`.
+    /// True if a run also writes trajectory.csv: the tutorial's scenes and its preset.
     pub trajectory: bool,
 }
 
@@ -106,6 +104,12 @@ impl Scene {
             model,
             ..self
         })
+    }
+
+    /// This scene with the default settings of the native solver.
+    #[must_use]
+    pub fn with_native_solver(self) -> Self {
+        Self { contact: Some(SolverChoice::native()), ..self }
     }
 
     /// Simulation from the initial state; it ends when `interrupt` is set.

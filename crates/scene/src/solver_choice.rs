@@ -1,7 +1,7 @@
 //! Choice of the contact solver and its options.
 
 use super::choices::{OnFailure, Preset, SolverName};
-use super::settings::Settings;
+use super::tables::SolverTable;
 use std::num::NonZeroUsize;
 #[cfg(feature = "ipopt")]
 use tumble::ipopt::Options;
@@ -41,10 +41,6 @@ pub type Program = (Formulation, Options);
 #[cfg(not(feature = "ipopt"))]
 pub type Program = std::convert::Infallible;
 
-/// Solver of the tutorial's scenes: Ipopt, or the native solver in a build without Ipopt.
-pub const TUTORIAL_SOLVER: SolverName =
-    if cfg!(feature = "ipopt") { SolverName::Ipopt } else { SolverName::Native };
-
 /// Version of Ipopt in this build; empty without Ipopt.
 #[cfg(feature = "ipopt")]
 pub const IPOPT_VERSION: &str = tumble::ipopt::VERSION;
@@ -53,18 +49,18 @@ pub const IPOPT_VERSION: &str = tumble::ipopt::VERSION;
 pub const IPOPT_VERSION: &str = "";
 
 impl SolverChoice {
-    /// Choice made by `settings`; `usual` is the default solver.
+    /// Choice made by `settings`. The default is the native solver.
     ///
     /// # Errors
     /// Settings that exclude each other; Ipopt without the feature `ipopt`.
-    pub fn new(settings: &Settings, usual: SolverName) -> Result<Self, Failure> {
+    pub fn new(settings: &SolverTable) -> Result<Self, Failure> {
         if let Some(Preset::Tutorial) = settings.preset {
             let place = "--preset tutorial, which fixes all solver settings";
             refuse_flags(place, &solver_flags(settings))?;
             return ipopt::tutorial();
         }
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
-        if settings.solver.unwrap_or(usual) != SolverName::Native {
+        if settings.name == Some(SolverName::Ipopt) {
             let flags = [("--residual", settings.residual.is_some())];
             refuse_flags("Ipopt, which has --tol; use --solver native", &flags)?;
             return ipopt::of(settings, detection);
@@ -75,7 +71,13 @@ impl SolverChoice {
         refuse_flags("the native solver, which works to rounding", &flags)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
         let residual = settings.residual.map(known_residual).transpose()?;
-        Ok(Self { residual, ..Self::by(detection, on_failure, None) })
+        Ok(Self { detection, on_failure, residual, ..Self::native() })
+    }
+
+    /// The native solver with its default settings.
+    #[must_use]
+    pub fn native() -> Self {
+        Self::by(Detection::default(), OnFailure::Record, None)
     }
 
     fn by(detection: Detection, on_failure: OnFailure, ipopt: Option<Program>) -> Self {
@@ -108,7 +110,7 @@ impl SolverChoice {
     /// A setting that does not apply to this world.
     pub fn solver(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
         match &self.ipopt {
-            None => self.native(world),
+            None => self.native_for(world),
             Some(program) => ipopt::solver(self, program, world),
         }
     }
@@ -119,7 +121,7 @@ impl SolverChoice {
         self.residual
     }
 
-    fn native(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
+    fn native_for(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
         let mut solver = NativeSolver::new(world);
         if let Some(residual) = self.residual {
             solver = solver.with_residual(residual)?;
@@ -183,8 +185,8 @@ mod ipopt {
         }
     }
 
-    pub fn of(settings: &Settings, detection: Detection) -> Result<SolverChoice, Failure> {
-        let tolerance = settings.tol.unwrap_or(TOLERANCE);
+    pub fn of(settings: &SolverTable, detection: Detection) -> Result<SolverChoice, Failure> {
+        let tolerance = settings.tolerance.unwrap_or(TOLERANCE);
         if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
             return Err(Failure::setting(
                 "tol",
@@ -195,7 +197,8 @@ mod ipopt {
                 ),
             ));
         }
-        let options = IpoptSolver::options(tolerance, settings.max_iter.unwrap_or(MOST_ITERATIONS));
+        let options =
+            IpoptSolver::options(tolerance, settings.max_iterations.unwrap_or(MOST_ITERATIONS));
         options.validate().map_err(refused)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
@@ -222,8 +225,14 @@ mod ipopt {
         if *formulation == Formulation::Clamped
             && let Some(why) = StepNlp::unsuitable(world)
         {
-            let why = format!("`clamped` is the tutorial's program: {why}, or use `reduced`");
-            return Err(Failure::setting("formulation", why));
+            return Err(match contact.preset {
+                Some(_) => Failure::setting("preset", format!("the tutorial's program: {why}")),
+                None => {
+                    let why =
+                        format!("`clamped` is the tutorial's program: {why}, or use `reduced`");
+                    Failure::setting("formulation", why)
+                }
+            });
         }
         let mut options = options.clone();
         let made = if contact.climbs() {
@@ -255,7 +264,7 @@ mod ipopt {
         match *program {}
     }
 
-    pub fn of(_: &Settings, _: Detection) -> Result<SolverChoice, Failure> {
+    pub fn of(_: &SolverTable, _: Detection) -> Result<SolverChoice, Failure> {
         Err(Failure::setting("solver", MISSING))
     }
 
@@ -280,18 +289,18 @@ fn known_residual(residual: f64) -> Result<f64, Failure> {
 }
 
 /// Flags of settings that only apply to Ipopt, and whether each is given.
-fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+fn ipopt_flags(settings: &SolverTable) -> Vec<(&'static str, bool)> {
     vec![
         ("--formulation", settings.formulation.is_some()),
-        ("--tol", settings.tol.is_some()),
-        ("--max-iter", settings.max_iter.is_some()),
+        ("--tol", settings.tolerance.is_some()),
+        ("--max-iter", settings.max_iterations.is_some()),
     ]
 }
 
 /// Flags of the contact solver except the preset, and whether each is given.
-pub fn solver_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+pub fn solver_flags(settings: &SolverTable) -> Vec<(&'static str, bool)> {
     let mut flags = vec![
-        ("--solver", settings.solver.is_some()),
+        ("--solver", settings.name.is_some()),
         ("--detection", settings.detection.is_some()),
         ("--residual", settings.residual.is_some()),
         ("--on-failure", settings.on_failure.is_some()),

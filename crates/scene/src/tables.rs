@@ -1,17 +1,16 @@
 //! Tables of a scenario file that become settings.
 
-use crate::choices::{
-    Attitude, BodyShape, DetectionName, FormulationName, Inertia, OnFailure, Preset, SolverName,
-    StartFrame,
-};
+use crate::bodies::entries::{AttitudeEntry, BodyEntry};
+use crate::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName, StartFrame};
 use crate::settings::Settings;
+use crate::tutorial::BODY;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use tumble_core::error::Error;
-use tumble_core::mechanics::load::Polyline;
+use tumble_core::mechanics::body::solid_box_inertia;
+use tumble_core::mechanics::load::{Load, Polyline};
 use tumble_core::world::Plane;
-use tumble_model::fields::matrix;
-use tumble_model::fields::{Exactly, Numbers};
+use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
 
 #[derive(Deserialize)]
 #[serde(expecting = "a table [body]")]
@@ -32,21 +31,28 @@ pub enum Sides {
     Box(Numbers<3>),
 }
 
-#[derive(Deserialize)]
+/// Inertia of a body (kg m²).
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(
     untagged,
     expecting = "\"solid\", one number, three (diagonal) or a 3 × 3 matrix are needed"
 )]
 pub enum InertiaValue {
+    /// Inertia of the solid shape.
     Word(SolidInertia),
+    /// Multiple of the unit matrix.
     Moment(f64),
+    /// Principal moments about the body's axes.
     Diagonal(Numbers<3>),
+    /// Inertia tensor by rows.
     Rows(Exactly<Numbers<3>, 3>),
 }
 
-#[derive(Deserialize)]
+/// Inertia of the solid shape.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SolidInertia {
+    /// Uniform density.
     Solid,
 }
 
@@ -68,23 +74,21 @@ pub struct GroundTable {
 #[serde(deny_unknown_fields)]
 pub struct StartTable {
     position: Numbers<3>,
-    attitude: Option<AttitudeValue>,
+    attitude: Option<AttitudeEntry>,
     velocity: Option<Numbers<3>>,
     spin: Option<Numbers<3>>,
     frame: Option<StartFrame>,
 }
 
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "\"random\" or four numbers (w, x, y, z) are needed")]
-enum AttitudeValue {
-    Word(Random),
-    Quaternion(Numbers<4>),
-}
-
-#[derive(Deserialize)]
+/// Random attitude.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Random {
+    /// Uniformly distributed.
     Random,
+    /// Drawn by the tutorial's method; `"random"` in the short form of one body.
+    #[serde(skip)]
+    Tutorial,
 }
 
 #[derive(Deserialize)]
@@ -103,18 +107,27 @@ pub enum LoadValue {
     Knots(Vec<Numbers<4>>),
 }
 
-#[derive(Deserialize)]
+/// Solver of contact steps and its settings; `None` for a setting that is not given.
+#[derive(Debug, Default, Deserialize)]
 #[serde(expecting = "a table [solver]")]
 #[serde(deny_unknown_fields)]
 pub struct SolverTable {
-    name: Option<SolverName>,
-    preset: Option<Preset>,
-    formulation: Option<FormulationName>,
-    detection: Option<DetectionName>,
-    tolerance: Option<f64>,
-    max_iterations: Option<u32>,
-    residual: Option<f64>,
-    on_failure: Option<OnFailure>,
+    /// Solver.
+    pub name: Option<SolverName>,
+    /// Preset of all settings.
+    pub preset: Option<Preset>,
+    /// Formulation of Ipopt's program.
+    pub formulation: Option<FormulationName>,
+    /// Criterion for the points that may touch.
+    pub detection: Option<DetectionName>,
+    /// Tolerance of Ipopt.
+    pub tolerance: Option<f64>,
+    /// Maximum number of Ipopt's iterations.
+    pub max_iterations: Option<u32>,
+    /// Target residual of the native solver, m/s at speed scale 1.
+    pub residual: Option<f64>,
+    /// Action if a step is not solved.
+    pub on_failure: Option<OnFailure>,
 }
 
 fn vector(numbers: Numbers<3>) -> Vector3<f64> {
@@ -131,6 +144,17 @@ impl Sides {
 }
 
 impl InertiaValue {
+    /// This inertia, in numbers, of a box with the given mass (kg) and sides (m).
+    pub fn of_box(self, mass: f64, sides: &Vector3<f64>) -> Self {
+        match self {
+            Self::Word(SolidInertia::Solid) => {
+                let moments = solid_box_inertia(mass, &(0.5 * sides)).diagonal();
+                Self::Diagonal(Exactly(moments.into()))
+            }
+            given => given,
+        }
+    }
+
     /// Inertia tensor, if it is given in numbers.
     pub fn matrix(&self) -> Option<Matrix3<f64>> {
         match self {
@@ -142,69 +166,43 @@ impl InertiaValue {
     }
 }
 
-impl StartTable {
-    /// True if the start is given in the frame of the ground.
-    pub fn is_in_ground(&self) -> bool {
-        self.frame == Some(StartFrame::Ground)
-    }
-
-    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
-        settings.position = Some(vector(self.position));
-        settings.attitude = Some(match self.attitude {
-            None => Attitude::Given([1.0, 0.0, 0.0, 0.0].into()),
-            Some(AttitudeValue::Word(Random::Random)) => Attitude::Random,
-            Some(AttitudeValue::Quaternion(quaternion)) => Attitude::given(quaternion.0.into())
-                .map_err(|why| format!("start.attitude: {why}"))?,
-        });
-        settings.velocity = Some(self.velocity.map_or(Vector3::zeros(), vector));
-        settings.spin = Some(self.spin.map_or(Vector3::zeros(), vector));
-        settings.frame = self.frame;
-        Ok(())
-    }
-}
-
 impl BodyTable {
-    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
-        let is_point = self.point_mass == Some(true);
-        let shape = match (self.sides, self.points, is_point) {
-            (Some(sides), None, false) => BodyShape::Box(sides.vector()),
-            (None, Some(points), false) => {
-                BodyShape::Points(points.into_iter().map(vector).collect())
+    /// Entry of `[[bodies]]` with the content of these tables.
+    pub fn entry(self, start: StartTable, load: Option<LoadTable>) -> BodyEntry {
+        let sides = self.sides.map(Sides::vector);
+        let inertia = match &sides {
+            Some(sides) => {
+                let given = self.inertia.unwrap_or(InertiaValue::Word(SolidInertia::Solid));
+                Some(given.of_box(self.mass, sides))
             }
-            (None, None, true) => BodyShape::Points(vec![Vector3::zeros()]),
-            _ => {
-                let needed = "body: one of `box`, `points` and `point_mass = true` is needed";
-                return Err(needed.to_owned());
-            }
+            None => self.inertia,
         };
-        settings.inertia = Some(match self.inertia.as_ref().and_then(InertiaValue::matrix) {
-            Some(matrix) => Inertia::Matrix(matrix),
-            // A point mass does not use its inertia; this value has the right scale.
-            None if is_point => Inertia::Matrix(Matrix3::from_diagonal_element(self.mass)),
-            None if self.inertia.is_none() && matches!(shape, BodyShape::Points(_)) => {
-                return Err("body.inertia: required with `points`".to_owned());
-            }
-            None => Inertia::Solid,
-        });
-        settings.shape = Some(shape);
-        settings.mass = Some(self.mass);
-        Ok(())
+        BodyEntry {
+            name: Some(BODY.to_owned()),
+            cuboid: sides.map(|sides| Sides::Box(numbers(&sides))),
+            points: self.points,
+            point_mass: self.point_mass,
+            mass: Some(self.mass),
+            inertia,
+            load,
+            position: start.position,
+            attitude: start.attitude.map(|attitude| match attitude {
+                AttitudeEntry::Word(_) => AttitudeEntry::Word(Random::Tutorial),
+                given => given,
+            }),
+            velocity: start.velocity,
+            spin: start.spin,
+            frame: start.frame,
+            ..BodyEntry::default()
+        }
     }
 }
 
 impl GroundTable {
-    /// Sets the ground. `may_be_none` permits `none = true`, for scenes with `[[bodies]]`.
-    pub fn set(self, settings: &mut Settings, may_be_none: bool) -> Result<(), String> {
+    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         settings.mu = Some(self.friction);
         settings.restitution = self.restitution;
         settings.rebound_speed = self.rebound_speed;
-        if self.none.is_some() && !may_be_none {
-            return Err(
-                "ground.none: only for scenes with [[bodies]]; for one body without a ground, \
-                 leave the table [ground] out"
-                    .to_owned(),
-            );
-        }
         if self.none == Some(true) {
             let place = [
                 ("slope", self.slope.is_some()),
@@ -245,24 +243,44 @@ impl LoadTable {
         self.at.is_some() && self.force.is_none()
     }
 
-    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
-        settings.force = self.force.map(|value| value.polyline("load.force")).transpose()?;
-        settings.torque = self.torque.map(|value| value.polyline("load.torque")).transpose()?;
-        settings.force_at = self.at.map(vector);
-        Ok(())
+    /// Table of a load.
+    pub fn of(load: &Load) -> Self {
+        let knots = |line: &Polyline| {
+            let knots = line.knots().iter().map(|(t, v)| Exactly([*t, v[0], v[1], v[2]]));
+            (!line.knots().is_empty()).then(|| LoadValue::Knots(knots.collect()))
+        };
+        let force = knots(&load.force);
+        let at = force.as_ref().map(|_| numbers(load.point()));
+        Self { torque: knots(&load.torque), force, at }
+    }
+
+    /// Converts the load.
+    pub fn load(self) -> Result<Load, String> {
+        let force = self.force.map(|value| value.polyline("load.force")).transpose()?;
+        let torque = self.torque.map(|value| value.polyline("load.torque")).transpose()?;
+        let at = self.at.map(vector).unwrap_or_default();
+        let load = Load::new(force.unwrap_or_default(), torque.unwrap_or_default(), at);
+        load.map_err(|error| format!("load: {error}"))
     }
 }
 
 impl SolverTable {
-    pub fn set(self, settings: &mut Settings) {
-        settings.solver = self.name;
-        settings.preset = self.preset;
-        settings.formulation = self.formulation;
-        settings.detection = self.detection;
-        settings.tol = self.tolerance;
-        settings.max_iter = self.max_iterations;
-        settings.residual = self.residual;
-        settings.on_failure = self.on_failure;
+    /// Merges two layers of settings: values of `self` take precedence over those of `below`. A
+    /// preset replaces all settings of `below`.
+    pub fn over(self, below: Self) -> Self {
+        if self.preset.is_some() {
+            return self;
+        }
+        Self {
+            name: self.name.or(below.name),
+            preset: below.preset,
+            formulation: self.formulation.or(below.formulation),
+            detection: self.detection.or(below.detection),
+            tolerance: self.tolerance.or(below.tolerance),
+            max_iterations: self.max_iterations.or(below.max_iterations),
+            residual: self.residual.or(below.residual),
+            on_failure: self.on_failure.or(below.on_failure),
+        }
     }
 }
 

@@ -1,11 +1,10 @@
-//! Scenes from text: scenario files in both notations, robot files and the tutorial's scenes.
+//! Scenes from text: scenario files and robot files.
 
+use super::bodies;
 use super::bodies::entries::Files;
-use super::choices::{SceneName, SolverName};
 use super::file::ParsedScene;
 use super::scene::Scene;
 use super::settings::Settings;
-use super::{bodies, body};
 use std::path::Path;
 use tumble_core::geometry::Piece;
 use tumble_model::ReadFile;
@@ -15,7 +14,7 @@ use tumble_model::names::FileKind;
 impl Scene {
     /// Scene of the scenario file `path` with the content `text`; `flags` take precedence.
     ///
-    /// The native solver is the default. `read` reads mesh files.
+    /// `read` reads mesh files.
     ///
     /// # Errors
     /// The first invalid value; a seed for a scene without random parts.
@@ -25,14 +24,13 @@ impl Scene {
         flags: Settings,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        Self::told(text, path, flags, &[], SolverName::Native, read)
+        Self::told(text, path, flags, &[], read)
     }
 
     /// Scene of the scenario file `path` with the content `text`, for the command line.
     ///
     /// Values in `flags` override those of the file. `given` names the flags on the command line,
-    /// so that an error about such a value names its flag. `usual` is the default solver of the
-    /// notation `[body]`. The default of `[[bodies]]` and of robots is the native solver.
+    /// so that an error about such a value names its flag.
     ///
     /// # Errors
     /// The errors of [`Scene::of_text`].
@@ -41,27 +39,20 @@ impl Scene {
         path: &Path,
         flags: Settings,
         given: &[&str],
-        usual: SolverName,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
         if super::is_robot(text, path) {
             return Self::of_robot(text, path, flags, given, read);
         }
         flags.robot.refuse()?;
-        let (name, ParsedScene { settings: below, ground, entries }) = super::read(text, path)?;
-        match entries {
-            None => body::refuse_idle_settings(ground, &flags)?,
-            Some(_) => bodies::refuse_idle_settings(&flags)?,
+        let (name, ParsedScene { settings: below, floats, entries }) = super::read(text, path)?;
+        if floats {
+            bodies::refuse_contact_settings(&flags)?;
         }
         let (changed, seed_given) = (flags.changed(&below), flags.seed.is_some());
         let settings = flags.over(below);
-        let scene = match entries {
-            None => body::scene(name, ground, &settings, usual),
-            Some(entries) => {
-                let folder = path.parent().unwrap_or(Path::new(""));
-                bodies::scene(name, &settings, entries, Files { folder, read })
-            }
-        };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let scene = bodies::scene(name, floats, &settings, entries, Files { folder, read });
         let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
         let idle_seed = seed_given && !scene.drawn;
         refuse_flags("a scene without random values", &[("--seed", idle_seed)])?;
@@ -76,7 +67,6 @@ impl Scene {
         given: &[&str],
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        bodies::refuse_idle_settings(&flags)?;
         let (robot, name) = bodies::robots::read_alone(text, path, &flags.robot, read)?;
         let place = "MJCF, which has all friction coefficients";
         refuse_flags(place, &[("--mu", flags.mu.is_some() && robot.options.has_world)])?;
@@ -88,31 +78,13 @@ impl Scene {
         Ok(Self { changed, ..scene })
     }
 
-    /// Scene of the tutorial; `flags` take precedence, and `usual` is the default solver.
-    ///
-    /// # Errors
-    /// The first invalid value.
-    pub fn of_tutorial(
-        name: SceneName,
-        flags: Settings,
-        usual: SolverName,
-    ) -> Result<Self, Failure> {
-        let ground = name == SceneName::Drop;
-        flags.robot.refuse()?;
-        body::refuse_idle_settings(ground, &flags)?;
-        let below = Settings::of_scene(name);
-        let changed = flags.changed(&below);
-        let scene = body::scene(name.scene().name.to_owned(), ground, &flags.over(below), usual)?;
-        Ok(Self { changed, ..scene })
-    }
-
     /// This scene with one more body at the end of the list.
     ///
     /// `text` is the content of one `[[bodies]]` table. Its meshes are relative to the folder of
     /// `path`, and `read` reads them. Overlap with other bodies is not checked.
     ///
     /// # Errors
-    /// The first invalid value; a scene with `[body]`.
+    /// The first invalid value.
     pub fn with_body(&self, text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
         let entry = super::parse(text).map_err(Failure::Input)?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -134,7 +106,7 @@ impl Scene {
     /// one.
     ///
     /// # Errors
-    /// The only body; a scene with `[body]`.
+    /// The only body.
     pub fn without_body(&self, index: usize) -> Result<Self, Failure> {
         bodies::without_body(self, index)
     }

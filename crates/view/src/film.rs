@@ -6,9 +6,6 @@ use serde::Serialize;
 use std::fmt;
 
 /// Motion of bodies, with everything needed to draw it. SI units, world frame.
-///
-/// Plots of a film with one body show its corners with their forces and multipliers. Plots of
-/// several bodies show one body at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     /// Heading: scene, seed and solver; empty if unknown.
@@ -73,7 +70,7 @@ pub struct FilmBody {
     pub mass: f64,
     /// Inertia I (kg m²), body frame.
     pub inertia: Matrix3<f64>,
-    /// Corners or other contact points (m), body frame, relative to the centre of mass.
+    /// Contact points (m), body frame, relative to the centre of mass.
     pub points: Vec<Vector3<f64>>,
     /// Geometry in the body frame, relative to the centre of mass. If it is empty, the points are
     /// drawn. Eight corners of a box, x fastest, are drawn as a box.
@@ -176,20 +173,16 @@ pub struct FilmContact {
     pub body: usize,
     /// Contact partner.
     pub partner: FilmPartner,
-    /// Position.
-    pub place: FilmPlace,
+    /// Position (m), world frame.
+    pub point: Vector3<f64>,
+    /// Identifier of the contact among those of its pair, constant across steps.
+    pub key: u64,
     /// Force on the body (N), world frame. The partner receives the opposite force.
     pub force: Vector3<f64>,
     /// Unit normal away from the partner, world frame.
     pub normal: Vector3<f64>,
     /// Friction coefficient μ of the pair.
     pub friction: f64,
-    /// True if the point carries force in the step (α).
-    pub carries_force: bool,
-    /// Slacks of complementarity s1 (N m) and of friction s2 (W).
-    pub slacks: [f64; 2],
-    /// Multiplier λ of the slip speed (m/s).
-    pub multiplier: f64,
 }
 
 /// Contact partner of a body.
@@ -201,20 +194,6 @@ pub enum FilmPartner {
     Fixed(usize),
     /// Index into [`Film::bodies`].
     Body(usize),
-}
-
-/// Position of a contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FilmPlace {
-    /// Index into [`FilmBody::points`].
-    Corner(usize),
-    /// Any other point.
-    At {
-        /// Position (m), world frame.
-        point: Vector3<f64>,
-        /// Identifier of the contact among those of its pair, constant across steps.
-        key: u64,
-    },
 }
 
 /// Result of a step, in order of increasing severity.
@@ -267,16 +246,6 @@ impl Film {
         self.frames.iter().any(|frame| frame.status == Status::Failed)
     }
 
-    /// True if plots show the corners of a single body.
-    pub(crate) fn is_single(&self) -> bool {
-        let mut contacts = self.frames.iter().flat_map(|frame| &frame.contacts);
-        self.bodies.len() == 1
-            && self.fixed.is_empty()
-            && self.joints.is_empty()
-            && self.bodies[0].pieces.is_empty()
-            && contacts.all(|contact| contact.corner().is_some())
-    }
-
     /// Label of body `b`, or else its name.
     pub(crate) fn name(&self, b: usize) -> String {
         let FilmBody { name, label, .. } = &self.bodies[b];
@@ -284,13 +253,6 @@ impl Film {
             Some(word) => word.clone(),
             None => format!("body {b}"),
         }
-    }
-
-    /// Points of body `b` in `frame` (m).
-    pub(crate) fn points(&self, b: usize, frame: &FilmFrame) -> impl Iterator<Item = Vector3<f64>> {
-        let pose = &frame.poses[b];
-        let rotation = pose.attitude.to_rotation_matrix();
-        self.bodies[b].points.iter().map(move |point| pose.position + rotation * point)
     }
 
     /// Height of a point above the ground (m), or its z coordinate without ground.
@@ -336,14 +298,6 @@ impl FilmJoint {
 }
 
 impl FilmContact {
-    /// Index of its corner of the body.
-    pub(crate) fn corner(&self) -> Option<usize> {
-        match self.place {
-            FilmPlace::Corner(corner) => Some(corner),
-            FilmPlace::At { .. } => None,
-        }
-    }
-
     /// True if body `b` is on either side of the contact.
     pub(crate) fn is_of(&self, b: usize) -> bool {
         self.body == b || self.partner == FilmPartner::Body(b)

@@ -1,6 +1,6 @@
 //! Selection of the contact forces to draw, and the lengths of their arrows.
 
-use crate::film::{Film, FilmBody, FilmContact, FilmFrame, FilmPartner, FilmPlace};
+use crate::film::{Film, FilmBody, FilmContact, FilmFrame, FilmPartner};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -41,13 +41,9 @@ impl Scale {
 
     /// Drawn contacts, with their forces averaged over `steps`. The average makes an impact of one
     /// step visible in any frame.
-    pub fn means(&self, film: &Film, steps: &[FilmFrame]) -> Vec<MeanForce> {
+    pub fn means(&self, steps: &[FilmFrame]) -> Vec<MeanForce> {
         let mut means = BTreeMap::new();
         for contact in steps.iter().flat_map(|step| &step.contacts) {
-            let points = film.bodies.get(contact.body).map_or(0, |body| body.points.len());
-            if contact.corner().is_some_and(|corner| corner >= points) {
-                continue;
-            }
             let mean = means.entry(ContactSite::of(contact)).or_insert((contact, Vector3::zeros()));
             // The last place is drawn.
             mean.0 = contact;
@@ -56,7 +52,7 @@ impl Scale {
         let is_shown = |mean: &MeanForce| mean.force.norm() > NEGLIGIBLE * self.weight;
         let mean = |(site, (contact, force)): (_, (&FilmContact, _))| MeanForce {
             site,
-            place: contact.place,
+            point: contact.point,
             normal: contact.normal,
             friction: contact.friction,
             force,
@@ -70,8 +66,6 @@ impl Scale {
 pub struct ContactSite {
     pub body: usize,
     pub partner: FilmPartner,
-    /// True if `key` is the index of a corner.
-    pub is_corner: bool,
     pub key: u64,
 }
 
@@ -79,7 +73,8 @@ pub struct ContactSite {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanForce {
     pub site: ContactSite,
-    pub place: FilmPlace,
+    /// Position (m), world frame.
+    pub point: Vector3<f64>,
     /// Unit normal away from the partner.
     pub normal: Vector3<f64>,
     /// Friction coefficient of the pair.
@@ -89,24 +84,7 @@ pub struct MeanForce {
 
 impl ContactSite {
     fn of(contact: &FilmContact) -> Self {
-        let (is_corner, key) = match contact.place {
-            FilmPlace::Corner(corner) => (true, corner as u64),
-            FilmPlace::At { key, .. } => (false, key),
-        };
-        Self { body: contact.body, partner: contact.partner, is_corner, key }
-    }
-}
-
-impl MeanForce {
-    /// Position for the body poses of `frame` (m).
-    pub fn point(&self, film: &Film, frame: &FilmFrame) -> Vector3<f64> {
-        match self.place {
-            FilmPlace::At { point, .. } => point,
-            FilmPlace::Corner(corner) => {
-                let pose = &frame.poses[self.site.body];
-                pose.position + pose.attitude * film.bodies[self.site.body].points[corner]
-            }
-        }
+        Self { body: contact.body, partner: contact.partner, key: contact.key }
     }
 }
 
@@ -131,12 +109,12 @@ mod tests {
         let scale = Scale::of(&film);
         assert!((scale.weight - 98.1).abs() < 1e-12);
         let landed = film.frames.iter().position(|frame| !frame.contacts.is_empty()).unwrap();
-        assert_eq!(scale.means(&film, &film.frames[..landed]), []);
-        let means = scale.means(&film, &film.frames[landed - 3..landed + 1]);
+        assert_eq!(scale.means(&film.frames[..landed]), []);
+        let means = scale.means(&film.frames[landed - 3..landed + 1]);
         assert_eq!(means.iter().map(|mean| mean.site.key).collect::<Vec<_>>(), [0, 1, 2, 3]);
         // The force acts in one of four steps, with a quarter of the weight at each corner.
         assert!(means.iter().all(|mean| (mean.force.norm() - 98.1 / 16.0).abs() < 1e-12));
         let floating = floating_cube(3);
-        assert_eq!(Scale::of(&floating).means(&floating, &floating.frames), []);
+        assert_eq!(Scale::of(&floating).means(&floating.frames), []);
     }
 }

@@ -32,7 +32,7 @@ pub mod view;
 
 pub use film::{
     Fact, Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmJoint, FilmLoad,
-    FilmPartner, FilmPlace, FilmPose, FilmTie, Status, Takeover,
+    FilmPartner, FilmPose, FilmTie, Status, Takeover,
 };
 pub use shape::{FilmHull, FilmMesh, FilmPiece};
 pub use triangles::{FilmTriangles, Triangles, triangles};

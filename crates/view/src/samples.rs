@@ -1,8 +1,8 @@
 //! Films for tests, computed from closed-form motions.
 
 use crate::film::{
-    Film, FilmBody, FilmContact, FilmFrame, FilmGround, FilmJoint, FilmLoad, FilmPartner,
-    FilmPlace, FilmPose, Status,
+    Film, FilmBody, FilmContact, FilmFrame, FilmGround, FilmJoint, FilmLoad, FilmPartner, FilmPose,
+    Status,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -42,24 +42,24 @@ pub fn falling_cube(steps: u64) -> Film {
         let height = HEIGHT - 0.5 * GRAVITY * time * time;
         let rests = height <= HALF_SIDE;
         let force = Vector3::new(0.0, 0.0, MASS * GRAVITY / 4.0);
-        let contact = |point| FilmContact {
+        let position = Vector3::new(0.0, 4.0 * time, height.max(HALF_SIDE));
+        let attitude = UnitQuaternion::from_euler_angles(0.0, 0.0, time);
+        let contact = |corner: usize| FilmContact {
             body: 0,
             partner: FilmPartner::Ground,
-            place: FilmPlace::Corner(point),
+            point: position + attitude * film.bodies[0].points[corner],
+            key: corner as u64,
             force,
             normal: Vector3::z(),
             friction: film.friction,
-            carries_force: true,
-            slacks: [0.0; 2],
-            multiplier: 0.0,
         };
         let fallen = if rests { 0.0 } else { -GRAVITY * time };
         FilmFrame {
             kinetic: 0.5 * MASS * (16.0 + fallen * fallen) + 0.5,
             potential: MASS * GRAVITY * height.max(HALF_SIDE),
             poses: vec![FilmPose {
-                position: Vector3::new(0.0, 4.0 * time, height.max(HALF_SIDE)),
-                attitude: UnitQuaternion::from_euler_angles(0.0, 0.0, time),
+                position,
+                attitude,
                 velocity: Vector3::new(0.0, 4.0, fallen),
                 spin: Vector3::z(),
             }],

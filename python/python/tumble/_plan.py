@@ -173,10 +173,7 @@ def plan(
         states = numbers("states", states, *shapes).reshape(bodies, 13)
     found = _tumble.plan(scene, text, guess, states, time, threads)
     misses = {name: Miss(*rest) for name, *rest in found["misses"]}
-    if found["model"] is None:
-        planned = Scene.from_text(found["text"], "plan.toml")
-    else:
-        planned = scene._with_model(found["model"], scene.start_index)
+    planned = scene._with_model(found["model"], scene.start_index)
     parts = ("status", "reason", "controls", "names", "columns", "wrenches", "starts", "cost")
     others = ("effort", "residual", "modes", "stages")
     return Plan(

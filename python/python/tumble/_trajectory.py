@@ -31,8 +31,7 @@ STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s 
 
 _TABLES = ("states", "contacts", "steps", "joints", "gears")
 
-_OF_ONE = "trajectory.csv"
-RUN_FILES = (*(f"{name}.csv" for name in _TABLES), _OF_ONE, "run.json")
+RUN_FILES = (*(f"{name}.csv" for name in _TABLES), "trajectory.csv", "run.json")
 """Names of the files that a run may have."""
 
 _JOINT_COLUMNS = {
@@ -334,8 +333,7 @@ class Trajectory:
 
         The tables are states.csv, contacts.csv and steps.csv, plus joints.csv and gears.csv
         for scenes that have them. Numbers are written without loss. The command line verifies
-        and displays the run from run.json. A scene with ``[body]`` also writes
-        trajectory.csv, as the command line does.
+        and displays the run from run.json.
 
         run.json marks a run as ``pushed`` if inputs outside the scene moved it: wrenches,
         motors or states set during the run, or added or removed bodies. The command line
@@ -353,9 +351,6 @@ class Trajectory:
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self.recording
         tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
-        of_one = recording.trajectory()
-        if of_one is not None:
-            tables[_OF_ONE] = of_one
         tables.update(more)
         files: Dict[str, Optional[bytes]] = {**tables, "run.json": recording.run_json(tables)}
         given = {name: content for name, content in files.items() if content is not None}
@@ -366,30 +361,15 @@ class Trajectory:
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
         """Reads the tables of a run of ``scene`` or of a part of one.
 
-        ``folder`` contains tables of to_csv or the command line. Or it is, or contains, the
-        only table trajectory.csv of a run of ``[body]``. A run.json beside the tables that has other
-        bodies is refused.
+        ``folder`` contains tables of to_csv or the command line. A run.json beside the tables
+        that has other bodies is refused.
         """
         scene, folder = made("scene", scene, Scene), Path(folder)
-        of_one = folder if folder.is_file() else folder / _OF_ONE
-        json = of_one.with_name("run.json")
+        json = folder / "run.json"
         run = json.read_text("utf-8") if json.is_file() else None
-        if of_one.is_file():
-            trajectory = cls(scene, Recording.of_trajectory(scene, of_one.read_bytes(), run))
-            if of_one == folder or not (folder / "states.csv").exists():
-                return trajectory
-        else:
-            trajectory = None
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
         tables = [(folder / f"{name}.csv").read_bytes() for name in names]
-        whole = cls(scene, Recording.of_tables(scene, tables, run=run))
-        # The tables contain more of the same run.
-        if trajectory is not None and whole.states.tobytes() != trajectory.states.tobytes():
-            raise TumbleError(
-                f"{folder}: states.csv and {_OF_ONE} belong to two runs; read the second with {of_one}, "
-                "and move the first to its own folder"
-            )
-        return whole
+        return cls(scene, Recording.of_tables(scene, tables, run=run))
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
         """Plots of a body over time as SVG.

@@ -311,12 +311,9 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 let forces = contacts.iter().map(|contact| ContactForce::none(contact.key));
                 record.solution.contacts = forces.collect();
                 record.contacts = contacts;
-                // This table exists for one body only.
-                let writer = TrajectoryWriter::new(Vec::new(), &world);
-                assert_eq!(writer.is_ok(), bodies == 1, "{bodies} bodies");
-                if let Ok(mut writer) = writer {
-                    panics.look("TrajectoryWriter::write", || writer.write(&record));
-                }
+                panics.look("TrajectoryWriter::write", || {
+                    TrajectoryWriter::new(Vec::new(), &world).write(&record)
+                });
                 panics.look("TableStep::of", || TableStep::of(&world, &record));
                 panics.look("TablesWriter::write", || {
                     let streams = Streams {

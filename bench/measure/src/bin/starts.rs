@@ -24,7 +24,8 @@ use tumble_core::step::StepStatus;
 use tumble_model::failure::Failure;
 use tumble_scene::choices::{SceneName, SolverName};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
+use tumble_scene::settings::{Settings, SolverTable};
+use tumble_scene::tutorial::CubeChanges;
 
 /// First seed of the heaps.
 const FIRST_SEED: u32 = 101;
@@ -120,9 +121,11 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     if throws > 0 {
         let mut counts = StartCounts::default();
         for seed in 0..throws {
-            let flags = Settings { seed: Some(seed), steps: Some(1000), ..Settings::default() };
+            let solver = SolverTable { name: Some(SolverName::Native), ..SolverTable::default() };
+            let flags =
+                Settings { seed: Some(seed), steps: Some(1000), solver, ..Settings::default() };
             let scene =
-                Scene::of_tutorial(SceneName::Drop, flags, SolverName::Native).map_err(said)?;
+                Scene::of_tutorial(SceneName::Drop, flags, CubeChanges::default()).map_err(said)?;
             of_scene(&scene, &mut counts)?;
         }
         counts.print("throws");
@@ -140,8 +143,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let path = Path::new(file);
         let text = std::fs::read_to_string(path)?;
         let read = |path: &Path, _: u64| std::fs::read(path);
-        let flags = Settings { solver: Some(SolverName::Native), ..Settings::default() };
-        let scene = Scene::of_text(&text, path, flags, &read).map_err(said)?;
+        let scene = Scene::of_text(&text, path, Settings::default(), &read).map_err(said)?;
         let mut counts = StartCounts::default();
         of_scene(&scene, &mut counts)?;
         counts.print(&path.file_stem().unwrap_or_default().to_string_lossy());

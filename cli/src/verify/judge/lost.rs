@@ -1,24 +1,16 @@
 //! Rounding errors of a recomputed step.
 
-use super::{ROUNDED, RecordedStep, StepContacts, StepJudge};
+use super::{ROUNDED, StepContacts, StepJudge};
 use nalgebra::Vector3;
 use tumble_core::contact::{Contact, rounding};
 use tumble_core::joint::{Gear, GearAxis, Joint, JointForce};
 use tumble_core::mechanics::State;
 
 impl StepJudge {
-    /// Rounding error of a residual, m/s: that of the step itself (eq. 22), plus the one of
-    /// contacts rebuilt from tables.
-    pub(super) fn lost(&self, step: &RecordedStep, contacts: &[Contact], next: &[State]) -> f64 {
-        match step {
-            RecordedStep::Trajectory(_) => rounding::residual(&self.world, step.states(), next),
-            RecordedStep::Tables(_) => self.lost_in(contacts, step.states(), next),
-        }
-    }
-
-    /// Rounding error with rebuilt contacts, m/s. A contact's plane is rebuilt from a gap, and a
-    /// gap computed from the plane, which adds two rounding errors of a gap (eq. 21).
-    pub(super) fn lost_in(&self, contacts: &[Contact], states: &[State], next: &[State]) -> f64 {
+    /// Rounding error of a residual, m/s: that of the step itself (eq. 22), plus the one of contacts
+    /// rebuilt from tables. A contact's plane is rebuilt from a gap, and a gap computed from the
+    /// plane, which adds two rounding errors of a gap (eq. 21).
+    pub(super) fn lost(&self, contacts: &[Contact], states: &[State], next: &[State]) -> f64 {
         let lost = rounding::residual(&self.world, states, next);
         let of_gaps = contacts.iter().map(|contact| {
             let position = &states[contact.key.body].position;

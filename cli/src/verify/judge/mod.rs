@@ -1,16 +1,14 @@
 //! Verification of a step from the files alone.
 //!
-//! The world comes from run.json. A row of the tutorial's table has the forces of all points, and
-//! the contacts follow from the state. Tables have contacts, which are rebuilt from their rows and
-//! compared with their keys ([`tumble_scene::output::tables`]). Those with a force must be where the
-//! pieces touch (eq. 18g).
+//! The world comes from run.json. The contacts are rebuilt from their rows and compared with their
+//! keys ([`tumble_scene::output::tables`]). Those with a force must be where the pieces touch (eq.
+//! 18g).
 //!
 //! The following recomputed values must equal those in the files:
 //!
-//! - the residual, and for tables its parts;
-//! - for tables the slips, the joint rows without forces, the overlap after the step, the placement
-//!   of the contacts and the energy;
-//! - for the tutorial's table the program's variables of each point.
+//! - the residual and its parts;
+//! - the slips, the joint rows without forces, the overlap after the step, the placement of the
+//!   contacts and the energy.
 //!
 //! The status must be possible for such a step.
 
@@ -21,11 +19,11 @@ mod rows;
 mod status;
 
 use crate::outcome::Failure;
-use crate::recording::{RecordedStep, Recording};
+use crate::recording::Recording;
 use energy::OTHER_ENERGY;
 use nalgebra::Vector3;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use tumble_core::contact::{Candidates, Certificate, Contact, Detection, rounding};
+use tumble_core::contact::{Candidates, Certificate, Contact};
 use tumble_core::joint::{Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::Stiffness;
@@ -33,7 +31,6 @@ use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_scene::joints_summary::Taut;
 use tumble_scene::output::tables::{JointRow, TableStep};
-use tumble_scene::output::trajectory::{TrajectoryRow, program_columns};
 
 /// Relative tolerance of recomputed values, in addition to the rounding error of an exact step.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
@@ -57,8 +54,6 @@ pub struct Verified {
     pub residual: f64,
     /// Largest part of the residual.
     pub part: &'static str,
-    /// Residual in the file, m/s.
-    pub column: f64,
     /// Difference from the file, if any.
     pub differs: Option<String>,
     /// True if the step exceeds the residual limit of solved steps, whatever its status.
@@ -78,8 +73,6 @@ pub struct StepJudge {
     candidates: Candidates,
     /// Largest residual of a solved contact step, m/s.
     pub accepted: f64,
-    /// Detection rule of the contact candidates, if known.
-    detection: Option<Detection>,
     /// Joint angles at the start of the step including full turns, rad; empty before the first
     /// step.
     angles: Vec<Vector3<f64>>,
@@ -102,14 +95,9 @@ struct StepContacts {
     wrong: Option<String>,
 }
 
-/// True if all columns of the points are zero.
-fn is_blank(row: &TrajectoryRow) -> bool {
-    row.step.iter().all(|number| *number == 0.0) && !row.carrying.contains(&true)
-}
-
-/// True if a recomputed number equals its column within the tolerances.
+/// True if a recomputed number equals its column within the tolerances. A column is finite.
 fn is_near(found: f64, column: f64, lost: f64) -> bool {
-    (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
+    found.is_finite() && (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
 }
 
 impl StepJudge {
@@ -123,9 +111,8 @@ impl StepJudge {
             stiffness: Stiffness::default(),
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
-            detection: recording.detection(),
             angles: Vec::new(),
-            turned_before: recording.run.as_ref().is_some_and(|run| run.start_index > 0),
+            turned_before: recording.run.start_index > 0,
             has_gaps: recording.kept().every > 1,
             taut: Taut::default(),
         })
@@ -133,20 +120,19 @@ impl StepJudge {
 
     /// Initialises the full turns of joints at `step`, the first row or a row after omitted ones.
     /// They come from its rows if joints may have turned before.
-    fn count(&mut self, step: &RecordedStep) {
+    fn count(&mut self, step: &TableStep) {
         if !self.angles.is_empty() && !self.has_gaps {
             return;
         }
-        self.angles = match step {
-            RecordedStep::Tables(step) if self.turned_before || self.has_gaps => {
-                let joints = self.world.joints().iter().zip(&step.joints);
-                let counted = |(joint, row): (&Joint, &JointRow)| {
-                    let at = joint.coordinates(&step.states);
-                    at.map_or(row.turns, |at| joint.counted(&at, &row.turns))
-                };
-                joints.map(counted).collect()
-            }
-            step => self.world.angles_near(step.states(), &[]),
+        self.angles = if self.turned_before || self.has_gaps {
+            let joints = self.world.joints().iter().zip(&step.joints);
+            let counted = |(joint, row): (&Joint, &JointRow)| {
+                let at = joint.coordinates(&step.states);
+                at.map_or(row.turns, |at| joint.counted(&at, &row.turns))
+            };
+            joints.map(counted).collect()
+        } else {
+            self.world.angles_near(&step.states, &[])
         };
     }
 
@@ -154,15 +140,12 @@ impl StepJudge {
     ///
     /// The states and forces of the rows are inserted in the equations of the step. The resulting
     /// certificate, slips, joint rows and energy are compared with the rows. Nothing is solved.
-    pub fn step(&mut self, step: &RecordedStep, next: &[State]) -> Verified {
-        let states = step.states();
-        self.world.follow(&self.courses, (step.index() + 1) as f64 * self.world.time_step());
+    pub fn step(&mut self, step: &TableStep, next: &[State]) -> Verified {
+        let (states, row) = (&step.states[..], &step.row);
+        self.world.follow(&self.courses, (row.index + 1) as f64 * self.world.time_step());
         self.count(step);
-        let wrenches = self.wrenches(step.index(), states);
-        let touching = match step {
-            RecordedStep::Trajectory(row) => self.of_points(row, next, &wrenches),
-            RecordedStep::Tables(step) => self.of_rows(step, next, &wrenches),
-        };
+        let wrenches = self.wrenches(row.index, states);
+        let touching = self.of_rows(step, next, &wrenches);
         let StepContacts { contacts, forces, joints, gears, wrong } = &touching;
         let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
         let certificate = match self.floating {
@@ -170,81 +153,50 @@ impl StepJudge {
             false => self.certifier.contact_step(&self.world, &claim, forces.iter().copied()),
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
-        let lost = self.lost(step, contacts, next);
+        let lost = self.lost(contacts, states, next);
         let status = self.another_status(step, next, &wrenches, &touching, lost);
-        let (differs, overlap) = match step {
-            RecordedStep::Trajectory(row) => {
-                let of_forces = self.lost_of_forces(&touching, states);
-                let is_same = is_near(residual, row.residual, lost + of_forces);
-                let other = (!is_same).then(|| "its residual differs".to_owned());
-                (other.or(status).or_else(|| self.another_column(row, next, contacts)), 0.0)
-            }
-            RecordedStep::Tables(step) => {
-                let (differs, overlap) =
-                    self.compare(step, next, &wrenches, &touching, &certificate);
-                (differs.or(status), overlap)
-            }
-        };
+        let (differs, overlap) = self.compare(step, next, &wrenches, &touching, &certificate);
+        let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();
         // Free flight is exact for every solver of contacts.
-        let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
+        let flies = row.status == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
         // NaN is never within a limit.
         let is_exact = residual <= accepted.max(lost);
         Verified {
-            index: step.index(),
-            status: step.status(),
+            index: row.index,
+            status: row.status,
             residual,
             part: certificate.worst_part(),
-            column: step.residual(),
             differs,
             // The substeps were exact, but the rows do not show them.
-            inexact: !is_exact && step.status() != StepStatus::Substepped,
+            inexact: !is_exact && row.status != StepStatus::Substepped,
             overlap,
         }
     }
 
     /// Verifies the last state: its energy, and that its row has no step. Returns `None` if it is
     /// correct.
-    pub fn end(&mut self, end: &RecordedStep) -> Option<Verified> {
-        self.world.follow(&self.courses, end.index() as f64 * self.world.time_step());
-        let is_bare = match end {
-            RecordedStep::Trajectory(row) => {
-                is_blank(row) && row.iterations == 0 && row.residual == 0.0
-            }
-            RecordedStep::Tables(step) => {
-                let row = &step.row;
-                let numbers = row.parts.iter().chain([
-                    &row.residual,
-                    &row.overlap,
-                    &row.placement,
-                    &row.stiffness,
-                ]);
-                let of_joint = |joint: &JointRow| {
-                    let JointRow { velocity, spin, force, torque, residual, .. } = joint;
-                    let still = [velocity, spin, force, torque].map(Vector3::amax);
-                    still == [0.0; 4] && *residual == JointResidual::default()
-                };
-                row.contacts == 0
-                    && step.joints.iter().all(of_joint)
-                    && row.iterations == 0
-                    && row.works == [0.0; 6]
-                    && row.start.is_empty()
-                    && row.restitution_share == 1.0
-                    && numbers.copied().all(|number| number == 0.0)
-            }
+    pub fn end(&mut self, end: &TableStep) -> Option<Verified> {
+        let row = &end.row;
+        self.world.follow(&self.courses, row.index as f64 * self.world.time_step());
+        let numbers =
+            row.parts.iter().chain([&row.residual, &row.overlap, &row.placement, &row.stiffness]);
+        let of_joint = |joint: &JointRow| {
+            let JointRow { velocity, spin, force, torque, residual, .. } = joint;
+            let still = [velocity, spin, force, torque].map(Vector3::amax);
+            still == [0.0; 4] && *residual == JointResidual::default()
         };
-        let has_energy = match end {
-            RecordedStep::Trajectory(_) => true,
-            RecordedStep::Tables(step) => self.has_its_energy(step),
-        };
+        let is_bare = row.contacts == 0
+            && end.joints.iter().all(of_joint)
+            && row.iterations == 0
+            && row.works == [0.0; 6]
+            && row.start.is_empty()
+            && row.restitution_share == 1.0
+            && numbers.copied().all(|number| number == 0.0);
+        let has_energy = self.has_its_energy(end);
         self.count(end);
-        let joint = match end {
-            RecordedStep::Trajectory(_) => None,
-            RecordedStep::Tables(step) => {
-                self.another_joint(step, None).or_else(|| self.another_gear(step, None))
-            }
-        };
+        let joint = self.another_joint(end, None).or_else(|| self.another_gear(end, None));
         let differs = match (is_bare, has_energy, joint) {
             (true, true, None) => return None,
             (false, ..) => "no step begins at its state, but its row has one".to_owned(),
@@ -252,70 +204,14 @@ impl StepJudge {
             (true, false, None) => OTHER_ENERGY.to_owned(),
         };
         Some(Verified {
-            index: end.index(),
-            status: end.status(),
+            index: row.index,
+            status: row.status,
             residual: 0.0,
             part: "dynamics",
-            column: end.residual(),
             differs: Some(differs),
             inexact: false,
             overlap: 0.0,
         })
-    }
-
-    /// Finds a column of the program that does not follow from force and motion.
-    fn another_column(
-        &self,
-        row: &TrajectoryRow,
-        next: &[State],
-        contacts: &[Contact],
-    ) -> Option<String> {
-        if self.floating || row.status == StepStatus::Free {
-            let is_blank = is_blank(row);
-            return (!is_blank).then(|| "it has no contact, but contact columns".to_owned());
-        }
-        let states = std::slice::from_ref(&row.state);
-        let speed_lost = self.lost_in(contacts, states, next);
-        contacts.iter().find_map(|contact| {
-            let (point, normal) = (contact.key.point, contact.normal());
-            let (force, slip) = (row.force(point), contact.slip(&self.world, states, next).norm());
-            let found = program_columns(&self.world, contact, states, next, force, slip);
-            let has = row.products(point);
-            // Rounding errors of gaps and speeds, times the forces that multiply them. λ is the
-            // slip times √(f² + ε²)/f.
-            let size = force.norm();
-            let gap_lost = self.world.time_step() * speed_lost
-                + rounding::gap(&normal, &next[0].position, contact.features.offset, &contact.arm);
-            let of_law = (1.0 + contact.law.friction) * size;
-            let of_speed = program_columns(&self.world, contact, states, next, force, 1.0);
-            let stretch = of_speed.slip_speed;
-            let of_slip = speed_lost * stretch.max(1.0);
-            let columns = [
-                ("s1_", found.normal, has.normal, size * gap_lost),
-                ("s2_", found.friction, has.friction, of_law * of_slip),
-                ("lam", found.slip_speed, has.slip_speed, of_slip),
-            ];
-            let pressing = normal.dot(&force);
-            let carries = row.carrying[point];
-            let is_its_flag =
-                carries == (pressing > 0.0) || pressing != 0.0 && pressing.abs() <= ROUNDED * size;
-            let other = columns.into_iter().find(|(_, a, b, lost)| !is_near(*a, *b, *lost));
-            let other =
-                other.map(|(name, found, ..)| format!("{name}{point} should be {found:.3e}"));
-            other.or_else(|| {
-                (!is_its_flag).then(|| format!("alpha{point} should be {}", !carries as u8))
-            })
-        })
-    }
-
-    /// Contacts at every point of the single body, with the forces of the row.
-    fn of_points(&self, row: &TrajectoryRow, next: &[State], wrenches: &[Wrench]) -> StepContacts {
-        let contacts = match self.floating {
-            true => Vec::new(),
-            false => row.contacts(&self.world, next, &wrenches[0]),
-        };
-        let forces = row.forces().collect();
-        StepContacts { contacts, forces, ..StepContacts::default() }
     }
 
     /// First difference between a step and its tables, and the overlap after the step, m.
@@ -333,7 +229,7 @@ impl StepJudge {
         if self.has_another_rebound(touching, states, next, wrenches, row.restitution_share) {
             differ("a contact rebounds differently from the restitution law".to_owned());
         }
-        let slip_lost = self.lost_in(contacts, states, next);
+        let slip_lost = self.lost(contacts, states, next);
         let negligible = NEGLIGIBLE * self.world.speed_scale();
         let lost = slip_lost + self.lost_of_forces(touching, states) + negligible;
         if let Some(other) = self.another_joint(step, Some((next, &touching.joints))) {
@@ -417,7 +313,7 @@ impl StepJudge {
             return share != 1.0 || contacts.iter().any(Contact::bounces);
         }
         let free = self.free_flight(states, wrenches);
-        let rounding = self.lost_in(contacts, states, &free);
+        let rounding = self.lost(contacts, states, &free);
         let range =
             |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
         let mut pushed = vec![0.0; states.len()];

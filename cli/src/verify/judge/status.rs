@@ -1,12 +1,12 @@
 //! Statuses that a step cannot have.
 
 use super::{StepContacts, StepJudge};
-use crate::recording::RecordedStep;
 use tumble::solver::Rung;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::solver::native::STARTS;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
+use tumble_scene::output::tables::TableStep;
 
 /// True if the column `start` may have this value.
 fn is_start(word: &str) -> bool {
@@ -16,48 +16,36 @@ fn is_start(word: &str) -> bool {
 impl StepJudge {
     /// Reason why a step, correct otherwise, cannot have the status in its row.
     pub(super) fn another_status(
-        &mut self,
-        step: &RecordedStep,
+        &self,
+        step: &TableStep,
         next: &[State],
         wrenches: &[Wrench],
         touching: &StepContacts,
         lost: f64,
     ) -> Option<String> {
-        let status = step.status();
-        let is_solved =
-            matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
-        let (iterations, started) = match step {
-            RecordedStep::Trajectory(row) => (row.iterations, None),
-            RecordedStep::Tables(step) => (step.row.iterations, Some(!step.row.start.is_empty())),
-        };
-        let touches = match step {
-            // An invalid state has no candidates.
-            RecordedStep::Trajectory(row) => row.state.checked().ok().and_then(|_| {
-                let (states, rule) = (step.states(), self.detection?);
-                let free = self.free_flight(states, wrenches);
-                Some(self.candidates.find(rule, &self.world, states, &free))
-            }),
-            RecordedStep::Tables(step) => Some(step.row.contacts > 0 || !step.joints.is_empty()),
-        };
-        let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
-        if let RecordedStep::Tables(step) = step
-            && !is_start(&step.row.start)
-        {
-            let start = shown::line(&step.row.start);
+        let TableStep { row, states, .. } = step;
+        let status = row.status;
+        if !is_start(&row.start) {
+            let start = shown::line(&row.start);
             return Some(format!("its start is `{start}`, which is unknown"));
         }
+        let is_solved =
+            matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
+        let has_start = !row.start.is_empty();
+        let touches = row.contacts > 0 || !step.joints.is_empty();
+        let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
         let why = if status == StepStatus::Free && pushed {
             "it has forces"
-        } else if status == StepStatus::Free && (iterations > 0 || started == Some(true)) {
+        } else if status == StepStatus::Free && (row.iterations > 0 || has_start) {
             "it was solved"
-        } else if status == StepStatus::Free && touches == Some(true) {
+        } else if status == StepStatus::Free && touches {
             "bodies can touch"
-        } else if is_solved && (touches == Some(false) || started == Some(false)) {
+        } else if is_solved && !(touches && has_start) {
             "nothing can touch, and no problem was solved"
-        } else if is_solved && step.residual() > self.accepted.max(lost) {
+        } else if is_solved && row.residual > self.accepted.max(lost) {
             "its residual is above the limit of a solved step"
         } else if status == StepStatus::Substepped
-            && self.makes_energy(step.states(), next, wrenches, touching)
+            && self.makes_energy(states, next, wrenches, touching)
         {
             "its energy rises by more than loads and drives supply"
         } else {

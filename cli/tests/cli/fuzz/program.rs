@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tumble_core::step::StepStatus;
-use tumble_scene::output::trajectory::TrajectoryReader;
+use tumble_scene::output::tables::{Streams, TablesReader};
 
 /// Limits of the processor time of a refusal and of a short run. Both usually take milliseconds.
 pub const REFUSED_WITHIN: Duration = Duration::from_secs(1);
@@ -65,7 +65,7 @@ fn check_simulation(args: &[OsString]) {
             assert_eq!(end.stderr, "", "{args:?}");
             assert!(took < DONE_WITHIN, "{args:?}: {took:?}");
             if directory.path().join("out").exists() {
-                check_file(&directory.path().join("out/trajectory.csv"), &end);
+                check_files(&directory.path().join("out"), &end);
             }
         }
         Some(2) => {
@@ -78,16 +78,22 @@ fn check_simulation(args: &[OsString]) {
     }
 }
 
-/// Asserts that the written file is readable and finite. It must contain failed steps exactly if
-/// the exit code is 3.
-fn check_file(path: &Path, end: &End) {
-    let mut reader = TrajectoryReader::new(File::open(path).unwrap()).unwrap();
+/// Asserts that the written tables are readable, which are finite then. They must contain failed
+/// steps exactly if the exit code is 3.
+fn check_files(out: &Path, end: &End) {
+    let open = |name: &str| File::open(out.join(name)).unwrap();
+    let streams = Streams {
+        states: open("states.csv"),
+        contacts: Some(open("contacts.csv")),
+        steps: open("steps.csv"),
+        joints: None,
+        gears: None,
+        ends: None,
+    };
+    let mut reader = TablesReader::new(streams, 1, 0, 0).unwrap();
     let mut failed = false;
-    while let Some(row) = reader.next_row().unwrap() {
-        let state = row.state.to_vector();
-        let numbers = row.step.iter().chain(&state).chain([&row.residual]);
-        assert!(numbers.into_iter().all(|number| number.is_finite()), "{row:?}");
-        failed |= row.status == StepStatus::Failed;
+    while let Some(step) = reader.next_step().unwrap() {
+        failed |= step.row.status == StepStatus::Failed;
     }
     assert_eq!(end.code, Some(if failed { 3 } else { 0 }), "{end:?}");
 }
@@ -272,8 +278,8 @@ fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
         let (end, took) = end_of(directory.path(), &args);
         prop_assert!(matches!(end.code, Some(0 | 3)) && end.stderr.is_empty(), "{:?}", end);
         prop_assert!(took < DONE_WITHIN, "{:?}", took);
-        check_file(&directory.path().join("out/trajectory.csv"), &end);
-        let (verified, _) = end_of(directory.path(), &["verify", "out/trajectory.csv"]);
+        check_files(&directory.path().join("out"), &end);
+        let (verified, _) = end_of(directory.path(), &["verify", "out/states.csv"]);
         prop_assert_eq!(verified.code, end.code, "{:?} {:?}", verified, end);
         Ok(())
     });

@@ -111,8 +111,3 @@ fn end(k: usize, numbers: &[f64]) -> StepRecord {
     let solution = StepSolution::free(&states);
     StepRecord { index: k as u64, states, solution, ..StepRecord::new() }
 }
-
-/// Run with a single row of halves.
-pub fn one_row(points: usize) -> Run {
-    Run { points, records: vec![end(0, &[0.5; 13])] }
-}

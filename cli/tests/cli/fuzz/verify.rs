@@ -2,7 +2,7 @@
 
 use super::program::{DONE_WITHIN, assert_one_line, end_of};
 use super::{each, wild};
-use crate::support::contact_run;
+use crate::support::{READ, contact_files, contact_run};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -81,16 +81,18 @@ fn replace(whole: &mut Value, path: &[Index], value: Value) {
 }
 
 /// Asserts that `verify` ends with code 0, 1 (differences) or 3 (failed steps), or refuses the
-/// files in one line.
-fn check_verify(directory: &Path, csv: &[u8], json: &[u8]) {
-    fs::write(directory.join("trajectory.csv"), csv).unwrap();
-    fs::write(directory.join("run.json"), json).unwrap();
-    let (end, took) = end_of(directory, &["verify", "trajectory.csv"]);
+/// files in one line, after a change of the file `name`.
+fn check_verify(directory: &Path, name: &str, content: &[u8]) {
+    let path = directory.join(name);
+    let whole = fs::read(&path).unwrap();
+    fs::write(&path, content).unwrap();
+    let (end, took) = end_of(directory, &["verify", "states.csv"]);
+    fs::write(&path, whole).unwrap();
     assert!(took < DONE_WITHIN, "{took:?}");
     match end.code {
         Some(0 | 1 | 3) => {
             assert_eq!(end.stderr, "");
-            assert!(end.stdout.starts_with("trajectory.csv: "), "{end:?}");
+            assert!(end.stdout.contains(" steps of 1 body\n"), "{end:?}");
         }
         Some(2) => {
             assert_one_line(&end);
@@ -102,41 +104,41 @@ fn check_verify(directory: &Path, csv: &[u8], json: &[u8]) {
 
 #[test]
 #[ignore = "slow"]
-fn a_mutated_trajectory_is_verified_or_refused_in_one_line() {
-    let directory = tempfile::tempdir().unwrap();
-    let (csv, json) = contact_run();
-    each(300, edits(), |edits| {
-        check_verify(directory.path(), &edited(csv, edits), json.as_bytes());
-        Ok(())
-    });
-    // Any number in any field.
-    let change = (any::<Index>(), any::<Index>(), wild());
-    each(300, change, |(row, column, number)| {
-        let mut lines: Vec<String> = csv.lines().map(str::to_owned).collect();
-        let row = row.index(lines.len());
-        let mut fields: Vec<String> = lines[row].split(',').map(str::to_owned).collect();
-        let column = column.index(fields.len());
-        fields[column] = format!("{number:e}");
-        lines[row] = fields.join(",");
-        check_verify(directory.path(), lines.join("\n").as_bytes(), json.as_bytes());
-        Ok(())
-    });
+fn mutated_tables_are_verified_or_refused_in_one_line() {
+    let directory = contact_files();
+    for (name, csv) in READ.iter().zip(contact_run()).take(3) {
+        each(100, edits(), |edits| {
+            check_verify(directory.path(), name, &edited(csv, edits));
+            Ok(())
+        });
+        // Any number in any field.
+        let change = (any::<Index>(), any::<Index>(), wild());
+        each(100, change, |(row, column, number)| {
+            let mut lines: Vec<String> = csv.lines().map(str::to_owned).collect();
+            let row = row.index(lines.len());
+            let mut fields: Vec<String> = lines[row].split(',').map(str::to_owned).collect();
+            let column = column.index(fields.len());
+            fields[column] = format!("{number:e}");
+            lines[row] = fields.join(",");
+            check_verify(directory.path(), name, lines.join("\n").as_bytes());
+            Ok(())
+        });
+    }
 }
 
 #[test]
 #[ignore = "slow"]
 fn a_mutated_run_json_is_used_or_refused_in_one_line() {
-    let directory = tempfile::tempdir().unwrap();
-    let (csv, json) = contact_run();
+    let (directory, json) = (contact_files(), &contact_run()[3]);
     each(200, edits(), |edits| {
-        check_verify(directory.path(), csv.as_bytes(), &edited(json, edits));
+        check_verify(directory.path(), "run.json", &edited(json, edits));
         Ok(())
     });
     let run: Value = serde_json::from_str(json).unwrap();
     each(300, (vec(any::<Index>(), 1..5), any_json()), |(path, value)| {
         let mut mutated = run.clone();
         replace(&mut mutated, &path, value);
-        check_verify(directory.path(), csv.as_bytes(), mutated.to_string().as_bytes());
+        check_verify(directory.path(), "run.json", mutated.to_string().as_bytes());
         Ok(())
     });
 }

@@ -198,13 +198,13 @@ fn the_plots_and_the_time_are_linked() {
     for place in places.as_array().unwrap() {
         assert!((place.as_f64().unwrap() - 0.75).abs() < 0.01, "{places}");
     }
-    // The colours of eight corners are distinguishable in the light and dark schemes. Their
-    // distance in CIELAB exceeds twice a just noticeable difference.
+    // The colours of the curves are distinguishable in the light and dark schemes. Their distance in
+    // CIELAB exceeds twice a just noticeable difference.
     for scheme in ["light", "dark"] {
         browser.colour_scheme(scheme);
         browser.settle();
-        let strokes = browser.legend_strokes("fz");
-        assert_eq!(strokes.len(), 8);
+        let strokes = browser.legend_strokes("energy");
+        assert_eq!(strokes.len(), 3);
         for (i, a) in strokes.iter().enumerate() {
             for b in &strokes[..i] {
                 assert!(lab_distance(&a.0, &b.0) > 15.0, "{scheme}: {a:?} {b:?}");
@@ -247,10 +247,10 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
     let shown = || browser.run("return document.querySelectorAll('.stage:not([hidden])').length");
     assert_eq!(shown(), 2);
     assert_ne!(browser.pixels(0), browser.pixels(1));
-    // Each corner of each run has its own combination of colour and dash.
+    // Each curve of each run has its own combination of colour and dash.
     browser.run("document.querySelectorAll('details').forEach((plot) => { plot.open = true })");
-    let strokes = browser.legend_strokes("fz");
-    assert_eq!(strokes.len(), 16);
+    let strokes = browser.legend_strokes("energy");
+    assert_eq!(strokes.len(), 6);
     for (i, a) in strokes.iter().enumerate() {
         for b in &strokes[..i] {
             assert!(lab_distance(&a.0, &b.0) > 15.0 || a.1 != b.1, "{a:?} {b:?}");

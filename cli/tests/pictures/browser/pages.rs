@@ -50,7 +50,7 @@ impl Pages {
         self.drop();
         let other = ["--steps", "300", "--solver", "native", "--dt", "0.005", "--box", "1,2,0.5"];
         self.simulate("other", &other, 0);
-        let [a, b] = ["drop", "other"].map(|name| self.path(name).join("trajectory.csv"));
+        let [a, b] = ["drop", "other"].map(|name| self.path(name).join("states.csv"));
         let out = self.path("pair");
         tumble(
             &["view", a.to_str().unwrap(), b.to_str().unwrap(), "--out", out.to_str().unwrap()],

@@ -118,10 +118,10 @@ fn numbers(answer: &Value) -> Vec<f64> {
 fn last_row(scene: &Path) -> Vec<f64> {
     let out = scene.with_extension("run");
     let arguments = ["run", scene.to_str().unwrap(), "--out", out.to_str().unwrap()];
-    tumble(&[&arguments[..], &["--solver", "native"]].concat(), 0);
-    let table = std::fs::read_to_string(out.join("trajectory.csv")).unwrap();
+    tumble(&arguments, 0);
+    let table = std::fs::read_to_string(out.join("states.csv")).unwrap();
     let row = table.lines().last().unwrap();
-    row.split(',').skip(2).take(7).map(|number| number.parse().unwrap()).collect()
+    row.split(',').skip(3).take(7).map(|number| number.parse().unwrap()).collect()
 }
 
 #[test]

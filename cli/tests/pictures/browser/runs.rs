@@ -33,8 +33,9 @@ fn a_small_body_and_a_free_one_read_well() {
     assert!(!facts.as_str().unwrap().contains("friction"), "{facts}");
     // A page with two different grounds names the one in the common view.
     let slope = format!("{ROOT}/scenarios/slope.toml");
-    pages.simulate("slope", &["--scenario", &slope, "--steps", "50", "--solver", "native"], 0);
-    let [a, b] = ["slope", "small"].map(|name| pages.path(name).join("trajectory.csv"));
+    pages.simulate("slope", &["--scenario", &slope, "--steps", "50"], 0);
+    let a = pages.path("slope").join("states.csv");
+    let b = pages.path("small").join("states.csv");
     let out = pages.path("grounds");
     let [a, b, to] = [&a, &b, &out].map(|path| path.to_str().unwrap());
     tumble(&["view", a, b, "--out", to], 0);
@@ -177,11 +178,11 @@ fn odd_runs_have_working_pages_too() {
         ("long", pages.simulate("long", &["--steps", "20000", "--solver", "native"], 0)),
     ];
     // A position too large for a picture, and a body of points with a malicious name.
-    let far = pages.path("far").join("trajectory.csv");
+    let far = pages.path("far").join("states.csv");
     let text = fs::read_to_string(&far).unwrap();
     let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
     let mut fields: Vec<_> = lines[5].split(',').collect();
-    (fields[2], fields[9]) = ("1e300", "-1e300");
+    (fields[3], fields[10]) = ("1e300", "-1e300");
     lines[5] = fields.join(",");
     fs::write(&far, lines.join("\n")).unwrap();
     tumble(&["view", far.to_str().unwrap()], 0);
@@ -192,7 +193,7 @@ fn odd_runs_have_working_pages_too() {
     run["model"]["shapes"][0] = serde_json::json!({ "points": corners });
     run["scene"] = "</script><script>document.title = 'broken'</script>".into();
     fs::write(points.join("run.json"), run.to_string()).unwrap();
-    tumble(&["view", points.join("trajectory.csv").to_str().unwrap()], 0);
+    tumble(&["view", points.join("states.csv").to_str().unwrap()], 0);
 
     let browser = Browser::start(1000, 700);
     for (name, page) in odd {

@@ -66,8 +66,7 @@ impl Detection {
     }
 }
 
-/// Contacts of all points of all bodies with the ground at any height. They certify a step that was
-/// read from a file.
+/// Contacts of all points of all bodies with the ground at any height.
 pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>) {
     contacts.clear();
     let Some(ground) = world.ground() else { return };

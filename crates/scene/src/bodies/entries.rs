@@ -17,24 +17,24 @@ use tumble_model::shown;
 /// Defines a table that has the fields of a convex form and others.
 macro_rules! with_form {
     ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
-        #[derive(Deserialize)]
+        #[derive(Default, Deserialize)]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
             #[serde(rename = "box")]
-            cuboid: Option<Sides>,
-            sphere: Option<f64>,
+            pub cuboid: Option<Sides>,
+            pub sphere: Option<f64>,
             #[serde(default, deserialize_with = "table_if_any")]
-            capsule: Option<CapsuleTable>,
+            pub capsule: Option<CapsuleTable>,
             #[serde(default, deserialize_with = "table_if_any")]
-            cylinder: Option<CylinderTable>,
+            pub cylinder: Option<CylinderTable>,
             #[serde(default, deserialize_with = "table_if_any")]
-            cone: Option<ConeTable>,
-            ellipsoid: Option<Numbers<3>>,
-            hull: Option<Vec<Numbers<3>>>,
-            mesh: Option<String>,
-            scale: Option<f64>,
-            radius: Option<f64>,
-            sides: Option<usize>,
+            pub cone: Option<ConeTable>,
+            pub ellipsoid: Option<Numbers<3>>,
+            pub hull: Option<Vec<Numbers<3>>>,
+            pub mesh: Option<String>,
+            pub scale: Option<f64>,
+            pub radius: Option<f64>,
+            pub sides: Option<usize>,
             $($(#[$meta])* pub $field: $type,)*
         }
 
@@ -210,19 +210,24 @@ pub struct RingTable {
     pub about: Option<Numbers<3>>,
 }
 
-#[derive(Deserialize)]
+/// Attitude: random, a quaternion, or a rotation about an axis.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(
     untagged,
     expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
                  needed"
 )]
 pub enum AttitudeEntry {
+    /// Drawn from the seed.
     Word(Random),
+    /// Quaternion w, x, y, z of any length.
     Quaternion(Numbers<4>),
+    /// Rotation about an axis.
     About(AxisTable),
 }
 
-#[derive(Deserialize)]
+/// Rotation about an axis.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisTable {
     axis: Numbers<3>,
@@ -240,13 +245,13 @@ impl AttitudeEntry {
     /// Unit quaternion w, x, y, z; `None` for a random attitude.
     pub fn quaternion(&self) -> Result<Option<[f64; 4]>, String> {
         match self {
-            Self::Word(Random::Random) => Ok(None),
+            Self::Word(_) => Ok(None),
             Self::Quaternion(given) => {
                 let quaternion = nalgebra::Vector4::from(given.0);
                 if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
                     Ok(Some(unit(quaternion).into()))
                 } else {
-                    Err("a quaternion of a length from 1e-6 to 1e6 is needed".to_owned())
+                    Err("a quaternion w, x, y, z of a length from 1e-6 to 1e6 is needed".to_owned())
                 }
             }
             Self::About(AxisTable { axis, degrees }) => turn(&axis.0, *degrees).map(Some),

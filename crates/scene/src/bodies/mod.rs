@@ -1,5 +1,4 @@
-//! Scenes in the notation `[[bodies]]`: any number of bodies, with fixed geometry, joints and
-//! robots.
+//! Scenes of any number of bodies, with fixed geometry, joints and robots.
 //!
 //! A scene is made in three steps:
 //!
@@ -21,11 +20,9 @@ mod refused;
 pub mod robots;
 pub mod terrain;
 
-use super::physics::violent_load;
 use super::scene::Scene;
 use super::settings::{Settings, USUAL_SEED};
-use super::solver_choice::SolverChoice;
-use crate::choices::SolverName;
+use super::solver_choice::{self, SolverChoice};
 use build::BuiltScene;
 use driven::{DrivenEntry, SurfaceEntry};
 use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry, PieceEntry};
@@ -37,11 +34,15 @@ use tumble_core::contact::{Candidates, Overlap};
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::joint::GEAR_AT_THE_START;
+use tumble_core::mechanics::load::Polyline;
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::failure::{Failure, refuse_flags};
 
-/// Tables of a scenario file in this notation, as deserialised.
+/// Tables of a scenario file, as deserialised.
+#[derive(Default)]
 pub struct SceneEntries {
+    /// Place of the only body in error messages, if it is not `bodies[0]`.
+    pub at: &'static str,
     /// Entries of `[[bodies]]`.
     pub bodies: Vec<BodyEntry>,
     /// Entries of `[[fixed]]`: static geometry.
@@ -68,24 +69,29 @@ pub struct SceneEntries {
     pub robots: Vec<robots::RobotEntry>,
 }
 
-/// Default solver of these scenes.
-const USUAL_SOLVER: SolverName = SolverName::Native;
-
 /// Makes the scene of a scenario file from its `settings` and its tables `entries`.
 ///
-/// The settings are those of the file, overridden by the flags of the command line. `files` reads
-/// mesh files.
+/// The settings are those of the file, overridden by the flags of the command line. `floats` is true
+/// without a table `[ground]`. `files` reads mesh files.
 ///
 /// # Errors
 /// The first invalid value.
 pub fn scene(
     name: String,
+    floats: bool,
     settings: &Settings,
     entries: SceneEntries,
     files: Files<'_>,
 ) -> Result<Scene, Failure> {
     let built = build::build(entries, settings, files).map_err(Failure::Input)?;
-    of_built(name, settings, built)
+    let model = &built.model;
+    let is_alone = model.bodies.len() == 1 && model.fixed.is_empty() && model.terrains.is_empty();
+    if floats && !(is_alone && model.joints.is_empty()) {
+        let why = "ground: a table [ground] is needed; set `none = true` in it for no ground, with \
+                   `friction` for all bodies";
+        return Err(Failure::Input(why.to_owned()));
+    }
+    of_built(name, floats, settings, built)
 }
 
 /// Makes the scene of a single robot file.
@@ -98,18 +104,23 @@ pub fn scene_of_robot(
     robot: &tumble_robot::model::Robot,
 ) -> Result<Scene, Failure> {
     let built = robots::alone(robot, settings).map_err(Failure::Input)?;
-    of_built(name, settings, built)
+    of_built(name, false, settings, built)
 }
 
 /// Makes the scene of a built model and checks its initial state.
-fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<Scene, Failure> {
+fn of_built(
+    name: String,
+    floats: bool,
+    settings: &Settings,
+    mut built: BuiltScene,
+) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, .. } = built;
-    let place = "several bodies: the tutorial's program has one";
-    refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
-    let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
-    // Reports a solver that does not support this world before any file is written.
-    contact.solver(&world)?;
+    let contact = (!floats).then(|| SolverChoice::new(&settings.solver)).transpose()?;
+    if let Some(contact) = &contact {
+        // Reports a solver that does not support this world before any file is written.
+        contact.solver(&world)?;
+    }
     let scene = Scene {
         name,
         changed: Vec::new(),
@@ -125,11 +136,10 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
         bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
         fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
-        contact: Some(contact),
-        usual_solver: settings.solver.is_none(),
+        contact,
         robots: built.robots,
         model,
-        trajectory: false,
+        trajectory: settings.solver.preset.is_some(),
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
     refuse_start_below_ground(&scene)?;
@@ -143,9 +153,8 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
 /// other bodies are not checked.
 ///
 /// # Errors
-/// The first invalid value; a scene with `[body]`.
+/// The first invalid value.
 pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Scene, Failure> {
-    refuse_trajectory(scene)?;
     let model = build::with_body(scene.model.clone(), entry, files).map_err(Failure::Input)?;
     let scene = scene.clone().with_model(model)?;
     let last = scene.bodies.len() - 1;
@@ -165,7 +174,7 @@ pub fn piece(entry: PieceEntry, files: Files<'_>) -> Result<Piece, Failure> {
 /// Returns `scene` without the body `index` and its joints.
 ///
 /// # Errors
-/// The only body; a scene with `[body]`; a body of a robot, or one before it.
+/// The only body; a body of a robot, or one before it.
 pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
     if scene.robots.iter().any(|robot| index < robot.bodies_end()) {
         let name = scene.bodies.get(index).map_or("body", String::as_str);
@@ -174,28 +183,36 @@ pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
              removed"
         )));
     }
-    refuse_trajectory(scene)?;
     let mut model = scene.model.clone();
     model.leave_out(index);
     scene.clone().with_model(model)
 }
 
-/// Rejects a scene of the notation `[body]`. Its run writes trajectory.csv, which has columns for
-/// one body only.
-fn refuse_trajectory(scene: &Scene) -> Result<(), Failure> {
-    if scene.trajectory { Err(Failure::Input(ONE_FOR_GOOD.to_owned())) } else { Ok(()) }
-}
-
-const ONE_FOR_GOOD: &str = "a scene with [body] always has one body; use [[bodies]] for others";
-
 /// Rejects a load on the body `index` that would change its velocity too much in one step.
 fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
     let (body, load) = (&scene.world.bodies()[index], &scene.loads[index]);
-    match violent_load(body, load, scene.world.time_step()) {
-        Some(why) => Err(Failure::Input(format!("load of {}: {why}", scene.bodies[index]))),
-        None => Ok(()),
-    }
+    let h = scene.world.time_step();
+    let size = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
+    let arm = 2.0 * load.point().amax();
+    let (force, torque) = (size(&load.force), size(&load.torque));
+    let turning = body.inertia_inverse().amax() * (torque + arm * force);
+    let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
+    let Some((unit, gained)) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED) else {
+        return Ok(());
+    };
+    Err(Failure::setting(
+        "force or torque",
+        format!(
+            "one step of the load of {} would change its velocity by {gained:.1e} {unit}; allowed: \
+             up to {MOST_GAINED:e} {unit}",
+            scene.bodies[index]
+        ),
+    ))
 }
+
+/// Maximum change of velocity in one step (m/s or rad/s): a tenth of the limit for an initial
+/// state.
+const MOST_GAINED: f64 = 1e4;
 
 /// Rejects joints and gears that the initial poses violate, and poses beyond joint limits.
 ///
@@ -248,10 +265,14 @@ fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
         // Written so that a NaN is rejected.
         let is_above = lowest >= -allowed;
         if !is_above {
-            return Err(Failure::Input(format!(
-                "position: {} would start {:.3e} m below the ground; allowed: {allowed:.1e} m",
-                scene.bodies[index], -lowest
-            )));
+            return Err(Failure::setting(
+                "position",
+                format!(
+                    "{} would start {:.3e} m below the ground; allowed: {allowed:.1e} m; raise it \
+                     along the ground's normal",
+                    scene.bodies[index], -lowest
+                ),
+            ));
         }
     }
     Ok(())
@@ -265,24 +286,15 @@ fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
     Err(Failure::Input(format!("position: {overlap}")))
 }
 
-/// Rejects flags that set properties of a single body. Here the tables of the file have them.
-pub fn refuse_idle_settings(settings: &Settings) -> Result<(), Failure> {
-    refuse_flags(
-        "several bodies, which the scenario file describes",
-        &[
-            ("--mass", settings.mass.is_some()),
-            ("--inertia", settings.inertia.is_some()),
-            ("--box", settings.shape.is_some()),
-            ("--plane", settings.plane.is_some()),
-            ("--force", settings.force.is_some()),
-            ("--torque", settings.torque.is_some()),
-            ("--force-at", settings.force_at.is_some()),
-            ("--position", settings.position.is_some()),
-            ("--height", settings.height.is_some()),
-            ("--attitude", settings.attitude.is_some()),
-            ("--velocity", settings.velocity.is_some()),
-            ("--spin", settings.spin.is_some()),
-            ("--frame", settings.frame.is_some()),
-        ],
-    )
+/// Rejects settings that only affect contact, for a body that floats.
+pub fn refuse_contact_settings(settings: &Settings) -> Result<(), Failure> {
+    let mut flags = vec![
+        ("--rotation", settings.rotation.is_some()),
+        ("--mu", settings.mu.is_some()),
+        ("--restitution", settings.restitution.is_some()),
+        ("--rebound-speed", settings.rebound_speed.is_some()),
+        ("--preset", settings.solver.preset.is_some()),
+    ];
+    flags.extend(solver_choice::solver_flags(&settings.solver));
+    refuse_flags("a floating body, which has no contact", &flags)
 }

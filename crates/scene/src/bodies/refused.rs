@@ -5,7 +5,7 @@ use tumble_core::error::Error;
 /// Error message that begins with the responsible field.
 pub fn field_of(error: &Error) -> String {
     let field = match error {
-        Error::Inertia(_) => "inertia",
+        Error::Inertia(_) | Error::MomentsApart { .. } | Error::Moment { .. } => "inertia",
         Error::Shape { shape: "the box", .. } => "box",
         Error::Shape { shape: "the hull", .. } => "hull",
         Error::Shape { shape: "the mesh", .. } => "mesh",

@@ -1,7 +1,5 @@
-//! Runs as CSV: the tutorial's table of one body ([`trajectory`]) and [`tables`] of any number of
-//! bodies.
+//! Runs as CSV: the [`tables`] of every run, and the tutorial's [`trajectory`].
 
-mod points;
 mod rows;
 mod sheet;
 pub mod tables;

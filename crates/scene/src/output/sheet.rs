@@ -3,12 +3,12 @@
 use std::io::Read;
 use tumble_core::step::StepStatus;
 
-/// Error in the rows of a table. `table` is its name, empty for a file with a single table.
+/// Error in the rows of a table.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RowsError {
     /// Truncated stream or malformed CSV.
-    #[error("{}{error}", of(.table, ": "))]
+    #[error("{table}: {error}")]
     Csv {
         /// Name of the table.
         table: &'static str,
@@ -16,51 +16,47 @@ pub enum RowsError {
         error: csv::Error,
     },
     /// Missing, misplaced or unknown column.
-    #[error(
-        "{}column {position} of the header is {found:?}; expected {expected:?}", of(.table, ": ")
-    )]
+    #[error("{table}: column {position} of the header is {found:?}; expected {expected:?}")]
     Header {
         /// Name of the table.
         table: &'static str,
         /// Number of the column, from 1.
         position: usize,
         /// Expected name.
-        expected: String,
+        expected: &'static str,
         /// Name in the file; empty at the end of the header.
         found: String,
     },
     /// Field that cannot be parsed.
-    #[error("{}line {line}, column {column}: {found:?} is not {expected}", of(.table, ", "))]
+    #[error("{table}, line {line}, column {column}: {found:?} is not {expected}")]
     Field {
         /// Name of the table.
         table: &'static str,
         /// Line of the file, from 1.
         line: u64,
         /// Name of the column.
-        column: String,
+        column: &'static str,
         /// Text of the field.
         found: String,
         /// Description of a valid field.
         expected: &'static str,
     },
     /// Row that is out of order, missing or duplicated.
-    #[error("{}line {line}: {column} is {found}; expected {expected}", of(.table, ", "))]
+    #[error("{table}, line {line}: {column} is {found}; expected {expected}")]
     Order {
         /// Name of the table.
         table: &'static str,
         /// Line of the file, from 1.
         line: u64,
         /// Name of the counting column.
-        column: String,
+        column: &'static str,
         /// Expected number.
         expected: u64,
         /// Number in the file.
         found: u64,
     },
     /// Row of more than the maximum number of bytes.
-    #[error(
-        "{}the row that begins in line {line} has more than {MOST_ROW_BYTES} bytes", of(.table, ": ")
-    )]
+    #[error("{table}: the row that begins in line {line} has more than {MOST_ROW_BYTES} bytes")]
     TooLong {
         /// Name of the table.
         table: &'static str,
@@ -68,7 +64,7 @@ pub enum RowsError {
         line: u64,
     },
     /// Missing or surplus rows at the end of the table.
-    #[error("{}{why}", of(.table, ": "))]
+    #[error("{table}: {why}")]
     End {
         /// Name of the table.
         table: &'static str,
@@ -77,14 +73,7 @@ pub enum RowsError {
     },
 }
 
-/// Name of a table as a prefix of an error message.
-fn of(table: &str, mark: &str) -> String {
-    if table.is_empty() { String::new() } else { format!("{table}{mark}") }
-}
-
 /// Maximum size of a row and of the header (bytes).
-///
-/// A thousand points have 7018 columns, and a double has at most 24 characters.
 pub const MOST_ROW_BYTES: usize = 1 << 20;
 
 /// Stream that fails if a row exceeds its limit of bytes.
@@ -162,7 +151,7 @@ impl Steps {
 /// Reader of one table. A row is limited to [`MOST_ROW_BYTES`], so that memory is bounded.
 pub struct TableReader<R: Read> {
     table: &'static str,
-    columns: Vec<String>,
+    columns: &'static [&'static str],
     csv: csv::Reader<Bounded<R>>,
     record: csv::StringRecord,
 }
@@ -172,20 +161,19 @@ impl<R: Read> TableReader<R> {
     pub fn new(
         table: &'static str,
         stream: R,
-        columns: impl FnOnce(&csv::StringRecord) -> Vec<String>,
+        columns: &'static [&'static str],
     ) -> Result<Self, RowsError> {
         let mut csv = csv::Reader::from_reader(Bounded { stream, left: MOST_ROW_BYTES });
         let found = csv.headers().cloned();
         let found = found.map_err(|error| or_too_long(table, &csv, 1, error))?;
-        let columns = columns(&found);
         for position in 0..columns.len().max(found.len()) {
-            let expected = columns.get(position).map_or("the end", String::as_str);
+            let expected = columns.get(position).copied().unwrap_or("the end");
             let name = found.get(position).unwrap_or("");
             if name != expected {
                 return Err(RowsError::Header {
                     table,
                     position: position + 1,
-                    expected: expected.to_owned(),
+                    expected,
                     found: name.chars().take(40).collect(),
                 });
             }
@@ -222,7 +210,7 @@ impl<R: Read> TableReader<R> {
         if found == expected {
             return Ok(());
         }
-        let (table, line, column) = (self.table, self.line(), self.columns[column].clone());
+        let (table, line, column) = (self.table, self.line(), self.columns[column]);
         Err(RowsError::Order { table, line, column, expected, found })
     }
 
@@ -262,7 +250,7 @@ impl<R: Read> TableReader<R> {
         RowsError::Field {
             table: self.table,
             line: self.line(),
-            column: self.columns[column].clone(),
+            column: self.columns[column],
             found: self.text(column).chars().take(40).collect(),
             expected,
         }

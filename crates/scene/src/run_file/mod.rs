@@ -70,7 +70,7 @@ pub struct RunFile {
     /// Start index k of the first row; omitted if 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub start_index: u64,
-    /// True if the rows are in trajectory.csv instead of tables.
+    /// True if the run also writes trajectory.csv.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub trajectory: bool,
     /// Bodies, fixed pieces, constants and initial states.
@@ -82,9 +82,8 @@ pub struct RunFile {
     pub solver: SolverSettings,
     /// Summary of the steps.
     pub summary: SummaryFile,
-    /// Largest overlap of all steps (m); absent for a trajectory.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub largest_overlap_m: Option<f64>,
+    /// Largest overlap of all steps (m).
+    pub largest_overlap_m: f64,
     /// Summary of the joints, for a model with joints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints: Option<JointsSummary>,
@@ -216,7 +215,7 @@ impl RunFile {
             kept: KeptSteps::default(),
             solver: SolverSettings::of(scene.contact.as_ref(), &scene.world)?,
             summary: SummaryFile::of(run, climbs),
-            largest_overlap_m: (!scene.trajectory).then_some(run.largest_overlap),
+            largest_overlap_m: run.largest_overlap,
             trajectory: scene.trajectory,
             model,
             joints: run.joints,
@@ -229,8 +228,8 @@ impl RunFile {
 
     /// Content of run.json for a whole or partial run of `scene` with the given `rows`.
     ///
-    /// The last row is a state without a step. The run counts as complete and starts at the first
-    /// row. Returns `None` without rows.
+    /// The last row is a state without a step. The run counts as complete, starts at the first row and
+    /// has no trajectory.csv. Returns `None` without rows.
     ///
     /// # Errors
     /// The errors of [`RunFile::of`].
@@ -273,6 +272,7 @@ impl RunFile {
             scene,
             &RunEnd { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
         )?;
+        file.trajectory = false;
         file.start_index = first.row.index;
         file.steps = rows.len() as u64;
         file.model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;

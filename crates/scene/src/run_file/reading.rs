@@ -3,7 +3,6 @@
 use super::checksums::{Seal, seal_of};
 use super::{Failure, RunFile};
 use std::ffi::OsStr;
-use std::io;
 use std::path::Path;
 use tumble_model::{fields, shown};
 
@@ -11,33 +10,21 @@ use tumble_model::{fields, shown};
 const LONGEST_WORD: usize = 80;
 
 impl RunFile {
-    /// Parses the `text` of the file `path`. If the file is missing, returns `None` or the error of
-    /// `lonely`.
+    /// Parses the `text` of the file `path`.
     ///
     /// # Errors
     /// A text that is not a run.json.
-    pub fn read(
-        text: io::Result<String>,
-        path: &Path,
-        lonely: impl FnOnce() -> Result<(), Failure>,
-    ) -> Result<Option<Self>, Failure> {
+    pub fn of_text(text: &str, path: &Path) -> Result<Self, Failure> {
         let odd = |why: &dyn std::fmt::Display| {
             Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        let text = match text {
-            Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                return lonely().map(|()| None);
-            }
-            Err(error) => return Err(odd(&error)),
-        };
-        let mut file: Self = fields::json(&text).map_err(|why| odd(&why))?;
-        file.seal = seal_of(&text);
+        let mut file: Self = fields::json(text).map_err(|why| odd(&why))?;
+        file.seal = seal_of(text);
         if let Some(field) = file.missing() {
             return Err(odd(&format!("missing field `{field}`")));
         }
         match file.long_word() {
-            None => Ok(Some(file)),
+            None => Ok(file),
             Some(field) => {
                 Err(odd(&format!("{field}: it has more than {LONGEST_WORD} characters")))
             }
@@ -60,7 +47,6 @@ impl RunFile {
         let fields = [
             ("kept.every", self.kept.every == 0),
             ("substeps", self.substeps == 0),
-            ("largest_overlap_m", !self.trajectory && self.largest_overlap_m.is_none()),
             ("joints", self.joints.is_none() && !self.model.joints.is_empty()),
         ];
         fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)

@@ -175,8 +175,8 @@ fn moment(
         poses.push(pose);
     }
     let mut arrows = Vec::new();
-    for mean in scale.means(film, steps) {
-        let from = (to_ground * Point3::from(mean.point(film, shown))).coords;
+    for mean in scale.means(steps) {
+        let from = (to_ground * Point3::from(mean.point)).coords;
         let way = to_ground.rotation * scale.arrow(&mean.force);
         if !is_near(&from, way.norm()) {
             return Err(AnimationError::TooFar);

@@ -1,24 +1,12 @@
-//! Panels of the energy sheet: energy, height, slip and accuracy of the steps.
+//! Panels of the energy sheet: energy, height and accuracy of the steps.
 
 use super::panel::{Marks, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
-use crate::film::{Film, FilmContact, FilmFrame, Status};
+use crate::film::{Film, FilmFrame, Status};
 
-/// Panels from top to bottom.
-pub const PANELS: [PanelMaker; 5] = [
+/// Panels of all bodies together, from top to bottom.
+pub const PANELS: [PanelMaker; 4] = [
     |film, _| energies(film),
-    |film, _| Panel { words: "height of the lowest corner", ..lowest_point(film) },
-    |film, _| slip_speed(film),
-    |film, _| residual(film),
-    |film, _| iterations(film),
-];
-
-/// Panels for several bodies, all of them together.
-pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
-    |film, _| Panel {
-        words: "energy of all bodies, potential relative to the start",
-        ..energies(film)
-    },
     |film, _| lowest_point(film),
     |film, _| residual(film),
     |film, _| iterations(film),
@@ -43,7 +31,7 @@ fn energies(film: &Film) -> Panel {
         id: "energy",
         symbol: ("E", ""),
         unit: "J",
-        words: "energy, potential relative to the start",
+        words: "energy of all bodies, potential relative to the start",
         kind: ScaleKind::FromZero,
         height: 200.0,
         series: vec![
@@ -66,38 +54,6 @@ fn lowest_point(film: &Film) -> Panel {
     });
     let said = (("z", "min"), "m", "height of the lowest point");
     Panel::of_curve("height", said, 110.0, 0, values)
-}
-
-fn slip_speed(film: &Film) -> Panel {
-    let values = film.frames.windows(2).map(|pair| largest_slip(film, &pair[0], &pair[1]));
-    let said = (("c", "max"), "m/s", "largest slip speed of the corners that touch");
-    Panel {
-        nothing: Some("no corner that carries a force slips in this run"),
-        ..Panel::of_curve("slip", said, 110.0, 2, values)
-    }
-}
-
-/// Largest slip speed (m/s) of the corners in contact during the step from `frame` to `next`. It is
-/// a mean if several steps lie between them. NaN without contact.
-///
-/// A corner is in contact if h f_z/m > z⁺/h. This excludes the small forces that an interior-point
-/// solver leaves on every corner.
-fn largest_slip(film: &Film, frame: &FilmFrame, next: &FilmFrame) -> f64 {
-    let Some(ground) = film.ground.filter(|_| !frame.contacts.is_empty()) else {
-        return f64::NAN;
-    };
-    let (h, mass) = (film.time_step, film.bodies[0].mass);
-    let passed = film.frame_time();
-    let (old, new): (Vec<_>, Vec<_>) = film.points(0, frame).zip(film.points(0, next)).unzip();
-    let slip = |contact: &FilmContact| {
-        let corner = contact.corner()?;
-        let (old, new) = (old.get(corner)?, new.get(corner)?);
-        let push = h * ground.normal.dot(&contact.force) / mass;
-        let touches = contact.carries_force && push > ground.height(new) / h;
-        let way = new - old;
-        touches.then(|| (way - ground.normal * ground.normal.dot(&way)).norm() / passed)
-    };
-    frame.contacts.iter().filter_map(slip).fold(f64::NAN, f64::max)
 }
 
 fn residual(film: &Film) -> Panel {

@@ -1,6 +1,6 @@
 //! Panels of the motion sheet for films with joints: those of one body and of its joints.
 
-use super::motion::PANELS_OF_SEVERAL;
+use super::motion;
 use super::panel::{AxisTitle, NEGLIGIBLE, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
 use crate::film::{Film, FilmBody, FilmFrame, FilmJoint, FilmTie};
@@ -8,7 +8,7 @@ use crate::forces::Scale;
 
 /// Panels from top to bottom.
 pub const PANELS: [PanelMaker; 10] = {
-    let [x, y, z, speed, force, contacts] = PANELS_OF_SEVERAL;
+    let [x, y, z, speed, force, contacts] = motion::PANELS;
     [x, y, z, speed, angles, places, torques, forces, force, contacts]
 };
 

@@ -21,9 +21,9 @@ use crate::film::Film;
 /// Sheets of plots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlotSheet {
-    /// Position, contact forces, slacks and multipliers.
+    /// Position, speed and forces of a body.
     Motion,
-    /// Energy, height, residuals and iterations.
+    /// Energy, height, residuals and iterations of all bodies.
     Energy,
 }
 
@@ -39,12 +39,10 @@ impl PlotSheet {
 
     /// Panels from top to bottom.
     pub(crate) fn panels(self, film: &Film) -> &'static [PanelMaker] {
-        match (self, film.is_single()) {
-            (Self::Motion, true) => &motion::PANELS,
-            (Self::Motion, false) if film.joints.is_empty() => &motion::PANELS_OF_SEVERAL,
-            (Self::Motion, false) => &joints::PANELS,
-            (Self::Energy, true) => &energy::PANELS,
-            (Self::Energy, false) => &energy::PANELS_OF_SEVERAL,
+        match self {
+            Self::Motion if film.joints.is_empty() => &motion::PANELS,
+            Self::Motion => &joints::PANELS,
+            Self::Energy => &energy::PANELS,
         }
     }
 
@@ -60,7 +58,7 @@ impl PlotSheet {
 pub fn svg(film: &Film, sheet: PlotSheet, body: usize) -> String {
     let body = body.min(film.bodies.len() - 1);
     let mut heading = sheet.name().to_owned();
-    if sheet.is_of_one_body() && !film.is_single() {
+    if sheet.is_of_one_body() {
         heading = format!("{heading} of {}", film.name(body));
     }
     if !film.title.is_empty() {
@@ -85,9 +83,6 @@ fn notes(film: &Film) -> String {
     let friction =
         if film.may_touch() { format!(", μ = {}", film.friction) } else { String::new() };
     let bodies = match film.bodies.as_slice() {
-        [body] if film.is_single() => {
-            format!("m = {} kg{friction}, {} corners", body.mass, body.points.len())
-        }
         [_] => format!("1 body{friction}"),
         bodies => format!("{} bodies{friction}", bodies.len()),
     };

@@ -1,32 +1,12 @@
-//! Panels of the motion sheet: position, contact forces, slacks and multipliers.
+//! Panels of the motion sheet: position, speed and contact forces of a body.
 
-use super::panel::{AxisTitle, Panel, PanelMaker, PlotSeries};
+use super::panel::{Panel, PanelMaker};
 use super::scale::ScaleKind;
 use crate::film::{Film, FilmContact, FilmFrame};
 use nalgebra::Vector3;
 
-/// Panels from top to bottom.
-pub const PANELS: [PanelMaker; 7] = [
-    |film, body| position(film, body, 0, "x"),
-    |film, body| position(film, body, 1, "y"),
-    |film, body| position(film, body, 2, "z"),
-    |film, _| normal_forces(film),
-    |film, _| {
-        let said = (("s", "1"), "N m", "complementarity slack of each corner");
-        corners(film, |contact| contact.slacks[0], "s1", said)
-    },
-    |film, _| {
-        let said = (("s", "2"), "W", "friction slack of each corner");
-        corners(film, |contact| contact.slacks[1], "s2", said)
-    },
-    |film, _| {
-        let said = (("λ", ""), "m/s", "slip-speed multiplier of each corner");
-        corners(film, |contact| contact.multiplier, "lambda", said)
-    },
-];
-
-/// Panels for one of several bodies, from top to bottom.
-pub const PANELS_OF_SEVERAL: [PanelMaker; 6] = [
+/// Panels of a body, from top to bottom.
+pub const PANELS: [PanelMaker; 6] = [
     |film, body| position(film, body, 0, "x"),
     |film, body| position(film, body, 1, "y"),
     |film, body| position(film, body, 2, "z"),
@@ -56,8 +36,8 @@ fn force(film: &Film, body: usize) -> Panel {
 }
 
 fn contacts(film: &Film, body: usize) -> Panel {
-    let carrying = |contact: &&FilmContact| contact.carries_force && contact.is_of(body);
-    let count = |step: &FilmFrame| step.contacts.iter().filter(carrying).count() as f64;
+    let is_own = |contact: &&FilmContact| contact.is_of(body);
+    let count = |step: &FilmFrame| step.contacts.iter().filter(is_own).count() as f64;
     let said = (("contacts", ""), "", "of the body that carry a force");
     Panel {
         nothing: Some("no contact of this body"),
@@ -71,54 +51,10 @@ fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
     Panel { kind: ScaleKind::Linear, ..Panel::of_curve(id, said, 84.0, 0, values) }
 }
 
-/// Normal force n · f at every corner. On horizontal ground it is f_z.
-fn normal_forces(film: &Film) -> Panel {
-    let symbol = ("F", if film.inclined_ground().is_some() { "n" } else { "z" });
-    let normal = film.ground.map_or(Vector3::z(), |ground| ground.normal);
-    let push = |contact: &FilmContact| normal.dot(&contact.force);
-    Panel {
-        height: 170.0,
-        nothing: Some("no contact force in this run"),
-        ..corners(film, push, "fz", (symbol, "N", "normal force on each corner"))
-    }
-}
-
-/// Quantity at every corner of a single body in every step; 0 without contact.
-fn corners(
-    film: &Film,
-    quantity: impl Fn(&FilmContact) -> f64,
-    id: &'static str,
-    (symbol, unit, words): AxisTitle,
-) -> Panel {
-    let (steps, count) = (film.steps(), film.bodies[0].points.len());
-    let mut values = vec![vec![0.0; steps.len()]; count];
-    for (k, step) in steps.iter().enumerate() {
-        for contact in &step.contacts {
-            if let Some(values) = contact.corner().and_then(|corner| values.get_mut(corner)) {
-                values[k] = quantity(contact);
-            }
-        }
-    }
-    let series =
-        |(i, values): (usize, Vec<f64>)| PlotSeries::new(i.to_string(), i, values.into_iter());
-    Panel {
-        id,
-        symbol,
-        unit,
-        words,
-        kind: ScaleKind::Spikes,
-        height: 100.0,
-        series: values.into_iter().enumerate().map(series).collect(),
-        legend: Some("corner"),
-        nothing: Some("0 in every step"),
-        ..Panel::default()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{FilmPartner, FilmPlace};
+    use crate::film::FilmPartner;
     use crate::samples::falling_cube;
 
     /// Two stacked cubes. By the third law the net contact force on the lower one is the ground
@@ -131,13 +67,11 @@ mod tests {
         let contact = |body, partner, size: f64, key| FilmContact {
             body,
             partner,
-            place: FilmPlace::At { point: Vector3::zeros(), key },
+            point: Vector3::zeros(),
+            key,
             force: Vector3::z() * size,
             normal: Vector3::z(),
             friction: 0.5,
-            carries_force: true,
-            slacks: [0.0; 2],
-            multiplier: 0.0,
         };
         for frame in &mut film.frames {
             frame.poses.push(frame.poses[0]);

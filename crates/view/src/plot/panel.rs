@@ -20,8 +20,6 @@ pub struct Panel {
     /// Height of the axes, in units of the picture.
     pub height: f64,
     pub series: Vec<PlotSeries>,
-    /// Common noun for curve names that are not descriptive, such as "corner".
-    pub legend: Option<&'static str>,
     /// Highlighted steps.
     pub marks: Vec<Marks>,
     /// Message shown if the panel has only zeros or gaps.

@@ -196,9 +196,6 @@ impl SvgSheet<'_> {
             );
             x -= 14.0;
         }
-        if let Some(title) = panel.legend.filter(|_| !entries.is_empty()) {
-            self.text(x, y, "end", 12.0, INK, &format!("class=\"legend\">{title}"));
-        }
     }
 
     fn grid(&mut self, axes: &PlotAxes, labelled: bool, is_last: bool) {

@@ -16,8 +16,8 @@ pub const MOST_MARKS: usize = 5000;
 /// Approximate number of labels on an axis.
 const TICKS: usize = 6;
 /// Plots that are initially open.
-const OPEN: [&str; 10] =
-    ["distance", "z", "fz", "force", "angle", "slide", "torque", "energy", "residual", "height"];
+const OPEN: [&str; 9] =
+    ["distance", "z", "force", "angle", "slide", "torque", "energy", "residual", "height"];
 
 /// One pair of axes with the curves of all runs.
 #[derive(Serialize)]
@@ -30,8 +30,6 @@ pub struct Plot {
     open: bool,
     /// Message shown if there are no curves.
     nothing: Option<&'static str>,
-    /// Common noun for the curve names.
-    legend: Option<&'static str>,
     axis: AxisData,
     series: Vec<PageCurve>,
     marks: Vec<MarksData>,
@@ -115,7 +113,6 @@ pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
         words: first.words,
         open: OPEN.contains(&first.id) && !blank,
         nothing: nothing.filter(|_| blank),
-        legend: first.legend,
         axis: AxisData::of(&axis),
         series: series.collect(),
         marks: marks.collect(),

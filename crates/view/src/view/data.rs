@@ -165,12 +165,10 @@ impl PageData {
 }
 
 impl SheetData {
-    /// Sheet for one or two films. Films with a single body show its corners. If a film has more
-    /// bodies, only the panels common to all films are shown.
+    /// Sheet for one or two films, with the panels of the first.
     fn of(sheet: PlotSheet, films: &[&Film]) -> Self {
-        let widest = films.iter().copied().find(|film| !film.is_single()).unwrap_or(films[0]);
-        let makers = sheet.panels(widest);
-        let of_body = sheet.is_of_one_body() && !widest.is_single();
+        let makers = sheet.panels(films[0]);
+        let of_body = sheet.is_of_one_body();
         let fewest = films.iter().map(|film| film.bodies.len()).min().unwrap_or(1);
         let bodies = if of_body { fewest } else { 1 };
         Self {
@@ -246,7 +244,7 @@ impl RunData {
         let (above, colours) = (skeleton::parents(film), palette::of_bodies(film));
         let body = |b: usize| {
             let body = &film.bodies[b];
-            let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
+            let facts = facts::of_body(film, b);
             let looks = Outline::of(&body.pieces, &body.points);
             PageBody {
                 colour: css(colours[b]),

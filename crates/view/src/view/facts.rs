@@ -4,8 +4,7 @@ use crate::film::{Fact, Film, FilmBody, FilmGround};
 use crate::shape::{FilmHull, FilmPiece, Outline, is_box};
 use nalgebra::{Matrix3, Vector3};
 
-/// Facts on `film`, followed by its parameters. A single body adds its own parameters and initial
-/// state.
+/// Facts on `film`, followed by its parameters.
 pub fn facts(film: &Film) -> Vec<Fact> {
     let mut facts = film.facts.clone();
     let mut add = |name, value| facts.push(Fact::new(name, value));
@@ -14,27 +13,20 @@ pub fn facts(film: &Film) -> Vec<Fact> {
     if film.every > 1 {
         add("rows of steps", format!("one of {}", film.every));
     }
-    if film.is_single() {
-        add("mass m", format!("{} kg", number(film.bodies[0].mass)));
-    } else {
-        let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>();
-        add("bodies", film.bodies.len().to_string());
-        if !film.fixed.is_empty() {
-            add("fixed", film.fixed.len().to_string());
-        }
-        if !film.joints.is_empty() {
-            add("joints", film.joints.len().to_string());
-        }
-        add("mass of all", format!("{} kg", number(mass)));
+    let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>();
+    add("bodies", film.bodies.len().to_string());
+    if !film.fixed.is_empty() {
+        add("fixed", film.fixed.len().to_string());
     }
+    if !film.joints.is_empty() {
+        add("joints", film.joints.len().to_string());
+    }
+    add("mass of all", format!("{} kg", number(mass)));
     if film.may_touch() {
         add("friction μ", number(film.friction));
     }
     add("gravity g", format!("{} m/s²", vector(&film.gravity)));
     add("ground", film.ground.as_ref().map_or("none".to_owned(), plane));
-    if film.is_single() {
-        facts.extend(of_body(film, 0).into_iter().filter(|fact| fact.name != "mass m"));
-    }
     facts
 }
 

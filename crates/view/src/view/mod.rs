@@ -106,7 +106,7 @@ fn heading(films: &[&Film]) -> String {
 }
 
 fn known(film: &Film) -> &str {
-    if film.title.is_empty() { "without run.json" } else { &film.title }
+    if film.title.is_empty() { "untitled" } else { &film.title }
 }
 
 /// Escapes JSON for HTML. The escaped characters only occur inside JSON strings.

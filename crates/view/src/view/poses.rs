@@ -1,14 +1,14 @@
 //! Poses and contact forces of the page.
 
 use super::encode::{PackedNumbers, packed, packed_floats, packed_rows, u8s};
-use crate::film::{Film, FilmBody, FilmFrame, FilmPartner, FilmPlace, FilmPose};
+use crate::film::{Film, FilmBody, FilmFrame, FilmPartner, FilmPose};
 use crate::forces::{ContactSite, Scale};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Maximum number of poses, which is enough for smooth playback. Bodies with more than eight
-/// corners and films of many bodies have fewer.
+/// contact points and films of many bodies have fewer.
 const MOST_FRAMES: usize = 6000;
 const FEWEST_FRAMES: usize = 500;
 /// Maximum number of poses over all bodies, subject to [`FEWEST_FRAMES`].
@@ -40,26 +40,26 @@ pub struct EncodedPoses {
     residuals: PackedNumbers,
     /// Indices into [`Status::ALL`](crate::Status::ALL).
     statuses: String,
-    /// Contact sites as body, partner, corner and number of frames with force. Partner −1 is the
-    /// ground, −2 and below are fixed objects. Corner −1 is a contact at no corner.
-    sites: Vec<[i64; 4]>,
+    /// Contact sites as body, partner and number of frames with force. Partner −1 is the ground, −2
+    /// and below are fixed objects.
+    sites: Vec<[i64; 3]>,
     /// Friction coefficient of each site.
     frictions: Vec<f64>,
     /// Frames with force: for each site.
     force_frames: PackedNumbers,
     /// Forces on the first body (N): for each site f_x of its frames, then f_y and f_z.
     forces: PackedNumbers,
-    /// Positions relative to `origin` (m) of contacts at no corner: for each site x, then y and z.
+    /// Positions relative to `origin` (m): for each site x of its frames, then y and z.
     force_points: PackedNumbers,
     /// Unit normals away from the partner, except for the ground: for each site n_x, then n_y, n_z.
     normals: PackedNumbers,
 }
 
-/// Force in a frame, and its position if it is not at a corner.
+/// Force in a frame, and its position (m).
 struct DrawnForce {
     frame: usize,
     force: Vector3<f64>,
-    point: Option<Vector3<f64>>,
+    point: Vector3<f64>,
     /// Unit normal away from the partner. `None` for the ground.
     normal: Option<Vector3<f64>>,
     friction: f64,
@@ -68,8 +68,8 @@ struct DrawnForce {
 impl EncodedPoses {
     pub fn of(film: &Film, scale: &Scale) -> Self {
         let frames = &film.frames;
-        let corners = film.bodies.iter().map(|body| body.points.len()).max().unwrap_or(0);
-        let most = (MOST_FRAMES * 8 / corners.max(8)).min(MOST_POSES / film.bodies.len());
+        let points = film.bodies.iter().map(|body| body.points.len()).max().unwrap_or(0);
+        let most = (MOST_FRAMES * 8 / points.max(8)).min(MOST_POSES / film.bodies.len());
         let every = spacing(frames.len(), most.max(FEWEST_FRAMES));
         let shown: Vec<usize> = shown(frames.len(), every).collect();
         let spans: Vec<&[FilmFrame]> = (0..shown.len())
@@ -87,7 +87,7 @@ impl EncodedPoses {
             (0..film.bodies.len()).map(of_body).collect()
         };
         let positions = [0, 1, 2].map(|k| of_bodies(&|pose| pose.position[k] - origin[k]));
-        let pushes = pushes(film, scale, &spans);
+        let pushes = pushes(scale, &spans);
         let of_pushes = |value: &dyn Fn(&DrawnForce, usize) -> Option<f64>| -> Vec<f64> {
             let of_site = |pushes: &Vec<DrawnForce>| -> Vec<f64> {
                 (0..3).flat_map(|k| pushes.iter().filter_map(move |p| value(p, k))).collect()
@@ -95,7 +95,7 @@ impl EncodedPoses {
             pushes.values().flat_map(of_site).collect()
         };
         let forces = of_pushes(&|push, k| Some(push.force[k]));
-        let points = of_pushes(&|push, k| Some(push.point?[k] - origin[k]));
+        let points = of_pushes(&|push, k| Some(push.point[k] - origin[k]));
         let normals = of_pushes(&|push, k| Some(push.normal?[k]));
         Self {
             every,
@@ -158,22 +158,14 @@ fn attitudes(film: &Film, spans: &[&[FilmFrame]]) -> [Vec<Vec<f64>>; 4] {
 }
 
 /// Mean forces of each span.
-fn pushes(
-    film: &Film,
-    scale: &Scale,
-    spans: &[&[FilmFrame]],
-) -> BTreeMap<ContactSite, Vec<DrawnForce>> {
+fn pushes(scale: &Scale, spans: &[&[FilmFrame]]) -> BTreeMap<ContactSite, Vec<DrawnForce>> {
     let mut pushes: BTreeMap<ContactSite, Vec<DrawnForce>> = BTreeMap::new();
     for (frame, span) in spans.iter().enumerate() {
-        for mean in scale.means(film, span) {
-            let point = match mean.place {
-                FilmPlace::At { point, .. } => Some(point),
-                FilmPlace::Corner(_) => None,
-            };
+        for mean in scale.means(span) {
             pushes.entry(mean.site).or_default().push(DrawnForce {
                 frame,
                 force: mean.force,
-                point,
+                point: mean.point,
                 normal: (mean.site.partner != FilmPartner::Ground).then_some(mean.normal),
                 friction: mean.friction,
             });
@@ -182,14 +174,13 @@ fn pushes(
     pushes
 }
 
-fn described(site: &ContactSite, frames: usize) -> [i64; 4] {
+fn described(site: &ContactSite, frames: usize) -> [i64; 3] {
     let partner = match site.partner {
         FilmPartner::Ground => -1,
         FilmPartner::Fixed(i) => -2 - i as i64,
         FilmPartner::Body(b) => b as i64,
     };
-    let corner = if site.is_corner { site.key as i64 } else { -1 };
-    [site.body as i64, partner, corner, frames as i64]
+    [site.body as i64, partner, frames as i64]
 }
 
 /// Stride that selects at most `most` of `count` frames, including the last.

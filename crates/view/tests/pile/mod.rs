@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tumble_view::{
     Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmHull, FilmLoad, FilmPartner,
-    FilmPiece, FilmPlace, FilmPose, Status,
+    FilmPiece, FilmPose, Status,
 };
 
 /// Bricks per row of the wall, and number of rows.
@@ -152,16 +152,11 @@ fn contacts() -> Vec<FilmContact> {
             contacts.push(FilmContact {
                 body: b,
                 partner,
-                place: FilmPlace::At {
-                    point: pose.position + Vector3::new(side, 0.0, -BRICK[2]),
-                    key,
-                },
+                point: pose.position + Vector3::new(side, 0.0, -BRICK[2]),
+                key,
                 force: Vector3::z() * load,
                 normal: Vector3::z(),
                 friction: 0.5,
-                carries_force: true,
-                slacks: [0.0; 2],
-                multiplier: 0.0,
             });
         }
     }
@@ -183,13 +178,11 @@ pub fn film(steps: u64) -> Film {
             FilmContact {
                 body: b,
                 partner: FilmPartner::Fixed(0),
-                place: FilmPlace::At { point: pose.position - up * BALL, key: 0 },
+                point: pose.position - up * BALL,
+                key: 0,
                 force: up * (GRAVITY * SLOPE.cos()),
                 normal: up,
                 friction: 0.5,
-                carries_force: true,
-                slacks: [0.0; 2],
-                multiplier: 0.0,
             }
         };
         let is_last = k == steps;

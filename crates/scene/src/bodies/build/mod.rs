@@ -18,12 +18,12 @@ use super::refused::field_of;
 use super::terrain::TerrainEntry;
 use crate::choices::StartFrame;
 use crate::settings::{Settings, USUAL_SEED};
-use crate::tables::LoadTable;
+use crate::tables::{LoadTable, Random};
 use nalgebra::{SVector, Vector3};
 use names::Named;
 use std::collections::BTreeMap;
 use tumble_core::contact::Plane;
-use tumble_core::mechanics::{Load, Rotation, State};
+use tumble_core::mechanics::{Rotation, State};
 use tumble_core::simulation::random::Draws;
 use tumble_decompose::DecompositionSettings;
 use tumble_model::fields::Numbers;
@@ -92,7 +92,7 @@ pub fn build(
         return Err("bodies: at least one table [[bodies]] is needed".to_owned());
     }
     for (index, entry) in file.bodies.into_iter().enumerate() {
-        let at = format!("bodies[{index}]");
+        let at = if file.at.is_empty() { format!("bodies[{index}]") } else { file.at.to_owned() };
         builder.add_bodies(&at, entry)?;
     }
     for (index, entry) in file.fixed.into_iter().enumerate() {
@@ -287,7 +287,7 @@ impl Builder<'_> {
                 position: place.position,
                 attitude: attitude.map(|_| place.attitude),
                 jitter,
-                tutorial: false,
+                tutorial: entry.attitude == Some(AttitudeEntry::Word(Random::Tutorial)),
                 ground: entry.frame == Some(StartFrame::Ground),
             };
             let place = drawn.place(&mut self.draws);
@@ -535,11 +535,7 @@ fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
     if table.has_idle_point() {
         return Err("load.at has no meaning without load.force; leave it out".to_owned());
     }
-    let mut settings = Settings::default();
-    table.set(&mut settings)?;
-    let (force, torque) = (settings.force.unwrap_or_default(), settings.torque.unwrap_or_default());
-    let load = Load::new(force, torque, settings.force_at.unwrap_or_default());
-    let load = load.map_err(|error| format!("load: {error}"))?;
+    let load = table.load()?;
     Ok((!load.is_none()).then(|| LoadParameters::of(&load)))
 }
 

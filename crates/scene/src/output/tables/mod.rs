@@ -130,6 +130,12 @@ pub struct Streams<S> {
 }
 
 impl<S> Streams<S> {
+    /// Streams in the order of [`Table::ALL`].
+    pub fn in_order(self) -> impl Iterator<Item = S> {
+        let Self { states, contacts, steps, joints, gears, ends } = self;
+        [Some(states), contacts, Some(steps), joints, gears, ends].into_iter().flatten()
+    }
+
     /// Applies `make` to each stream.
     pub(crate) fn each<T, E>(
         self,

@@ -366,6 +366,5 @@ fn contact_row<R: Read>(
 
 /// Reader of one table, for a run with or without joints.
 fn sheet<R: Read>(table: Table, stream: R, joints: bool) -> Result<TableReader<R>, RowsError> {
-    let columns = table.columns(joints).iter().map(|&name| name.to_owned());
-    TableReader::new(table.name(), stream, |_| columns.collect())
+    TableReader::new(table.name(), stream, table.columns(joints))
 }

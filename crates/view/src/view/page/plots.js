@@ -133,7 +133,6 @@ class Plot {
 
   fillLegend() {
     this.legend.replaceChildren();
-    const title = this.data.legend ? [`${this.data.legend} `] : [];
     // A single curve has no legend. Its value is shown in the heading.
     const isLone = this.series.length === 1;
     const isNamed = (series) =>
@@ -157,7 +156,6 @@ class Plot {
       this.legend.append(element("span", {}, swatch, name, value));
       return { series, value };
     });
-    this.legend.prepend(...title);
     const more = this.series.length - this.readings.length;
     if (more > 0) this.legend.append(element("span", {}, `and ${more} more in the same colours`));
     for (const mark of this.data.marks) {

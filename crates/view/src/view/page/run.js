@@ -206,7 +206,7 @@ class Run {
 
   // Decodes the forces, sorted by frame: sites, values and points.
   readForces(frames) {
-    // Contact sites: body, partner, corner and number of forces.
+    // Contact sites: body, partner and number of forces.
     this.sites = frames.sites;
     const inFrames = rowsOf(frames.force_frames);
     const [values, points] = [measures(frames.forces), measures(frames.force_points)];
@@ -222,22 +222,21 @@ class Run {
     this.forcePoints = new Float32Array(values.length);
     this.forceNormals = new Float32Array(values.length);
     const ends = this.forceStarts.slice();
-    let [first, firstPoint, firstNormal] = [0, 0, 0];
+    let [first, firstNormal] = [0, 0];
     const ground = this.data.ground?.normal ?? UP;
-    this.sites.forEach(([, partner, corner, number], site) => {
+    this.sites.forEach(([, partner, number], site) => {
       for (let i = 0; i < number; i += 1) {
         const place = ends[inFrames[first + i]]++;
         this.forceSites[place] = site;
         for (let axis = 0; axis < 3; axis += 1) {
           const at = axis * number + i;
           this.forceValues[3 * place + axis] = values[3 * first + at];
-          if (corner < 0) this.forcePoints[3 * place + axis] = points[firstPoint + at];
+          this.forcePoints[3 * place + axis] = points[3 * first + at];
           const normal = partner === GROUND ? ground[axis] : normals[firstNormal + at];
           this.forceNormals[3 * place + axis] = normal;
         }
       }
       first += number;
-      if (corner < 0) firstPoint += 3 * number;
       if (partner !== GROUND) firstNormal += 3 * number;
     });
   }
@@ -252,11 +251,8 @@ class Run {
       sums.set(site, { i, sum: add(sum, this.forceValues.subarray(3 * i, 3 * i + 3)) });
     }
     return [...sums].map(([site, { i, sum }]) => {
-      const [body, partner, corner] = this.sites[site];
-      const point =
-        corner < 0
-          ? add(this.origin, this.forcePoints.subarray(3 * i, 3 * i + 3))
-          : this.placed(frame, body, [this.bodies[body].points[corner]])[0];
+      const [body, partner] = this.sites[site];
+      const point = add(this.origin, this.forcePoints.subarray(3 * i, 3 * i + 3));
       const normal = Array.from(this.forceNormals.subarray(3 * i, 3 * i + 3));
       const [friction, force] = [this.frictions[site], times(sum, 1 / (frame - before))];
       return { site, body, partner, point, normal, friction, force };

@@ -1,7 +1,5 @@
 //! Text of a scenario file for a given scene.
 
-mod one;
-
 use super::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
@@ -19,12 +17,8 @@ use tumble_model::{BodyModel, FixedModel, Model, PartnerModel};
 /// Bodies with a mesh file, which a text cannot contain.
 pub fn text(scene: &Scene) -> Result<String, Failure> {
     let mut out = String::new();
-    // Writing to a string cannot fail.
-    if scene.trajectory {
-        let _ = one::text(&mut out, scene);
-        return Ok(out);
-    }
     let model = &scene.model;
+    // Writing to a string cannot fail.
     let _ = head(&mut out, scene, model);
     for (index, body) in model.bodies.iter().enumerate() {
         body_table(&mut out, body, model)
@@ -56,8 +50,15 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
         writeln!(out, "start_index = {}", scene.start_index)?;
     }
     writeln!(out, "time_step = {:?}", model.dt)?;
-    writeln!(out, "rotation = \"{}\"", model.rotation.name())?;
-    writeln!(out, "gravity = {:?}\n\n[ground]", model.gravity)?;
+    let floats = scene.contact.is_none();
+    if !floats {
+        writeln!(out, "rotation = \"{}\"", model.rotation.name())?;
+    }
+    writeln!(out, "gravity = {:?}", model.gravity)?;
+    if floats {
+        return Ok(());
+    }
+    writeln!(out, "\n[ground]")?;
     match &model.plane {
         None => writeln!(out, "none = true")?,
         Some(plane) => {

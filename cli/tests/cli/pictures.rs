@@ -192,7 +192,6 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
         done.draw("plot", &["--body", body]).assert_refused(2, &["--body", "slab", "0 to 2"]);
     }
     for command in ["plot", "gif", "view"] {
-        done.draw(command, &["--mu", "0.3"]).assert_refused(2, &["--mu", "run.json"]);
         let other = done.path("trajectory.csv");
         let end = run(&[command, text(&other)]);
         end.assert_refused(2, &["trajectory.csv", "does not exist", "states.csv"]);
@@ -210,16 +209,6 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
     let slow = Done::of(&["--gif", "--gif-speed", "0.001", "--steps", "400"]);
     slow.end.assert_refused(2, &["frames", "--gif-speed"]);
     assert!(!slow.path("").exists());
-}
-
-#[test]
-fn a_second_run_removes_the_pictures_of_the_first() {
-    let done = Done::of(&["--plot", "--html", "--gif", "--gif-size", "100"]);
-    let scenario = done.directory.path().join("test.toml");
-    let end = run(&["--scenario", text(&scenario), "--html", "--out", text(&done.path(""))]);
-    assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("removed animation.gif, plot-energy.png"), "{end:?}");
-    assert_eq!(done.files(), names(&[&TABLES[..], &["view.html"]].concat()));
 }
 
 #[test]
@@ -247,11 +236,9 @@ fn a_ground_out_of_reach_is_not_drawn() {
 fn a_run_of_several_beside_one_of_one_on_a_page() {
     let done = Done::of(&[]);
     let one = super::support::simulate(&["--steps", "21", "--solver", "native"]);
-    let files = [done.path("states.csv"), one.path("trajectory.csv")];
+    let files = [done.path("states.csv"), one.path("states.csv")];
     let end = run(&["view", text(&files[0]), text(&files[1])]);
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
-    let end = run(&["plot", text(&files[1]), "--body", "0"]);
-    end.assert_refused(2, &["--body", "one body"]);
 }
 
 /// Colours and labels of the scene are in run.json and in every picture.
