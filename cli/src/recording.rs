@@ -451,7 +451,8 @@ fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
             )),
         };
     }
-    // The program of several bodies always has the ladder's limit, even without retries.
+    // Steps of several bodies that an earlier version solved by Ipopt have the ladder's limit, even
+    // without retries.
     let ladder = || settings.on_failure.as_deref() == Some("ladder");
     let accepted = match settings.name.as_str() {
         "native" => native::ACCEPTED_RESIDUAL,

@@ -8,7 +8,7 @@ use tumble_scene::choices::{BodyShape, SceneName};
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, polyline};
-use tumble_scene::solver_choice::{SolverChoice, TUTORIAL_SOLVER};
+use tumble_scene::solver_choice::{TUTORIAL_SOLVER, unsuitable};
 
 /// Number of contact points above which Ipopt needs more than 10 ms per iteration
 /// (docs/ipopt-path.md).
@@ -49,12 +49,17 @@ pub fn on_threads(args: &SetupArgs, mut scene: Scene) -> Result<Scene, Failure> 
     Ok(scene)
 }
 
-/// Note about a slow run, printed before it.
+/// Note at the start of a run: the native solver in place of Ipopt, or that many contact points are
+/// slow with Ipopt.
 pub fn note(scene: &Scene) -> Option<String> {
-    let ipopt = scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt);
+    let is_ipopt = scene.contact.as_ref()?.is_ipopt();
+    if !is_ipopt && scene.trajectory && scene.usual_solver {
+        let why = unsuitable(&scene.world)?;
+        return Some(format!("the native solver solves this scene: {why}\n"));
+    }
     let points = scene.world.bodies().iter().map(|body| body.contact_points().len());
     let points = points.max().unwrap_or(0);
-    (ipopt && points > MANY_POINTS).then(|| {
+    (is_ipopt && points > MANY_POINTS).then(|| {
         format!(
             "Ipopt may take seconds per step with {points} contact points; --solver native is faster\n"
         )
@@ -75,7 +80,6 @@ fn of_flags(args: &SetupArgs) -> Result<Settings, Failure> {
         frame: args.start.frame,
         solver: args.solver.solver,
         preset: args.solver.preset,
-        formulation: args.solver.formulation,
         detection: args.solver.detection,
         tol: args.solver.tol,
         max_iter: args.solver.max_iter,

@@ -64,7 +64,7 @@ pub fn scene(
 
     let contact = if ground {
         refuse_start_below_ground(&world, &start, settings)?;
-        Some(SolverChoice::new(settings, usual)?)
+        Some(SolverChoice::for_world(settings, usual, &world)?)
     } else {
         None
     };

@@ -1,8 +1,8 @@
 //! Settings of a simulation, from flags, scenario files or the tutorial's scenes.
 
 use super::choices::{
-    Attitude, BodyShape, DetectionName, FormulationName, Inertia, OnFailure, Preset, SceneName,
-    SolverName, StartFrame,
+    Attitude, BodyShape, DetectionName, Inertia, OnFailure, Preset, SceneName, SolverName,
+    StartFrame,
 };
 use nalgebra::{Matrix3, Vector3};
 use std::path::PathBuf;
@@ -67,8 +67,6 @@ pub struct Settings {
     pub solver: Option<SolverName>,
     /// Preset of solver settings.
     pub preset: Option<Preset>,
-    /// Formulation of Ipopt's program.
-    pub formulation: Option<FormulationName>,
     /// Criterion for the points that may touch.
     pub detection: Option<DetectionName>,
     /// Tolerance of Ipopt.
@@ -168,7 +166,6 @@ impl Settings {
             force_at: self.force_at.or(below.force_at),
             solver: self.solver.or(below.solver),
             preset: self.preset.or(below.preset),
-            formulation: self.formulation.or(below.formulation),
             detection: self.detection.or(below.detection),
             tol: self.tol.or(below.tol),
             max_iter: self.max_iter.or(below.max_iter),
@@ -185,7 +182,6 @@ impl Settings {
         Self {
             solver: None,
             preset: None,
-            formulation: None,
             detection: None,
             tol: None,
             max_iter: None,

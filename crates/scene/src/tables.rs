@@ -1,8 +1,7 @@
 //! Tables of a scenario file that become settings.
 
 use crate::choices::{
-    Attitude, BodyShape, DetectionName, FormulationName, Inertia, OnFailure, Preset, SolverName,
-    StartFrame,
+    Attitude, BodyShape, DetectionName, Inertia, OnFailure, Preset, SolverName, StartFrame,
 };
 use crate::settings::Settings;
 use nalgebra::{Matrix3, Vector3};
@@ -109,7 +108,6 @@ pub enum LoadValue {
 pub struct SolverTable {
     name: Option<SolverName>,
     preset: Option<Preset>,
-    formulation: Option<FormulationName>,
     detection: Option<DetectionName>,
     tolerance: Option<f64>,
     max_iterations: Option<u32>,
@@ -257,7 +255,6 @@ impl SolverTable {
     pub fn set(self, settings: &mut Settings) {
         settings.solver = self.name;
         settings.preset = self.preset;
-        settings.formulation = self.formulation;
         settings.detection = self.detection;
         settings.tol = self.tolerance;
         settings.max_iter = self.max_iterations;

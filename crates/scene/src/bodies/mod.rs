@@ -107,9 +107,7 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
     let BuiltScene { model, drawn, .. } = built;
     let place = "several bodies: the tutorial's program has one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
-    let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
-    // Reports a solver that does not support this world before any file is written.
-    contact.solver(&world)?;
+    let contact = SolverChoice::for_world(settings, USUAL_SOLVER, &world)?;
     let scene = Scene {
         name,
         changed: Vec::new(),
