@@ -65,11 +65,6 @@ const PATIENCE_TIGHTER: u32 = 25;
 /// Compliance of friction about the start's forces, as a fraction of the body's own response h/m.
 const COMPLIANCE: f64 = 1e-2;
 
-/// Fraction of the [accepted](LADDER_RESIDUAL) residual times h: depth up to which the rung
-/// `free_flight` leaves contacts open. Ipopt seldom solves a step with a grazing force, 10⁻⁵ of the
-/// weight, and without it the residual is within the limit (docs/ipopt-path.md).
-const SHALLOW: f64 = 0.5;
-
 /// Fraction of the [accepted](LADDER_RESIDUAL) residual above which a tighter tolerance is worth
 /// further iterations. The residual of settled steps is a tenth of it (docs/ipopt-path.md).
 const WORTH_IT: f64 = 1e-2;
@@ -156,8 +151,10 @@ impl Ladder {
         limit: u32,
     ) -> Result<Option<Attempted>, Error> {
         let (depth, near) = match rung {
+            // Ipopt seldom solves a step with a grazing force, 10⁻⁵ of the weight. Without it the
+            // residual is the depth over h, within the limit (docs/ipopt-path.md).
             Rung::FreeFlight => {
-                let depth = SHALLOW * self.accepted * step.world.time_step();
+                let depth = self.accepted * step.world.time_step();
                 (depth, -depth)
             }
             _ => {

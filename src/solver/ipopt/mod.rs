@@ -12,7 +12,7 @@ mod posed;
 mod program;
 mod rows;
 mod start;
-pub(crate) mod units;
+mod units;
 
 pub use super::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL, Rung};
 pub use ladder::Ladder;

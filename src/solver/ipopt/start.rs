@@ -101,7 +101,14 @@ pub(super) fn write(
     }));
 }
 
-/// Sets the values of a contact with `force` and the end gap `gap` (m).
+/// Sets the values of a contact with `force` and the end gap `gap` (m). A force on Coulomb's cone is
+/// moved to the smoothed cone of the program (eq. 13), where row (15) has no slack:
+///
+/// ```text
+/// ‖f_xy‖_ε = μ f_z  ⇒  |f_xy|² = (μ f_z + ε)² − ε²
+/// ```
+///
+/// The row would otherwise be violated by λ ε, which is large for a small force on a fast contact.
 fn set_contact(
     x: &mut ProgramPoint,
     contact: &Contact,
@@ -109,7 +116,12 @@ fn set_contact(
     gap: f64,
     units: &ProgramUnits,
 ) {
-    let local = contact.frame.tr_mul(&force.force) / units.force();
+    let mut local = contact.frame.tr_mul(&force.force) / units.force();
+    let (cone, tangential) = (contact.law.friction * local[2], local.xy().norm());
+    if tangential > 0.0 && tangential >= cone * (1.0 - 1e-12) {
+        let smoothed = (cone * (cone + 2.0 * SMOOTHING)).max(0.0).sqrt();
+        (local[0], local[1]) = (local[0] * smoothed / tangential, local[1] * smoothed / tangential);
+    }
     let (slip, gap) = (force.slip.norm() / units.speed(), gap / units.length());
     let products = products(&local, slip, gap, contact.law.friction, SMOOTHING);
     x.set_contact(contact.key.point, &local, &products);

@@ -25,7 +25,7 @@ const USUAL_MASS: f64 = 10.0;
 /// Units of mass (kg), length (m) and time (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct ProgramUnits {
+pub(super) struct ProgramUnits {
     mass: f64,
     length: f64,
     time: f64,
@@ -33,10 +33,10 @@ pub(crate) struct ProgramUnits {
 
 impl ProgramUnits {
     /// SI units.
-    pub(crate) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
+    pub(super) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
 
     /// Units of `world` under the load `wrench`, if there is one.
-    pub(crate) fn of(world: &World, wrench: Option<&Wrench>) -> Self {
+    pub(super) fn of(world: &World, wrench: Option<&Wrench>) -> Self {
         let (body, length) = (&world.bodies()[BODY], world.reach());
         let pull = wrench.map_or(0.0, |wrench| {
             wrench.force.norm().max(wrench.torque.norm() / length) / body.mass()
@@ -53,17 +53,17 @@ impl ProgramUnits {
 
     /// True if all units are positive, normal numbers.
     #[cfg(feature = "save")]
-    pub(crate) fn are_possible(&self) -> bool {
+    pub(super) fn are_possible(&self) -> bool {
         [self.mass, self.length, self.time].into_iter().all(|unit| unit.is_normal() && unit > 0.0)
     }
 
     /// Converts the constants of `world` to these units.
-    pub(crate) fn world(&self, world: &World) -> World {
+    pub(super) fn world(&self, world: &World) -> World {
         world.in_units(self.mass, self.length, self.time)
     }
 
     /// Converts a point of the program from SI units to these units.
-    pub(crate) fn point(&self, point: &ProgramPoint) -> ProgramPoint {
+    pub(super) fn point(&self, point: &ProgramPoint) -> ProgramPoint {
         let (mut converted, layout) = (point.clone(), point.layout());
         converted.set_state(&self.state(&point.state()));
         let x = converted.as_mut_slice();
@@ -80,22 +80,22 @@ impl ProgramUnits {
     }
 
     /// Unit of length, m.
-    pub(crate) fn length(&self) -> f64 {
+    pub(super) fn length(&self) -> f64 {
         self.length
     }
 
     /// Unit of speed, m/s.
-    pub(crate) fn speed(&self) -> f64 {
+    pub(super) fn speed(&self) -> f64 {
         self.length / self.time
     }
 
     /// Unit of force, N.
-    pub(crate) fn force(&self) -> f64 {
+    pub(super) fn force(&self) -> f64 {
         self.mass * self.length / (self.time * self.time)
     }
 
     /// Converts a state to these units.
-    pub(crate) fn state(&self, state: &State) -> State {
+    pub(super) fn state(&self, state: &State) -> State {
         State {
             position: state.position / self.length,
             attitude: state.attitude,
@@ -105,7 +105,7 @@ impl ProgramUnits {
     }
 
     /// Converts a state from these units to SI units.
-    pub(crate) fn si_state(&self, state: &State) -> State {
+    pub(super) fn si_state(&self, state: &State) -> State {
         State {
             position: state.position * self.length,
             attitude: state.attitude,
@@ -115,7 +115,7 @@ impl ProgramUnits {
     }
 
     /// Converts a wrench to these units.
-    pub(crate) fn wrench(&self, wrench: &Wrench) -> Wrench {
+    pub(super) fn wrench(&self, wrench: &Wrench) -> Wrench {
         Wrench {
             force: wrench.force / self.force(),
             torque: wrench.torque / (self.force() * self.length),
