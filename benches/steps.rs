@@ -6,7 +6,7 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble_core::contact::{Candidates, Contact, Detection};
 use tumble_core::error::Error;
 use tumble_core::mechanics::{State, Wrench};
@@ -90,7 +90,7 @@ fn benches(criterion: &mut Criterion) -> Result<(), Error> {
     let world = world()?;
     let ipopt = || {
         let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
-        IpoptSolver::new(&world, Formulation::default(), options)
+        IpoptSolver::new(&world, options)
     };
     let start = simulation(&world, Box::new(NativeSolver::new(&world)))?;
     let (state, wrench) = (*start.state(), Wrench::zero());

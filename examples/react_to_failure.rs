@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, TOLERANCE};
+use tumble::solver::ipopt::{IpoptSolver, TOLERANCE};
 use tumble::{
     Error, Motion, Simulation, StepRecord, StepStatus, TutorialScene, World, tutorial_parameters,
 };
@@ -26,7 +26,7 @@ fn main() -> Result<ExitCode, Error> {
     let scene = TutorialScene::drop();
     let world = World::new(tutorial_parameters()?)?;
     let options = IpoptSolver::options(TOLERANCE, limit);
-    let ipopt = Motion::contact(IpoptSolver::new(&world, Formulation::default(), options)?);
+    let ipopt = Motion::contact(IpoptSolver::new(&world, options)?);
     let mut native = Motion::native(&world);
     let start = scene.start(scene.attitude(42));
     let mut simulation = Simulation::new(world, [start], ipopt)?;

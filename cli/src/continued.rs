@@ -22,7 +22,7 @@ use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
-use tumble_scene::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
+use tumble_scene::choices::{DetectionName, OnFailure, Preset, SolverName};
 use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::Table;
@@ -270,7 +270,6 @@ pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failu
         Some(_) => SolverTable { preset, ..SolverTable::default() },
         None => SolverTable {
             name: word::<SolverName>("name", Some(&solver.name))?,
-            formulation: word::<FormulationName>("formulation", solver.formulation.as_ref())?,
             detection: word::<DetectionName>("detection", solver.detection.as_ref())?,
             on_failure: word::<OnFailure>("on_failure", solver.on_failure.as_ref())?,
             tolerance: solver.tol,

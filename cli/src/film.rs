@@ -147,7 +147,6 @@ fn facts(run: RunFile) -> Vec<Fact> {
     let solver = run.solver;
     add("seed", seed.map(|seed| seed.to_string()));
     add("solver", Some(solver.name));
-    add("formulation", solver.formulation);
     add("detection", solver.detection);
     add("on failure", solver.on_failure);
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));

@@ -8,7 +8,7 @@ use tumble_scene::choices::SceneName;
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, SolverTable, polyline};
-use tumble_scene::solver_choice::SolverChoice;
+use tumble_scene::solver_choice::unsuitable;
 use tumble_scene::tutorial::CubeChanges;
 
 /// Number of contact points above which Ipopt needs more than 10 ms per iteration
@@ -51,12 +51,17 @@ pub fn on_threads(args: &SetupArgs, mut scene: Scene) -> Result<Scene, Failure> 
     Ok(scene)
 }
 
-/// Note about a slow run, printed before it.
-pub fn note(scene: &Scene) -> Option<String> {
-    let ipopt = scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt);
+/// Note at the start of a run: the native solver in place of Ipopt, or that many contact points are
+/// slow with Ipopt.
+pub fn note(scene: &Scene, args: &SetupArgs) -> Option<String> {
+    let is_ipopt = scene.contact.as_ref()?.is_ipopt();
+    if !is_ipopt && scene.trajectory && args.solver.solver.is_none() {
+        let why = unsuitable(&scene.world)?;
+        return Some(format!("the native solver solves this scene: {why}\n"));
+    }
     let points = scene.world.bodies().iter().map(|body| body.contact_points().len());
     let points = points.max().unwrap_or(0);
-    (ipopt && points > MANY_POINTS).then(|| {
+    (is_ipopt && points > MANY_POINTS).then(|| {
         format!(
             "Ipopt may take seconds per step with {points} contact points; --solver native is faster\n"
         )
@@ -73,7 +78,6 @@ fn of_flags(args: &SetupArgs) -> Settings {
         solver: SolverTable {
             name: args.solver.solver,
             preset: args.solver.preset,
-            formulation: args.solver.formulation,
             detection: args.solver.detection,
             tolerance: args.solver.tol,
             max_iterations: args.solver.max_iter,

@@ -86,7 +86,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let mut files = names(args, &scene, &kept);
     files.extend(parts.iter().map(|part| part.name().to_owned()));
     let mut voice = Voice::new(args.output.quiet);
-    if let Some(note) = scene::note(&scene) {
+    if let Some(note) = scene::note(&scene, &args.setup) {
         voice.say(&note);
     }
     for note in scene.notes() {

@@ -8,9 +8,6 @@ mod rung;
 
 pub use rung::Rung;
 
-/// Largest number of bodies that Ipopt solves at once.
-pub const MOST_BODIES: usize = 10;
-
 /// Residual above which a step of Ipopt alone counts as failed, m/s. Ipopt's tolerance can be met
 /// by points that grossly violate the contact law. The number holds for the tutorial's cube and is
 /// scaled with the world's [speed](crate::World::speed_scale).

@@ -12,7 +12,8 @@ pub enum Rung {
     /// that lifts off while it slips leaves the program without a feasible optimum
     /// (docs/formulation.md, section 8).
     NativeStart,
-    /// Ipopt from free flight without forces. Discards a bad previous solution.
+    /// Ipopt from free flight without forces, and without grazing contacts. Discards a bad previous
+    /// solution.
     FreeFlight,
     /// Ipopt from free flight with the body's weight shared by its contacts. Avoids the apex of the
     /// friction cone, where the derivatives change most.

@@ -4,7 +4,7 @@ use crate::sparsity::SparsityPattern;
 use nalgebra::SMatrix;
 
 /// Receives a matrix entry by entry, always in the same order.
-pub(crate) trait EntrySink {
+pub(super) trait EntrySink {
     /// Adds one structural non-zero.
     fn put(&mut self, row: usize, col: usize, value: f64);
 
@@ -12,18 +12,6 @@ pub(crate) trait EntrySink {
     fn put_row(&mut self, row: usize, col: usize, values: impl IntoIterator<Item = f64>) {
         for (k, value) in values.into_iter().enumerate() {
             self.put(row, col + k, value);
-        }
-    }
-
-    /// Adds a block row by row. Its first entry is at (`row`, `col`).
-    fn put_block<const N: usize, const M: usize>(
-        &mut self,
-        row: usize,
-        col: usize,
-        block: &SMatrix<f64, N, M>,
-    ) {
-        for k in 0..N {
-            self.put_row(row + k, col, block.row(k).iter().copied());
         }
     }
 
@@ -37,11 +25,11 @@ pub(crate) trait EntrySink {
 
 /// Sink that stores the positions.
 #[derive(Default)]
-pub(crate) struct PatternSink(SparsityPattern);
+pub(super) struct PatternSink(SparsityPattern);
 
 impl PatternSink {
     /// Sparsity pattern of the entries that `emit` adds.
-    pub(crate) fn of(emit: impl FnOnce(&mut Self)) -> SparsityPattern {
+    pub(super) fn of(emit: impl FnOnce(&mut Self)) -> SparsityPattern {
         let mut sink = Self::default();
         emit(&mut sink);
         sink.0
@@ -55,12 +43,12 @@ impl EntrySink for PatternSink {
 }
 
 /// Sink that stores the values.
-pub(crate) struct ValueSink<'a> {
+pub(super) struct ValueSink<'a> {
     slots: std::slice::IterMut<'a, f64>,
 }
 
 impl<'a> ValueSink<'a> {
-    pub(crate) fn new(values: &'a mut [f64]) -> Self {
+    pub(super) fn new(values: &'a mut [f64]) -> Self {
         Self { slots: values.iter_mut() }
     }
 }

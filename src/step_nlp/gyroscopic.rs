@@ -1,12 +1,11 @@
-//! The gyroscopic term I⁻¹ G(ω, ω⁺) of the rows (8d) and its derivatives with respect to ω⁺, shared
-//! by both programs.
+//! The gyroscopic term I⁻¹ G(ω, ω⁺) of the rows (8d) and its derivatives with respect to ω⁺.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use tumble_core::mechanics::{RigidBody, Rotation};
 
 /// Gyroscopic term of one body.
 #[derive(Debug, Clone)]
-pub(crate) struct Gyroscopic {
+pub(super) struct Gyroscopic {
     rotation: Rotation,
     time_step: f64,
     inertia: Matrix3<f64>,
@@ -17,7 +16,7 @@ pub(crate) struct Gyroscopic {
 
 impl Gyroscopic {
     /// Creates the term of `body` for steps of `time_step` (s).
-    pub(crate) fn new(body: &RigidBody, rotation: Rotation, time_step: f64) -> Self {
+    pub(super) fn new(body: &RigidBody, rotation: Rotation, time_step: f64) -> Self {
         Self {
             rotation,
             time_step,
@@ -28,17 +27,17 @@ impl Gyroscopic {
     }
 
     /// G(ω, ω⁺), N m.
-    pub(crate) fn term(&self, old: &Vector3<f64>, new: &Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn term(&self, old: &Vector3<f64>, new: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.gyroscopic(&self.inertia, old, new, self.time_step)
     }
 
     /// True if ∂(I⁻¹ G)_k/∂ω⁺_j can be non-zero.
-    pub(crate) fn depends(&self, k: usize, j: usize) -> bool {
+    pub(super) fn depends(&self, k: usize, j: usize) -> bool {
         self.rotation == Rotation::Momentum || self.forms[k].row(j).amax() > 0.0
     }
 
     /// ∂(I⁻¹ G)/∂ω⁺ at ω⁺ = `spin`. In the tutorial's form it is T(ω) with the rows ωᵀ T_k.
-    pub(crate) fn slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+    pub(super) fn slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
         match self.rotation {
             Rotation::Tutorial => {
                 let rows = self.forms.map(|form| (form * spin).transpose());
@@ -56,7 +55,7 @@ impl Gyroscopic {
     /// ```text
     /// tutorial: Σ y_k T_k,   momentum: ½ Σ y_k T_k + ½ h ((z·ω) I + z (I ω)ᵀ + (I ω) zᵀ)
     /// ```
-    pub(crate) fn curvature(&self, y: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
+    pub(super) fn curvature(&self, y: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
         let turning: Matrix3<f64> = self.forms.iter().zip(y).map(|(form, y)| form * *y).sum();
         match self.rotation {
             Rotation::Tutorial => turning,
@@ -66,29 +65,6 @@ impl Gyroscopic {
                 let cubic = self.inertia * z.dot(spin) + half + half.transpose();
                 (turning + cubic * self.time_step) * 0.5
             }
-        }
-    }
-
-    /// ω̃⁺ for ω⁺ = `spin`, rad/s: the spin after the impulses of the step
-    /// ([`Rotation::departing_spin`]).
-    pub(crate) fn departing(&self, spin: &Vector3<f64>) -> Vector3<f64> {
-        self.rotation.departing_spin(&self.inertia, &self.inertia_inverse, spin, self.time_step)
-    }
-
-    /// ∂ω̃⁺/∂ω⁺.
-    pub(crate) fn departing_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
-        self.rotation.departing_slope(&self.inertia, &self.inertia_inverse, spin, self.time_step)
-    }
-
-    /// ∇²(y·ω̃⁺) with respect to ω⁺: h ∇²(y·I⁻¹ G), zero in the tutorial's form.
-    pub(crate) fn departing_curvature(
-        &self,
-        y: &Vector3<f64>,
-        spin: &Vector3<f64>,
-    ) -> Matrix3<f64> {
-        match self.rotation {
-            Rotation::Tutorial => Matrix3::zeros(),
-            Rotation::Momentum => self.curvature(y, spin) * self.time_step,
         }
     }
 }

@@ -7,7 +7,7 @@ use super::layout::{
     VELOCITY_ROWS,
 };
 
-use nalgebra::{Matrix3, Vector4};
+use nalgebra::{Matrix2, Matrix3, Vector4};
 use tumble_core::mechanics::State;
 
 impl StepNlp {
@@ -91,12 +91,13 @@ impl StepNlp {
         }
     }
 
-    /// Emits eq. 10: α (c_xy + λ d(f_xy)), with c_xy = (r⁺ + A(q⁺) c − C)_xy/h. ∂/∂r⁺ = α/h; ∂/∂q⁺
-    /// = α (Q_k q⁺)ᵀ/h (eq. 3); ∂/∂f_xy = α λ D (eq. D3); ∂/∂λ = α d.
+    /// Emits eq. 10: α (c_xy + κ (f_xy − f_0) + λ d(f_xy)), with c_xy = (r⁺ + A(q⁺) c − C)_xy/h.
+    /// ∂/∂r⁺ = α/h; ∂/∂q⁺ = α (Q_k q⁺)ᵀ/h (eq. 3); ∂/∂f_xy = α (κ E + λ D) (eq. D3); ∂/∂λ = α d.
     fn emit_dissipation_rows(&self, x: &[f64], next: &State, i: usize, sink: &mut impl EntrySink) {
         let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);
-        let by_force = force.direction_jacobian() * x[slip];
+        let compliance = Matrix2::identity() * self.step.compliance;
+        let by_force = compliance + force.direction_jacobian() * x[slip];
         let alpha = self.step.alpha[i];
         let rate = alpha / self.world.time_step();
         for axis in 0..2 {

@@ -11,17 +11,17 @@ use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 /// d is both the gradient of ‖f‖_ε and the direction in the dissipation rows. Its Jacobian D is
 /// therefore also the Hessian of ‖f‖_ε.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SmoothForce {
+pub(super) struct SmoothForce {
     f: Vector2<f64>,
     rho: f64,
     /// Smoothed norm ‖f‖_ε, N.
-    pub(crate) norm: f64,
+    pub(super) norm: f64,
     /// Direction d, dimensionless.
-    pub(crate) direction: Vector2<f64>,
+    pub(super) direction: Vector2<f64>,
 }
 
 impl SmoothForce {
-    pub(crate) fn new(f: Vector2<f64>, epsilon: f64) -> Self {
+    pub(super) fn new(f: Vector2<f64>, epsilon: f64) -> Self {
         let squared = f.norm_squared();
         let rho = (squared + epsilon * epsilon).sqrt();
         // ρ − ε without the cancellation at small f.
@@ -29,13 +29,13 @@ impl SmoothForce {
     }
 
     /// D = ∂d/∂f = (E − d dᵀ)/ρ (eq. D3).
-    pub(crate) fn direction_jacobian(&self) -> Matrix2<f64> {
+    pub(super) fn direction_jacobian(&self) -> Matrix2<f64> {
         let d = self.direction;
         (Matrix2::identity() - d * d.transpose()) / self.rho
     }
 
     /// ∇²(y·d) = (3 (y·d) d dᵀ − (y·d) E − y dᵀ − d yᵀ)/ρ² (eq. D4).
-    pub(crate) fn direction_hessian(&self, y: Vector2<f64>) -> Matrix2<f64> {
+    pub(super) fn direction_hessian(&self, y: Vector2<f64>) -> Matrix2<f64> {
         let d = self.direction;
         let along = y.dot(&self.f) / self.rho;
         (3.0 * along * d * d.transpose()
@@ -48,25 +48,25 @@ impl SmoothForce {
 
 /// Normalised attitude u = p/|p| of the attitude row: value and derivatives at p.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Normalised {
+pub(super) struct Normalised {
     /// Unit vector u.
-    pub(crate) unit: Vector4<f64>,
+    pub(super) unit: Vector4<f64>,
     norm: f64,
 }
 
 impl Normalised {
-    pub(crate) fn new(p: Vector4<f64>) -> Self {
+    pub(super) fn new(p: Vector4<f64>) -> Self {
         let norm = p.norm();
         Self { unit: p / norm, norm }
     }
 
     /// ∂u/∂p = (E − u uᵀ)/|p| (eq. D1).
-    pub(crate) fn jacobian(&self) -> Matrix4<f64> {
+    pub(super) fn jacobian(&self) -> Matrix4<f64> {
         (Matrix4::identity() - self.unit * self.unit.transpose()) / self.norm
     }
 
     /// ∇²(y·u) = (3 (y·u) u uᵀ − (y·u) E − y uᵀ − u yᵀ)/|p|² (eq. D2).
-    pub(crate) fn hessian(&self, y: Vector4<f64>) -> Matrix4<f64> {
+    pub(super) fn hessian(&self, y: Vector4<f64>) -> Matrix4<f64> {
         let u = self.unit;
         let along = y.dot(&u);
         (3.0 * along * u * u.transpose()

@@ -140,6 +140,21 @@ impl Layout {
         self.per_contact_row(5, 1)
     }
 
+    /// Rows of contact `i`: dissipation along x and y, height, cone, and the complementarity of
+    /// normal and friction.
+    #[must_use]
+    pub const fn contact_rows(&self, i: usize) -> [usize; 6] {
+        let dissipation = self.dissipation_rows().start + 2 * i;
+        [
+            dissipation,
+            dissipation + 1,
+            self.height_rows().start + i,
+            self.cone_rows().start + i,
+            self.normal_complementarity_rows().start + i,
+            self.friction_complementarity_rows().start + i,
+        ]
+    }
+
     /// Number of equations: the rows before the first inequality.
     #[must_use]
     pub const fn equalities(&self) -> usize {
@@ -160,5 +175,6 @@ mod tests {
         assert_eq!(layout.friction_complementarity_rows(), 54..62);
         assert_eq!(layout.equalities(), 30);
         assert_eq!(layout.contact_variables(7), [20, 28, 36, 44, 52, 60]);
+        assert_eq!(layout.contact_rows(7), [28, 29, 37, 45, 53, 61]);
     }
 }

@@ -7,7 +7,8 @@
 //! min  s1ᵀs1 + s2ᵀs2
 //! s.t. the semi-implicit dynamics                             13 rows  (eq. 8)   = 0
 //!      ‖q⁺‖² − 1                                               1 row   (eq. 9)   = 0
-//!      α_i (c_xy,i + λ_i f_xy,i / (‖f_xy,i‖_ε + ε))           2n rows  (eq. 10)  = 0
+//!      α_i (c_xy,i + κ (f_xy,i − f_0,i) + λ_i f_xy,i / (‖f_xy,i‖_ε + ε))
+//!                                                             2n rows  (eq. 10)  = 0
 //!      z⁺_i                                                    n rows  (eq. 12)  ≥ 0
 //!      μ f_z,i − ‖f_xy,i‖_ε                                    n rows  (eq. 13)  ≥ 0
 //!      s1_i − f_z,i z⁺_i                                       n rows  (eq. 14)  ≥ 0
@@ -24,6 +25,7 @@
 //! | s1_i, s2_i | slacks of the two complementarity conditions (N m, W) |
 //! | α_i | contact flag, 1 if the point may touch in this step, otherwise 0 |
 //! | ε, μ | smoothing of ‖f_xy‖ (N), coefficient of friction |
+//! | κ, f_0,i | compliance of friction, (m/s)/N, and anchor force (N); κ is 0 in the tutorial |
 //!
 //! The unknowns are x = (X⁺, f_x, f_y, f_z, s1, s2, λ), see [`layout`]. Tangents and normal are the
 //! ground's [frame](tumble_core::contact::Plane::frame); on level ground they are the world's axes.
@@ -32,14 +34,13 @@
 //! emits matrix entries in a fixed order (`entries.rs`). One receiver of these entries stores the
 //! positions, another the values. Structure and values therefore always agree.
 
-pub(crate) mod entries;
-pub(crate) mod gyroscopic;
+mod entries;
+mod gyroscopic;
 mod hessian;
 mod jacobian;
-pub(crate) mod kernels;
+mod kernels;
 pub mod layout;
 pub mod point;
-pub mod several;
 
 pub use point::ProgramPoint;
 
@@ -64,7 +65,7 @@ pub const SMOOTHING: f64 = 1e-6;
 const BODY: usize = 0;
 
 /// Reason for refusing worlds without a ground.
-const NO_GROUND: &str = "it needs a ground; add one";
+const NO_GROUND: &str = "the tutorial's program needs a ground";
 
 /// Step problem of one world. Structure and constants are fixed. [`StepNlp::set_step`] sets the
 /// parameters of a step: the state X at its start, the external wrench and the contact flags α.
@@ -97,6 +98,9 @@ struct StepData {
     alpha: Vec<f64>,
     /// ½ h L(q) H, the derivative of the unnormalised attitude with respect to ω⁺.
     attitude_rate: Matrix4x3<f64>,
+    /// Compliance κ of friction, (m/s)/N, and the anchor force f_0 of every contact point (N).
+    compliance: f64,
+    anchors: Vec<Vector2<f64>>,
     /// Position C_xy of every contact point at the start, along the ground's tangents (m).
     old_positions: Vec<Vector2<f64>>,
     /// h I⁻¹ [c_i]× Aᵀ F, the derivative of ω⁺ with respect to f_i. A is the body's rotation, F the
@@ -116,7 +120,7 @@ impl StepNlp {
             (None, Some(ground)) => ground.clone(),
             (why, _) => {
                 let why = why.unwrap_or(NO_GROUND);
-                return Err(Error::Unsupported { what: "the tutorial's program", why });
+                return Err(Error::Unsupported { what: "this world", why });
             }
         };
         let body = &world.bodies()[BODY];
@@ -139,6 +143,8 @@ impl StepNlp {
                 state,
                 wrench: Wrench::zero(),
                 alpha: vec![0.0; n],
+                compliance: 0.0,
+                anchors: vec![Vector2::zeros(); n],
                 attitude_rate: Matrix4x3::zeros(),
                 old_positions: vec![Vector2::zeros(); n],
                 spin_per_force: vec![Matrix3::zeros(); n],
@@ -154,30 +160,29 @@ impl StepNlp {
         Ok(nlp)
     }
 
-    /// Reason why the tutorial's program does not support `world`, or `None`. The program supports
-    /// one body of points without radius, the ground, and one coefficient of friction. The [program
-    /// of several bodies](several) supports more.
+    /// Reason why the program does not support `world`, or `None`. The program supports one body of
+    /// points without radius, the ground, and one coefficient of friction.
     #[must_use]
     pub fn unsuitable(world: &World) -> Option<&'static str> {
-        let body = &world.bodies()[BODY];
-        if world.bodies().len() > 1 {
-            Some("it supports one body only; remove the others")
+        let points = world.bodies()[BODY].contact_points();
+        if !world.joints().is_empty() {
+            Some("the tutorial's program does not support joints")
+        } else if world.has_surfaces() {
+            Some("the tutorial's program does not support moving surfaces")
+        } else if world.bodies().len() > 1 {
+            Some("the tutorial's program supports one body only")
         } else if world.ground().is_none() {
             Some(NO_GROUND)
         } else if world.fixed_count() > 0 {
-            Some("it does not support fixed pieces; remove them")
-        } else if body.contact_points().iter().any(|point| point.size() > 0.0) {
-            Some("it does not support rounded points; remove the radius")
+            Some("the tutorial's program does not support fixed pieces")
+        } else if points.iter().any(|point| point.size() > 0.0) {
+            Some("the tutorial's program does not support rounded points")
         } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
-            Some("it supports only the world's coefficient of friction; remove the body's own")
+            Some("the tutorial's program supports only the world's coefficient of friction")
         } else if world.has_restitution() {
-            Some("it does not support restitution; remove it")
-        } else if !world.joints().is_empty() {
-            Some("it does not support joints; remove them")
-        } else if world.has_surfaces() {
-            Some("it does not support moving surfaces; remove them")
+            Some("the tutorial's program does not support restitution")
         } else if !world.may_touch(BODY, Partner::Ground) {
-            Some("the body must be able to touch the ground; use the program of several bodies")
+            Some("the tutorial's program needs a body that may touch the ground")
         } else {
             None
         }
@@ -208,6 +213,19 @@ impl StepNlp {
         for (slot, point) in step.spin_per_force.iter_mut().zip(body.contact_points()) {
             let lever = point.position.cross_matrix();
             *slot = h * body.inertia_inverse() * lever * rotation.transpose() * frame;
+        }
+    }
+
+    /// Makes friction compliant with κ = `share` h/m, (m/s)/N, about the anchor forces f_0 (N), one
+    /// per contact point in the ground's frame.
+    ///
+    /// Sticking points leave internal friction forces undetermined and their rows (10) dependent.
+    /// With κ > 0 both problems vanish, and a solution with f_xy = f_0 is one of the tutorial's
+    /// rows. κ is 0 until this is called.
+    pub fn anchor(&mut self, share: f64, forces: impl IntoIterator<Item = Vector3<f64>>) {
+        self.step.compliance = share * self.world.time_step() / self.body().mass();
+        for (slot, force) in self.step.anchors.iter_mut().zip(forces) {
+            *slot = force.xy();
         }
     }
 
@@ -334,7 +352,8 @@ impl StepNlp {
             let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
             let force = self.smooth_force(x, i);
             let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;
-            let sliding = slip_velocity + x[slip] * force.direction;
+            let yielding = self.step.compliance * (self.force(x, i).xy() - self.step.anchors[i]);
+            let sliding = slip_velocity + yielding + x[slip] * force.direction;
             let dissipation = self.step.alpha[i] * sliding;
             let room = friction * x[fz] - force.norm;
 

@@ -36,7 +36,7 @@ impl ProgramPoint {
     /// Sets the point to `state` with all forces, slacks and multipliers zero.
     pub fn set_free(&mut self, state: &State) {
         self.values.fill(0.0);
-        self.values[layout::STATE].copy_from_slice(state.to_vector().as_slice());
+        self.set_state(state);
     }
 
     /// Copies the point `other`.
@@ -67,11 +67,24 @@ impl ProgramPoint {
             let force = ground.frame().tr_mul(&contact.force);
             let height = heights(point);
             let products = products(&force, contact.slip.norm(), height, friction, smoothing);
-            let [fx, fy, fz, s1, s2, slip] = self.layout.contact_variables(point);
-            let x = &mut self.values;
-            (x[fx], x[fy], x[fz]) = (force[0], force[1], force[2]);
-            (x[s1], x[s2], x[slip]) = (products.normal, products.friction, products.slip_speed);
+            self.set_contact(point, &force, &products);
         }
+    }
+
+    /// Sets X⁺.
+    pub fn set_state(&mut self, state: &State) {
+        self.values[layout::STATE].copy_from_slice(state.to_vector().as_slice());
+    }
+
+    /// Sets the force f_i (N, in the ground's frame), the slacks and λ of contact `i`.
+    ///
+    /// # Panics
+    /// If there is no contact `i`.
+    pub fn set_contact(&mut self, i: usize, force: &Vector3<f64>, products: &Products) {
+        let [fx, fy, fz, s1, s2, slip] = self.layout.contact_variables(i);
+        let x = &mut self.values;
+        (x[fx], x[fy], x[fz]) = (force[0], force[1], force[2]);
+        (x[s1], x[s2], x[slip]) = (products.normal, products.friction, products.slip_speed);
     }
 
     /// Offsets of the parts.

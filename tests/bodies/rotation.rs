@@ -270,7 +270,7 @@ mod with_ipopt {
     use crate::common::{certify, flagged_contacts, point_forces, solve};
     use nalgebra::Vector3;
     use tumble::ipopt::Options;
-    use tumble::solver::ipopt::{Formulation, IpoptSolver};
+    use tumble::solver::ipopt::IpoptSolver;
     use tumble_core::mechanics::{Rotation, Wrench};
     use tumble_core::simulation::{Motion, Simulation, StepRecord};
     use tumble_core::step::{StepSolution, StepStatus};
@@ -284,7 +284,7 @@ mod with_ipopt {
         for form in Rotation::ALL {
             let (world, start) = in_form(&askew_box(), form);
             let options = Options { tolerance: 1e-9, ..IpoptSolver::options(1e-9, 300) };
-            let mut ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
+            let mut ipopt = IpoptSolver::new(&world, options).unwrap();
             let mut run = Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
             let (mut record, mut before) = (StepRecord::new(), StepSolution::free(&[start]));
             let mut compared = 0;

@@ -3,7 +3,7 @@
 
 use crate::common::tutorial_parameters;
 use nalgebra::{Matrix3, Vector3};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::simulation::random::random_attitude;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -54,7 +54,7 @@ fn run(scale: Scale, friction: f64, push: f64, steps: usize) -> Vec<Taken> {
         spin: Vector3::new(0.0, -2.0, 1.0) / time,
     };
     let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
-    let ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
+    let ipopt = IpoptSolver::new(&world, options).unwrap();
     let motion = Motion::contact(Ladder::new(&world, ipopt, &Rung::ALL));
     let mut simulation = Simulation::new(world, [start], motion).unwrap();
     let force = Vector3::new(0.1 * push, 0.0, -push) * (mass * gravity);

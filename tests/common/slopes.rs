@@ -1,9 +1,8 @@
-//! Programs of a step as functions of a point, and their derivatives by central differences.
+//! The program of a step as a function of a point, and its derivatives by central differences.
 
 use nalgebra::{DMatrix, DVector};
 use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::StepNlp;
-use tumble::step_nlp::several::SeveralNlp;
 
 /// Nonlinear program with all its functions at a point.
 pub trait Program {
@@ -17,36 +16,29 @@ pub trait Program {
     fn patterns(&self) -> [&SparsityPattern; 2];
 }
 
-macro_rules! is_program {
-    ($name:ident) => {
-        impl Program for $name {
-            fn gradient_at(&self, x: &[f64]) -> Vec<f64> {
-                written(x.len(), |gradient| self.gradient(x, gradient))
-            }
+impl Program for StepNlp {
+    fn gradient_at(&self, x: &[f64]) -> Vec<f64> {
+        written(x.len(), |gradient| self.gradient(x, gradient))
+    }
 
-            fn constraints_at(&self, x: &[f64]) -> Vec<f64> {
-                written(self.layout().constraints(), |rows| self.constraints(x, rows))
-            }
+    fn constraints_at(&self, x: &[f64]) -> Vec<f64> {
+        written(self.layout().constraints(), |rows| self.constraints(x, rows))
+    }
 
-            fn jacobian_at(&self, x: &[f64]) -> Vec<f64> {
-                written(self.jacobian_pattern().len(), |values| self.jacobian(x, values))
-            }
+    fn jacobian_at(&self, x: &[f64]) -> Vec<f64> {
+        written(self.jacobian_pattern().len(), |values| self.jacobian(x, values))
+    }
 
-            fn hessian_at(&self, x: &[f64], factor: f64, multipliers: &[f64]) -> Vec<f64> {
-                written(self.hessian_pattern().len(), |values| {
-                    self.hessian(x, factor, multipliers, values);
-                })
-            }
+    fn hessian_at(&self, x: &[f64], factor: f64, multipliers: &[f64]) -> Vec<f64> {
+        written(self.hessian_pattern().len(), |values| {
+            self.hessian(x, factor, multipliers, values);
+        })
+    }
 
-            fn patterns(&self) -> [&SparsityPattern; 2] {
-                [self.jacobian_pattern(), self.hessian_pattern()]
-            }
-        }
-    };
+    fn patterns(&self) -> [&SparsityPattern; 2] {
+        [self.jacobian_pattern(), self.hessian_pattern()]
+    }
 }
-
-is_program!(StepNlp);
-is_program!(SeveralNlp);
 
 /// Array of `len` numbers filled by `write`.
 fn written(len: usize, write: impl FnOnce(&mut [f64])) -> Vec<f64> {
@@ -101,9 +93,8 @@ pub fn hessian_error(nlp: &impl Program, x: &[f64], factor: f64, multipliers: &[
 ///
 /// With δ = 1e-4 and numbers of order 1 to 50 in x, rounding leaves an error of 1.5 ε/δ = 3e-12 of
 /// the terms. Truncation leaves δ⁴/30 = 3e-18 of the fifth derivatives. For an attitude of small
-/// norm these are some 1e8 times the first derivatives. With several bodies the error is some times
-/// larger: products of two attitudes are of fourth degree, and coordinates cancel.
-fn differences(x: &[f64], values: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
+/// norm these are some 1e8 times the first derivatives.
+pub fn differences(x: &[f64], values: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
     const DELTA: f64 = 1e-4;
     let columns: Vec<_> = (0..x.len())
         .map(|j| {

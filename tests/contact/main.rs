@@ -1,6 +1,7 @@
 //! Tests of contacts and their laws: pairs, round features, planes, fast bodies, restitution.
 
 mod apart;
+mod casadi;
 #[path = "../common/mod.rs"]
 mod common;
 mod curved;

@@ -3,7 +3,7 @@
 
 use crate::common::tutorial_parameters;
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
@@ -24,7 +24,7 @@ fn sliding_plate(side: usize) -> Simulation<'static> {
         spin: Vector3::new(0.0, 0.0, 0.5),
     };
     let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
-    let ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
+    let ipopt = IpoptSolver::new(&world, options).unwrap();
     let motion = Motion::contact(Ladder::new(&world, ipopt, &Rung::ALL));
     Simulation::new(world, [start], motion).unwrap()
 }

@@ -6,7 +6,7 @@ use crate::common::{cases, quaternion, vector};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use tumble_core::contact::certificate::{Certificate, Certifier, Claim};
-use tumble_core::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
+use tumble_core::contact::{Candidates, Contact, ContactKey, ContactLaw, Features, Partner, Plane};
 use tumble_core::mechanics::quaternion::{advance, rotation};
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::world::{Parameters, World};
@@ -253,4 +253,34 @@ proptest! {
         let expected = contact.normal() * contact.gap / TIME_STEP;
         prop_assert!((u - expected).amax() < 5e-12, "{u} {expected}");
     }
+}
+
+/// Checks that the overlap after a step is the overlap of the shapes. A search that ignores small
+/// depths stores only a bound of it.
+#[test]
+fn the_overlap_after_a_step_is_that_of_the_shapes() {
+    let cube = || RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap();
+    let world = World::new(Parameters {
+        bodies: vec![cube(), cube()],
+        ground: Some(Plane::level()),
+        gravity: Vector3::zeros(),
+        friction: 0.5,
+        time_step: TIME_STEP,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap();
+    let at = |x: f64, y: f64| State {
+        position: Vector3::new(x, y, 0.1),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    let starts = [at(0.0, 0.0), State { position: Vector3::new(0.01, 0.02, 0.26), ..at(0.0, 0.0) }];
+    // A box rotated out of another one: the last axis is not the axis of least overlap.
+    let mut candidates = Candidates::new();
+    candidates.deepest_overlap(&world, &[at(0.0, 0.0), at(0.198, 0.0)]);
+    let next = [at(0.0, 0.0), at(0.150, 0.199)];
+    candidates.admit_missed(&world, &starts, &next, 1.0);
+    let found = candidates.deepest_overlap(&world, &next).unwrap().0;
+    assert!((found - 0.001).abs() < 1e-9, "{found}");
 }

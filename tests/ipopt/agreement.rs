@@ -3,7 +3,7 @@
 use crate::common::{body, certify, flagged_contacts, point_forces, points, quantile, solve};
 use crate::toss::*;
 use std::sync::LazyLock;
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::solver::ipopt::IpoptSolver;
 use tumble_core::contact::Detection;
 use tumble_core::mechanics::Wrench;
 use tumble_core::simulation::StepRecord;
@@ -105,7 +105,7 @@ static COMPARISONS: LazyLock<Vec<Comparison>> = LazyLock::new(|| {
     for body in cubes() {
         let world = World::new(parameters(body)).unwrap();
         let options = IpoptSolver::options(1e-6, 300);
-        let mut ipopt = IpoptSolver::new(&world, Formulation::Reduced, options).unwrap();
+        let mut ipopt = IpoptSolver::new(&world, options).unwrap();
         for seed in SEEDS {
             let run = thrown_run(&world, seed);
             let steps = run.windows(2).skip(seed as usize % EVERY).step_by(EVERY);

@@ -92,18 +92,22 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
     let step = (any_world(), any_state(), any_wrench(), any_state());
     let numbers = proptest::collection::vec(-1.0..1.0, 2 * 86);
     // The smoothing is large enough for differences to follow the derivatives.
-    (step, 0.5..1.0, numbers).prop_map(|((world, old, wrench, new), smoothing, numbers)| {
-        let numbers: Vec<f64> = numbers;
-        let mut nlp = StepNlp::new(world, smoothing).unwrap();
-        let layout = nlp.layout();
-        let mut x = new.to_vector().as_slice().to_vec();
-        // f_x, f_y ±5 N, comparable to the smoothing, f_z 0…50 N, the rest 0…5.
-        x.extend(numbers.iter().map(|u| 5.0 * u).take(2 * layout.contacts()));
-        x.extend(numbers[24..].iter().map(|u| 50.0 * u.abs()).take(layout.contacts()));
-        x.extend(numbers[36..].iter().map(|u| 5.0 * u.abs()).take(3 * layout.contacts()));
-        nlp.set_step(&old, &wrench, numbers[72..84].iter().map(|u| u.abs()));
-        Anywhere { nlp, x, multipliers: numbers[86..][..layout.constraints()].to_vec() }
-    })
+    let constants = (0.5..1.0, 0.0..1.0);
+    (step, constants, numbers).prop_map(
+        |((world, old, wrench, new), (smoothing, share), numbers)| {
+            let numbers: Vec<f64> = numbers;
+            let mut nlp = StepNlp::new(world, smoothing).unwrap();
+            let layout = nlp.layout();
+            let mut x = new.to_vector().as_slice().to_vec();
+            // f_x, f_y ±5 N, comparable to the smoothing, f_z 0…50 N, the rest 0…5.
+            x.extend(numbers.iter().map(|u| 5.0 * u).take(2 * layout.contacts()));
+            x.extend(numbers[24..].iter().map(|u| 50.0 * u.abs()).take(layout.contacts()));
+            x.extend(numbers[36..].iter().map(|u| 5.0 * u.abs()).take(3 * layout.contacts()));
+            nlp.set_step(&old, &wrench, numbers[72..84].iter().map(|u| u.abs()));
+            nlp.anchor(share, numbers.iter().map(|u| Vector3::new(*u, -*u, 2.0 * u)));
+            Anywhere { nlp, x, multipliers: numbers[86..][..layout.constraints()].to_vec() }
+        },
+    )
 }
 
 proptest! {

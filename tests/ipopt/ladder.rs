@@ -5,7 +5,7 @@ use crate::common;
 
 use crate::common::{certify, point_forces, tutorial_world};
 use crate::toss::*;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, Rung};
 use tumble_core::contact::Contact;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -14,7 +14,7 @@ use tumble_core::world::World;
 
 fn ladder(world: &World, rungs: &[Rung], most_iterations: u32) -> Ladder {
     let options = IpoptSolver::options(1e-6, most_iterations);
-    let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
+    let ipopt = IpoptSolver::new(world, options).unwrap();
     Ladder::new(world, ipopt, rungs)
 }
 

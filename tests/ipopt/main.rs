@@ -2,8 +2,6 @@
 //! comparison with the native solver.
 
 mod agreement;
-#[path = "../common/casadi.rs"]
-mod casadi;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivatives;
@@ -12,12 +10,11 @@ mod native_point;
 #[path = "../common/points.rs"]
 mod points;
 mod sensitivity;
-mod several;
-mod several_derivatives;
 #[path = "../common/sizes.rs"]
 mod sizes;
 #[path = "../common/slopes.rs"]
 mod slopes;
+mod steps;
 #[path = "../common/terms.rs"]
 mod terms;
 #[path = "../common/toss.rs"]

@@ -8,10 +8,11 @@ use crate::common::{
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use tumble::ipopt::ReturnStatus;
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::ipopt::{Options, ReturnStatus};
+use tumble::solver::ipopt::IpoptSolver;
 use tumble::step_nlp::{SMOOTHING, StepNlp};
 use tumble_core::contact::{Candidates, Certificate};
+use tumble_core::error::Error;
 use tumble_core::mechanics::quaternion::advance;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::step::{Step, StepReport, StepSolution, StepStatus};
@@ -62,12 +63,14 @@ fn again(
     (report, solution)
 }
 
+/// Constructor of a solver: [`IpoptSolver::tutorial`] or [`IpoptSolver::new`].
+type Create = fn(&World, Options) -> Result<IpoptSolver, Error>;
+
 /// Solves one in `every` of the recorded steps with a flag that the reference solved, from the
 /// recorded state and start.
-fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
+fn compare(seed: u32, every: i64, create: Create) -> Comparisons {
     let (world, rows, none) = (tutorial_world(), tutorial_rows(seed), Wrench::zero());
-    let mut solver =
-        IpoptSolver::new(&world, formulation, IpoptSolver::tutorial_options()).unwrap();
+    let mut solver = create(&world, IpoptSolver::tutorial_options()).unwrap();
     let mut found =
         Comparisons { reference: 0, unsolved: Vec::new(), both: Vec::new(), iterations: (0, 0) };
     let chosen = |row: &Row| row.solved && row.flagged() > 0 && row.k % every == 0;
@@ -121,11 +124,11 @@ fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
 ///
 /// Most steps stop at the same barrier parameter and agree far better. [`Measured`] has the
 /// fraction that agrees in v to 1e-5 m/s.
-fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
+fn check_motions(create: Create, every: i64, measured: &Measured) {
     let (mut close, mut all, mut ours, mut theirs) = (0, 0, 0, 0);
     for ((seed, steps), most) in SEEDS.into_iter().zip(measured.steps).zip(measured.unsolved) {
         let every = if seed == 42 { every } else { 10 };
-        let found = compare(seed, every, formulation);
+        let found = compare(seed, every, create);
         let Comparisons { reference, unsolved, both, iterations } = found;
         assert_eq!((reference, both.len() + unsolved.len()), (steps, steps), "seed {seed}");
         assert!(unsolved.len() <= most + MARGIN, "seed {seed}: {most} were unsolved, {unsolved:?}");
@@ -157,7 +160,7 @@ fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
     assert!(iterations < measured.iterations + 0.05, "{iterations} of the recorded iterations");
 }
 
-/// Expected results of a formulation, by seeds in the order of [`SEEDS`]. They are the same on
+/// Expected results of a solver, by seeds in the order of [`SEEDS`]. They are the same on
 /// every run of one machine and differ slightly with another rounding of the linear algebra.
 struct Measured {
     /// Steps with a flag that the reference solved.
@@ -167,37 +170,37 @@ struct Measured {
     /// Fraction of the others whose v agrees to 1e-5 m/s.
     close: f64,
     /// Iterations in these steps relative to the recorded ones. Without the constraints' second
-    /// derivatives they would be 1.06 (clamped) and 2.1 (reduced).
+    /// derivatives they would be 1.06 (tutorial) and 2.1 (posed).
     iterations: f64,
 }
 
 /// Number of additional unsolved steps allowed on another machine, of 36 to 606.
 const MARGIN: usize = 2;
 
-/// Compares the clamped form. The test takes longer than five seconds and still runs by default,
+/// Compares the tutorial's program. The test takes longer than five seconds and still runs by default,
 /// because the recorded runs are the original reference.
 #[test]
-fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
+fn the_tutorials_steps_move_the_cube_as_the_recorded_ones_do() {
     let measured = Measured {
         steps: [606, 64, 36, 62],
         unsolved: [13, 6, 5, 6],
         close: 0.80,
         iterations: 0.87,
     };
-    check_motions(Formulation::Clamped, 1, &measured);
+    check_motions(IpoptSolver::tutorial, 1, &measured);
 }
 
-/// Compares the reduced form. The test takes longer than five seconds and still runs by default,
+/// Compares the program with contacts posed by free flight. The test takes longer than five seconds and still runs by default,
 /// because the recorded runs are the original reference.
 #[test]
-fn reduced_steps_move_the_cube_as_the_recorded_ones_do() {
+fn steps_with_posed_contacts_move_the_cube_as_the_recorded_ones_do() {
     let measured = Measured {
         steps: [198, 64, 36, 62],
         unsolved: [3, 3, 4, 6],
         close: 0.62,
         iterations: 1.10,
     };
-    check_motions(Formulation::Reduced, 3, &measured);
+    check_motions(IpoptSolver::new, 3, &measured);
 }
 
 /// Checks the recorded solutions in our rows. Ipopt satisfies the dynamics to its tolerance and

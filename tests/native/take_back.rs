@@ -4,7 +4,7 @@
 use crate::toss::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, Rung};
 use tumble_core::contact::Plane;
 use tumble_core::error::Error;
 use tumble_core::mechanics::State;
@@ -24,7 +24,7 @@ fn native_solver(world: &World) -> Box<dyn StepSolver> {
 
 fn ladder(world: &World) -> Box<dyn StepSolver> {
     let options = IpoptSolver::options(1e-6, 300);
-    let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
+    let ipopt = IpoptSolver::new(world, options).unwrap();
     Box::new(Ladder::new(world, ipopt, &Rung::ALL))
 }
 

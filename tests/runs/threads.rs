@@ -3,7 +3,7 @@
 
 use crate::toss::*;
 use std::thread;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, Rung};
 use tumble_core::contact::{ContactKey, Detection};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -42,7 +42,7 @@ fn before_the_touch(world: &World, seed: u32) -> State {
 
 fn ladder_run(world: &World, start: State) -> Vec<StepRecord> {
     let options = IpoptSolver::options(1e-6, 300);
-    let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
+    let ipopt = IpoptSolver::new(world, options).unwrap();
     let solver = Box::new(Ladder::new(world, ipopt, &Rung::ALL));
     let motion = Motion::Contact { detection: Detection::Predictive, solver };
     let mut simulation = Simulation::new(world.clone(), [start], motion).unwrap();

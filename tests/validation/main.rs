@@ -43,8 +43,6 @@ struct TestProblem {
     inputs: &'static [(Input, f64)],
     /// The number of bodies.
     bodies: usize,
-    /// True if only the native solver can solve the problem.
-    native_only: bool,
     solve: fn(&TestInputs, &mut Runner<'_>) -> SolvedBy,
 }
 
@@ -55,7 +53,7 @@ type SolvedBy = Result<Vec<TestQuantity>, Refusal>;
 impl TestProblem {
     /// A problem without a name, for any solver.
     const fn solved_by(solve: fn(&TestInputs, &mut Runner<'_>) -> SolvedBy) -> Self {
-        Self { name: "", time_step: 0.0, inputs: &[], bodies: 1, native_only: false, solve }
+        Self { name: "", time_step: 0.0, inputs: &[], bodies: 1, solve }
     }
 
     /// The inputs with their usual values.

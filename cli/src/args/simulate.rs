@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tumble_scene::AttitudeEntry;
 use tumble_scene::choices::{
-    DetectionName, FormulationName, OnFailure, Preset, SceneName, SolverName, StartFrame,
+    DetectionName, OnFailure, Preset, SceneName, SolverName, StartFrame,
 };
 use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::Table;
@@ -149,22 +149,15 @@ pub struct SolverArgs {
     /// Ipopt's iteration limit per step, 1 to 1000000; only with --solver ipopt [default: 300].
     #[arg(long, value_name = "N", value_parser = values::iterations, allow_hyphen_values = true)]
     pub max_iter: Option<u32>,
-    /// Formulation of Ipopt's program.
-    ///
-    /// `clamped` is the tutorial's: SI units, variables of inactive corners fixed at zero.
-    /// `reduced` omits these variables, scales the units and costs less (docs/ipopt-path.md)
-    /// [default: reduced].
-    #[arg(long, value_enum)]
-    pub formulation: Option<FormulationName>,
     /// Criterion for corners that may carry a force: those at most 5 mm high at step k (the
     /// tutorial's), or also those that free flight would bring to the ground in this step [default:
     /// predictive].
     #[arg(long, value_enum)]
     pub detection: Option<DetectionName>,
-    /// Preset of solver settings, instead of --solver, --formulation, --detection, --tol,
-    /// --max-iter, --residual and --on-failure.
+    /// Preset of solver settings, instead of --solver, --detection, --tol, --max-iter, --residual
+    /// and --on-failure.
     ///
-    /// `tutorial` solves the tutorial's program unchanged: Ipopt alone, --formulation clamped,
+    /// `tutorial` solves the tutorial's program unchanged: Ipopt alone, SI units, all rows,
     /// --detection height, --tol 1e-6, --max-iter 300, Ipopt's other defaults. Each step starts
     /// from the last solution without multipliers. A step that is not solved is kept with status
     /// failed.
@@ -306,7 +299,6 @@ impl SetupArgs {
             ("frame", start.frame.is_some()),
             ("solver", solver.solver.is_some()),
             ("preset", solver.preset.is_some()),
-            ("formulation", solver.formulation.is_some()),
             ("detection", solver.detection.is_some()),
             ("tol", solver.tol.is_some()),
             ("max-iter", solver.max_iter.is_some()),

@@ -227,7 +227,6 @@ fn of_solver(said: &SolverSettings, world: &World) -> Option<String> {
     let same = |said: &Option<String>, made: &Option<String>| said.is_none() || said == made;
     let others = [
         ("name", said.name == made.name),
-        ("formulation", same(&said.formulation, &made.formulation)),
         ("detection", same(&said.detection, &made.detection)),
         ("on_failure", same(&said.on_failure, &made.on_failure)),
         ("tol", said.tol.is_none() || said.tol == made.tol),

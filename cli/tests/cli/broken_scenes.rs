@@ -124,11 +124,7 @@ const BROKEN: [(&str, &str, &[&str]); 70] = [
     ("mass = 1.0", "mass = 1.0\nframe = \"fixed\"", &["fixed", "ground"]),
     ("steps = 5", "steps = 0", &["steps", "1 to 10000000"]),
     ("steps = 5", "time_step = 1.0", &["time_step", "1e-6 to 0.1"]),
-    (
-        "steps = 5",
-        "[solver]\nname = \"ipopt\"\nformulation = \"clamped\"",
-        &["solver.formulation", "clamped", "one body", "reduced"],
-    ),
+    ("steps = 5", "[solver]\nname = \"ipopt\"", &["solver", "one body", "native"]),
     ("steps = 5", "[solver]\npreset = \"tutorial\"", &["preset", "one body only"]),
     ("steps = 5", "[solver]\ntolerance = 1e-8", &["solver.tolerance", "native"]),
     ("steps = 5", "[body]\nbox = 1.0\nmass = 1.0", &["body has no meaning", "[[bodies]]"]),
@@ -152,7 +148,7 @@ fn broken_scenes_are_refused_in_one_line_with_the_file_and_the_field() {
 fn flags_of_the_tutorials_solver_are_refused_by_their_names() {
     for (flags, flag) in [
         (["--preset", "tutorial"].as_slice(), "--preset: "),
-        (&["--solver", "ipopt", "--formulation", "clamped"], "--formulation: "),
+        (&["--solver", "ipopt"], "--solver: "),
     ] {
         let (end, directory) = run_scenario(SCENE, flags);
         end.assert_refused(2, &[flag]);
@@ -179,15 +175,12 @@ fn flags_of_one_body_and_of_pictures_that_are_not_asked_for_are_refused() {
         &["--tol", "1e-8"],
         &["--max-iter", "10"],
         &["--preset", "tutorial"],
-        &["--formulation", "reduced"],
         &["--on-failure", "ladder"],
         &["--seed", "1"],
-        &["--solver", "ipopt", "--formulation", "clamped"],
+        &["--solver", "ipopt"],
     ] {
         let (end, directory) = run_scenario(SCENE, flags);
         let named = match flags[0] {
-            "--solver" => "clamped",
-            "--formulation" => "formulation",
             "--preset" => "preset",
             flag => flag,
         };

@@ -93,11 +93,7 @@ fn ipopt_in_parts_is_ipopt_in_one_go() {
     goes_on(&["--height", "1.75"], &["20", "45"], "60");
     goes_on(&["--seed", "3"], &["215", "228"], "240");
     goes_on(&["--preset", "tutorial", "--height", "1.75"], &["30"], "50");
-    goes_on(
-        &["--on-failure", "record", "--formulation", "clamped", "--height", "1.75"],
-        &["30"],
-        "50",
-    );
+    goes_on(&["--on-failure", "record", "--height", "1.75"], &["30"], "50");
 }
 
 /// Loads, tilted planes, restitution, the floating scene and start indices continue correctly.

@@ -170,7 +170,7 @@ fn settings_that_the_solver_does_not_have_are_named() {
         ("solver.on_failure: hope is not one of", |json| {
             json["solver"]["on_failure"] = json!("hope")
         }),
-        ("solver.formulation contradicts the other settings", |json| {
+        ("solver.detection contradicts the other settings", |json| {
             json["solver"]["preset"] = json!("tutorial")
         }),
         ("summary.rungs differ from the starts", |json| {

@@ -21,7 +21,7 @@ mod hard;
 mod held;
 mod input;
 mod interrupted;
-mod ipopt_scenes;
+mod ipopt;
 mod joints;
 mod kept;
 mod leftovers;

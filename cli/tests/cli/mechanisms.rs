@@ -248,7 +248,7 @@ fn ipopt_refuses_mechanisms() {
         let path = format!("{ROOT}/scenarios/{name}.toml");
         let text = fs::read_to_string(path).unwrap();
         let (end, directory) = run_scenario(&text, &["--solver", "ipopt", "--steps", "30"]);
-        end.assert_refused(2, &["joints and gears are not supported", "native solver"]);
+        end.assert_refused(2, &["does not support joints", "native solver"]);
         assert!(!directory.path().join("out").exists(), "{name}");
     }
 }

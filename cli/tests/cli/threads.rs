@@ -2,7 +2,7 @@
 //! effect.
 
 use super::scenario::run_scenario;
-use super::support::{everything_in, run};
+use super::support::run;
 use serde_json::Value;
 use std::fs;
 
@@ -51,20 +51,11 @@ fn the_files_are_the_same_on_any_number_of_threads() {
     }
 }
 
-/// `--threads` is refused with Ipopt and with a single body.
+/// `--threads` is refused with a single body.
 #[test]
 fn threads_that_would_do_nothing_are_refused() {
     let two = "[[bodies]]\nbox = 1.0\nmass = 1.0\nposition = [0, 0, 1]\n";
     let two = format!("steps = 5\n[ground]\nfriction = 0.1\n{two}{}", two.replace("0, 0", "3, 0"));
-    let named = format!("{two}\n[solver]\nname = \"ipopt\"\n");
-    for (scenario, flags) in
-        [(&two, &["--threads", "2", "--solver", "ipopt"][..]), (&named, &["--threads", "2"])]
-    {
-        let (end, directory) = run_scenario(scenario, flags);
-        end.assert_refused(2, &["--threads", "no meaning", "Ipopt", "leave it out"]);
-        let left = everything_in(directory.path());
-        assert_eq!(left.len(), 1, "only the scenario: {left:?}");
-    }
     let one = two.rsplit_once("[[bodies]]").unwrap().0;
     let (end, _directory) = run_scenario(one, &["--threads", "2"]);
     end.assert_refused(2, &["--threads", "no meaning", "one body", "leave it out"]);

@@ -1,4 +1,5 @@
-//! `--preset tutorial` and `--formulation`: the tutorial's nonlinear program and the reduced one.
+//! `--preset tutorial` and the default: the tutorial's nonlinear program to the letter, and with
+//! posed contacts.
 
 use crate::common::{Row, SEEDS, tutorial_rows};
 use crate::support::{Simulated, Table, run, simulate};
@@ -60,7 +61,7 @@ fn the_preset_says_what_it_is_and_keeps_failed_steps() {
     let file = run.run_json();
     let solver = &file["solver"];
     assert_eq!(solver["name"], "ipopt");
-    assert_eq!(solver["formulation"], "clamped");
+    assert_eq!(solver["preset"], "tutorial");
     assert_eq!(solver["detection"], "height");
     assert_eq!(solver["on_failure"], "record");
     assert_eq!((&solver["tol"], &solver["max_iter"]), (&1e-6.into(), &300.into()));
@@ -74,7 +75,7 @@ fn the_preset_says_what_it_is_and_keeps_failed_steps() {
 
 /// A scenario may select the preset. A preset from a flag overrides the solver of the file.
 #[test]
-fn scenarios_name_the_preset_and_the_formulation() {
+fn scenarios_name_the_preset() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("drop.toml");
     let scenario = |solver: &str| {
@@ -92,9 +93,6 @@ fn scenarios_name_the_preset_and_the_formulation() {
     let file = scenario("name = \"native\"");
     let by_flag = simulate(&["--scenario", &file, "--preset", "tutorial"]);
     assert_eq!(by_flag.csv(), expected);
-    let clamped =
-        simulate(&["--scenario", &scenario("name = \"ipopt\"\nformulation = \"clamped\"")]);
-    assert_eq!(clamped.run_json()["solver"]["formulation"], "clamped");
     let contradiction = scenario("preset = \"tutorial\"\ntolerance = 1e-5");
     let refused = run(&["--scenario", &contradiction]);
     refused.assert_refused(2, &["solver.tolerance", "--preset tutorial"]);
@@ -105,7 +103,6 @@ fn scenarios_name_the_preset_and_the_formulation() {
 fn contradictions_are_refused() {
     for flag in [
         &["--solver", "native"][..],
-        &["--formulation", "reduced"],
         &["--detection", "predictive"],
         &["--tol", "1e-7"],
         &["--max-iter", "200"],
@@ -114,23 +111,21 @@ fn contradictions_are_refused() {
         let args = [&["--preset", "tutorial"], flag].concat();
         run(&args).assert_refused(2, &[flag[0], "--preset tutorial", "leave it out"]);
     }
-    run(&["--solver", "native", "--formulation", "clamped"])
-        .assert_refused(2, &["--formulation", "native solver"]);
+    run(&["--solver", "native", "--tol", "1e-7"]).assert_refused(2, &["--tol", "native solver"]);
     run(&["--scene", "floating", "--preset", "tutorial"]).assert_refused(2, &["--preset"]);
 }
 
-/// Both formulations agree to 10⁻³ m/s over the 20 contact steps until faces touch. Each step of
-/// either has a residual below that.
+/// The default agrees with the native solver to 10⁻³ m/s over the 20 contact steps until faces
+/// touch. Each of its steps has a residual below that.
 #[test]
-fn both_formulations_move_the_cube_alike() {
-    let steps = |formulation| {
-        let args = ["--formulation", formulation, "--steps", "245", "--seed", "42"];
-        let run = simulate(&args);
+fn ipopt_and_native_move_the_cube_alike() {
+    let steps = |solver| {
+        let run = simulate(&["--solver", solver, "--steps", "245", "--seed", "42"]);
         assert_eq!(run.end.code, Some(0), "{:?}", run.end);
-        assert_eq!(run.run_json()["solver"]["formulation"], formulation);
+        assert_eq!(run.run_json()["solver"]["name"], solver);
         states(&run.table())
     };
-    for (k, (a, b)) in steps("clamped").iter().zip(steps("reduced")).enumerate() {
+    for (k, (a, b)) in steps("ipopt").iter().zip(steps("native")).enumerate() {
         let apart = (a.velocity - b.velocity).amax();
         assert!(apart < 1e-3, "step {k}: {apart:e} m/s");
     }

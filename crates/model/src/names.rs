@@ -15,7 +15,7 @@ pub enum FileKind {
 type SettingNames = (&'static str, &'static str, &'static str);
 
 /// Settings whose names differ between these places.
-const NAMES: [SettingNames; 27] = [
+const NAMES: [SettingNames; 26] = [
     ("dt", "time_step", "parameters.dt"),
     ("rotation", "rotation", "parameters.rotation"),
     ("mu", "ground.friction", "parameters.mu"),
@@ -37,7 +37,6 @@ const NAMES: [SettingNames; 27] = [
     ("spin", "spin", "start.spin"),
     ("frame ground", "frame", "start.frame"),
     ("solver", "solver.name", "solver.name"),
-    ("formulation", "solver.formulation", "solver.formulation"),
     ("detection", "solver.detection", "solver.detection"),
     ("tol", "solver.tolerance", "solver.tol"),
     ("max-iter", "solver.max_iterations", "solver.max_iter"),

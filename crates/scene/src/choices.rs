@@ -1,8 +1,6 @@
 //! Values of flags and scenario fields other than plain numbers.
 
 use serde::Deserialize;
-#[cfg(feature = "ipopt")]
-use tumble::solver::ipopt::Formulation;
 use tumble_core::contact::detection::Detection;
 use tumble_core::simulation::scene::TutorialScene;
 
@@ -64,27 +62,6 @@ impl From<DetectionName> for Detection {
         match name {
             DetectionName::Height => Self::Height,
             DetectionName::Predictive => Self::Predictive,
-        }
-    }
-}
-
-/// Formulation of Ipopt's nonlinear program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum FormulationName {
-    /// All variables and rows; variables of points that cannot touch are fixed at zero. SI units.
-    Clamped,
-    /// Only the points that can carry a force; scaled units.
-    Reduced,
-}
-
-#[cfg(feature = "ipopt")]
-impl From<FormulationName> for Formulation {
-    fn from(name: FormulationName) -> Self {
-        match name {
-            FormulationName::Clamped => Self::Clamped,
-            FormulationName::Reduced => Self::Reduced,
         }
     }
 }

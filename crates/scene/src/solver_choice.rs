@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 #[cfg(feature = "ipopt")]
 use tumble::ipopt::Options;
 #[cfg(feature = "ipopt")]
-use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble::solver::ipopt::IpoptSolver;
 use tumble_core::contact::Detection;
 use tumble_core::error::Error;
 use tumble_core::simulation::Motion;
@@ -25,21 +25,21 @@ pub struct SolverChoice {
     pub on_failure: OnFailure,
     /// Preset that set these options.
     pub preset: Option<Preset>,
-    /// Formulation and options of Ipopt; `None` for the native solver.
-    pub ipopt: Option<Program>,
+    /// Options of Ipopt; `None` for the native solver.
+    pub ipopt: Option<IpoptOptions>,
     /// Target residual of the native solver (m/s at speed scale 1), if not the default.
     residual: Option<f64>,
     /// Maximum number of threads of the native solver. Files cannot set it.
     threads: NonZeroUsize,
 }
 
-/// Formulation and options of Ipopt.
+/// Options of Ipopt.
 #[cfg(feature = "ipopt")]
-pub type Program = (Formulation, Options);
+pub type IpoptOptions = Options;
 
 /// Uninhabited type in a build without Ipopt.
 #[cfg(not(feature = "ipopt"))]
-pub type Program = std::convert::Infallible;
+pub type IpoptOptions = std::convert::Infallible;
 
 /// Version of Ipopt in this build; empty without Ipopt.
 #[cfg(feature = "ipopt")]
@@ -80,7 +80,7 @@ impl SolverChoice {
         Self::by(Detection::default(), OnFailure::Record, None)
     }
 
-    fn by(detection: Detection, on_failure: OnFailure, ipopt: Option<Program>) -> Self {
+    fn by(detection: Detection, on_failure: OnFailure, ipopt: Option<IpoptOptions>) -> Self {
         Self {
             detection,
             on_failure,
@@ -111,7 +111,7 @@ impl SolverChoice {
     pub fn solver(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
         match &self.ipopt {
             None => self.native_for(world),
-            Some(program) => ipopt::solver(self, program, world),
+            Some(options) => ipopt::solver(self, options, world),
         }
     }
 
@@ -153,11 +153,10 @@ impl SolverChoice {
         self.is_ipopt() && self.on_failure == OnFailure::Ladder
     }
 
-    /// Ipopt's formulation, tolerance and maximum number of iterations; `None` for the native
-    /// solver.
+    /// Ipopt's tolerance and maximum number of iterations; `None` for the native solver.
     #[must_use]
-    pub fn program(&self) -> Option<(&'static str, f64, u32)> {
-        self.ipopt.as_ref().map(ipopt::told)
+    pub fn limits(&self) -> Option<(f64, u32)> {
+        self.ipopt.as_ref().map(ipopt::limits)
     }
 
     /// Name of the solver: `native` or `ipopt`.
@@ -167,11 +166,17 @@ impl SolverChoice {
     }
 }
 
+/// Reason why Ipopt's program does not fit `world`; `None` if it does, or without Ipopt.
+#[must_use]
+pub fn unsuitable(world: &World) -> Option<&'static str> {
+    ipopt::unsuitable(world)
+}
+
 #[cfg(feature = "ipopt")]
 mod ipopt {
     use super::*;
     use tumble::ipopt::IpoptError;
-    use tumble::solver::ipopt::{MOST_ITERATIONS, TOLERANCE, alone_for, ladder_for};
+    use tumble::solver::ipopt::{MOST_ITERATIONS, TOLERANCE, ladder_for};
     use tumble::step_nlp::StepNlp;
 
     /// Minimum tolerance. Smaller values cost many more iterations and do not improve the solution.
@@ -201,52 +206,43 @@ mod ipopt {
             IpoptSolver::options(tolerance, settings.max_iterations.unwrap_or(MOST_ITERATIONS));
         options.validate().map_err(refused)?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
-        let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
-        Ok(SolverChoice::by(detection, on_failure, Some((formulation, options))))
+        Ok(SolverChoice::by(detection, on_failure, Some(options)))
     }
 
-    pub fn told((formulation, options): &Program) -> (&'static str, f64, u32) {
-        (formulation.name(), options.tolerance, options.max_iterations)
+    pub fn limits(options: &IpoptOptions) -> (f64, u32) {
+        (options.tolerance, options.max_iterations)
+    }
+
+    pub fn unsuitable(world: &World) -> Option<&'static str> {
+        StepNlp::unsuitable(world)
     }
 
     /// Exactly the tutorial's program and settings.
     pub fn tutorial() -> Result<SolverChoice, Failure> {
-        let options = IpoptSolver::tutorial_options();
-        let program = (Formulation::Clamped, options);
-        let contact = SolverChoice::by(Detection::Height, OnFailure::Record, Some(program));
+        let options = Some(IpoptSolver::tutorial_options());
+        let contact = SolverChoice::by(Detection::Height, OnFailure::Record, options);
         Ok(SolverChoice { preset: Some(Preset::Tutorial), ..contact })
     }
 
     pub fn solver(
         contact: &SolverChoice,
-        (formulation, options): &Program,
+        options: &IpoptOptions,
         world: &World,
     ) -> Result<Box<dyn StepSolver>, Failure> {
-        if *formulation == Formulation::Clamped
-            && let Some(why) = StepNlp::unsuitable(world)
-        {
-            return Err(match contact.preset {
-                Some(_) => Failure::setting("preset", format!("the tutorial's program: {why}")),
-                None => {
-                    let why =
-                        format!("`clamped` is the tutorial's program: {why}, or use `reduced`");
-                    Failure::setting("formulation", why)
-                }
-            });
-        }
-        let mut options = options.clone();
-        let made = if contact.climbs() {
-            ladder_for(world, *formulation, options)
+        let is_tutorials = contact.preset.is_some();
+        let made: Result<Box<dyn StepSolver>, Error> = if is_tutorials {
+            IpoptSolver::tutorial(world, options.clone()).map(|solver| Box::new(solver) as _)
+        } else if contact.climbs() {
+            ladder_for(world, options.clone())
         } else {
-            if StepNlp::unsuitable(world).is_none() {
-                // For one body the scaling only helps with the ladder's warm starts
-                // (docs/ipopt-path.md).
-                options.objective_scaling = 1.0;
-            }
-            alone_for(world, *formulation, options)
+            // The scaling only helps with the ladder's warm starts (docs/ipopt-path.md).
+            let options = Options { objective_scaling: 1.0, ..options.clone() };
+            IpoptSolver::new(world, options).map(|solver| Box::new(solver) as _)
         };
         made.map_err(|error| match error {
-            Error::Solver { why, .. } => Failure::setting("solver", why),
+            Error::Solver { why, .. } => {
+                Failure::setting(if is_tutorials { "preset" } else { "solver" }, why)
+            }
             other => other.into(),
         })
     }
@@ -260,20 +256,24 @@ mod ipopt {
         Err(Failure::setting("preset", MISSING))
     }
 
-    pub fn told(program: &Program) -> (&'static str, f64, u32) {
-        match *program {}
+    pub fn limits(options: &IpoptOptions) -> (f64, u32) {
+        match *options {}
     }
 
     pub fn of(_: &SolverTable, _: Detection) -> Result<SolverChoice, Failure> {
         Err(Failure::setting("solver", MISSING))
     }
 
+    pub fn unsuitable(_: &World) -> Option<&'static str> {
+        None
+    }
+
     pub fn solver(
         _: &SolverChoice,
-        program: &Program,
+        options: &IpoptOptions,
         _: &World,
     ) -> Result<Box<dyn StepSolver>, Failure> {
-        match *program {}
+        match *options {}
     }
 
     const MISSING: &str = "it needs Ipopt, which this build does not have; use `native`";
@@ -291,7 +291,6 @@ fn known_residual(residual: f64) -> Result<f64, Failure> {
 /// Flags of settings that only apply to Ipopt, and whether each is given.
 fn ipopt_flags(settings: &SolverTable) -> Vec<(&'static str, bool)> {
     vec![
-        ("--formulation", settings.formulation.is_some()),
         ("--tol", settings.tolerance.is_some()),
         ("--max-iter", settings.max_iterations.is_some()),
     ]

@@ -1,7 +1,7 @@
 //! Tables of a scenario file that become settings.
 
 use crate::bodies::entries::{AttitudeEntry, BodyEntry};
-use crate::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName, StartFrame};
+use crate::choices::{DetectionName, OnFailure, Preset, SolverName, StartFrame};
 use crate::settings::Settings;
 use crate::tutorial::BODY;
 use nalgebra::{Matrix3, Vector3};
@@ -116,8 +116,6 @@ pub struct SolverTable {
     pub name: Option<SolverName>,
     /// Preset of all settings.
     pub preset: Option<Preset>,
-    /// Formulation of Ipopt's program.
-    pub formulation: Option<FormulationName>,
     /// Criterion for the points that may touch.
     pub detection: Option<DetectionName>,
     /// Tolerance of Ipopt.
@@ -274,7 +272,6 @@ impl SolverTable {
         Self {
             name: self.name.or(below.name),
             preset: below.preset,
-            formulation: self.formulation.or(below.formulation),
             detection: self.detection.or(below.detection),
             tolerance: self.tolerance.or(below.tolerance),
             max_iterations: self.max_iterations.or(below.max_iterations),

@@ -107,7 +107,7 @@ impl Scene {
         }
         let idle_point = cube.force_at.is_some() && cube.force.is_none();
         refuse_flags("a body without --force", &[("force-at", idle_point)])?;
-        let mut below = settings(name);
+        let mut below = settings(name, flags.restitution.unwrap_or(0.0) != 0.0);
         let mut changed = Changed(flags.changed(&below));
         let (entry, plane) = entry(name, cube, &mut changed)?;
         below.plane = (!floats).then_some(plane);
@@ -124,9 +124,10 @@ impl Scene {
 pub const BODY: &str = "body";
 
 /// Settings of a scene of the tutorial. The thrown cube has Ipopt as its solver, in a build with
-/// Ipopt.
-fn settings(name: SceneName) -> Settings {
+/// Ipopt and if it does not bounce, which Ipopt's program does not support.
+fn settings(name: SceneName, bounces: bool) -> Settings {
     let (scene, drops) = (name.scene(), name == SceneName::Drop);
+    let takes_ipopt = drops && !bounces && cfg!(feature = "ipopt");
     Settings {
         steps: Some(scene.rows),
         dt: Some(scene.time_step),
@@ -134,7 +135,7 @@ fn settings(name: SceneName) -> Settings {
         mu: drops.then_some(scene::FRICTION),
         gravity: Some(scene.gravity),
         solver: SolverTable {
-            name: (drops && cfg!(feature = "ipopt")).then_some(SolverName::Ipopt),
+            name: takes_ipopt.then_some(SolverName::Ipopt),
             ..SolverTable::default()
         },
         ..Settings::default()

@@ -2,13 +2,12 @@
 //! first one. The last rung always has a solution.
 
 use super::memory::Multipliers;
-use super::posed::PosedProgram;
-use super::posing::{posed_in, solve_posed};
-use super::program::{Attempted, Hold, IpoptEffort, StartMultipliers};
-use super::start::ProgramStart;
-use super::{IpoptSolver, LADDER_RESIDUAL, Rung, missed_depth};
+use super::posed::{PosedContacts, solve_posed};
+use super::program::{Attempted, IpoptEffort, StartMultipliers};
+use super::{BODY, IpoptSolver, LADDER_RESIDUAL, Rung, missed_depth, start};
+use crate::step_nlp::ProgramPoint;
 use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::contact::{Candidates, Contact, Partner, rounding};
+use tumble_core::contact::{Candidates, Contact, rounding};
 use tumble_core::error::Error;
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
@@ -33,11 +32,6 @@ impl Rung {
             Self::NativeStart => 60,
             Self::FreeFlight | Self::SharedWeight | Self::Native => u32::MAX,
         }
-    }
-
-    /// True if the forces of the start have settled, so that Ipopt should stay near them.
-    fn has_settled(self) -> bool {
-        matches!(self, Self::Warm | Self::NativeStart)
     }
 
     /// Status of a step solved by this rung.
@@ -68,39 +62,12 @@ const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
 /// Iteration limit with each tighter tolerance.
 const PATIENCE_TIGHTER: u32 = 25;
 
-/// Parameters of the ladder: regularisation towards the forces of the start, and accuracy.
-struct Manner {
-    /// Friction regularisation, see [`Hold`].
-    friction: f64,
-    /// Normal-force regularisation for starts with settled forces. Other starts have none: an
-    /// impact changes the forces too much.
-    normal: f64,
-    /// Fraction of the [accepted](LADDER_RESIDUAL) residual above which a tighter tolerance is
-    /// worth further iterations.
-    worth_it: f64,
-}
+/// Compliance of friction about the start's forces, as a fraction of the body's own response h/m.
+const COMPLIANCE: f64 = 1e-2;
 
-/// Parameters for bodies that touch only the ground. A cost for normal forces makes tipping cubes
-/// ten times slower. The residual of settled steps is a tenth of `worth_it` (docs/ipopt-path.md).
-const APART: Manner = Manner { friction: 1e-2, normal: 0.0, worth_it: 1e-2 };
-
-/// Parameters for bodies that touch each other or fixed pieces, with hyperstatic normal forces.
-/// Without a cost for normal forces a resting stack of five needs 30 times as many iterations
-/// (docs/ipopt-path.md).
-const TOGETHER: Manner = Manner { friction: 0.1, normal: 0.1, worth_it: 1.0 };
-
-impl Manner {
-    /// Selects the parameters for the contacts in `posed`.
-    fn of(candidates: &[Contact], posed: &PosedProgram) -> &'static Self {
-        let mut partners = posed.contacts.iter().map(|&index| candidates[index].key.partner);
-        if partners.any(|partner| partner != Partner::Ground) { &TOGETHER } else { &APART }
-    }
-
-    /// Regularisation towards the start's forces, depending on whether they have `settled`.
-    fn hold(&self, settled: bool) -> Hold {
-        Hold { friction: self.friction, normal: if settled { self.normal } else { 0.0 } }
-    }
-}
+/// Fraction of the [accepted](LADDER_RESIDUAL) residual above which a tighter tolerance is worth
+/// further iterations. The residual of settled steps is a tenth of it (docs/ipopt-path.md).
+const WORTH_IT: f64 = 1e-2;
 
 /// Ipopt with the retry ladder.
 pub struct Ladder {
@@ -116,7 +83,7 @@ pub struct Ladder {
     tried: StepSolution,
     /// Best result of the step: its solution, its point, and Ipopt's multipliers there.
     best: StepSolution,
-    best_end: ProgramStart,
+    best_end: ProgramPoint,
     multipliers: Option<Multipliers>,
 }
 
@@ -124,6 +91,7 @@ impl Ladder {
     /// Creates a ladder with the rungs in order; [`Rung::ALL`] is recommended.
     #[must_use]
     pub fn new(world: &World, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
+        let best_end = ipopt.end.clone();
         Self {
             ipopt,
             native: NativeSolver::new(world),
@@ -134,7 +102,7 @@ impl Ladder {
             is_asked: false,
             tried: StepSolution::default(),
             best: StepSolution::default(),
-            best_end: ProgramStart::default(),
+            best_end,
             multipliers: None,
         }
     }
@@ -155,8 +123,9 @@ impl Ladder {
         left: u32,
     ) -> Result<Option<Attempted>, Error> {
         if rung == Rung::Native {
-            let (solution, units) = (&self.native_solution, &self.ipopt.program.units);
-            self.ipopt.end.set_solution(step, candidates.contacts(), solution, units);
+            let (solution, ipopt) = (&self.native_solution, &mut self.ipopt);
+            let contacts = candidates.contacts();
+            start::set_solution(&mut ipopt.end, contacts, solution, &ipopt.program.units);
             self.tried.copy_from(solution);
             // The residual decides: a failed native solution can still be within the ladder's
             // limit.
@@ -181,11 +150,23 @@ impl Ladder {
         candidates: &mut Candidates,
         limit: u32,
     ) -> Result<Option<Attempted>, Error> {
-        let depth = missed_depth(step, self.accepted);
+        let (depth, near) = match rung {
+            // Ipopt seldom solves a step with a grazing force, 10⁻⁵ of the weight. Without it the
+            // residual is the depth over h, within the limit (docs/ipopt-path.md).
+            Rung::FreeFlight => {
+                let depth = self.accepted * step.world.time_step();
+                (depth, -depth)
+            }
+            _ => {
+                let depth = missed_depth(step, self.accepted);
+                (depth, depth)
+            }
+        };
         let (contacts, native) = (candidates.contacts(), &self.native_solution);
-        let IpoptSolver { program, memory, posed, start, end, .. } = &mut self.ipopt;
+        let IpoptSolver { program, memory, posed, start: x, end, .. } = &mut self.ipopt;
         let units = program.units;
-        *posed = posed_in(program, step, contacts, depth);
+        let free = units.state(&step.free[BODY]);
+        *posed = PosedContacts::closed(program, step, contacts, near);
         let mut multipliers = StartMultipliers::Estimated;
         match rung {
             Rung::Warm => {
@@ -195,25 +176,25 @@ impl Ladder {
                     return Ok(None);
                 };
                 multipliers = StartMultipliers::Known(known);
-                start.set_previous(step, contacts, memory.point(step.previous), &units);
-                start.coast(step, posed);
+                start::set_previous(x, step, contacts, memory.point(step.previous), &units);
+                start::coast(x, program.world());
             }
             Rung::Previous => {
-                start.set_previous(step, contacts, memory.point(step.previous), &units)
+                start::set_previous(x, step, contacts, memory.point(step.previous), &units)
             }
             Rung::NativeStart => {
                 multipliers = StartMultipliers::Zero;
-                start.set_solution(step, contacts, native, &units);
+                start::set_solution(x, contacts, native, &units);
                 *posed =
-                    PosedProgram::of(contacts, |index, _| native.contacts[index].carries_force());
+                    PosedContacts::of(contacts, |index, _| native.contacts[index].carries_force());
             }
-            Rung::FreeFlight => start.reset(step.free, contacts.len()),
-            Rung::SharedWeight => start.share_weight(step, contacts, posed, &units),
+            Rung::FreeFlight => x.set_free(&free),
+            Rung::SharedWeight => start::share_weight(x, &free, program.world(), contacts, posed),
             Rung::Native => return Ok(None),
         }
-        let hold = Manner::of(contacts, posed).hold(rung.has_settled());
-        let effort = IpoptEffort { multipliers, limit, depth, tightness: 1.0, hold };
-        solve_posed(program, step, start, effort, candidates, posed, end).map(Some)
+        let (tightness, compliance) = (1.0, COMPLIANCE);
+        let effort = IpoptEffort { multipliers, limit, depth, tightness, compliance };
+        solve_posed(program, step, x, effort, candidates, posed, end).map(Some)
     }
 
     /// Continues with tighter tolerances if Ipopt met its tolerance and the residual is too large.
@@ -226,21 +207,20 @@ impl Ladder {
         left: u32,
         attempted: &mut Attempted,
     ) -> Result<(), Error> {
-        let manner = Manner::of(contacts, &self.ipopt.posed);
         for tightness in TIGHTER {
             let residual = self.residual(step, contacts);
             if attempted.iterations >= left
-                || residual <= manner.worth_it * self.accepted
+                || residual <= WORTH_IT * self.accepted
                 || self.is_rounding(step, residual)
             {
                 break;
             }
             let Some(known) = &attempted.multipliers else { break };
             let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let (multipliers, hold) = (StartMultipliers::Known(known), manner.hold(true));
-            let effort = IpoptEffort { multipliers, limit, depth: 0.0, tightness, hold };
+            let (multipliers, compliance) = (StartMultipliers::Known(known), COMPLIANCE);
+            let effort = IpoptEffort { multipliers, limit, depth: 0.0, tightness, compliance };
             let IpoptSolver { program, posed, start, end, .. } = &mut self.ipopt;
-            start.clone_from(end);
+            start.copy_from(end);
             let mut tighter = program.attempt(step, contacts, posed, start, effort, end)?;
             tighter.iterations += attempted.iterations;
             let is_better = tighter.converged && {
@@ -249,7 +229,7 @@ impl Ladder {
             };
             if !is_better {
                 let IpoptSolver { start, end, .. } = &mut self.ipopt;
-                end.clone_from(start);
+                end.copy_from(start);
                 self.write(step, contacts);
                 attempted.iterations = tighter.iterations;
                 break;
@@ -262,7 +242,7 @@ impl Ladder {
     /// Writes Ipopt's result to `tried`.
     fn write(&mut self, step: &Step<'_>, contacts: &[Contact]) {
         let IpoptSolver { program, end, .. } = &self.ipopt;
-        end.write(step, contacts, &program.units, &mut self.tried);
+        start::write(end, step, contacts, program, &mut self.tried);
     }
 
     /// True if the last result solves the step.
@@ -316,7 +296,7 @@ impl StepSolver for Ladder {
         self.ipopt.begin(step, candidates.contacts())?;
         // If no rung has a result, free flight is reported.
         self.best.set_free(step.free);
-        self.best_end.reset(step.free, 0);
+        self.best_end.set_free(&self.ipopt.program.units.state(&step.free[BODY]));
         self.multipliers = None;
         let most = self.ipopt.program.max_iterations();
         let budget = budget(most, candidates.contacts().len());
@@ -342,7 +322,7 @@ impl StepSolver for Ladder {
             if residual < least {
                 least = residual;
                 self.best.copy_from(&self.tried);
-                self.best_end.clone_from(&self.ipopt.end);
+                self.best_end.copy_from(&self.ipopt.end);
                 self.multipliers = attempted.multipliers;
                 report.start = Some(rung.name());
             }
@@ -353,9 +333,8 @@ impl StepSolver for Ladder {
         }
         add_late(candidates.contacts(), &mut self.best);
         solution.copy_from(&self.best);
-        let (end, multipliers) = (&mut self.best_end, self.multipliers.take());
-        end.values.resize_with(solution.contacts.len(), Default::default);
-        self.ipopt.memory.keep(step.previous, solution, end, multipliers);
+        let multipliers = self.multipliers.take();
+        self.ipopt.memory.keep(step.previous, solution, &self.best_end, multipliers);
         Ok(report)
     }
 

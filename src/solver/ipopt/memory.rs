@@ -1,7 +1,7 @@
 //! Warm-start memory of Ipopt: the last solutions with slacks and multipliers.
 
-use super::start::ProgramStart;
 use crate::ipopt::IteratePoint;
+use crate::step_nlp::ProgramPoint;
 use tumble_core::contact::ContactKey;
 use tumble_core::step::StepSolution;
 
@@ -9,7 +9,7 @@ use tumble_core::step::StepSolution;
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 struct Remembered {
     solution: StepSolution,
-    point: ProgramStart,
+    point: Vec<f64>,
     /// Multipliers, if Ipopt itself converged to this point.
     multipliers: Option<Multipliers>,
 }
@@ -47,14 +47,9 @@ pub(super) struct IpoptMemory(Vec<Remembered>);
 
 #[cfg(feature = "save")]
 impl IpoptMemory {
-    /// True if the memory is valid: at most two solutions, each with the values of its contacts.
-    pub(super) fn is_whole(&self) -> bool {
-        let is_whole = |known: &Remembered| {
-            let values = known.point.values.len();
-            values == known.solution.contacts.len()
-                && known.point.states.len() == known.solution.states.len()
-        };
-        self.0.len() <= 2 && self.0.iter().all(is_whole)
+    /// True if the memory is valid: at most two solutions, each with a point of `variables` numbers.
+    pub(super) fn is_whole(&self, variables: usize) -> bool {
+        self.0.len() <= 2 && self.0.iter().all(|known| known.point.len() == variables)
     }
 }
 
@@ -69,8 +64,8 @@ impl IpoptMemory {
     }
 
     /// Point of `solution`, if it is one of the last two.
-    pub(super) fn point(&self, solution: &StepSolution) -> Option<&ProgramStart> {
-        self.find(solution).map(|known| &known.point)
+    pub(super) fn point(&self, solution: &StepSolution) -> Option<&[f64]> {
+        self.find(solution).map(|known| known.point.as_slice())
     }
 
     /// Ipopt's multipliers at `solution`, if known.
@@ -83,12 +78,12 @@ impl IpoptMemory {
         &mut self,
         previous: &StepSolution,
         solution: &StepSolution,
-        point: &ProgramStart,
+        point: &ProgramPoint,
         multipliers: Option<Multipliers>,
     ) {
         self.0.retain(|known| known.solution == *previous);
         self.0.truncate(1);
-        let (solution, point) = (solution.clone(), point.clone());
+        let (solution, point) = (solution.clone(), point.as_slice().to_vec());
         self.0.push(Remembered { solution, point, multipliers });
     }
 }

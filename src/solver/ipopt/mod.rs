@@ -1,30 +1,28 @@
 //! Contact steps solved by Ipopt: the adapter between [`crate::step_nlp`] and [`crate::ipopt`],
 //! started from the previous solution.
 //!
-//! A step has two programs. The reduced program handles one or [several
-//! bodies](crate::step_nlp::several). The tutorial's program handles one body and reproduces the
-//! tutorial. Both share the choice of contacts, start points, memory and retries.
+//! The program is the tutorial's. Variables of contacts without force are clamped. Beyond the
+//! tutorial, only the contacts that free flight closes are posed, and the program is in the scene's
+//! own units. [`IpoptSolver::tutorial`] reproduces the tutorial.
 
-mod clamped;
+mod clamping;
 mod ladder;
 mod memory;
 mod posed;
-mod posing;
 mod program;
+mod rows;
 mod start;
-pub(crate) mod units;
+mod units;
 
-pub use super::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL, MOST_BODIES, Rung};
+pub use super::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL, Rung};
 pub use ladder::Ladder;
 
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
-use crate::step_nlp::several::SeveralNlp;
 use crate::step_nlp::{ProgramPoint, StepNlp};
+use clamping::Clamping;
 use memory::IpoptMemory;
-use posed::PosedProgram;
-use posing::{posed_in, solve_posed};
-use program::{Hold, IpoptEffort, IpoptProgram, StartMultipliers};
-use start::ProgramStart;
+use posed::{PosedContacts, solve_posed};
+use program::{IpoptEffort, IpoptProgram, StartMultipliers};
 use tumble_core::contact::{Candidates, Contact};
 use tumble_core::error::Error;
 #[cfg(feature = "save")]
@@ -42,42 +40,17 @@ pub const MOST_ITERATIONS: u32 = 300;
 /// Index of the body in the tutorial's program.
 const BODY: usize = 0;
 
-/// Nonlinear program of a step. Both formulations have the same solutions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Formulation {
-    /// The tutorial's program of one body in SI units, with all variables and rows. The variables
-    /// of an unflagged contact are clamped with both bounds zero. The Jacobian is rank-deficient
-    /// everywhere: some rows have no free variable, and the attitude rows imply the row ‖q⁺‖² = 1.
-    Clamped,
-    /// Program of any number of bodies. It has variables and rows only for candidates that free
-    /// flight closes. It has no row ‖q⁺‖² = 1, and no friction where μ = 0. It uses the scene's own
-    /// units, in which scaled copies of a scene are one program.
-    #[default]
-    Reduced,
-}
-
-impl Formulation {
-    /// Name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Clamped => "clamped",
-            Self::Reduced => "reduced",
-        }
-    }
-}
-
 /// Ipopt solver for the steps of one world. Alone, it starts from the previous solution without
 /// multipliers, as in the tutorial.
 pub struct IpoptSolver {
     program: IpoptProgram,
     accepted: f64,
     memory: IpoptMemory,
-    /// Bodies and contacts of the last program.
-    posed: PosedProgram,
+    /// Contacts of the last program.
+    posed: PosedContacts,
     /// Start and result of the last solve.
-    start: ProgramStart,
-    end: ProgramStart,
+    start: ProgramPoint,
+    end: ProgramPoint,
 }
 
 /// Factor of the objective: 10⁷/(m g ℓ)² in the [scene's units](units). It is in the middle of the
@@ -95,58 +68,44 @@ impl From<IpoptError> for Error {
 ///
 /// # Errors
 /// See [`IpoptSolver::new`].
-pub fn ladder_for(
-    world: &World,
-    formulation: Formulation,
-    options: Options,
-) -> Result<Box<dyn StepSolver>, Error> {
-    let ipopt = IpoptSolver::new(world, formulation, options)?;
+pub fn ladder_for(world: &World, options: Options) -> Result<Box<dyn StepSolver>, Error> {
+    let ipopt = IpoptSolver::new(world, options)?;
     Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
-}
-
-/// Creates Ipopt with the previous solution as the only start. A step that this does not solve is
-/// failed. In a world [unsuitable](crate::step_nlp::StepNlp::unsuitable) for the tutorial's program
-/// the ladder's residual limit applies.
-///
-/// # Errors
-/// See [`IpoptSolver::new`].
-pub fn alone_for(
-    world: &World,
-    formulation: Formulation,
-    options: Options,
-) -> Result<Box<dyn StepSolver>, Error> {
-    let ipopt = IpoptSolver::new(world, formulation, options)?;
-    if StepNlp::unsuitable(world).is_none() {
-        return Ok(Box::new(ipopt));
-    }
-    Ok(Box::new(Ladder::new(world, ipopt, &[Rung::Previous])))
 }
 
 impl IpoptSolver {
     /// Creates a solver for steps of `world`.
     ///
     /// # Errors
-    /// An option out of its range; more than [`MOST_BODIES`] bodies, which need the native solver;
-    /// with [`Formulation::Clamped`], a world that [`StepNlp::new`](crate::step_nlp::StepNlp::new)
-    /// refuses.
-    pub fn new(world: &World, formulation: Formulation, options: Options) -> Result<Self, Error> {
-        let bodies = world.bodies().len();
-        if bodies > MOST_BODIES {
-            let why = format!(
-                "the world has {bodies} bodies; allowed: up to {MOST_BODIES}; use `native` for more"
-            );
+    /// An option out of its range; a world [unsuitable](StepNlp::unsuitable) for the program, which
+    /// needs the native solver.
+    pub fn new(world: &World, options: Options) -> Result<Self, Error> {
+        Self::with_clamping(world, Clamping::Posed, options)
+    }
+
+    /// Creates the tutorial's solver: its flags and all its rows, in SI units. Its settings are
+    /// [`IpoptSolver::tutorial_options`].
+    ///
+    /// # Errors
+    /// See [`IpoptSolver::new`].
+    pub fn tutorial(world: &World, options: Options) -> Result<Self, Error> {
+        Self::with_clamping(world, Clamping::Tutorial, options)
+    }
+
+    fn with_clamping(world: &World, clamping: Clamping, options: Options) -> Result<Self, Error> {
+        if let Some(why) = StepNlp::unsuitable(world) {
+            let why = format!("{why}; use the native solver");
             return Err(Error::Solver { solver: "Ipopt", why });
         }
-        if let Some(why) = SeveralNlp::unsuitable(world) {
-            return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
-        }
+        let program = IpoptProgram::new(world, clamping, options)?;
+        let point = ProgramPoint::zeros(program.points());
         Ok(Self {
-            program: IpoptProgram::new(world, formulation, options)?,
+            program,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             memory: IpoptMemory::default(),
-            posed: PosedProgram::default(),
-            start: ProgramStart::default(),
-            end: ProgramStart::default(),
+            posed: PosedContacts::default(),
+            start: point.clone(),
+            end: point,
         })
     }
 
@@ -200,8 +159,7 @@ impl IpoptSolver {
         start: &ProgramPoint,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let points = |world: &World| world.bodies()[BODY].contact_points().len();
-        if start.layout().contacts() != points(self.program.world()) {
+        if start.layout().contacts() != self.program.points() {
             return Err(Error::Count {
                 field: "contact points of the start",
                 count: start.layout().contacts(),
@@ -209,7 +167,7 @@ impl IpoptSolver {
             });
         }
         self.begin(step, candidates.contacts())?;
-        self.start.set_point(candidates.contacts(), start, &self.program.units);
+        self.start.copy_from(&self.program.units.point(start));
         self.solve_from_start(step, candidates, solution)
     }
 
@@ -217,14 +175,12 @@ impl IpoptSolver {
     /// units clears the memory.
     fn begin(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error> {
         step.check(contacts)?;
-        let points = |world: &World| -> Vec<usize> {
-            world.bodies().iter().map(|body| body.contact_points().len()).collect()
-        };
-        if points(self.program.world()) != points(step.world) {
+        let bodies = step.world.bodies();
+        if bodies.len() != 1 || bodies[BODY].contact_points().len() != self.program.points() {
             let why = "the step belongs to another world; create a new solver";
             return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
         }
-        if self.program.set_units(step) {
+        if self.program.set_units(step)? {
             self.memory.clear();
         }
         Ok(())
@@ -246,10 +202,10 @@ impl IpoptSolver {
         }
         let (units, memory): (ProgramUnits, IpoptMemory) = from_bytes(remembered)?;
         let are_mine = !self.program.is_tutorials() || units == ProgramUnits::SI;
-        if !are_mine || !units.are_possible() || !memory.is_whole() {
+        if !are_mine || !units.are_possible() || !memory.is_whole(self.end.as_slice().len()) {
             return Err(Error::Saved("has a memory that is not Ipopt's".to_owned()));
         }
-        self.program.take_units(world, units);
+        self.program.take_units(world, units)?;
         self.memory = memory;
         Ok(())
     }
@@ -263,11 +219,11 @@ impl IpoptSolver {
     ) -> Result<StepReport, Error> {
         let Self { program, memory, posed, start, end, accepted } = self;
         let (limit, depth) = (program.max_iterations(), missed_depth(step, *accepted));
-        *posed = posed_in(program, step, candidates.contacts(), depth);
-        let (multipliers, hold) = (StartMultipliers::Estimated, Hold::NOT);
-        let effort = IpoptEffort { multipliers, limit, depth, tightness: 1.0, hold };
+        *posed = PosedContacts::closed(program, step, candidates.contacts(), depth);
+        let multipliers = StartMultipliers::Estimated;
+        let effort = IpoptEffort { multipliers, limit, depth, tightness: 1.0, compliance: 0.0 };
         let attempted = solve_posed(program, step, start, effort, candidates, posed, end)?;
-        end.write(step, candidates.contacts(), &program.units, solution);
+        start::write(end, step, candidates.contacts(), program, solution);
         memory.keep(step.previous, solution, end, attempted.multipliers);
         Ok(StepReport {
             status: if attempted.converged { StepStatus::Converged } else { StepStatus::Failed },
@@ -298,13 +254,13 @@ impl StepSolver for IpoptSolver {
         self.begin(step, candidates.contacts())?;
         let Self { program, memory, start, .. } = self;
         let known = memory.point(step.previous);
-        start.set_previous(step, candidates.contacts(), known, &program.units);
+        start::set_previous(start, step, candidates.contacts(), known, &program.units);
         self.solve_from_start(step, candidates, solution)
     }
 
     fn change_world(&mut self, world: &World) -> Result<(), Error> {
-        let formulation = self.program.formulation();
-        *self = Self::new(world, formulation, self.program.options().clone())?;
+        let (clamping, options) = (self.program.clamping(), self.program.options().clone());
+        *self = Self::with_clamping(world, clamping, options)?;
         Ok(())
     }
 

@@ -1,67 +1,29 @@
 //! One solve of a step's program by Ipopt, from contacts and a start to a result.
 
+use super::BODY;
+use super::clamping::{Clamping, bounds};
 use super::memory::Multipliers;
-use super::posed::PosedProgram;
-use super::start::{ContactValues, ProgramStart};
+use super::posed::PosedContacts;
+use super::rows::{BoundProgram, BoundRows};
 use super::units::ProgramUnits;
-use super::{BODY, Formulation, clamped};
-use crate::ipopt::{
-    self, Bounds, IpoptProgress, NonlinearProgram, Options, RawSolver, ReturnStatus,
-};
-use crate::sparsity::SparsityPattern;
-use crate::step_nlp::several::{ContactVariables, PosedStep, SeveralLayout, SeveralNlp};
-use crate::step_nlp::{SMOOTHING, StepNlp};
-use nalgebra::{SVector, Vector3};
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::ipopt::{self, Options, RawSolver, ReturnStatus};
+use crate::step_nlp::{ProgramPoint, SMOOTHING, StepNlp};
 use tumble_core::contact::Contact;
 use tumble_core::error::Error;
-use tumble_core::mechanics::{State, Wrench};
+use tumble_core::mechanics::State;
 use tumble_core::step::Step;
 use tumble_core::world::World;
 
 /// Ipopt solver for the programs of one world.
 pub(super) struct IpoptProgram {
-    /// World in `units`.
-    world: World,
+    /// Program in `units`.
+    nlp: StepNlp,
     pub(super) units: ProgramUnits,
-    /// The tutorial's program, for [`Formulation::Clamped`].
-    tutorial: Option<StepNlp>,
+    clamping: Clamping,
     options: Options,
-    /// Solver of the last sparsity structure, reused until the structure changes.
-    prepared: Option<Prepared>,
-    scratch: ProgramScratch,
-}
-
-/// A solver with its sparsity structure.
-struct Prepared {
-    jacobian: SparsityPattern,
-    hessian: SparsityPattern,
-    solver: RawSolver,
-}
-
-/// Scratch memory of a solve.
-#[derive(Default)]
-struct ProgramScratch {
-    states: Vec<State>,
-    wrenches: Vec<Wrench>,
-    contacts: Vec<Contact>,
-    places: Vec<ContactVariables>,
-    x: Vec<f64>,
+    /// Solver of the last structure and its rows, reused until the rows change.
+    prepared: Option<(Vec<usize>, RawSolver)>,
     zeros: Vec<f64>,
-}
-
-/// Strength of the regularisation towards the forces of the start.
-#[derive(Clone, Copy)]
-pub(super) struct Hold {
-    /// Compliance of friction against deviations, as a fraction of both bodies' own response h/m.
-    pub(super) friction: f64,
-    /// Cost of a normal force's deviation, in squares of the program's unit of length.
-    pub(super) normal: f64,
-}
-
-impl Hold {
-    /// No regularisation: the contact laws themselves.
-    pub(super) const NOT: Self = Self { friction: 0.0, normal: 0.0 };
 }
 
 /// Multipliers, accuracy and iteration limit of a solve.
@@ -74,8 +36,9 @@ pub(super) struct IpoptEffort<'a> {
     pub(super) depth: f64,
     /// Factor of the tolerance of the options.
     pub(super) tightness: f64,
-    /// Regularisation; the tutorial's program ignores it.
-    pub(super) hold: Hold,
+    /// Compliance of friction about the start's forces, as a fraction of the body's own response
+    /// h/m. It is 0 for the contact law itself.
+    pub(super) compliance: f64,
 }
 
 /// Multipliers of a start.
@@ -108,25 +71,18 @@ impl Attempted {
 }
 
 impl IpoptProgram {
-    pub(super) fn new(
-        world: &World,
-        formulation: Formulation,
-        options: Options,
-    ) -> Result<Self, Error> {
+    pub(super) fn new(world: &World, clamping: Clamping, options: Options) -> Result<Self, Error> {
         options.validate()?;
-        let (units, tutorial) = match formulation {
-            Formulation::Clamped => {
-                (ProgramUnits::SI, Some(StepNlp::new(world.clone(), SMOOTHING)?))
-            }
-            Formulation::Reduced => (ProgramUnits::of(world, &[]), None),
+        let units = match clamping {
+            Clamping::Tutorial => ProgramUnits::SI,
+            Clamping::Posed => ProgramUnits::of(world, None),
         };
-        let (world, scratch) = (units.world(world), ProgramScratch::default());
-        Ok(Self { world, units, tutorial, options, prepared: None, scratch })
+        let nlp = StepNlp::new(units.world(world), SMOOTHING)?;
+        Ok(Self { nlp, units, clamping, options, prepared: None, zeros: Vec::new() })
     }
 
-    /// Formulation of the program.
-    pub(super) fn formulation(&self) -> Formulation {
-        if self.is_tutorials() { Formulation::Clamped } else { Formulation::Reduced }
+    pub(super) fn clamping(&self) -> Clamping {
+        self.clamping
     }
 
     pub(super) fn options(&self) -> &Options {
@@ -135,36 +91,56 @@ impl IpoptProgram {
 
     /// World in the program's units.
     pub(super) fn world(&self) -> &World {
-        &self.world
+        self.nlp.world()
     }
 
-    /// True for the tutorial's program.
+    /// True if the program is used exactly as in the tutorial.
     pub(super) fn is_tutorials(&self) -> bool {
-        self.tutorial.is_some()
+        self.clamping == Clamping::Tutorial
+    }
+
+    /// Number of contact points.
+    pub(super) fn points(&self) -> usize {
+        self.nlp.layout().contacts()
     }
 
     /// Updates the units for `step`. Returns true if they changed.
-    pub(super) fn set_units(&mut self, step: &Step<'_>) -> bool {
+    pub(super) fn set_units(&mut self, step: &Step<'_>) -> Result<bool, Error> {
         if self.is_tutorials() {
-            return false;
+            return Ok(false);
         }
-        let units = ProgramUnits::of(step.world, step.wrenches);
+        let units = ProgramUnits::of(step.world, Some(&step.wrenches[BODY]));
         if units == self.units {
-            return false;
+            return Ok(false);
         }
-        self.take_units(step.world, units);
-        true
+        self.take_units(step.world, units)?;
+        Ok(true)
     }
 
     /// Sets the units in which steps of `world` are posed.
-    pub(super) fn take_units(&mut self, world: &World, units: ProgramUnits) {
-        self.world = units.world(world);
+    pub(super) fn take_units(&mut self, world: &World, units: ProgramUnits) -> Result<(), Error> {
+        self.nlp = StepNlp::new(units.world(world), SMOOTHING)?;
         self.units = units;
+        self.prepared = None;
+        Ok(())
     }
 
     /// Iteration limit of one solve.
     pub(super) fn max_iterations(&self) -> u32 {
         self.options.max_iterations
+    }
+
+    /// State X⁺ of the point `x` in SI units. An iterate satisfies |q⁺| = 1 only to its tolerance,
+    /// so the attitude is normalised, as the tutorial does not. An attitude far from unit length is
+    /// replaced by the one of free flight.
+    pub(super) fn next_state(&self, step: &Step<'_>, x: &ProgramPoint) -> State {
+        let mut state = self.units.si_state(&x.state());
+        if !self.is_tutorials() {
+            let norm = state.attitude.norm();
+            let is_near = (0.5..2.0).contains(&norm);
+            state.attitude = if is_near { state.attitude / norm } else { step.free[BODY].attitude };
+        }
+        state
     }
 
     /// Solves `step` with the `posed` part of `candidates` from `start`, and writes the result to
@@ -173,42 +149,23 @@ impl IpoptProgram {
         &mut self,
         step: &Step<'_>,
         candidates: &[Contact],
-        posed: &PosedProgram,
-        start: &ProgramStart,
+        posed: &PosedContacts,
+        start: &ProgramPoint,
         effort: IpoptEffort<'_>,
-        end: &mut ProgramStart,
+        end: &mut ProgramPoint,
     ) -> Result<Attempted, Error> {
-        let Self { world, units, tutorial, options, prepared, scratch } = self;
-        scratch.take(step, candidates, posed, units);
-        let ProgramScratch { states, wrenches, contacts, places, x, zeros } = scratch;
-        places.clear();
-        let (nlp, bounds, bodies) = match tutorial {
-            Some(nlp) => {
-                let mut active = vec![0.0; nlp.layout().contacts()];
-                for contact in contacts.iter() {
-                    active[contact.key.point] = 1.0;
-                }
-                let bounds = clamped::bounds(nlp.layout(), &active);
-                nlp.set_step(&states[BODY], &wrenches[BODY], active);
-                places.extend(contacts.iter().map(|contact| clamped::place(nlp.layout(), contact)));
-                (Nlp::Clamped(nlp), bounds, &[BODY][..])
-            }
-            None => {
-                let bodies = posed.bodies.as_slice();
-                let posed_step = PosedStep { world, states, wrenches, bodies, contacts };
-                let mut nlp = SeveralNlp::new(&posed_step, SMOOTHING)?;
-                let forces = posed.contacts.iter().map(|&index| start.values[index].force);
-                nlp.anchor(effort.hold.friction, effort.hold.normal, forces);
-                let layout = nlp.layout();
-                places.extend((0..layout.contacts()).map(|i| layout.contact(i)));
-                let bounds = bounds(&nlp);
-                (Nlp::Reduced(Box::new(nlp)), bounds, bodies)
-            }
-        };
-        let (variables, rows) = (bounds.lower.len(), bounds.constraint_lower.len());
-        let part = ProgramPart { bodies, contacts: &posed.contacts, places };
-        gather(part, start, units, variables, x);
-        zeros.clear();
+        let Self { nlp, units, clamping, options, prepared, zeros } = self;
+        let layout = nlp.layout();
+        let mut active = vec![0.0; layout.contacts()];
+        for &index in posed.indices() {
+            active[candidates[index].key.point] = 1.0;
+        }
+        let mut bounds = bounds(*clamping, layout, nlp.world().friction(), &active);
+        nlp.set_step(&units.state(&step.states[BODY]), &units.wrench(&step.wrenches[BODY]), active);
+        nlp.anchor(effort.compliance, (0..layout.contacts()).map(|i| start.force(i)));
+
+        let bound = BoundRows::take(nlp, &mut bounds);
+        let (x, variables, rows) = (start.as_slice(), layout.variables(), bound.rows().len());
         zeros.resize(variables.max(rows), 0.0);
         let start = match effort.multipliers {
             StartMultipliers::Estimated => ipopt::StartPoint::Cold { x },
@@ -229,26 +186,17 @@ impl IpoptProgram {
             // The multipliers belong to a program of another size.
             StartMultipliers::Known(_) => ipopt::StartPoint::Cold { x },
         };
-        let mut program = Bound { nlp, interrupt: step.interrupt };
-        let (jacobian, hessian) = (program.jacobian_pattern(), program.hessian_pattern());
-        let prepared = match prepared {
-            Some(known) if known.jacobian == *jacobian && known.hessian == *hessian => known,
-            other => other.insert(Prepared {
-                jacobian: jacobian.clone(),
-                hessian: hessian.clone(),
-                solver: RawSolver::new(&program, options.clone())?,
-            }),
+        let known_rows = bound.rows().to_vec();
+        let mut program = BoundProgram { nlp, rows: bound, interrupt: step.interrupt };
+        let (_, solver) = match prepared {
+            Some(known) if known.0 == known_rows => known,
+            other => other.insert((known_rows, RawSolver::new(&program, options.clone())?)),
         };
-        let solver = &mut prepared.solver;
         solver.set_limits(effort.limit, options.tolerance * effort.tightness)?;
         let outcome = solver.solve(&mut program, &bounds, &start)?;
-        end.reset(step.free, candidates.len());
-        if let Some(found) = outcome.point {
-            scatter(part, found.x, units, end);
-            match &program.nlp {
-                Nlp::Clamped(_) => end.whole.extend_from_slice(found.x),
-                Nlp::Reduced(_) => normalise(step.free, end),
-            }
+        match outcome.point {
+            Some(found) => end.as_mut_slice().copy_from_slice(found.x),
+            None => end.set_free(&units.state(&step.free[BODY])),
         }
         if outcome.status == ReturnStatus::UserRequestedStop {
             return Err(Error::Interrupted);
@@ -261,184 +209,5 @@ impl IpoptProgram {
             status: outcome.status,
             multipliers: found.map(|point| Multipliers::of(posed.keys(candidates), point)),
         })
-    }
-}
-
-impl ProgramScratch {
-    /// Converts the step and the `posed` part of `candidates` to `units`.
-    fn take(
-        &mut self,
-        step: &Step<'_>,
-        candidates: &[Contact],
-        posed: &PosedProgram,
-        units: &ProgramUnits,
-    ) {
-        self.states.clear();
-        self.states.extend(step.states.iter().map(|state| units.state(state)));
-        self.wrenches.clear();
-        self.wrenches.extend(step.wrenches.iter().map(|wrench| units.wrench(wrench)));
-        self.contacts.clear();
-        let contacts = posed.contacts.iter().map(|&index| units.contact(&candidates[index]));
-        self.contacts.extend(contacts);
-    }
-}
-
-/// Indices of the bodies and candidates in the program, and of the contacts' variables.
-#[derive(Clone, Copy)]
-struct ProgramPart<'a> {
-    bodies: &'a [usize],
-    contacts: &'a [usize],
-    places: &'a [ContactVariables],
-}
-
-/// Variables of the `place`-th body of the program, equal in both programs.
-fn state_at(place: usize) -> std::ops::Range<usize> {
-    SeveralLayout::new(place + 1, []).state(place)
-}
-
-/// Writes X⁺ and the contact values of `start` as a point x of the program. Other variables come
-/// from the tutorial's start, or are zero.
-fn gather(
-    ProgramPart { bodies, contacts, places }: ProgramPart<'_>,
-    start: &ProgramStart,
-    units: &ProgramUnits,
-    variables: usize,
-    x: &mut Vec<f64>,
-) {
-    x.clear();
-    x.extend_from_slice(&start.whole);
-    x.resize(variables, 0.0);
-    for (place, &body) in bodies.iter().enumerate() {
-        let state = units.state(&start.states[body]).to_vector();
-        x[state_at(place)].copy_from_slice(state.as_slice());
-    }
-    for (of, &index) in places.iter().zip(contacts) {
-        let values = &start.values[index];
-        (x[of.normal.first], x[of.normal.second]) = (values.force[2], values.normal_slack);
-        if let Some(of) = of.friction {
-            (x[of.force[0]], x[of.force[1]]) = (values.force[0], values.force[1]);
-            (x[of.slack], x[of.slip_speed]) = (values.friction_slack, values.slip_speed);
-        }
-    }
-}
-
-/// Copies a point x of the program to `end`. Other bodies and candidates stay unchanged.
-fn scatter(
-    ProgramPart { bodies, contacts, places }: ProgramPart<'_>,
-    x: &[f64],
-    units: &ProgramUnits,
-    end: &mut ProgramStart,
-) {
-    for (place, &body) in bodies.iter().enumerate() {
-        let state = State::from_vector(&SVector::from_column_slice(&x[state_at(place)]));
-        end.states[body] = units.si_state(&state);
-    }
-    for (of, &index) in places.iter().zip(contacts) {
-        let mut values = ContactValues {
-            force: Vector3::new(0.0, 0.0, x[of.normal.first]),
-            normal_slack: x[of.normal.second],
-            ..ContactValues::default()
-        };
-        if let Some(of) = of.friction {
-            (values.force[0], values.force[1]) = (x[of.force[0]], x[of.force[1]]);
-            (values.friction_slack, values.slip_speed) = (x[of.slack], x[of.slip_speed]);
-        }
-        end.values[index] = values;
-    }
-}
-
-/// Normalises attitudes, which an iterate satisfies only to its tolerance. An attitude far from
-/// unit length is replaced by the one of `free`.
-fn normalise(free: &[State], end: &mut ProgramStart) {
-    for (state, free) in end.states.iter_mut().zip(free) {
-        let norm = state.attitude.norm();
-        let is_near = (0.5..2.0).contains(&norm);
-        state.attitude = if is_near { state.attitude / norm } else { free.attitude };
-    }
-}
-
-/// Bounds: states and friction forces free, other variables ≥ 0, equations = 0, inequalities ≥ 0.
-fn bounds(nlp: &SeveralNlp) -> Bounds {
-    let layout = nlp.layout();
-    let (n, m) = (layout.variables(), layout.constraints());
-    let mut bounds = Bounds {
-        lower: vec![0.0; n],
-        upper: vec![f64::INFINITY; n],
-        constraint_lower: vec![0.0; m],
-        constraint_upper: vec![f64::INFINITY; m],
-    };
-    bounds.lower[layout.free()].fill(f64::NEG_INFINITY);
-    bounds.constraint_upper[..layout.equalities()].fill(0.0);
-    bounds
-}
-
-/// Program of a step.
-enum Nlp<'a> {
-    Clamped(&'a StepNlp),
-    Reduced(Box<SeveralNlp>),
-}
-
-/// Evaluates one expression on either program.
-macro_rules! of {
-    ($nlp:expr, $program:ident => $what:expr) => {
-        match &$nlp {
-            Nlp::Clamped($program) => $what,
-            Nlp::Reduced($program) => $what,
-        }
-    };
-}
-
-/// Program in the form of Ipopt's wrapper.
-struct Bound<'a> {
-    nlp: Nlp<'a>,
-    /// Ends the solve when set.
-    interrupt: Option<&'a AtomicBool>,
-}
-
-impl NonlinearProgram for Bound<'_> {
-    fn keep_going(&mut self, _progress: &IpoptProgress) -> bool {
-        !self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
-    }
-
-    fn variable_count(&self) -> usize {
-        of!(self.nlp, nlp => nlp.layout().variables())
-    }
-
-    fn constraint_count(&self) -> usize {
-        of!(self.nlp, nlp => nlp.layout().constraints())
-    }
-
-    fn jacobian_pattern(&self) -> &SparsityPattern {
-        of!(self.nlp, nlp => nlp.jacobian_pattern())
-    }
-
-    fn hessian_pattern(&self) -> &SparsityPattern {
-        of!(self.nlp, nlp => nlp.hessian_pattern())
-    }
-
-    fn objective(&mut self, x: &[f64]) -> f64 {
-        of!(self.nlp, nlp => nlp.objective(x))
-    }
-
-    fn gradient(&mut self, x: &[f64], gradient: &mut [f64]) {
-        of!(self.nlp, nlp => nlp.gradient(x, gradient));
-    }
-
-    fn constraints(&mut self, x: &[f64], constraints: &mut [f64]) {
-        of!(self.nlp, nlp => nlp.constraints(x, constraints));
-    }
-
-    fn jacobian(&mut self, x: &[f64], values: &mut [f64]) {
-        of!(self.nlp, nlp => nlp.jacobian(x, values));
-    }
-
-    fn hessian(
-        &mut self,
-        x: &[f64],
-        objective_factor: f64,
-        multipliers: &[f64],
-        values: &mut [f64],
-    ) {
-        of!(self.nlp, nlp => nlp.hessian(x, objective_factor, multipliers, values));
     }
 }

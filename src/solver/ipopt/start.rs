@@ -1,217 +1,128 @@
-//! Start and end points of Ipopt, stored by body and candidate. This form is independent of the
-//! program's layout.
+//! Start points of Ipopt in the program's units, and steps' solutions from its end points.
 
-use super::posed::PosedProgram;
+use super::BODY;
+use super::posed::{PosedContacts, gap};
+use super::program::IpoptProgram;
 use super::units::ProgramUnits;
-use crate::step_nlp::point::products;
+use crate::step_nlp::point::{Products, products};
 use crate::step_nlp::{ProgramPoint, SMOOTHING};
 use nalgebra::Vector3;
-use tumble_core::contact::{Contact, KeyIndex, Partner};
+use tumble_core::contact::{Contact, KeyIndex};
+use tumble_core::mechanics::State;
 use tumble_core::mechanics::quaternion::advance;
-use tumble_core::mechanics::{Pose, State};
 use tumble_core::step::{ContactForce, Step, StepSolution};
+use tumble_core::world::World;
 
-/// Values of a contact in the program's units.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct ContactValues {
-    /// Force f in the contact frame.
-    pub(super) force: Vector3<f64>,
-    /// Slacks s1 and s2, and multiplier λ.
-    pub(super) normal_slack: f64,
-    pub(super) friction_slack: f64,
-    pub(super) slip_speed: f64,
-}
-
-/// A point: X⁺ of every body (SI) and the values of every candidate (program units).
-#[derive(Debug, Clone, Default)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct ProgramStart {
-    pub(super) states: Vec<State>,
-    pub(super) values: Vec<ContactValues>,
-    /// All variables of the tutorial's program, including points that are not candidates. Ipopt
-    /// relaxes the bounds of clamped variables if few are free; the next start keeps the resulting
-    /// values.
-    pub(super) whole: Vec<f64>,
-}
-
-impl ProgramStart {
-    /// Sets `states` and zero contact values.
-    pub(super) fn reset(&mut self, states: &[State], candidates: usize) {
-        self.states.clear();
-        self.states.extend_from_slice(states);
-        self.values.clear();
-        self.values.resize(candidates, ContactValues::default());
-        self.whole.clear();
+/// Sets X of step k, and the contact values of the last solution. `known` is that solution as a
+/// point.
+pub(super) fn set_previous(
+    x: &mut ProgramPoint,
+    step: &Step<'_>,
+    candidates: &[Contact],
+    known: Option<&[f64]>,
+    units: &ProgramUnits,
+) {
+    match known {
+        Some(known) => x.as_mut_slice().copy_from_slice(known),
+        None => x.as_mut_slice().fill(0.0),
     }
-
-    /// Sets X of step k, and the contact values of the last solution. `known` is that solution as a
-    /// point.
-    pub(super) fn set_previous(
-        &mut self,
-        step: &Step<'_>,
-        candidates: &[Contact],
-        known: Option<&Self>,
-        units: &ProgramUnits,
-    ) {
-        self.reset(step.states, candidates.len());
-        let before = &step.previous.contacts;
-        let mut index = KeyIndex::new();
-        self.whole.extend(known.iter().flat_map(|known| &known.whole));
-        for (place, contact) in candidates.iter().enumerate() {
-            let Some(at) = index.place(before, &contact.key, place) else { continue };
-            self.values[place] = match known.and_then(|known| known.values.get(at)) {
-                Some(values) => *values,
-                None => values_of(contact, &before[at], contact.gap, units),
-            };
+    x.set_state(&units.state(&step.states[BODY]));
+    let before = &step.previous.contacts;
+    let mut index = KeyIndex::new();
+    for (place, contact) in candidates.iter().enumerate() {
+        match index.place(before, &contact.key, place) {
+            Some(_) if known.is_some() => {}
+            Some(at) => set_contact(x, contact, &before[at], contact.gap, units),
+            None => x.set_contact(contact.key.point, &Vector3::zeros(), &Products::default()),
         }
-    }
-
-    /// Sets a point of the tutorial's program (SI).
-    pub(super) fn set_point(
-        &mut self,
-        candidates: &[Contact],
-        point: &ProgramPoint,
-        units: &ProgramUnits,
-    ) {
-        self.reset(&[point.state()], candidates.len());
-        let x = point.as_slice();
-        self.whole.extend_from_slice(x);
-        for (contact, slot) in candidates.iter().zip(&mut self.values) {
-            let i = contact.key.point;
-            let [.., s1, s2, slip_speed] = point.layout().contact_variables(i);
-            *slot = ContactValues {
-                force: point.force(i),
-                normal_slack: x[s1],
-                friction_slack: x[s2],
-                slip_speed: x[slip_speed],
-            };
-            slot.convert(units);
-        }
-    }
-
-    /// Moves the states of the `posed` bodies from step k by one step at their own velocities.
-    /// Steadily sliding bodies are then at their solution.
-    pub(super) fn coast(&mut self, step: &Step<'_>, posed: &PosedProgram) {
-        let h = step.world.time_step();
-        for &body in &posed.bodies {
-            let state = &mut self.states[body];
-            state.position += h * state.velocity;
-            state.attitude = advance(&state.attitude, &state.spin, h);
-        }
-    }
-
-    /// Sets a solution of `step`.
-    pub(super) fn set_solution(
-        &mut self,
-        step: &Step<'_>,
-        candidates: &[Contact],
-        solution: &StepSolution,
-        units: &ProgramUnits,
-    ) {
-        self.reset(&solution.states, candidates.len());
-        let poses = ProgramPoses::of(step.states, &solution.states);
-        for ((contact, force), slot) in
-            candidates.iter().zip(&solution.contacts).zip(&mut self.values)
-        {
-            *slot = values_of(contact, force, poses.gap(contact), units);
-        }
-    }
-
-    /// Sets free flight with each body's weight shared by its contacts in `posed`.
-    pub(super) fn share_weight(
-        &mut self,
-        step: &Step<'_>,
-        candidates: &[Contact],
-        posed: &PosedProgram,
-        units: &ProgramUnits,
-    ) {
-        self.reset(step.free, candidates.len());
-        for &index in &posed.contacts {
-            let body = candidates[index].key.body;
-            let own = posed.contacts.iter().filter(|&&other| candidates[other].key.body == body);
-            let weight = step.world.bodies()[body].mass() * step.world.gravity().norm();
-            self.values[index].force[2] = weight / units.force() / own.count() as f64;
-        }
-    }
-
-    /// Writes this point to `solution`.
-    pub(super) fn write(
-        &self,
-        step: &Step<'_>,
-        candidates: &[Contact],
-        units: &ProgramUnits,
-        solution: &mut StepSolution,
-    ) {
-        solution.set_free(&self.states);
-        let (poses, h) = (ProgramPoses::of(step.states, &self.states), step.world.time_step());
-        solution.contacts.extend(candidates.iter().enumerate().map(|(place, contact)| {
-            let values = self.values.get(place).copied().unwrap_or_default();
-            let force = values.force * units.force();
-            let (normal, u) = (contact.normal(), poses.motion(contact, h));
-            ContactForce {
-                key: contact.key,
-                force: contact.frame * force,
-                normal_force: force[2],
-                slip: u - normal * normal.dot(&u),
-            }
-        }));
     }
 }
 
-/// Values of a contact with `force` and the end gap `gap` (m).
-fn values_of(
+/// Moves the state from step k by one step at its own velocities. A steadily sliding body is then
+/// at its solution.
+pub(super) fn coast(x: &mut ProgramPoint, world: &World) {
+    let (h, mut state) = (world.time_step(), x.state());
+    state.position += h * state.velocity;
+    state.attitude = advance(&state.attitude, &state.spin, h);
+    x.set_state(&state);
+}
+
+/// Sets a solution of a step.
+pub(super) fn set_solution(
+    x: &mut ProgramPoint,
+    candidates: &[Contact],
+    solution: &StepSolution,
+    units: &ProgramUnits,
+) {
+    let next = &solution.states[BODY];
+    x.set_free(&units.state(next));
+    for (contact, force) in candidates.iter().zip(&solution.contacts) {
+        set_contact(x, contact, force, gap(contact, next), units);
+    }
+}
+
+/// Sets the state `free` with the weight of the body of `world` shared by the `posed` contacts.
+/// State and world are in the program's units.
+pub(super) fn share_weight(
+    x: &mut ProgramPoint,
+    free: &State,
+    world: &World,
+    candidates: &[Contact],
+    posed: &PosedContacts,
+) {
+    x.set_free(free);
+    let weight = world.bodies()[BODY].mass() * world.gravity().norm();
+    let share = Vector3::new(0.0, 0.0, weight / posed.indices().len() as f64);
+    for &index in posed.indices() {
+        x.set_contact(candidates[index].key.point, &share, &Products::default());
+    }
+}
+
+/// Writes the point `x` of `program` to `solution`.
+pub(super) fn write(
+    x: &ProgramPoint,
+    step: &Step<'_>,
+    candidates: &[Contact],
+    program: &IpoptProgram,
+    solution: &mut StepSolution,
+) {
+    let next = program.next_state(step, x);
+    solution.set_free(&[next]);
+    let (from, to, h) = (step.states[BODY].pose(), next.pose(), step.world.time_step());
+    solution.contacts.extend(candidates.iter().map(|contact| {
+        let force = x.force(contact.key.point) * program.units.force();
+        let (normal, u) = (contact.normal(), contact.motion([&from, &to], None, h));
+        ContactForce {
+            key: contact.key,
+            force: contact.frame * force,
+            normal_force: force[2],
+            slip: u - normal * normal.dot(&u),
+        }
+    }));
+}
+
+/// Sets the values of a contact with `force` and the end gap `gap` (m). A force on Coulomb's cone is
+/// moved to the smoothed cone of the program (eq. 13), where row (15) has no slack:
+///
+/// ```text
+/// ‖f_xy‖_ε = μ f_z  ⇒  |f_xy|² = (μ f_z + ε)² − ε²
+/// ```
+///
+/// The row would otherwise be violated by λ ε, which is large for a small force on a fast contact.
+fn set_contact(
+    x: &mut ProgramPoint,
     contact: &Contact,
     force: &ContactForce,
     gap: f64,
     units: &ProgramUnits,
-) -> ContactValues {
-    let local = contact.frame.tr_mul(&force.force);
-    let (friction, smoothing) = (contact.law.friction, SMOOTHING * units.force());
-    let products = products(&local, force.slip.norm(), gap, friction, smoothing);
-    let mut values = ContactValues {
-        force: local,
-        normal_slack: products.normal,
-        friction_slack: products.friction,
-        slip_speed: products.slip_speed,
-    };
-    values.convert(units);
-    values
-}
-
-impl ContactValues {
-    /// Converts from SI units to `units`.
-    fn convert(&mut self, units: &ProgramUnits) {
-        self.force /= units.force();
-        self.normal_slack /= units.force() * units.length();
-        self.friction_slack /= units.force() * units.speed();
-        self.slip_speed /= units.speed();
+) {
+    let mut local = contact.frame.tr_mul(&force.force) / units.force();
+    let (cone, tangential) = (contact.law.friction * local[2], local.xy().norm());
+    if tangential > 0.0 && tangential >= cone * (1.0 - 1e-12) {
+        let smoothed = (cone * (cone + 2.0 * SMOOTHING)).max(0.0).sqrt();
+        (local[0], local[1]) = (local[0] * smoothed / tangential, local[1] * smoothed / tangential);
     }
-}
-
-/// Poses of all bodies at both ends of a step.
-pub(super) struct ProgramPoses(Vec<(Pose, Pose)>);
-
-impl ProgramPoses {
-    pub(super) fn of(states: &[State], next: &[State]) -> Self {
-        Self(states.iter().zip(next).map(|(state, next)| (state.pose(), next.pose())).collect())
-    }
-
-    fn partner(&self, contact: &Contact) -> Option<&(Pose, Pose)> {
-        match contact.key.partner {
-            Partner::Body(index) => Some(&self.0[index]),
-            Partner::Ground | Partner::Fixed(_) => None,
-        }
-    }
-
-    /// Gap φ⁺ of a contact at the end of the step, m.
-    pub(super) fn gap(&self, contact: &Contact) -> f64 {
-        contact.gap_at(&self.0[contact.key.body].1, self.partner(contact).map(|b| &b.1))
-    }
-
-    /// Mean relative motion u of a contact over the step, m/s.
-    fn motion(&self, contact: &Contact, h: f64) -> Vector3<f64> {
-        let a = &self.0[contact.key.body];
-        contact.motion([&a.0, &a.1], self.partner(contact).map(|b| [&b.0, &b.1]), h)
-    }
+    let (slip, gap) = (force.slip.norm() / units.speed(), gap / units.length());
+    let products = products(&local, slip, gap, contact.law.friction, SMOOTHING);
+    x.set_contact(contact.key.point, &local, &products);
 }

@@ -6,7 +6,7 @@ mod solvers;
 
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector4};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use tumble::step_nlp::{ProgramPoint, several};
+use tumble::step_nlp::ProgramPoint;
 use tumble_core::contact::certificate::{Claim, certify_rk4_step};
 use tumble_core::contact::detection::{admit_missed, all_contacts};
 use tumble_core::contact::restitution::set_rebounds;
@@ -440,8 +440,6 @@ fn empty_lists_and_missing_parts_are_refused() {
         assert!(refused, "{name}");
     }
     assert_eq!(Polyline::new(vec![]).unwrap().mean(0.0, 1.0), Vector3::zeros());
-    let layout = several::SeveralLayout::new(1, [true]);
-    assert_eq!((layout.friction(1), layout.friction_rows(9)), (None, None));
     let mut point = ProgramPoint::zeros(8);
     let nothing = StepSolution::default();
     point.set_solution(&nothing, &Plane::level(), |_| 0.0, 0.5, 1e-6);

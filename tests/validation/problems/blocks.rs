@@ -179,7 +179,6 @@ pub(crate) const PULLED_BLOCK: TestProblem = TestProblem {
     inputs: &[(Mass, 2.0), (Friction, 0.4), EARTH],
     bodies: 2,
     // Ipopt: at the onset of sliding, its residuals reach 1e-3 m/s.
-    native_only: true,
     ..TestProblem::solved_by(pulled_block)
 };
 

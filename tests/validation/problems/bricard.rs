@@ -32,7 +32,6 @@ pub(crate) const BRICARD: TestProblem = TestProblem {
     name: "bricard",
     time_step: 0.002,
     bodies: RODS,
-    native_only: true, // joints
     ..TestProblem::solved_by(bricard)
 };
 

@@ -16,7 +16,6 @@ pub(crate) const FREE_CHAIN: TestProblem = TestProblem {
     time_step: 0.002,
     inputs: &[(Mass, 1.0), (Speed, 3.0)],
     bodies: LINKS,
-    native_only: true, // joints
     ..TestProblem::solved_by(free_chain)
 };
 

@@ -149,7 +149,6 @@ pub(crate) const CRADLE: TestProblem = TestProblem {
     inputs: &[(Mass, 0.2), (Friction, 0.3), (Speed, 2.0)],
     bodies: 3,
     // Ipopt: its speeds after a bounce are less accurate than its residuals.
-    native_only: true,
     ..TestProblem::solved_by(cradle)
 };
 

@@ -17,7 +17,6 @@ pub(crate) const SLIDER_CRANK: TestProblem = TestProblem {
     time_step: 0.005,
     inputs: &[(Mass, 2.0)],
     bodies: 3,
-    native_only: true, // joints
     ..TestProblem::solved_by(slider_crank)
 };
 

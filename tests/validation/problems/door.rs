@@ -16,7 +16,6 @@ pub(crate) const DOOR: TestProblem = TestProblem {
     name: "door",
     time_step: 0.004,
     inputs: &[(Mass, 20.0), EARTH],
-    native_only: true, // joints
     ..TestProblem::solved_by(door)
 };
 

@@ -76,7 +76,6 @@ pub(crate) const PENDULUM: TestProblem = TestProblem {
     name: "pendulum",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), EARTH],
-    native_only: true, // joints
     ..TestProblem::solved_by(pendulum)
 };
 
@@ -114,7 +113,6 @@ pub(crate) const STIFF_HINGE: TestProblem = TestProblem {
     name: "stiff-hinge",
     time_step: 0.004,
     inputs: &[(Mass, 2.0), EARTH],
-    native_only: true, // joints
     ..TestProblem::solved_by(stiff_hinge)
 };
 
@@ -145,7 +143,6 @@ pub(crate) const SERVO: TestProblem = TestProblem {
     name: "servo",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), EARTH],
-    native_only: true, // joints
     ..TestProblem::solved_by(servo)
 };
 

@@ -69,7 +69,6 @@ pub(crate) const SQUEEZER: TestProblem = TestProblem {
     name: "squeezer",
     time_step: 1e-5,
     bodies: 7,
-    native_only: true, // joints
     ..TestProblem::solved_by(squeezer)
 };
 

@@ -106,7 +106,6 @@ pub(crate) const MASS_RATIO: TestProblem = TestProblem {
     inputs: &[(Mass, 1.0), (Friction, 0.5), EARTH],
     bodies: 2,
     // Ipopt: with such mass ratios, it solves a few percent of the steps only from the native solution.
-    native_only: true,
     ..TestProblem::solved_by(mass_ratio)
 };
 

@@ -30,7 +30,6 @@ pub(crate) const STEWART: TestProblem = TestProblem {
     time_step: 0.004,
     inputs: &[(Mass, 10.0), EARTH],
     bodies: 13,
-    native_only: true, // joints
     ..TestProblem::solved_by(stewart)
 };
 

@@ -58,7 +58,6 @@ pub(crate) const TURNTABLE: TestProblem = TestProblem {
     inputs: &[(Mass, 1.0), (Friction, 0.5), EARTH],
     bodies: 2,
     // Ipopt: at the onset of sliding, its residuals reach 1e-3 m/s.
-    native_only: true,
     ..TestProblem::solved_by(turntable)
 };
 

@@ -20,7 +20,6 @@ pub(crate) const FOUR_BAR_WINDOWS: TestProblem = TestProblem {
     name: "four-bar-windows",
     time_step: 0.002,
     bodies: 2 * WINDOWS + 1,
-    native_only: true, // joints
     ..TestProblem::solved_by(windows)
 };
 

@@ -5,7 +5,7 @@
 use std::process::ExitCode;
 use std::time::Instant;
 use tumble::ipopt::{BarrierStrategy, Options};
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble_core::contact::detection::Detection;
 use tumble_core::error::Error;
 use tumble_core::simulation::scene::{self, TutorialScene};
@@ -14,11 +14,14 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepSolver;
 use tumble_core::world::World;
 
+/// Constructor of Ipopt: the tutorial's or the ladder's.
+type Program = fn(&World, Options) -> Result<IpoptSolver, Error>;
+
 /// Row of the table.
 struct PathSetting {
     name: &'static str,
     detection: Detection,
-    formulation: Formulation,
+    program: Program,
     options: Options,
     /// Rungs of the ladder; empty for a single solve.
     rungs: &'static [Rung],
@@ -31,29 +34,29 @@ fn settings() -> Vec<PathSetting> {
     let recommended = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let unscaled = Options { objective_scaling: 1.0, ..recommended.clone() };
     let (height, predictive) = (Detection::Height, Detection::Predictive);
-    let (clamped, reduced) = (Formulation::Clamped, Formulation::Reduced);
-    let row = |name, detection, formulation, options: &Options, rungs| PathSetting {
+    let (all, posed): (Program, Program) = (IpoptSolver::tutorial, IpoptSolver::new);
+    let row = |name, detection, program, options: &Options, rungs| PathSetting {
         name,
         detection,
-        formulation,
+        program,
         options: options.clone(),
         rungs,
     };
     vec![
-        row("the tutorial's settings", height, clamped, &tutorial, &[]),
-        row("predictive flags", predictive, clamped, &tutorial, &[]),
-        row("reduced program", predictive, reduced, &tutorial, &[]),
-        row("adaptive barrier", predictive, reduced, &adaptive, &[]),
-        row("multipliers by dual infeasibility", predictive, reduced, &unscaled, &[]),
-        row("objective in weights", predictive, reduced, &recommended, &[]),
-        row("ladder without warm start", predictive, reduced, &recommended, &Rung::ALL[1..]),
-        row("ladder", predictive, reduced, &recommended, &Rung::ALL),
+        row("the tutorial's settings", height, all, &tutorial, &[]),
+        row("predictive flags", predictive, all, &tutorial, &[]),
+        row("contacts posed by free flight", predictive, posed, &tutorial, &[]),
+        row("adaptive barrier", predictive, posed, &adaptive, &[]),
+        row("multipliers by dual infeasibility", predictive, posed, &unscaled, &[]),
+        row("objective in weights", predictive, posed, &recommended, &[]),
+        row("ladder without warm start", predictive, posed, &recommended, &Rung::ALL[1..]),
+        row("ladder", predictive, posed, &recommended, &Rung::ALL),
     ]
 }
 
 fn run(world: &World, setting: &PathSetting, seed: u32) -> Result<RunSummary, Error> {
     let scene = TutorialScene::drop();
-    let ipopt = IpoptSolver::new(world, setting.formulation, setting.options.clone())?;
+    let ipopt = (setting.program)(world, setting.options.clone())?;
     let solver: Box<dyn StepSolver> = if setting.rungs.is_empty() {
         Box::new(ipopt)
     } else {

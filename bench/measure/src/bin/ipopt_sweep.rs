@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use std::process::ExitCode;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble_core::error::Error;
 use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::simulation::scene::{self, TutorialScene};
@@ -78,7 +78,7 @@ fn run(variant: &Variant, seed: u32) -> Result<RunSummary, Error> {
         spin: start.spin / time,
     };
     let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
-    let ipopt = IpoptSolver::new(&world, Formulation::Reduced, options)?;
+    let ipopt = IpoptSolver::new(&world, options)?;
     let motion = Motion::contact(Ladder::new(&world, ipopt, &Rung::ALL));
     let mut simulation = Simulation::new(world, [start], motion)?;
     let force = Vector3::new(0.0, 0.0, force);

@@ -4,7 +4,7 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
+use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
 use tumble_core::contact::detection::Detection;
 use tumble_core::error::Error;
 use tumble_core::simulation::scene::{self, TutorialScene};
@@ -80,7 +80,7 @@ fn solver(world: &World, who: Who) -> Result<Box<dyn StepSolver>, Error> {
         return Ok(Box::new(NativeSolver::new(world)));
     }
     let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
-    let ipopt = IpoptSolver::new(world, Formulation::default(), options)?;
+    let ipopt = IpoptSolver::new(world, options)?;
     Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }
 

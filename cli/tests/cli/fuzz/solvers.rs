@@ -6,7 +6,7 @@ use super::steps::{Seen, check_run, native};
 use crate::common::{any_rotation, any_world, quaternion, tutorial_world, vector};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble::solver::ipopt::{Formulation, IpoptSolver, LADDER_RESIDUAL, Ladder, Rung};
+use tumble::solver::ipopt::{IpoptSolver, LADDER_RESIDUAL, Ladder, Rung};
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, State};
@@ -101,7 +101,7 @@ fn the_ladder_takes_any_valid_state() {
     let check = |world: &World, start| {
         // Fewer iterations than the default of 300 keep unsolvable steps short.
         let options = IpoptSolver::options(1e-6, 60);
-        let ipopt = IpoptSolver::new(world, Formulation::default(), options).unwrap();
+        let ipopt = IpoptSolver::new(world, options).unwrap();
         let ladder = Box::new(Ladder::new(world, ipopt, &Rung::ALL));
         let accepted = LADDER_RESIDUAL * world.speed_scale();
         check_run(world, start, (ladder, accepted), STEPS, &seen)

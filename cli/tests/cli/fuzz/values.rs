@@ -8,7 +8,7 @@ use proptest::array::uniform8;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use tumble::ipopt::{BarrierStrategy, MultiplierStep, Options, Scaling};
-use tumble::solver::ipopt::{ACCEPTED_RESIDUAL, Formulation, IpoptSolver};
+use tumble::solver::ipopt::{ACCEPTED_RESIDUAL, IpoptSolver};
 use tumble::step_nlp::{SMOOTHING, StepNlp};
 use tumble_core::mechanics::{RigidBody, Wrench};
 use tumble_core::step::StepSolver;
@@ -181,7 +181,7 @@ fn options_of_any_numbers_are_refused_by_name_or_ipopt_takes_them() {
         match options.validate() {
             Err(error) => assert_names(&error, name),
             Ok(()) => {
-                let solver = IpoptSolver::new(&world, Formulation::default(), options).unwrap();
+                let solver = IpoptSolver::new(&world, options).unwrap();
                 let accepted = ACCEPTED_RESIDUAL * world.speed_scale();
                 let solver = (Box::new(solver) as Box<dyn StepSolver>, accepted);
                 check_run(&world, state(&ordinary()), solver, STEPS, &seen)?;

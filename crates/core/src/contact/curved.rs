@@ -92,17 +92,6 @@ pub enum Curved {
 }
 
 impl Curved {
-    /// Returns these features with all lengths multiplied by `factor`.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        match self {
-            Self::Cores(pair) => Self::Cores(pair.scaled(factor)),
-            Self::Ellipsoid(one) => {
-                Self::Ellipsoid(EllipsoidPoint { shape: one.shape.scaled(factor), ..*one })
-            }
-        }
-    }
-
     /// The two rounded features, if it has them.
     #[must_use]
     pub fn cores(&self) -> Option<&CorePair> {
@@ -207,18 +196,6 @@ impl CorePair {
     pub fn foot(&self) -> Vector3<f64> {
         self.of_b.at(self.shares.1)
     }
-
-    /// Returns these features with all lengths multiplied by `factor`.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        let core = |core: &Core| Core { from: core.from * factor, along: core.along * factor };
-        Self {
-            of_a: core(&self.of_a),
-            of_b: core(&self.of_b),
-            radius: self.radius * factor,
-            shares: self.shares,
-        }
-    }
 }
 
 /// Parameters s and t of the closest points of two cores, and the vector D from `b` to `a` (m).
@@ -255,23 +232,6 @@ impl Reach {
         });
         let direction = COSINE * normal + SINE * across;
         Self { length: direction.dot(d), direction, is_exact: false }
-    }
-
-    /// ∂²|D|_n/∂D² (1/m): (E − m mᵀ)/|D|. Beyond the angle it acts on tangential directions only.
-    #[must_use]
-    pub fn curvature(&self, d: &Vector3<f64>, normal: &Vector3<f64>) -> Matrix3<f64> {
-        let (trajectory, factor) =
-            if self.is_exact { (*d, 1.0) } else { (d - normal * normal.dot(d), SINE) };
-        let length = trajectory.norm();
-        if length <= SMALLEST {
-            return Matrix3::zeros();
-        }
-        let unit = trajectory / length;
-        let mut round = Matrix3::identity() - unit * unit.transpose();
-        if !self.is_exact {
-            round -= normal * normal.transpose();
-        }
-        round * (factor / length)
     }
 
     /// |D|_n minus the length `before` of an earlier vector `was` (m), without cancellation.
@@ -323,16 +283,13 @@ mod tests {
             prop_assume!(d.norm() > 0.3 && across > 0.2);
             let at = |d: &Vector3<f64>| Reach::of(d, &n);
             let reach = at(&d);
-            // The second derivative jumps at the limit angle.
+            // The derivative jumps at the limit angle.
             prop_assume!((n.dot(&d) / d.norm() - COSINE).abs() > 1e-3);
-            let curvature = reach.curvature(&d, &n);
             for k in 0..3 {
                 let step = Vector3::ith(k, 1e-5);
                 let (plus, minus) = (at(&(d + step)), at(&(d - step)));
                 let slope = (plus.length - minus.length) / 2e-5;
                 prop_assert!((slope - reach.direction[k]).abs() < 1e-8);
-                let bend = (plus.direction - minus.direction) / 2e-5;
-                prop_assert!((bend - curvature.column(k)).norm() < 1e-6);
             }
             let was = d + Vector3::new(1e-3, 2e-3, -1e-3);
             let before = was.norm();

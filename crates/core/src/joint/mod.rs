@@ -29,7 +29,6 @@ mod kinds;
 mod motion;
 mod piece;
 mod turn;
-mod units;
 
 pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;

@@ -332,8 +332,8 @@ impl World {
 }
 
 impl World {
-    /// Copy of this world in units of `mass` (kg), `length` (m) and `time` (s). Only ground, point
-    /// bodies, joints and gears are converted; pieces are dropped. The ranges of [`World::new`] are
+    /// Copy of this world in units of `mass` (kg), `length` (m) and `time` (s). Only ground and point
+    /// bodies are converted; pieces, joints and gears are dropped. The ranges of [`World::new`] are
     /// in SI units and are not checked.
     #[must_use]
     pub fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
@@ -352,8 +352,8 @@ impl World {
             parameters,
             fixed: Vec::new(),
             terrains: Vec::new(),
-            joints: self.joints.iter().map(|joint| joint.in_units(mass, length, time)).collect(),
-            gears: self.gears.iter().map(|gear| gear.in_units(mass, length, time)).collect(),
+            joints: Vec::new(),
+            gears: Vec::new(),
             apart: Vec::new(),
             kept_apart: Vec::new(),
             untouched: Vec::new(),

@@ -14,9 +14,6 @@ pub struct SolverSettings {
     /// Preset of the other fields, if one was used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
-    /// Formulation of Ipopt's program; null for other solvers.
-    #[serde(default)]
-    pub formulation: Option<String>,
     /// Criterion for candidate points; null without contact.
     pub detection: Option<String>,
     /// Action for unsolved steps; null without contact.
@@ -40,16 +37,15 @@ impl SolverSettings {
     /// # Errors
     /// A solver that does not support the world.
     pub fn of(contact: Option<&SolverChoice>, world: &World) -> Result<Self, Failure> {
-        let program = contact.and_then(SolverChoice::program);
+        let limits = contact.and_then(SolverChoice::limits);
         let solver = contact.map(|contact| contact.solver(world)).transpose()?;
         Ok(Self {
             name: contact.map_or("rk4", SolverChoice::solver_name).to_owned(),
             preset: contact.and_then(|contact| Some(contact.preset?.name().to_owned())),
-            formulation: program.map(|(name, ..)| name.to_owned()),
             detection: contact.map(|contact| contact.detection.name().to_owned()),
             on_failure: contact.map(|contact| contact.on_failure.name().to_owned()),
-            tol: program.map(|(_, tolerance, _)| tolerance),
-            max_iter: program.map(|(.., iterations)| iterations),
+            tol: limits.map(|(tolerance, _)| tolerance),
+            max_iter: limits.map(|(_, iterations)| iterations),
             residual: contact.and_then(SolverChoice::residual),
             accepted_residual_m_s: Some(solver.map_or(0.0, |solver| solver.accepted_residual())),
         })
