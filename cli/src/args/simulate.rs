@@ -9,9 +9,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tumble_scene::AttitudeEntry;
-use tumble_scene::choices::{
-    DetectionName, OnFailure, Preset, SceneName, SolverName, StartFrame,
-};
+use tumble_scene::choices::{DetectionName, OnFailure, Preset, SceneName, SolverName, StartFrame};
 use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::Table;
 

@@ -290,10 +290,7 @@ fn known_residual(residual: f64) -> Result<f64, Failure> {
 
 /// Flags of settings that only apply to Ipopt, and whether each is given.
 fn ipopt_flags(settings: &SolverTable) -> Vec<(&'static str, bool)> {
-    vec![
-        ("--tol", settings.tolerance.is_some()),
-        ("--max-iter", settings.max_iterations.is_some()),
-    ]
+    vec![("--tol", settings.tolerance.is_some()), ("--max-iter", settings.max_iterations.is_some())]
 }
 
 /// Flags of the contact solver except the preset, and whether each is given.

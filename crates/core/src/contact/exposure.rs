@@ -260,7 +260,8 @@ impl Exposure<'_> {
         let mut shows = |side: usize, poses: &[Pose]| {
             let point = &points[side];
             self.is_exposed(side, point, poses, scratch)
-                || self.rise_above_all(side, point, poses, scratch) <= libm::sin(angle.min(FRAC_PI_2)) + LEVEL
+                || self.rise_above_all(side, point, poses, scratch)
+                    <= libm::sin(angle.min(FRAC_PI_2)) + LEVEL
         };
         moments.iter().any(|poses| (0..2).all(|side| shows(side, poses)))
     }

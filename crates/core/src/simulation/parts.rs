@@ -85,10 +85,7 @@ impl Simulation<'_> {
         }
         let judge = &self.scratch.judge;
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
-        if !is_solved
-            && is_near
-            && !(0..bodies).any(|body| unsolved[body] && judge.gains(body))
-        {
+        if !is_solved && is_near && !(0..bodies).any(|body| unsolved[body] && judge.gains(body)) {
             return None;
         }
         let mut report = report;
