@@ -257,8 +257,7 @@ impl StepJudge {
         if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach()) {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
         }
-        // The placement of a substepped step is that of its shorter steps.
-        if complete && step.row.status != StepStatus::Substepped {
+        if complete {
             let misplaced = self.placement_error(states, next, touching);
             if !is_near(misplaced, row.placement, OVERLAP_FOUND_TO * self.world.reach()) {
                 let column = row.placement;

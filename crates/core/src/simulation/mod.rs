@@ -54,7 +54,6 @@ use crate::mechanics::{Load, State, Wrench};
 use crate::step::{StepSolution, StepStatus};
 use crate::world::World;
 use bounce::Bounce;
-use nalgebra::Vector3;
 use one_step::{contact_step, floating_step};
 #[cfg(feature = "save")]
 use std::cell::OnceCell;
@@ -390,13 +389,11 @@ impl<'a> Simulation<'a> {
             }
         };
         let (mut report, mut certificate) = (report, certificate);
-        record.placement = self.placement(|_| true);
-        let is_off = record.placement > 0.0 && self.world.bodies().len() <= parts::FEW;
-        if (report.status == StepStatus::Failed || self.scratch.makes_energy || is_off)
+        if (report.status == StepStatus::Failed || self.scratch.makes_energy)
             && !self.is_part
             && let Some(rescued) = self.rescued((report, certificate), &mut record.unsolved)
         {
-            (report, certificate, record.placement) = rescued;
+            (report, certificate) = rescued;
         }
         record.index = self.index;
         record.report = report;
@@ -411,6 +408,9 @@ impl<'a> Simulation<'a> {
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
+        let StepScratch { candidates, solution, .. } = &mut self.scratch;
+        let (states, next) = (&self.now.states, &solution.states);
+        record.placement = candidates.placement_error(&self.world, states, next, solution.forces());
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.scratch.solution);
@@ -434,15 +434,6 @@ impl<'a> Simulation<'a> {
             self.note_islands(record);
         }
         Ok(())
-    }
-
-    /// Largest error of the placement of the loaded contacts with these indices in the solution of the
-    /// scratch memory (eq. 18g) (m).
-    fn placement(&mut self, is_asked: impl Fn(usize) -> bool) -> f64 {
-        let StepScratch { candidates, solution, .. } = &mut self.scratch;
-        let forces = solution.forces().enumerate();
-        let forces = forces.map(|(k, force)| if is_asked(k) { force } else { Vector3::zeros() });
-        candidates.placement_error(&self.world, &self.now.states, &solution.states, forces)
     }
 
     /// True if the last step left everything unchanged to the last bit. The next step then ends the

@@ -1,6 +1,5 @@
-//! Fallbacks for a step that the native solver did not solve, whose solution makes energy (eq. 32), or
-//! with a contact that is not where two pieces touch (eq. 18g): shorter steps, or a motion that adds
-//! no energy.
+//! Fallbacks for a step that the native solver did not solve, or whose solution makes energy (eq. 32):
+//! shorter steps, or a motion that adds no energy.
 //!
 //! The world takes 2, 4, … 64 steps of h/n until each of them is solved and they make no energy
 //! together, unless a body is [squeezed](super::squeeze): no step has a solution then. Bodies of these
@@ -43,23 +42,17 @@ const MOST_PARTS: u64 = 64;
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
 
-/// Largest number of bodies of a world whose steps are repeated for a misplaced contact, and of
-/// shorter steps then. All bodies are repeated, and a pile has such contacts in one step of 20.
-pub(super) const FEW: usize = 8;
-const MOST_PARTS_PLACED: u64 = 8;
-
-/// Report, certificate and placement error (m) of a step.
-type Rescued = (StepReport, Certificate, f64);
+/// Report and certificate of a step.
+type Rescued = (StepReport, Certificate);
 
 impl Simulation<'_> {
-    /// Replaces a step that failed, makes energy or has a misplaced contact by shorter ones or by a
-    /// motion without added energy. Bodies whose motion is replaced are appended to `unsolved_bodies`.
-    /// Returns `None` if the step is kept: for other solvers, near the solution, and if the contacts of
-    /// shorter steps are misplaced too. The interrupt flag is not checked
+    /// Replaces a step that failed or makes energy by shorter ones or by a motion without added
+    /// energy. Bodies whose motion is replaced are appended to `unsolved_bodies`. Returns `None` if
+    /// the step is kept: for other solvers, and near the solution. The interrupt flag is not checked
     /// here, because an external solver could not repeat its part with the same bits.
     pub(super) fn rescued(
         &mut self,
-        (report, certificate): (StepReport, Certificate),
+        (report, certificate): Rescued,
         unsolved_bodies: &mut Vec<usize>,
     ) -> Option<Rescued> {
         let bodies = self.now.states.len();
@@ -77,34 +70,25 @@ impl Simulation<'_> {
         }
         let judge = &self.scratch.judge;
         for (body, unsolved) in unsolved.iter_mut().enumerate() {
-            *unsolved |= (has_failed || self.scratch.makes_energy) && judge.makes(body);
+            *unsolved |= judge.makes(body);
         }
-        let is_solved = !unsolved.contains(&true);
-        if is_solved {
-            self.mark_misplaced(&mut unsolved);
-        }
-        let judge = &self.scratch.judge;
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
-        if !is_solved && is_near && !(0..bodies).any(|body| unsolved[body] && judge.gains(body)) {
+        if is_near && !(0..bodies).any(|body| unsolved[body] && judge.gains(body)) {
             return None;
         }
+        self.scratch.gain = None;
         let mut report = report;
         // Where a body is squeezed, no shorter steps lead to the end of the step either.
-        let most = match self.scratch.squeeze {
-            Some(_) => 0,
-            None if is_solved => MOST_PARTS_PLACED,
-            None => MOST_PARTS,
-        };
-        let mut counts = (1..).map(|power| 1 << power).take_while(|parts| *parts <= most);
-        let placement = counts.find_map(|parts| self.in_parts(parts, &unsolved, is_solved));
-        if placement.is_some() {
+        let mut parts = if self.scratch.squeeze.is_some() { MOST_PARTS + 1 } else { 2 };
+        let mut is_taken = false;
+        while parts <= MOST_PARTS && !is_taken {
+            is_taken = self.in_parts(parts, &unsolved).is_some();
+            parts *= 2;
+        }
+        if is_taken {
             report.status = StepStatus::Substepped;
             (self.scratch.squeeze, self.scratch.unphysical) = (None, None);
-        } else if is_solved {
-            unsolved_bodies.clear();
-            return None;
         } else {
-            self.scratch.gain = None;
             report.status = StepStatus::Failed;
             let makes = |gain: &EnergyGain| self.scratch.judge.makes(gain.body);
             let cause = self.scratch.judge.largest_gain().filter(makes);
@@ -113,29 +97,13 @@ impl Simulation<'_> {
             self.hold_energy(&unsolved);
         }
         self.scratch.rest.end();
-        let certificate = self.certify();
-        let placement = placement.unwrap_or_else(|| self.placement(|_| true));
-        Some((report, certificate, placement))
-    }
-
-    /// Marks the bodies of the islands with a misplaced contact (eq. 18g).
-    fn mark_misplaced(&mut self, bodies: &mut [bool]) {
-        let islands = self.islands();
-        for index in 0..self.scratch.candidates.contacts().len() {
-            if self.placement(|other| other == index) > 0.0 {
-                let island = islands.of(self.scratch.candidates.contacts()[index].key.body);
-                for (body, is_marked) in bodies.iter_mut().enumerate() {
-                    *is_marked |= islands.of(body) == island;
-                }
-            }
-        }
+        Some((report, self.certify()))
     }
 
     /// Takes the step in `parts` shorter ones. The states and forces of the `unsolved` bodies are
-    /// left in the solution of the scratch memory. Returns the largest placement error of the shorter
-    /// steps (m). `None` if one of them is not solved, if they make energy together, or if all contacts
-    /// have to be `placed` and one is not.
-    fn in_parts(&mut self, parts: u64, unsolved: &[bool], placed: bool) -> Option<f64> {
+    /// left in the solution of the scratch memory. Returns `None` if a shorter step is not solved, or
+    /// if they make energy together.
+    fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Option<()> {
         let mut parameters = self.world.parameters().clone();
         parameters.time_step /= parts as f64;
         let world = self.world.with_parameters(parameters).ok()?;
@@ -156,14 +124,12 @@ impl Simulation<'_> {
         short.now.joints.clone_from(&self.now.joints);
         short.is_part = true;
         let (mut record, mut mean) = (StepRecord::new(), MeanForces::new(&self.world));
-        let (mut energy, mut placement) = (Budget::default(), 0.0_f64);
+        let mut energy = Budget::default();
         for _ in 0..parts {
             short.step(&mut record).ok()?;
-            let is_unsolved = matches!(record.report.status, StepStatus::Failed | StepStatus::Wild);
-            if is_unsolved || placed && record.placement > 0.0 {
+            if matches!(record.report.status, StepStatus::Failed | StepStatus::Wild) {
                 return None;
             }
-            placement = placement.max(record.placement);
             mean.add(&record.solution, 1.0 / parts as f64);
             if record.report.status != StepStatus::Free {
                 energy.add(&short.scratch.judge.sum(unsolved));
@@ -197,7 +163,7 @@ impl Simulation<'_> {
                 solution.gears[index] = mean.gears[index];
             }
         }
-        Some(placement)
+        Some(())
     }
 
     /// Slows the standing `bodies` down at the `ends` of the `parts`, alike, so that they gain no
