@@ -113,7 +113,7 @@ pub const CONTACT_RUN: [&str; 2] = ["--steps", "240"];
 
 /// Run with steps that neither solver can solve. The body has the least inertia that is allowed,
 /// turns 350 radians a step and hits the ground at 100 km/s.
-pub const FAILING_RUN: [&str; 14] = [
+pub const FAILING_RUN: [&str; 16] = [
     "--steps",
     "4",
     "--height",
@@ -128,6 +128,8 @@ pub const FAILING_RUN: [&str; 14] = [
     "1e5,1e5,1e5",
     "--mu",
     "10",
+    "--seed",
+    "1",
 ];
 
 /// Text of run.json without its checksums. Tests use it to see which other check detects a change.
