@@ -277,7 +277,8 @@ fn strangers_and_odd_messages_are_refused_and_the_run_goes_on() {
 
 #[test]
 fn flags_that_a_live_run_lacks_are_refused() {
-    let scene = format!("{ROOT}/scenarios/stack.toml");
+    // Ipopt's program has one body.
+    let scene = format!("{ROOT}/scenarios/drop.toml");
     let refused = |flags: &[&str], words: &[&str]| {
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().join("out");
