@@ -39,7 +39,7 @@ fn simulation<'a>(
     Simulation::new(world.clone(), [scene.start(scene.attitude(42))], motion)
 }
 
-/// What the steps of seed 42 are at these k, by the certified native run.
+/// Steps of seed 42, and the kind of motion in them.
 const REGIMES: [(&str, u64); 4] = [("impact", 234), ("slide", 500), ("stick", 700), ("rest", 950)];
 
 fn record(world: &World) -> Result<Vec<Recorded>, Error> {

@@ -91,8 +91,12 @@ impl StepNlp {
         }
     }
 
-    /// Emits eq. 10: α (c_xy + κ (f_xy − f_0) + λ d(f_xy)), with c_xy = (r⁺ + A(q⁺) c − C)_xy/h.
-    /// ∂/∂r⁺ = α/h; ∂/∂q⁺ = α (Q_k q⁺)ᵀ/h (eq. 3); ∂/∂f_xy = α (κ E + λ D) (eq. D3); ∂/∂λ = α d.
+    /// Emits the rows (10) with the derivatives (3) and (D3):
+    ///
+    /// ```text
+    /// g = α (c_xy + κ (f_xy − f_0) + λ d(f_xy)),   c_xy = (r⁺ + A(q⁺) c − C)_xy/h
+    /// ∂g/∂r⁺ = α/h,   ∂g/∂q⁺ = α (Q_k q⁺)ᵀ/h,   ∂g/∂f_xy = α (κ E + λ D),   ∂g/∂λ = α d
+    /// ```
     fn emit_dissipation_rows(&self, x: &[f64], next: &State, i: usize, sink: &mut impl EntrySink) {
         let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);

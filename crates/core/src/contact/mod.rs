@@ -38,6 +38,7 @@ mod between;
 mod candidates;
 pub mod certificate;
 pub(crate) mod collider;
+mod cones;
 pub mod curved;
 pub mod detection;
 mod exposure;

@@ -20,7 +20,7 @@
 //! its face. ℓ is the reach of the smaller piece, r that of the larger body, and o the overlap of the
 //! pair, which is reported. A continued distance (4b) may be smaller than s. A contact whose normal is
 //! more than ϑ off those of all [exposed](super::exposure) faces at x has the error ℓ. Of the triangles
-//! of a terrain within δ_x of the point, the one with the smallest e counts.
+//! of a terrain within δ_x of the point, the one with the smallest |s − φ| counts.
 //!
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
 //! first order in ϑ.

@@ -66,9 +66,9 @@ impl Campaign {
         }
     }
 
-    /// Asserts that no step makes energy, and that at most one in 1000 fails and one in 1000 has a
-    /// misplaced contact: a plane that stops an edge up to a step's way before the pieces meet, or an edge
-    /// that slid past a vertex of a terrain.
+    /// Asserts that no step makes energy, at most one in 1000 fails, and at most one in 1000 has a
+    /// misplaced contact. Most of these are planes that stop an edge up to a step's way before the pieces
+    /// meet.
     fn assert_right(&self, name: &str) {
         let failed = self.statuses.get("failed").copied().unwrap_or(0);
         let counts = format!(
