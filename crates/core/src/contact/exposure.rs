@@ -35,7 +35,7 @@
 use super::collider::{Collider, PieceOwner, placed, size};
 use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
 use super::partners::Partners;
-use crate::contact::Partner;
+use crate::contact::{Partner, Plane};
 use crate::geometry::{
     CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, flat_faces, manifold,
     manifold_across, nearest_on_segment,
@@ -136,7 +136,8 @@ impl Exposure<'_> {
             return (gap, false);
         }
         let same = SAME_GAP * size(a.0).min(size(b.0));
-        if !self.partners.has_others(self.numbers) {
+        let mut points = out.iter().map(|touch| self.surface_points(touch, at));
+        if !points.any(|on| self.may_be_hidden(on.map(|of| of.point), at)) {
             keep_one_plane(out, a.1, b.1, same);
             return (gap, false);
         }
@@ -154,6 +155,21 @@ impl Exposure<'_> {
         }
         keep_one_plane(out, a.1, b.1, same);
         (gap, out.is_empty())
+    }
+
+    /// True if some other collider is near the pair, or if the ground is at one of the touching `points`
+    /// of both colliders (m, frames of their owners), with the bodies at `poses`.
+    pub(super) fn may_be_hidden(&self, points: [Vector3<f64>; 2], poses: &[Pose]) -> bool {
+        let is_in_ground = |ground: &Plane, side: usize| {
+            let pose = placed(self.world, poses, self.colliders[side]).1;
+            let place = pose.position + pose.rotation * points[side];
+            ground.normal().dot(&place) - ground.offset() <= self.flush_within(poses)
+        };
+        self.partners.has_others(self.numbers)
+            || self
+                .world
+                .ground()
+                .is_some_and(|ground| (0..2).any(|side| is_in_ground(ground, side)))
     }
 
     /// True if `touch`, found at the poses `at`, exists at one of the `moments` (poses of the bodies).
@@ -243,7 +259,7 @@ impl Exposure<'_> {
         scratch: &mut ExposureScratch,
     ) -> bool {
         let poses = self.colliders.map(|collider| placed(self.world, at, collider).1);
-        let points = [0, 1].map(|side| SurfacePoint {
+        let points: [SurfacePoint; 2] = [0, 1].map(|side| SurfacePoint {
             point: poses[side].rotation.tr_mul(&(points[side].0 - poses[side].position)),
             normal: poses[side].rotation.tr_mul(&points[side].1),
             part: None,
@@ -254,7 +270,10 @@ impl Exposure<'_> {
                 || self.rise_above_all(side, point, poses, scratch)
                     <= libm::sin(angle.min(FRAC_PI_2)) + LEVEL
         };
-        moments.iter().any(|poses| (0..2).all(|side| shows(side, poses)))
+        moments.iter().any(|poses| {
+            let places = points.each_ref().map(|on| on.point);
+            !self.may_be_hidden(places, poses) || (0..2).all(|side| shows(side, poses))
+        })
     }
 
     /// Sine of the angle between the normal of the surface point `at` and the cone of the normals of all

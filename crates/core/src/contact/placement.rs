@@ -106,7 +106,7 @@ impl PlacementCheck<'_> {
             let overlap = (-nearest.distance).max(0.0);
             error = misses(separation, overlap).max(beside - overlap).max(0.0);
         }
-        if error > 0.0 || !self.partners.has_others(colliders.map(|(number, _)| number)) {
+        if error > 0.0 {
             return error;
         }
         let is_shown = [self.start, self.end]
@@ -223,24 +223,34 @@ impl PlacementCheck<'_> {
         Some([edge(0)?, edge(1)?])
     }
 
-    /// τ: way of the touching point over both bodies in the step (m).
+    /// τ: way of the touching point over both bodies in the step (m). Two edges touch where they cross.
+    /// At the end they may not cross any more, so the way of the point fixed to A counts too.
     fn travel(&self, contact: &Contact) -> f64 {
         let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
-        let places = [self.start, self.end].map(|poses| {
-            let a = &poses[contact.key.body];
+        let normal = contact.features.frame.column(2);
+        let ends = [self.start, self.end];
+        let way = |points: [[Vector3<f64>; 2]; 2]| {
+            let place = |end: usize, side: usize| {
+                let body =
+                    if side == 0 { Some(contact.key.body) } else { contact.key.partner.body() };
+                let pose = body.map_or(&still, |body| &ends[end][body]);
+                pose.rotation.tr_mul(&(points[end][side] - pose.position))
+            };
+            let [over_a, over_b] = [0, 1].map(|side| place(1, side) - place(0, side));
+            over_a.norm() + (over_b - normal * normal.dot(&over_b)).norm()
+        };
+        let fixed = ends.map(|poses| {
             let b = contact.key.partner.body().map_or(&still, |body| &poses[body]);
-            let crossing = self.edges(contact, poses).map(|[u, v]| {
+            [touching_point(contact, &poses[contact.key.body], b).1; 2]
+        });
+        let crossings = ends.map(|poses| {
+            self.edges(contact, poses).map(|[u, v]| {
                 let (s, t) = nearest_shares(&u.from, &u.along, &v.from, &v.along);
                 [u.at(s), v.at(t)]
-            });
-            let [on_a, on_b] = crossing.unwrap_or_else(|| [touching_point(contact, a, b).1; 2]);
-            let seen = |pose: &Pose, x: &Vector3<f64>| pose.rotation.tr_mul(&(x - pose.position));
-            [seen(a, &on_a), seen(b, &on_b)]
+            })
         });
-        let [start, end] = places;
-        let normal = contact.features.frame.column(2);
-        let over_b = end[1] - start[1];
-        (end[0] - start[0]).norm() + (over_b - normal * normal.dot(&over_b)).norm()
+        let [Some(start), Some(end)] = crossings else { return way(fixed) };
+        way(fixed).max(way([start, end]))
     }
 
     /// ℓ: largest reach of the bodies of a contact (m).
