@@ -92,8 +92,9 @@ impl Joint {
     /// W = ½ Σ f ((x⁺ − x_k) + (x_k − x̃)),                                     (J6)
     /// ```
     ///
-    /// with x̃ extrapolated back by a step with the velocities of step k. Axes with stops, dry
-    /// friction and damping alone have none, since these only take energy. The angles of a gimbal
+    /// with x̃ extrapolated back by a step with the velocities of step k. Stops, dry friction and
+    /// damping alone only take energy: f (x⁺ − x_k) ≤ 0. They have none, except on an axis that one of
+    /// them stops and then holds against a load, where W is positive. The angles of a gimbal
     /// are nonlinear, and the larger of this work and of the work along the initial directions
     /// counts. For a moving world frame it is the work of its force and torque on A at the mean
     /// velocities. `None` if a body has no state.
@@ -158,19 +159,30 @@ impl JointMotion {
             return Some(0.5 * time_step * power);
         }
         let [along, turning] = joint.active_axes();
+        let [earlier, later] = match joint.turning() {
+            TurnKind::Driven => {
+                [joint.turned(before, came, at, angles), joint.turned(at, angles, after, end)]
+            }
+            _ => [angles - came, end - angles],
+        };
+        // Work of an axis that holds a load where it has stopped.
+        let holding = |force: f64, earlier: f64, later: f64| {
+            if force * later <= 0.0 { (force * (earlier + later)).max(0.0) } else { 0.0 }
+        };
         let mut work = 0.0;
-        for k in (0..3).filter(|k| along[*k]) {
-            work += force.force[k] * (after.place[k] - before.place[k]);
+        for k in 0..3 {
+            let (earlier, later) = (at.place[k] - before.place[k], after.place[k] - at.place[k]);
+            if along[k] {
+                work += force.force[k] * (earlier + later);
+            } else if !matches!(joint.linear()[k], Axis::Locked) {
+                work += holding(force.force[k], earlier, later);
+            }
         }
         let torque = Vector3::from_fn(|k, _| if turning[k] { force.torque[k] } else { 0.0 });
-        let way = match joint.turning() {
-            TurnKind::Driven => {
-                let came = joint.turned(before, came, at, angles);
-                came + joint.turned(at, angles, after, end)
-            }
-            _ => end - came,
-        };
-        let mut about = torque.dot(&way);
+        for k in (0..3).filter(|k| !turning[*k] && !matches!(joint.angular()[*k], Axis::Locked)) {
+            work += holding(force.torque[k], earlier[k], later[k]);
+        }
+        let mut about = torque.dot(&(earlier + later));
         if matches!(joint.turning(), TurnKind::Gimbal | TurnKind::Universal) {
             let turn = Turn::new(joint, at, angles, time_step, 1.0);
             let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
