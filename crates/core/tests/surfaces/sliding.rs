@@ -90,6 +90,14 @@ fn bodies_slide_over_flush_joints_as_over_one_plane() {
 }
 
 #[test]
+fn plates_flush_with_the_ground_change_no_slide() {
+    let cases = [("cube", 0.0, 3, 60), ("capsule", 0.3, 3, 20), ("cylinder", 0.0, 2, 160)];
+    for (shape, friction, seed, steps) in cases {
+        assert_eq!(differs(shape, "plates", friction, seed, steps), None);
+    }
+}
+
+#[test]
 #[ignore = "slow"]
 fn bodies_of_all_shapes_slide_over_sixty_random_floors_of_each_kind() {
     all_slide_as_on_a_plane(60, 500);
