@@ -1,11 +1,12 @@
 //! The Hessian of the Lagrangian, σ∇²f + Σ yⱼ∇²gⱼ, lower triangle.
 //!
 //! It couples three groups of variables: q⁺ with itself, ω⁺ with itself, and the six variables of
-//! each contact with themselves, r⁺_z and q⁺. Position and velocity rows are linear.
+//! each contact with themselves, r⁺_z and q⁺, in the variant with a product also r⁺. Position and
+//! velocity rows are linear. Below, α is the factor of the rows (10).
 
-use super::StepNlp;
 use super::entries::EntrySink;
-use super::layout::{ATTITUDE, ATTITUDE_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
+use super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
+use super::{DissipationFactor, StepNlp};
 use nalgebra::{Matrix3, Matrix4, Vector2, Vector3, Vector4};
 use tumble_core::mechanics::State;
 
@@ -33,7 +34,7 @@ impl StepNlp {
         for i in 0..self.layout.contacts() {
             let y = self.contact_multipliers(multipliers, i);
             self.emit_force_block(x, &y, i, sink);
-            self.emit_normal_block(&next, &y, i, sink);
+            self.emit_normal_block(x, &next, &y, i, sink);
             self.emit_slip_row(x, &y, i, sink);
             // Eq. 16: ∇²(s1² + s2²) = 2.
             let [_, _, _, s1, s2, _] = self.layout.contact_variables(i);
@@ -50,7 +51,7 @@ impl StepNlp {
         let mut present = Matrix4::<f64>::identity();
         for (i, forms) in self.forms.iter().enumerate() {
             let y = self.contact_multipliers(multipliers, i);
-            let slip = y.dissipation * (self.step.alpha[i] / h);
+            let slip = y.dissipation * (self.dissipation_factor(x, i) / h);
             let fz = x[self.layout.contact_variables(i)[2]];
             let weights = [slip[0], slip[1], y.height - y.normal * fz];
             for (form, weight) in forms.iter().zip(weights) {
@@ -90,27 +91,49 @@ impl StepNlp {
     ) {
         let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);
-        let block = force.direction_hessian(y.dissipation) * (self.step.alpha[i] * x[slip])
+        let factor = self.dissipation_factor(x, i);
+        let block = force.direction_hessian(y.dissipation) * (factor * x[slip])
             + force.direction_jacobian() * (y.friction * x[slip] - y.cone);
         sink.put(fx, fx, block[(0, 0)]);
         sink.put(fy, fx, block[(1, 0)]);
         sink.put(fy, fy, block[(1, 1)]);
     }
 
-    /// Emits f_z × (r⁺_z, q⁺): −y ∂z⁺ of eq. 14.
+    /// Emits f_z × (r⁺_z, q⁺): −y ∂z⁺ of eq. 14. With a product it has α y·∂(g/α f_z) of eq. 10 as well,
+    /// with r⁺, q⁺, f_x and f_y.
     fn emit_normal_block(
         &self,
+        x: &[f64],
         next: &State,
         y: &ContactMultipliers,
         i: usize,
         sink: &mut impl EntrySink,
     ) {
-        let fz = self.layout.contact_variables(i)[2];
-        self.emit_position_gradient(2, fz, -y.normal, sink);
-        self.emit_attitude_gradient(next, i, 2, fz, -y.normal, sink);
+        let [fx, fy, fz, _, _, slip] = self.layout.contact_variables(i);
+        if self.factor == DissipationFactor::Flag {
+            self.emit_position_gradient(2, fz, -y.normal, sink);
+            self.emit_attitude_gradient(next, i, 2, fz, -y.normal, sink);
+            return;
+        }
+        let along = y.dissipation * self.step.alpha[i];
+        let rate = along / self.world.time_step();
+        let weights = Vector3::new(rate[0], rate[1], -y.normal);
+        sink.put_row(fz, POSITION.start, (self.frame() * weights).iter().copied());
+        let forms = || self.forms[i].iter();
+        let form: Matrix4<f64> = forms().zip(&weights).map(|(form, weight)| form * *weight).sum();
+        let gradient = form * next.attitude;
+        for k in 0..4 {
+            if forms().any(|form| form.row(k).amax() > 0.0) {
+                sink.put(fz, ATTITUDE.start + k, gradient[k]);
+            }
+        }
+        let force = self.smooth_force(x, i);
+        let by_force = force.direction_jacobian() * along * x[slip] + along * self.step.compliance;
+        sink.put(fz, fx, by_force[0]);
+        sink.put(fz, fy, by_force[1]);
     }
 
-    /// Emits λ × (f_x, f_y, f_z): α D y of eq. 10, y d and −y μ of eq. 15.
+    /// Emits λ × (f_x, f_y, f_z): α D y of eq. 10, with a product y·d too, and y d and −y μ of eq. 15.
     fn emit_slip_row(
         &self,
         x: &[f64],
@@ -120,12 +143,16 @@ impl StepNlp {
     ) {
         let [fx, fy, fz, _, _, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);
-        let by_force = force.direction_jacobian() * y.dissipation * self.step.alpha[i]
+        let by_force = force.direction_jacobian() * y.dissipation * self.dissipation_factor(x, i)
             + force.direction * y.friction;
         sink.put(slip, fx, by_force[0]);
         sink.put(slip, fy, by_force[1]);
-        if self.world.friction() > 0.0 {
-            sink.put(slip, fz, -y.friction * self.world.friction());
+        let by_product = match self.factor {
+            DissipationFactor::Flag => 0.0,
+            DissipationFactor::Product => self.step.alpha[i] * y.dissipation.dot(&force.direction),
+        };
+        if self.world.friction() > 0.0 || self.factor == DissipationFactor::Product {
+            sink.put(slip, fz, by_product - y.friction * self.world.friction());
         }
     }
 

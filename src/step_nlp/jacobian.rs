@@ -1,14 +1,15 @@
 //! The Jacobian of the constraints, ∂g/∂x.
 
-use super::StepNlp;
 use super::entries::EntrySink;
 use super::layout::{
     ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW, VELOCITY,
     VELOCITY_ROWS,
 };
+use super::{DissipationFactor, StepNlp};
 
 use nalgebra::{Matrix2, Matrix3, Vector4};
 use tumble_core::mechanics::State;
+use tumble_core::mechanics::quaternion::rotation;
 
 impl StepNlp {
     /// Emits all entries by row blocks. The pattern depends on the model alone, never on x or the
@@ -97,20 +98,28 @@ impl StepNlp {
     /// g = α (c_xy + κ (f_xy − f_0) + λ d(f_xy)),   c_xy = (r⁺ + A(q⁺) c − C)_xy/h
     /// ∂g/∂r⁺ = α/h,   ∂g/∂q⁺ = α (Q_k q⁺)ᵀ/h,   ∂g/∂f_xy = α (κ E + λ D),   ∂g/∂λ = α d
     /// ```
+    ///
+    /// The variant with a product has α f_z for α, and ∂g/∂f_z = g/f_z.
     fn emit_dissipation_rows(&self, x: &[f64], next: &State, i: usize, sink: &mut impl EntrySink) {
-        let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
+        let [fx, fy, fz, _, _, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);
         let compliance = Matrix2::identity() * self.step.compliance;
         let by_force = compliance + force.direction_jacobian() * x[slip];
-        let alpha = self.step.alpha[i];
-        let rate = alpha / self.world.time_step();
+        let factor = self.dissipation_factor(x, i);
+        let rate = factor / self.world.time_step();
+        let place =
+            next.position + rotation(&next.attitude) * self.body().contact_points()[i].position;
+        let sliding = self.dissipation(x, i, &force, &self.frame().tr_mul(&place).xy());
         for axis in 0..2 {
             let row = self.layout.dissipation_rows().start + 2 * i + axis;
             self.emit_position_gradient(axis, row, rate, sink);
             self.emit_attitude_gradient(next, i, axis, row, rate, sink);
-            sink.put(row, fx, alpha * by_force[(axis, 0)]);
-            sink.put(row, fy, alpha * by_force[(axis, 1)]);
-            sink.put(row, slip, alpha * force.direction[axis]);
+            sink.put(row, fx, factor * by_force[(axis, 0)]);
+            sink.put(row, fy, factor * by_force[(axis, 1)]);
+            if self.factor == DissipationFactor::Product {
+                sink.put(row, fz, self.step.alpha[i] * sliding[axis]);
+            }
+            sink.put(row, slip, factor * force.direction[axis]);
         }
     }
 

@@ -27,6 +27,8 @@
 //! | ε, μ | smoothing of ‖f_xy‖ (N), coefficient of friction |
 //! | κ, f_0,i | compliance of friction, (m/s)/N, and anchor force (N); κ is 0 in the tutorial |
 //!
+//! In the tutorial's variant with a product, α_i in eq. 10 is α_i f_z,i ([`DissipationFactor`]).
+//!
 //! The unknowns are x = (X⁺, f_x, f_y, f_z, s1, s2, λ), see [`layout`]. Tangents and normal are the
 //! ground's [frame](tumble_core::contact::Plane::frame); on level ground they are the world's axes.
 //!
@@ -67,6 +69,17 @@ const BODY: usize = 0;
 /// Reason for refusing worlds without a ground.
 const NO_GROUND: &str = "the tutorial's program needs a ground";
 
+/// Factor of the rows of maximum dissipation (eq. 10), which turns them off at a point without contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DissipationFactor {
+    /// The flag α_i.
+    #[default]
+    Flag,
+    /// The product α_i f_z,i, the tutorial's alternative. With bounds that clamp f_z,i to zero the rows
+    /// are off without α_i.
+    Product,
+}
+
 /// Step problem of one world. Structure and constants are fixed. [`StepNlp::set_step`] sets the
 /// parameters of a step: the state X at its start, the external wrench and the contact flags α.
 ///
@@ -79,6 +92,7 @@ pub struct StepNlp {
     ground: Plane,
     /// Smoothing ε (N).
     smoothing: f64,
+    factor: DissipationFactor,
     layout: Layout,
     /// Quadratic forms Q of every contact point (eq. 3), along both tangents and the normal of the
     /// ground.
@@ -115,6 +129,18 @@ impl StepNlp {
     /// # Errors
     /// A world refused by [`StepNlp::unsuitable`]; a smoothing outside 1e-12…1 N.
     pub fn new(world: World, smoothing: f64) -> Result<Self, Error> {
+        Self::with_factor(world, smoothing, DissipationFactor::Flag)
+    }
+
+    /// Creates the step problem with this factor of the rows (10), like [`StepNlp::new`].
+    ///
+    /// # Errors
+    /// Those of [`StepNlp::new`].
+    pub fn with_factor(
+        world: World,
+        smoothing: f64,
+        factor: DissipationFactor,
+    ) -> Result<Self, Error> {
         in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
         let ground = match (Self::unsuitable(&world), world.ground()) {
             (None, Some(ground)) => ground.clone(),
@@ -134,6 +160,7 @@ impl StepNlp {
         let n = layout.contacts();
         let mut nlp = Self {
             smoothing,
+            factor,
             layout,
             forms: forms_along(body, ground.frame()),
             gyroscopic: Gyroscopic::new(body, world.rotation(), world.time_step()),
@@ -241,6 +268,12 @@ impl StepNlp {
         self.smoothing
     }
 
+    /// Factor of the rows of maximum dissipation.
+    #[must_use]
+    pub fn factor(&self) -> DissipationFactor {
+        self.factor
+    }
+
     /// Body of the program.
     fn body(&self) -> &RigidBody {
         &self.world.bodies()[BODY]
@@ -343,7 +376,7 @@ impl StepNlp {
 
     /// Writes the rows of every contact (eqs. 10 and 12–15).
     fn contact_rows(&self, x: &[f64], next: &State, rows: &mut [f64]) {
-        let (h, friction) = (self.world.time_step(), self.world.friction());
+        let friction = self.world.friction();
         let (layout, rotation) = (self.layout, rotation(&next.attitude));
         for (i, point) in self.body().contact_points().iter().enumerate() {
             let position = next.position + rotation * point.position;
@@ -351,10 +384,8 @@ impl StepNlp {
             let height = position[2] - self.ground.offset();
             let [_, _, fz, s1, s2, slip] = layout.contact_variables(i);
             let force = self.smooth_force(x, i);
-            let slip_velocity = (position.xy() - self.step.old_positions[i]) / h;
-            let yielding = self.step.compliance * (self.force(x, i).xy() - self.step.anchors[i]);
-            let sliding = slip_velocity + yielding + x[slip] * force.direction;
-            let dissipation = self.step.alpha[i] * sliding;
+            let sliding = self.dissipation(x, i, &force, &position.xy());
+            let dissipation = self.dissipation_factor(x, i) * sliding;
             let room = friction * x[fz] - force.norm;
 
             let first = layout.dissipation_rows().start + 2 * i;
@@ -363,6 +394,29 @@ impl StepNlp {
             rows[layout.cone_rows().start + i] = room;
             rows[layout.normal_complementarity_rows().start + i] = x[s1] - x[fz] * height;
             rows[layout.friction_complementarity_rows().start + i] = x[s2] - x[slip] * room;
+        }
+    }
+
+    /// Rows (10) of contact i without their factor, with the point at `place` along the tangents (m).
+    fn dissipation(
+        &self,
+        x: &[f64],
+        i: usize,
+        force: &SmoothForce,
+        place: &Vector2<f64>,
+    ) -> Vector2<f64> {
+        let [.., slip] = self.layout.contact_variables(i);
+        let slip_velocity = (place - self.step.old_positions[i]) / self.world.time_step();
+        let yielding = self.step.compliance * (self.force(x, i).xy() - self.step.anchors[i]);
+        slip_velocity + yielding + x[slip] * force.direction
+    }
+
+    /// Factor of the rows (10) of contact i.
+    fn dissipation_factor(&self, x: &[f64], i: usize) -> f64 {
+        let [_, _, fz, ..] = self.layout.contact_variables(i);
+        match self.factor {
+            DissipationFactor::Flag => self.step.alpha[i],
+            DissipationFactor::Product => self.step.alpha[i] * x[fz],
         }
     }
 

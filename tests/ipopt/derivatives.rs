@@ -9,6 +9,7 @@ use crate::slopes::{Program as _, hessian_error, jacobian_error};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use tumble::sparsity::SparsityPattern;
+use tumble::step_nlp::DissipationFactor::{Flag, Product};
 use tumble::step_nlp::StepNlp;
 use tumble_core::mechanics::{RigidBody, Wrench};
 use tumble_core::world::{Parameters, World};
@@ -92,11 +93,11 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
     let step = (any_world(), any_state(), any_wrench(), any_state());
     let numbers = proptest::collection::vec(-1.0..1.0, 2 * 86);
     // The smoothing is large enough for differences to follow the derivatives.
-    let constants = (0.5..1.0, 0.0..1.0);
+    let constants = (0.5..1.0, 0.0..1.0, prop_oneof![Just(Flag), Just(Product)]);
     (step, constants, numbers).prop_map(
-        |((world, old, wrench, new), (smoothing, share), numbers)| {
+        |((world, old, wrench, new), (smoothing, share, factor), numbers)| {
             let numbers: Vec<f64> = numbers;
-            let mut nlp = StepNlp::new(world, smoothing).unwrap();
+            let mut nlp = StepNlp::with_factor(world, smoothing, factor).unwrap();
             let layout = nlp.layout();
             let mut x = new.to_vector().as_slice().to_vec();
             // f_x, f_y ±5 N, comparable to the smoothing, f_z 0…50 N, the rest 0…5.

@@ -6,7 +6,8 @@ use crate::step_nlp::layout::{Layout, STATE, UNIT_NORM_ROW};
 /// Choice of the clamped contacts, and of the rows and units that go with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clamping {
-    /// The tutorial's: contacts without flag are clamped and all rows hold, in SI units. The
+    /// The tutorial's: contacts without flag are clamped and all rows hold, in SI units. All other
+    /// bounds are ±10¹⁰, which Ipopt takes as bounds and not as infinity. The
     /// Jacobian is rank-deficient everywhere: some rows have no free variable, and the attitude
     /// rows imply the row ‖q⁺‖² = 1.
     Tutorial,
@@ -15,6 +16,9 @@ pub(super) enum Clamping {
     Posed,
 }
 
+/// Bound of the tutorial's free variables and rows.
+const TUTORIALS_BOUND: f64 = 1e10;
+
 /// Bounds for the `active` points, which have a 1, and the coefficient of `friction`.
 ///
 /// X⁺, f_x and f_y are free, the other variables ≥ 0, equations = 0, inequalities ≥ 0 (eq. 17).
@@ -22,17 +26,18 @@ pub(super) enum Clamping {
 /// their forces away from the zero bound.
 pub(super) fn bounds(clamping: Clamping, layout: Layout, friction: f64, active: &[f64]) -> Bounds {
     let (n, m) = (layout.variables(), layout.constraints());
+    let is_posed = clamping == Clamping::Posed;
+    let most = if is_posed { f64::INFINITY } else { TUTORIALS_BOUND };
     let mut bounds = Bounds {
         lower: vec![0.0; n],
-        upper: vec![f64::INFINITY; n],
+        upper: vec![most; n],
         constraint_lower: vec![0.0; m],
-        constraint_upper: vec![f64::INFINITY; m],
+        constraint_upper: vec![most; m],
     };
     for free in [STATE, layout.force_x(), layout.force_y()] {
-        bounds.lower[free].fill(f64::NEG_INFINITY);
+        bounds.lower[free].fill(-most);
     }
     bounds.constraint_upper[..layout.equalities()].fill(0.0);
-    let is_posed = clamping == Clamping::Posed;
     if is_posed {
         // The attitude rows imply this row.
         free(&mut bounds, &[UNIT_NORM_ROW]);

@@ -18,7 +18,7 @@ pub use super::{ACCEPTED_RESIDUAL, LADDER_RESIDUAL, Rung};
 pub use ladder::Ladder;
 
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
-use crate::step_nlp::{ProgramPoint, StepNlp};
+use crate::step_nlp::{DissipationFactor, ProgramPoint, StepNlp};
 use clamping::Clamping;
 use memory::IpoptMemory;
 use posed::{PosedContacts, solve_posed};
@@ -80,7 +80,7 @@ impl IpoptSolver {
     /// An option out of its range; a world [unsuitable](StepNlp::unsuitable) for the program, which
     /// needs the native solver.
     pub fn new(world: &World, options: Options) -> Result<Self, Error> {
-        Self::with_clamping(world, Clamping::Posed, options)
+        Self::with_clamping(world, Clamping::Posed, DissipationFactor::Flag, options)
     }
 
     /// Creates the tutorial's solver: its flags and all its rows, in SI units. Its settings are
@@ -89,15 +89,29 @@ impl IpoptSolver {
     /// # Errors
     /// See [`IpoptSolver::new`].
     pub fn tutorial(world: &World, options: Options) -> Result<Self, Error> {
-        Self::with_clamping(world, Clamping::Tutorial, options)
+        Self::with_clamping(world, Clamping::Tutorial, DissipationFactor::Flag, options)
     }
 
-    fn with_clamping(world: &World, clamping: Clamping, options: Options) -> Result<Self, Error> {
+    /// Creates the solver of the tutorial's variant, whose rows of maximum dissipation have the normal
+    /// force as a factor.
+    ///
+    /// # Errors
+    /// See [`IpoptSolver::new`].
+    pub fn tutorial_product(world: &World, options: Options) -> Result<Self, Error> {
+        Self::with_clamping(world, Clamping::Tutorial, DissipationFactor::Product, options)
+    }
+
+    fn with_clamping(
+        world: &World,
+        clamping: Clamping,
+        factor: DissipationFactor,
+        options: Options,
+    ) -> Result<Self, Error> {
         if let Some(why) = StepNlp::unsuitable(world) {
             let why = format!("{why}; use the native solver");
             return Err(Error::Solver { solver: "Ipopt", why });
         }
-        let program = IpoptProgram::new(world, clamping, options)?;
+        let program = IpoptProgram::new(world, clamping, factor, options)?;
         let point = ProgramPoint::zeros(program.points());
         Ok(Self {
             program,
@@ -259,8 +273,9 @@ impl StepSolver for IpoptSolver {
     }
 
     fn change_world(&mut self, world: &World) -> Result<(), Error> {
-        let (clamping, options) = (self.program.clamping(), self.program.options().clone());
-        *self = Self::with_clamping(world, clamping, options)?;
+        let Self { program, .. } = &*self;
+        let options = program.options().clone();
+        *self = Self::with_clamping(world, program.clamping(), program.factor(), options)?;
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use super::posed::PosedContacts;
 use super::rows::{BoundProgram, BoundRows};
 use super::units::ProgramUnits;
 use crate::ipopt::{self, Options, RawSolver, ReturnStatus};
-use crate::step_nlp::{ProgramPoint, SMOOTHING, StepNlp};
+use crate::step_nlp::{DissipationFactor, ProgramPoint, SMOOTHING, StepNlp};
 use tumble_core::contact::Contact;
 use tumble_core::error::Error;
 use tumble_core::mechanics::State;
@@ -71,18 +71,27 @@ impl Attempted {
 }
 
 impl IpoptProgram {
-    pub(super) fn new(world: &World, clamping: Clamping, options: Options) -> Result<Self, Error> {
+    pub(super) fn new(
+        world: &World,
+        clamping: Clamping,
+        factor: DissipationFactor,
+        options: Options,
+    ) -> Result<Self, Error> {
         options.validate()?;
         let units = match clamping {
             Clamping::Tutorial => ProgramUnits::SI,
             Clamping::Posed => ProgramUnits::of(world, None),
         };
-        let nlp = StepNlp::new(units.world(world), SMOOTHING)?;
+        let nlp = StepNlp::with_factor(units.world(world), SMOOTHING, factor)?;
         Ok(Self { nlp, units, clamping, options, prepared: None, zeros: Vec::new() })
     }
 
     pub(super) fn clamping(&self) -> Clamping {
         self.clamping
+    }
+
+    pub(super) fn factor(&self) -> DissipationFactor {
+        self.nlp.factor()
     }
 
     pub(super) fn options(&self) -> &Options {
@@ -119,7 +128,7 @@ impl IpoptProgram {
 
     /// Sets the units in which steps of `world` are posed.
     pub(super) fn take_units(&mut self, world: &World, units: ProgramUnits) -> Result<(), Error> {
-        self.nlp = StepNlp::new(units.world(world), SMOOTHING)?;
+        self.nlp = StepNlp::with_factor(units.world(world), SMOOTHING, self.factor())?;
         self.units = units;
         self.prepared = None;
         Ok(())
