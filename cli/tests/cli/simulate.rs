@@ -23,7 +23,8 @@ fn promised_header() -> Vec<String> {
     ] {
         names.extend((0..8).map(|contact| format!("{prefix}{contact}{suffix}")));
     }
-    names.extend(["status", "iterations", "certificate_m_s"].map(str::to_owned));
+    let reports = ["status", "ipopt_status", "iterations", "certificate_m_s"];
+    names.extend(reports.map(str::to_owned));
     names
 }
 

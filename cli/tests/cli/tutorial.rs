@@ -3,6 +3,7 @@
 
 use crate::common::{Row, SEEDS, tutorial_rows};
 use crate::support::{Simulated, Table, run, simulate};
+use nalgebra::Vector3;
 use std::fs;
 use tumble_core::mechanics::State;
 
@@ -51,6 +52,54 @@ fn the_preset_follows_the_recorded_runs_to_their_first_failed_step() {
             assert!(run.end.stdout.contains("Infeasible_Problem_Detected"), "{:?}", run.end);
         }
     }
+}
+
+/// Slacks, multipliers and statuses of the preset's table are Ipopt's own: they obey rows (14) and (15)
+/// of the states and forces in the same table.
+#[test]
+fn the_preset_writes_the_variables_and_the_status_of_ipopt() {
+    let run = tutorial(42, 420);
+    let table = run.table();
+    let words = table.texts("ipopt_status");
+    let statuses = table.texts("status");
+    let succeeded = |k: usize| words[k] == "Solve_Succeeded";
+    let solves: Vec<_> = (0..420).filter(|k| statuses[*k] != "free").collect();
+    assert!(solves.iter().all(|k| (statuses[*k] == "failed") != succeeded(*k)), "{words:?}");
+    assert!(solves.iter().any(|k| words[*k] == "Infeasible_Problem_Detected"));
+    let states = states(&table);
+    let mut positive = 0;
+    for k in solves.into_iter().filter(|k| succeeded(*k)) {
+        for corner in 0..8 {
+            let of = |prefix: &str| table.numbers(&format!("{prefix}{corner}"))[k];
+            let (s1, s2, slip) = (of("s1_"), of("s2_"), of("lam"));
+            let force =
+                ["fx", "fy", "fz"].map(|name| table.numbers(&format!("{name}{corner}_N"))[k]);
+            let place =
+                states[k + 1].pose().rotation * corner_of_the_cube(corner) + states[k + 1].position;
+            // The preset's attitudes are unit quaternions to Ipopt's tolerance.
+            let cone = 0.3 * force[2] - (force[0].hypot(force[1]).hypot(1e-6) - 1e-6);
+            assert!(s1 >= force[2] * place.z - 1e-3, "{k}, {corner}: {s1:e}");
+            assert!(s2 >= slip * cone - 1e-3, "{k}, {corner}: {s2:e}");
+            positive += usize::from(s1 > 0.0 && slip > 0.0);
+        }
+    }
+    assert!(positive > 20, "{positive}");
+}
+
+/// Corner of the tutorial's cube (m, body): x changes fastest.
+fn corner_of_the_cube(corner: usize) -> Vector3<f64> {
+    Vector3::from_fn(|k, _| if corner >> k & 1 == 1 { 1.0 } else { -1.0 })
+}
+
+/// The variant with the normal force as a factor has the same free flight, and its own contact steps.
+#[test]
+fn the_product_preset_is_another_program_of_the_same_cube() {
+    let product = simulate(&["--preset", "tutorial-product", "--seed", "1", "--steps", "261"]);
+    assert_eq!(product.run_json()["solver"]["preset"], "tutorial-product");
+    let [flags, product] = [tutorial(1, 260), product].map(|run| states(&run.table()));
+    let apart = |k: usize| (flags[k].to_vector() - product[k].to_vector()).amax();
+    assert!((0..150).all(|k| apart(k) < 1e-9), "free flight");
+    assert!(apart(260) > 1e-9);
 }
 
 /// run.json contains the settings of the preset, and the run continues after failed steps.

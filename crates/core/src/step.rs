@@ -149,6 +149,9 @@ pub struct StepSolution {
     pub joints: Vec<JointForce>,
     /// Force of each gear along its first coordinate (N or N m).
     pub gears: Vec<f64>,
+    /// Variables of the nonlinear program of this step, in its own order and units, if the solver
+    /// reports them. Otherwise empty.
+    pub variables: Vec<f64>,
 }
 
 impl StepSolution {
@@ -165,6 +168,7 @@ impl StepSolution {
         self.contacts.clear();
         self.joints.clear();
         self.gears.clear();
+        self.variables.clear();
     }
 
     /// Copies `other` and reuses the allocated memory.
@@ -176,6 +180,7 @@ impl StepSolution {
         self.joints.clone_from(&other.joints);
         self.gears.clear();
         self.gears.extend_from_slice(&other.gears);
+        self.variables.clone_from(&other.variables);
     }
 
     /// Forces of all candidates (N), world frame.

@@ -73,6 +73,9 @@ impl From<DetectionName> for Detection {
 pub enum Preset {
     /// Exactly the tutorial's program and settings.
     Tutorial,
+    /// The same with the tutorial's other rows of maximum dissipation: the normal force is their
+    /// factor instead of the contact flag.
+    TutorialProduct,
 }
 
 impl Preset {
@@ -80,6 +83,7 @@ impl Preset {
     pub fn name(self) -> &'static str {
         match self {
             Self::Tutorial => "tutorial",
+            Self::TutorialProduct => "tutorial-product",
         }
     }
 }

@@ -54,10 +54,10 @@ impl SolverChoice {
     /// # Errors
     /// Settings that exclude each other; Ipopt without the feature `ipopt`.
     pub fn new(settings: &SolverTable) -> Result<Self, Failure> {
-        if let Some(Preset::Tutorial) = settings.preset {
-            let place = "--preset tutorial, which fixes all solver settings";
-            refuse_flags(place, &solver_flags(settings))?;
-            return ipopt::tutorial();
+        if let Some(preset) = settings.preset {
+            let place = format!("--preset {}, which fixes all solver settings", preset.name());
+            refuse_flags(&place, &solver_flags(settings))?;
+            return ipopt::tutorial(preset);
         }
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
         if settings.name == Some(SolverName::Ipopt) {
@@ -217,11 +217,11 @@ mod ipopt {
         StepNlp::unsuitable(world)
     }
 
-    /// Exactly the tutorial's program and settings.
-    pub fn tutorial() -> Result<SolverChoice, Failure> {
+    /// The tutorial's settings, with the program of `preset`.
+    pub fn tutorial(preset: Preset) -> Result<SolverChoice, Failure> {
         let options = Some(IpoptSolver::tutorial_options());
         let contact = SolverChoice::by(Detection::Height, OnFailure::Record, options);
-        Ok(SolverChoice { preset: Some(Preset::Tutorial), ..contact })
+        Ok(SolverChoice { preset: Some(preset), ..contact })
     }
 
     pub fn solver(
@@ -229,9 +229,12 @@ mod ipopt {
         options: &IpoptOptions,
         world: &World,
     ) -> Result<Box<dyn StepSolver>, Failure> {
-        let is_tutorials = contact.preset.is_some();
-        let made: Result<Box<dyn StepSolver>, Error> = if is_tutorials {
-            IpoptSolver::tutorial(world, options.clone()).map(|solver| Box::new(solver) as _)
+        let tutorials = contact.preset.map(|preset| match preset {
+            Preset::Tutorial => IpoptSolver::tutorial,
+            Preset::TutorialProduct => IpoptSolver::tutorial_product,
+        });
+        let made: Result<Box<dyn StepSolver>, Error> = if let Some(new) = tutorials {
+            new(world, options.clone()).map(|solver| Box::new(solver) as _)
         } else if contact.climbs() {
             ladder_for(world, options.clone())
         } else {
@@ -241,7 +244,8 @@ mod ipopt {
         };
         made.map_err(|error| match error {
             Error::Solver { why, .. } => {
-                Failure::setting(if is_tutorials { "preset" } else { "solver" }, why)
+                let field = if contact.preset.is_some() { "preset" } else { "solver" };
+                Failure::setting(field, why)
             }
             other => other.into(),
         })
@@ -252,7 +256,7 @@ mod ipopt {
 mod ipopt {
     use super::*;
 
-    pub fn tutorial() -> Result<SolverChoice, Failure> {
+    pub fn tutorial(_: Preset) -> Result<SolverChoice, Failure> {
         Err(Failure::setting("preset", MISSING))
     }
 

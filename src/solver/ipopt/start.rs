@@ -78,7 +78,7 @@ pub(super) fn share_weight(
     }
 }
 
-/// Writes the point `x` of `program` to `solution`.
+/// Writes the point `x` of `program` to `solution`, for the tutorial's program with its variables.
 pub(super) fn write(
     x: &ProgramPoint,
     step: &Step<'_>,
@@ -88,6 +88,9 @@ pub(super) fn write(
 ) {
     let next = program.next_state(step, x);
     solution.set_free(&[next]);
+    if program.is_tutorials() {
+        solution.variables.extend_from_slice(x.as_slice());
+    }
     let (from, to, h) = (step.states[BODY].pose(), next.pose(), step.world.time_step());
     solution.contacts.extend(candidates.iter().map(|contact| {
         let force = x.force(contact.key.point) * program.units.force();

@@ -124,7 +124,7 @@ pub(super) fn check_sizes(
     step: &Step<'_>,
     contacts: usize,
 ) -> Result<(), Error> {
-    let StepSolution { states, contacts: forces, joints, gears } = solution;
+    let StepSolution { states, contacts: forces, joints, gears, .. } = solution;
     let found = [states.len(), forces.len(), joints.len(), gears.len()];
     let (world, bodies) = (step.world, step.states.len());
     let wanted = [bodies, contacts, world.joints().len(), world.gears().len()];

@@ -5,17 +5,18 @@
 //! - `k,t_s` and the 13 numbers of the state at step k
 //! - variables of the tutorial's program for each point in the step k → k+1: `fx…,fy…,fz…` (N,
 //!   world), `s1_…` (N m), `s2_…` (W), `lam…` (m/s), `alpha…`
-//! - `status,iterations,certificate_m_s`
+//! - `status,ipopt_status,iterations,certificate_m_s`, the second empty for the native solver
 //!
-//! A point without contact has zeros. `s1` and `s2` are the smallest slacks for the row's forces
-//! and motion, and `lam` is the slip speed ([`products`]). `alpha` is 1 if the point carries a
-//! force.
+//! A point without contact has zeros. `s1`, `s2` and `lam` are Ipopt's variables where it solved the
+//! tutorial's program to the letter. Otherwise they are the smallest slacks for the row's forces and
+//! motion, and the slip speed ([`products`]). `alpha` is 1 if the point carries a force.
 //!
 //! The last row is a state without a step, with zeros in the step columns and the status `end`.
 
 use super::rows::{RowChoice, RowWriter};
 use std::io::{self, Write};
 use tumble::step_nlp::SMOOTHING;
+use tumble::step_nlp::layout::Layout;
 use tumble::step_nlp::point::{Products, products};
 use tumble_core::contact::{Contact, ContactKey, Partner, rounding};
 use tumble_core::simulation::StepRecord;
@@ -40,7 +41,7 @@ const POINT_COLUMNS: [(&str, &str); 7] = [
 ];
 
 /// Columns after the contact points.
-const REPORT_COLUMNS: [&str; 3] = ["status", "iterations", "certificate_m_s"];
+const REPORT_COLUMNS: [&str; 4] = ["status", "ipopt_status", "iterations", "certificate_m_s"];
 
 /// Writes a trajectory row by row.
 pub struct TrajectoryWriter<W: Write> {
@@ -110,9 +111,15 @@ impl<W: Write> TrajectoryWriter<W> {
                 return Err(refused("a trajectory needs contacts at the points of its body"));
             }
             let [fx, fy, fz] = found.force.into();
-            let Products { normal, friction, slip_speed } =
-                smallest_slacks(&self.world, record, contact, found);
-            let values = [fx, fy, fz, normal, friction, slip_speed];
+            let [s1, s2, slip_speed] = match &record.solution.variables[..] {
+                [] => smallest_slacks(&self.world, record, contact, found),
+                variables => {
+                    let [.., s1, s2, slip] = Layout::new(count).contact_variables(point);
+                    [s1, s2, slip]
+                        .map(|variable| variables.get(variable).copied().unwrap_or(f64::NAN))
+                }
+            };
+            let values = [fx, fy, fz, s1, s2, slip_speed];
             for (column, value) in values.into_iter().enumerate() {
                 self.numbers[column * count + point] = value;
             }
@@ -126,6 +133,7 @@ impl<W: Write> TrajectoryWriter<W> {
         rows.numbers(&self.numbers);
         self.carrying.iter().for_each(|carries| rows.whole((*carries).into()));
         rows.text(status.name());
+        rows.text(record.report.message.unwrap_or_default());
         rows.whole(record.report.iterations.into());
         let is_end = status == StepStatus::End;
         rows.number(if is_end { 0.0 } else { record.certificate.residual() });
@@ -154,13 +162,13 @@ fn points(world: &World) -> usize {
     world.bodies().first().map_or(0, |body| body.contact_points().len())
 }
 
-/// Smallest slacks and slip speed of a contact with the ground in the step of `record`.
+/// Smallest slacks s1 (N m) and s2 (W) and slip speed (m/s) of a contact with the ground in the step of `record`.
 fn smallest_slacks(
     world: &World,
     record: &StepRecord,
     contact: &Contact,
     found: &ContactForce,
-) -> Products {
+) -> [f64; 3] {
     let (h, normal, slip) = (world.time_step(), contact.normal(), found.slip.norm());
     let (states, next) = (&record.states, &record.solution.states);
     let pose = next[0].pose();
@@ -173,10 +181,11 @@ fn smallest_slacks(
     let noise = rounding::gap(&normal, &pose.position, contact.features.offset, &contact.arm);
     let height = if height.abs() <= noise { 0.0 } else { height };
     let force = contact.frame.tr_mul(&found.force);
-    let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
+    let Products { normal, friction, slip_speed } =
+        products(&force, slip, height, contact.law.friction, SMOOTHING);
     // Slip that moves the point by less than rounding counts as zero.
     let sticks = slip * h <= noise;
-    Products { friction: if sticks { 0.0 } else { products.friction }, ..products }
+    [normal, if sticks { 0.0 } else { friction }, slip_speed]
 }
 
 fn refused(why: &'static str) -> io::Error {

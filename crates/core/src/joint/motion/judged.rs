@@ -170,12 +170,13 @@ impl JointMotion {
             if force * later <= 0.0 { (force * (earlier + later)).max(0.0) } else { 0.0 }
         };
         let mut work = 0.0;
-        for k in 0..3 {
-            let (earlier, later) = (at.place[k] - before.place[k], after.place[k] - at.place[k]);
-            if along[k] {
-                work += force.force[k] * (earlier + later);
+        let [before_along, after_along] = [at.place - before.place, after.place - at.place];
+        for (k, is_active) in along.into_iter().enumerate() {
+            let (force, earlier, later) = (force.force[k], before_along[k], after_along[k]);
+            if is_active {
+                work += force * (earlier + later);
             } else if !matches!(joint.linear()[k], Axis::Locked) {
-                work += holding(force.force[k], earlier, later);
+                work += holding(force, earlier, later);
             }
         }
         let torque = Vector3::from_fn(|k, _| if turning[k] { force.torque[k] } else { 0.0 });
