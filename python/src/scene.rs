@@ -278,7 +278,7 @@ impl PyScene {
         let world = self.content.world_at(self.content.start_index);
         let (found, _) = world
             .assemble(&to_states("states", &states)?)
-            .map_err(|error| refused(self.content.naming(&error)))?;
+            .map_err(|error| refused(error.display(&*self.content)))?;
         of_states(py, &found)
     }
 

@@ -78,7 +78,7 @@ impl PySimulation {
                 // Prescribed motions depend on the start index.
                 let begun = Content { start_index, ..(*content).clone() };
                 let world = begun.world_at(start_index);
-                let named = |error: Error| refused(content.naming(&error));
+                let named = |error: Error| refused(error.display(&*content));
                 let simulation = simulation::Simulation::new(world, starts, motion);
                 let mut simulation = simulation.map_err(named)?;
                 begun.prepare(&mut simulation).map_err(named)?;
@@ -145,7 +145,7 @@ impl PySimulation {
         let new = content.bodies.len() - 1;
         let (body, start) = (content.world.bodies()[new].clone(), content.starts[new]);
         let added = simulation.add_body_with(body, start, content.world.touching_of(new));
-        added.map_err(|error| refused(content.naming(&error)))?;
+        added.map_err(|error| refused(error.display(&content)))?;
         simulation.set_load(new, content.loads[new].clone()).map_err(refused)?;
         let record = last.change_bodies();
         if !record.states.is_empty() {

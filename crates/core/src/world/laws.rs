@@ -1,9 +1,9 @@
 //! Contact laws: coefficients of the world, of bodies and of pairs.
 
 use super::World;
-use super::partner::{ContactLaw, Partner};
 use crate::error::{Error, in_range};
 use crate::mechanics::RigidBody;
+use crate::partner::{ContactLaw, Partner};
 
 impl World {
     /// Returns this world with the coefficient `friction` for the pair of `body` and `partner`. It

@@ -4,15 +4,16 @@
 mod apart;
 mod changes;
 pub mod constants;
+mod gears;
 mod groups;
 mod joint_constants;
 mod law_constants;
 mod laws;
-pub(crate) mod partner;
 pub mod plane;
 pub(crate) mod reshape;
 mod terrain;
 
+pub use crate::partner::{ContactLaw, Partner};
 pub(crate) use apart::KnownSeparations;
 #[cfg(feature = "save")]
 pub(crate) use changes::Changeable;
@@ -22,7 +23,6 @@ pub(crate) use groups::GroupMasks;
 pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
 use laws::{PairLaws, ordered};
-pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
 pub use terrain::FixedTerrain;
 

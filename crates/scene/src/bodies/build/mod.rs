@@ -5,7 +5,6 @@
 mod groups;
 mod names;
 
-use super::SceneEntries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
 use super::decomposed::DecomposedMesh;
 use super::driven::SurfaceEntry;
@@ -15,6 +14,7 @@ use super::entries::{
 use super::joints::JointEntries;
 use super::masses::mass_properties;
 use super::refused::field_of;
+use super::scene_entries::SceneEntries;
 use super::terrain::TerrainEntry;
 use crate::choices::StartFrame;
 use crate::settings::{Settings, USUAL_SEED};

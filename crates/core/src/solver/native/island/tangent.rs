@@ -196,11 +196,11 @@ impl Island {
         values.clear();
         values.extend_from_slice(members);
         for (index, member) in members.iter().enumerate() {
-            values[self.pattern.order.place(index)] = *member;
+            values[self.pattern.place(index)] = *member;
         }
         solve(values);
         for (index, member) in members.iter_mut().enumerate() {
-            *member = values[self.pattern.order.place(index)];
+            *member = values[self.pattern.place(index)];
         }
     }
 
