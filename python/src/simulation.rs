@@ -229,16 +229,12 @@ impl PySimulation {
         ignored: Vec<String>,
         all: bool,
     ) -> PyResult<Hits<'py>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.cast(py, [&origins, &directions], most, &ignored, all)
+        self.owned()?.placed().cast(py, [&origins, &directions], most, &ignored, all)
     }
 
     /// Distance of two objects: see [`Placed::distance`].
     fn between<'py>(&self, py: Python<'py>, first: &str, second: &str) -> PyResult<Between<'py>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.distance(py, first, second)
+        self.owned()?.placed().distance(py, first, second)
     }
 
     /// Objects near a piece: see [`Placed::near`].
@@ -249,16 +245,12 @@ impl PySimulation {
         within: f64,
         ignored: Vec<String>,
     ) -> PyResult<Vec<(String, f64)>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.near(text, &path, within, &ignored)
+        self.owned()?.placed().near(text, &path, within, &ignored)
     }
 
     /// Near pairs: see [`Placed::pairs`].
     fn near_pairs(&self, within: f64, excluded: bool) -> PyResult<Vec<(String, String, f64)>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.pairs(within, excluded)
+        self.owned()?.placed().pairs(within, excluded)
     }
 
     /// Takes one step, with wrenches (N, 6) if not None. Returns status, residual in m/s and

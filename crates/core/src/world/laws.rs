@@ -173,12 +173,6 @@ impl World {
     pub fn rebound_speed(&self) -> f64 {
         self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.time_step())
     }
-
-    /// Rebound speed set by the user (m/s), if any.
-    #[must_use]
-    pub fn given_rebound_speed(&self) -> Option<f64> {
-        self.rebound_speed
-    }
 }
 
 /// Coefficients of pairs, sorted by pair.

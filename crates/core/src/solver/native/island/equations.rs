@@ -20,14 +20,14 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Scratch of an evaluation: residuals and, without joints, the rotations of the bodies.
 #[derive(Debug, Clone, Default)]
-pub(in super::super) struct IslandScratch {
+pub(crate) struct IslandScratch {
     residuals: Vec<Velocity>,
     turnings: Vec<Both>,
 }
 
 /// Linear system, velocities in elimination order, and rotations of bodies with joints.
 #[derive(Debug, Clone, Default)]
-pub(in super::super) struct IslandSystem {
+pub(crate) struct IslandSystem {
     pub(super) blocks: BlockSystem,
     values: Vec<Vector6<f64>>,
     turnings: Vec<Both>,
