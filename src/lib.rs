@@ -61,6 +61,7 @@ pub use tumble_core::contact::{
 };
 pub use tumble_core::derivative::StateChange;
 pub use tumble_core::error::Error;
+pub use tumble_core::geometry::ContactPoint;
 pub use tumble_core::geometry::Piece;
 pub use tumble_core::geometry::mesh::Mesh;
 #[cfg(feature = "mesh")]
@@ -69,7 +70,6 @@ pub use tumble_core::joint::{
     Axis, Course, Drive, Gear, GearAxis, Joint, JointAxis, JointForce, JointFrame, JointLoad,
     Knots, Motor, TurnKind,
 };
-pub use tumble_core::mechanics::body::ContactPoint;
 pub use tumble_core::mechanics::{Load, Polyline, Pose, RigidBody, Rotation, State, Wrench};
 pub use tumble_core::query;
 pub use tumble_core::simulation::random::random_attitude;

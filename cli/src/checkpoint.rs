@@ -1,18 +1,44 @@
-//! Checkpoints: periodic states of a run, next to its temporary files of rows, from which a killed
-//! run continues.
+//! Saved states of a run with its results, and checkpoints. A killed run continues from its
+//! checkpoint, next to its temporary files of rows.
 
-use super::continued::{ContinuedNotes, state_bytes};
 use super::directory::OutputDirectory;
+use super::file_names::CHECKPOINT;
 use super::outcome::Failure;
 use super::output::PendingFile;
+use super::results::RunResults;
 use super::writer::RowsSoFar;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use tumble_core::simulation::Saved;
 use tumble_core::simulation::save::{from_bytes, to_bytes};
+use tumble_core::simulation::summary::RunSummary;
+use tumble_scene::joints_summary::{JointsSummary, Taut};
 
-/// Name of the checkpoint file.
-pub const FILE: &str = "checkpoint.bin";
+/// Results of the run stored together with the simulation's state.
+#[derive(Serialize, Deserialize)]
+pub struct ContinuedNotes {
+    /// Rows without the final one that only has the state.
+    pub rows: RowsSoFar,
+    pub summary: RunSummary,
+    pub elapsed: Duration,
+    pub overlap: Option<(u64, f64)>,
+    pub joints: Option<JointsSummary>,
+    pub taut: Taut,
+}
+
+impl ContinuedNotes {
+    /// Results of `run` with these rows.
+    pub fn of(run: &RunResults, rows: RowsSoFar) -> Self {
+        let RunResults { elapsed, overlap, joints, .. } = *run;
+        let (summary, taut) = (run.summary.clone(), run.taut.clone());
+        Self { rows, summary, elapsed, overlap, joints, taut }
+    }
+}
+
+/// Serialises the state of a run.
+pub fn state_bytes(saved: Saved, notes: &ContinuedNotes) -> Result<Vec<u8>, Failure> {
+    Ok(saved.with_notes(to_bytes(notes)?).to_bytes()?)
+}
 
 /// A run at some step.
 #[derive(Serialize, Deserialize)]
@@ -49,9 +75,9 @@ impl CheckpointWriter<'_> {
         notes: ContinuedNotes,
         rows: RowsSoFar,
     ) -> Result<(), Failure> {
-        let (run_json, state) =
-            (self.run_json.clone(), state_bytes(saved, &notes.with_rows(rows))?);
-        let file = PendingFile::create(self.directory, FILE)?;
+        let run_json = self.run_json.clone();
+        let state = state_bytes(saved, &ContinuedNotes { rows, ..notes })?;
+        let file = PendingFile::create(self.directory, CHECKPOINT)?;
         file.write(&to_bytes(&Checkpoint { run_json, state })?)?;
         file.publish().map(drop)
     }

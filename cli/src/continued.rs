@@ -2,54 +2,31 @@
 //! run.json. A finished run continues from its `state.bin`, a killed run from its checkpoint.
 
 use super::args::SimulateArgs;
-use super::checkpoint::{self, Checkpoint};
-use super::file_names::file_of;
+use super::checkpoint::{Checkpoint, ContinuedNotes};
+use super::file_names::{CHECKPOINT, RUN_JSON, STATE, directory_of, file_of};
 use super::input;
 use super::outcome::{Failure, refuse_flags};
-use super::output::directory_of;
 use super::recording::{Recording, run_file};
-use super::run::{RunOutcome, RunResults};
+use super::results::{RunOutcome, RunResults, UNFINISHED};
 use super::scene::{Scene, on_threads};
-use super::writer::{RowsSoFar, Written};
+use super::writer::Written;
 use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use tumble_core::mechanics;
 use tumble_core::simulation::Simulation;
-use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
-use tumble_core::simulation::summary::RunSummary;
+use tumble_core::simulation::save::{Saved, from_bytes};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::choices::{DetectionName, OnFailure, Preset, SolverName};
-use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::Table;
 use tumble_scene::run_file::{RunFile, SolverSettings};
 use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
 
-/// Name of the state file of a run.
-pub const FILE: &str = "state.bin";
-
-/// Outcome in a checkpoint's run.json.
-pub const UNFINISHED: &str = "unfinished";
-
 /// Largest accepted state, bytes: a thousand times the state of the largest scenes.
 const LARGEST_STATE: u64 = 1 << 32;
-
-/// Results of the run stored together with the simulation's state.
-#[derive(Serialize, Deserialize)]
-pub struct ContinuedNotes {
-    /// Rows without the final one that only has the state.
-    rows: RowsSoFar,
-    summary: RunSummary,
-    elapsed: Duration,
-    overlap: Option<(u64, f64)>,
-    joints: Option<JointsSummary>,
-    taut: Taut,
-}
 
 /// A run to be continued.
 pub struct Continued<'a> {
@@ -59,25 +36,6 @@ pub struct Continued<'a> {
     saved: Saved,
     notes: ContinuedNotes,
     kept: KeptSteps,
-}
-
-impl ContinuedNotes {
-    /// Results of `run` with these rows.
-    pub fn of(run: &RunResults, rows: RowsSoFar) -> Self {
-        let RunResults { elapsed, overlap, joints, .. } = *run;
-        let (summary, taut) = (run.summary.clone(), run.taut.clone());
-        Self { rows, summary, elapsed, overlap, joints, taut }
-    }
-
-    /// Replaces the rows.
-    pub fn with_rows(self, rows: RowsSoFar) -> Self {
-        Self { rows, ..self }
-    }
-}
-
-/// Serialises the state of a run.
-pub fn state_bytes(saved: Saved, notes: &ContinuedNotes) -> Result<Vec<u8>, Failure> {
-    Ok(saved.with_notes(to_bytes(notes)?).to_bytes()?)
 }
 
 impl<'a> Continued<'a> {
@@ -174,7 +132,7 @@ struct SavedState {
 
 /// Reads the checkpoint of a run killed in `directory`, if there is one, and names its file.
 fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedState)>, Failure> {
-    let file = directory.join(checkpoint::FILE);
+    let file = directory.join(CHECKPOINT);
     let bytes = match input::bytes(&file, LARGEST_STATE) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -189,14 +147,14 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedStat
 
 /// Reads the finished run in `directory`, and names its run.json.
 fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure> {
-    let path = directory.join("run.json");
+    let path = directory.join(RUN_JSON);
     let run = run_file(&path, || {
         let directory = shown::path(directory);
         Failure::Input(format!(
             "--continue: {directory} has no run.json; the directory of a run is needed"
         ))
     })?;
-    let file = directory.join(FILE);
+    let file = directory.join(STATE);
     let bytes = input::bytes(&file, LARGEST_STATE).map_err(|error| odd_state(&file, &error))?;
     let state = state_in(file, &bytes)?;
     Ok((run, path, state))
@@ -227,7 +185,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
         if !is_same {
             let place = rows.place();
             return Err(odd_state(
-                &path.with_file_name(FILE),
+                &path.with_file_name(STATE),
                 &format!("its state at k = {} is not the last row of {place}", saved.index()),
             ));
         }

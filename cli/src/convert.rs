@@ -2,8 +2,9 @@
 
 use super::args::ConvertArgs;
 use super::directory::OutputDirectory;
+use super::file_names::directory_of;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, Voice, directory_of};
+use super::output::{PendingFile, Voice};
 use super::{converted_mesh, input, scenario};
 use std::path::Path;
 use tumble_model::shown;

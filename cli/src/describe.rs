@@ -1,6 +1,6 @@
 //! Text summary of a run.
 
-use super::run::{RunOutcome, RunResults};
+use super::results::{RunOutcome, RunResults};
 use super::scene::Scene;
 use anstyle::{AnsiColor, Style};
 use std::fmt::Write as _;

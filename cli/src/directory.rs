@@ -1,8 +1,8 @@
 //! The output directory: created, locked, and cleared of outdated files.
 
-use super::file_names::{self, RUN_JSON};
+use super::file_names::{self, CHECKPOINT, RUN_JSON};
+use super::input;
 use super::outcome::Failure;
-use super::{checkpoint, input};
 use std::ffi::OsStr;
 use std::fs::{self, File, Metadata, TryLockError};
 use std::io;
@@ -42,7 +42,7 @@ impl OutputDirectory {
     pub fn for_run(path: &Path, claims: Claims) -> Result<Self, Failure> {
         let mut directory = Self::claim(path, File::try_lock)?;
         let Claims { files, alike, overwrite, continues } = claims;
-        if !continues && !overwrite && fs::symlink_metadata(path.join(checkpoint::FILE)).is_ok() {
+        if !continues && !overwrite && fs::symlink_metadata(path.join(CHECKPOINT)).is_ok() {
             return Err(is_unfinished(path));
         }
         let run_json = input::text(&path.join(RUN_JSON), run_file::LARGEST_FILE);
@@ -109,7 +109,7 @@ impl OutputDirectory {
 
     /// Removes temporary files and the checkpoint of killed runs. Failures are harmless.
     fn remove_leftovers(&self) {
-        let checkpoint = self.path.join(checkpoint::FILE);
+        let checkpoint = self.path.join(CHECKPOINT);
         for file in [&checkpoint].into_iter().chain(&self.leftovers) {
             let _ = fs::remove_file(file);
         }

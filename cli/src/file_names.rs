@@ -1,11 +1,16 @@
 //! Names of the files of a run, complete or temporary.
 
+use std::path::Path;
 use tumble_scene::kept::TableForm;
 use tumble_scene::output::tables::Table;
 
 pub const ANIMATION: &str = "animation.gif";
 pub const PLOTS: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
 pub const RUN_JSON: &str = "run.json";
+/// State at the end of a run.
+pub const STATE: &str = "state.bin";
+/// Checkpoint of an unfinished run.
+pub const CHECKPOINT: &str = "checkpoint.bin";
 pub const VIEW: &str = "view.html";
 /// Files of a plan in addition to those of a run.
 pub const OF_PLANS: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
@@ -56,4 +61,11 @@ pub fn is_temporary(name: &str) -> bool {
         middle.len() == RANDOM && middle.bytes().all(|byte| byte.is_ascii_alphanumeric())
     };
     middle.is_some_and(fits)
+}
+
+/// Directory for pictures of the run of `file`: `out`, or the file's own directory.
+pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
+    // `x.csv` has the parent "", which is not the name of a directory.
+    let beside = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+    out.or(beside).unwrap_or(Path::new("."))
 }

@@ -28,6 +28,7 @@ mod pictures;
 mod plan;
 mod plot;
 mod recording;
+mod results;
 mod run;
 mod scenario;
 mod scene;

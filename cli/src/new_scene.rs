@@ -2,7 +2,7 @@
 
 use super::args::NewArgs;
 use super::outcome::{Failure, Outcome};
-use super::output;
+use super::{file_names, output};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use tumble_model::shown;
@@ -17,7 +17,7 @@ pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
     if path.exists() {
         return Err(Failure::Input(format!("{shown} exists; choose another name")));
     }
-    let directory = output::directory_of(None, &path);
+    let directory = file_names::directory_of(None, &path);
     if !directory.is_dir() {
         let directory = shown::path(directory);
         return Err(Failure::Input(format!(
@@ -54,7 +54,7 @@ fn file_of(name: &Path) -> Result<PathBuf, Failure> {
 
 /// Writes the whole file under a temporary name and renames it, unless `path` has appeared.
 fn write(path: &Path, text: &str) -> std::io::Result<()> {
-    let mut file = output::temporary().tempfile_in(output::directory_of(None, path))?;
+    let mut file = output::temporary().tempfile_in(file_names::directory_of(None, path))?;
     file.write_all(text.as_bytes())?;
     file.as_file().sync_all()?;
     file.persist_noclobber(path).map(drop).map_err(|error| error.error)

@@ -1,7 +1,7 @@
 //! Atomic writes of files, and output to a possibly closed standard output.
 
 use super::directory::OutputDirectory;
-use super::file_names::{RANDOM, TEMPORARY};
+use super::file_names::{RANDOM, TEMPORARY, directory_of};
 use super::outcome::{Failure, Outcome};
 use anstream::AutoStream;
 use anstyle::AnsiColor;
@@ -95,13 +95,6 @@ pub fn temporary() -> tempfile::Builder<'static, 'static> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder
-}
-
-/// Directory for pictures of the run of `file`: `out`, or the file's own directory.
-pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
-    // `x.csv` has the parent "", which is not the name of a directory.
-    let beside = file.parent().filter(|parent| !parent.as_os_str().is_empty());
-    out.or(beside).unwrap_or(Path::new("."))
 }
 
 /// Directory and file name of a picture: the file `out` with the ending of `usual`, or else `usual`

@@ -1,7 +1,6 @@
 //! Buffers of records between the stepping thread and the writing thread.
 
-use super::checkpoint::CheckpointWriter;
-use super::continued::ContinuedNotes;
+use super::checkpoint::{CheckpointWriter, ContinuedNotes};
 use super::outcome::Failure;
 use super::writer::RunWriter;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};

@@ -2,9 +2,10 @@
 
 use super::args::PlotArgs;
 use super::directory::OutputDirectory;
+use super::file_names::directory_of;
 use super::film::film;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, directory_of, say};
+use super::output::{PendingFile, say};
 use super::recording::Recording;
 use super::signals::raise_on_signals;
 use std::path::PathBuf;

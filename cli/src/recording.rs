@@ -1,9 +1,8 @@
 //! Reader for the files of a run: tables and model.
 
-use super::file_names::file_of;
+use super::file_names::{directory_of, file_of};
 use super::input;
 use super::outcome::Failure;
-use super::output::directory_of;
 use super::table_file::TableSource;
 use std::io;
 use std::path::{Path, PathBuf};

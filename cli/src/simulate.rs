@@ -1,154 +1,56 @@
 //! Default command: simulates a scene, writes its rows and run.json, and prints a summary.
 
 use super::args::SimulateArgs;
-use super::checkpoint::CheckpointWriter;
-use super::continued::{self, Continued, ContinuedNotes, UNFINISHED};
+use super::checkpoint::{CheckpointWriter, ContinuedNotes, state_bytes};
+use super::continued::Continued;
 use super::describe::describe;
 use super::directory::{self, Claims, OutputDirectory};
-use super::exported::Exported;
-use super::file_names::{self, RUN_JSON};
+use super::exported::{Exported, Wanted};
+use super::file_names::{self, RUN_JSON, STATE};
 use super::live::{self, Live, Played};
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
-use super::run::{self, RunOutcome, RunOutputs, RunResults};
+use super::results::{RunOutcome, RunResults, UNFINISHED};
+use super::run::{self, RunOutputs};
 use super::scene;
 use super::scene::Scene;
 use super::signals::raise_on_signals;
-use super::writer::{RunWriter, WrittenFiles};
+use super::writer::{RunWriter, WrittenFiles, publish};
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_core::simulation::Simulation;
 use tumble_model::shown;
 use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::Table;
 use tumble_scene::run_file::RunFile;
 
-/// Runs the default command in four parts:
-///
-/// 1. The scene is made and checked, and the simulation created or restored from a checkpoint.
-/// 2. The output directory is locked, a live run is played, and temporary files are opened.
-/// 3. The steps are computed and written.
-/// 4. The files are completed and renamed. Pictures are drawn from them.
+/// Runs the default command. A live run is played before its files are opened, and then computed
+/// again.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    let (scene, before) = match &args.continued {
-        None => (live::taken_over(args)?.map_or_else(|| scene::of_args(&args.setup), Ok)?, None),
-        Some(directory) => {
-            let (scene, before) = Continued::read(args, directory)?;
-            (scene, Some(before))
-        }
-    };
-    let interrupt = Arc::new(AtomicBool::new(false));
-    let (scene, played) = if args.live.is_live {
-        let played = Live::new(args, scene, &interrupt)?;
-        (played.scene()?, Some(played))
-    } else {
-        (scene, None)
-    };
-    let exported = args
-        .output
-        .export_problems
-        .as_deref()
-        .map(|path| Exported::check(path, &scene, args.out()));
-    let exported = exported.transpose()?;
-    let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
-    check_kept(args, &kept)?;
-    pictures::check(args, kept.rows(scene.rows), kept.every as f64 * scene.world.time_step())?;
-    let mut simulation = scene.simulation(&interrupt)?;
-    if let Some(before) = &before {
-        before.restore(&mut simulation)?;
-    }
-
+    let mut prepared = Prepared::new(args)?;
     // Signals are handled before the first file is created, so that an early signal leaves no file.
-    raise_on_signals(&interrupt)?;
-    // How many parts a live run has is not known before its end.
-    let parts = directory::names_in(args.out()).into_iter();
-    let parts = parts.filter(|name| played.is_some() && file_names::is_part(name));
-    let claims = Claims {
-        files: names(args, &scene, &kept),
-        alike: file_names::of_rows().chain(parts).collect(),
-        overwrite: args.output.overwrite,
-        continues: args.continued.as_deref() == Some(args.out()),
-    };
-    let out = OutputDirectory::for_run(args.out(), claims)?;
-    let (scene, parts) = match played {
-        None => (scene, Vec::new()),
-        Some(played) => {
-            let Played { scene, parts } = played.play(args, &interrupt)?;
-            // The steps are computed again. Another Ctrl-C interrupts that.
-            interrupt.store(false, Ordering::Relaxed);
-            simulation = scene.simulation(&interrupt)?;
-            (scene, written_parts(parts, &out)?)
-        }
-    };
-    let mut files = names(args, &scene, &kept);
-    files.extend(parts.iter().map(|part| part.name().to_owned()));
+    raise_on_signals(&prepared.interrupt)?;
+    let out = prepared.claim_directory()?;
+    let parts = prepared.play(&out)?;
     let mut voice = Voice::new(args.output.quiet);
-    if let Some(note) = scene::note(&scene, &args.setup) {
-        voice.say(&note);
-    }
-    for note in scene.notes() {
-        voice.say(&format!("{}\n", shown::line(&note)));
-    }
-    let from = before.as_ref().map_or(0, |_| simulation.index());
-    let exported = exported.map(|wanted| Exported::begin(wanted, from, args.output.overwrite));
-    let mut exported = exported.transpose()?;
-    let mut writer =
-        RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
-    let [run_json, state] = [RUN_JSON, continued::FILE].map(|name| PendingFile::create(&out, name));
-    let (run_json, state) = (run_json?, state?);
-    let pictures = Pictures::create(args, &out)?;
-    let run = before.map_or_else(|| RunResults::new(&scene), Continued::into_run);
-    // Checkpoints contain a run.json with the outcome `unfinished`.
-    let mut run_file = RunFile::of(&scene, &RunResults::new(&scene).ended())?;
-    (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
-    let run_text = run_file.text()?;
-    let checkpoints = args.checkpoint().map(|every| CheckpointWriter {
-        directory: &out,
-        run_json: run_text,
-        every,
-    });
-    let outputs = RunOutputs {
-        writer: &mut writer,
-        exported: exported.as_mut(),
-        checkpoints: checkpoints.as_ref(),
-    };
-    let run = match run::run(&scene, &mut simulation, run, &interrupt, outputs, args.output.quiet) {
+    prepared.say_notes(&mut voice);
+    let mut files = RunFiles::open(&mut prepared, parts, &out)?;
+    let run = match prepared.simulate(&mut files) {
         Ok(run) => run,
-        Err(failure) => return Err(left_to_continue(failure, writer, args.out())),
+        Err(failure) => return Err(left_to_continue(failure, files.writer, args.out())),
     };
-
-    let WrittenFiles { files: mut pending, checksums, before_end } = writer.finish()?;
-    let mut run_file = RunFile::of(&scene, &run.ended())?;
-    (run_file.kept, run_file.files, run_file.checksums) = (kept, files, checksums);
-    run_json.write(run_file.text()?.as_bytes())?;
-    let notes = ContinuedNotes::of(&run, before_end);
-    state.write(&continued::state_bytes(simulation.save(), &notes)?)?;
-    pending.extend([run_json, state]);
-    pending.extend(parts);
-    let written = pending.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
-    let removed = out.remove_former(&written)?;
-    let mut text = describe(&scene, &run);
-    let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
-    let _ = writeln!(text, "wrote {}", names.join(", "));
-    if let Some(exported) = &exported {
-        text += &exported.described();
-    }
-    if !removed.is_empty() {
-        let _ = writeln!(text, "removed {} from an earlier run", removed.join(", "));
-    }
-    if run.end == RunOutcome::Interrupted {
-        let _ = writeln!(text, "continue with tumble run --continue {}", shown::path(args.out()));
-    }
+    let WrittenRun { run_file, states, pictures, text } = files.publish(&prepared, &run)?;
     voice.say(&text);
     // An interrupt of the run does not affect its pictures, but a later one does.
-    interrupt.store(false, Ordering::Relaxed);
+    prepared.interrupt.store(false, Ordering::Relaxed);
     let animated = args.pictures.gif && run.end != RunOutcome::Interrupted;
     let animated = animated.then_some((args, &out));
-    let open = || Recording::of_run(&written[0], run_file);
-    let drawn = pictures.draw(open, animated, &mut voice, &interrupt)?;
+    let open = || Recording::of_run(&states, run_file);
+    let drawn = pictures.draw(open, animated, &mut voice, &prepared.interrupt)?;
     voice.end(match run.end {
         RunOutcome::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,
@@ -158,22 +60,187 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// Names of the files of a run.
-fn names(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Vec<String> {
-    let mut names = RunWriter::names(scene, kept);
-    names.extend([RUN_JSON, continued::FILE].map(str::to_owned));
-    names.extend(pictures::names(args));
-    names
+/// A checked run before its first file.
+struct Prepared<'a> {
+    args: &'a SimulateArgs,
+    interrupt: Arc<AtomicBool>,
+    scene: Scene,
+    simulation: Simulation<'static>,
+    kept: KeptSteps,
+    exported: Option<Wanted<'a>>,
+    /// The earlier run that this one continues.
+    continued: Option<Continued<'a>>,
+    /// The live run that is still to be played.
+    live: Option<Live>,
 }
 
-/// Temporary files with the parts of a live run that changes ended.
-fn written_parts(parts: Vec<String>, out: &OutputDirectory) -> Result<Vec<PendingFile>, Failure> {
-    let written = parts.iter().enumerate().map(|(index, text)| {
-        let file = PendingFile::create(out, &file_names::of_part(index + 1))?;
-        file.write(text.as_bytes())?;
-        Ok(file)
-    });
-    written.collect()
+impl<'a> Prepared<'a> {
+    /// Makes the scene, checks it, and creates or restores the simulation.
+    fn new(args: &'a SimulateArgs) -> Result<Self, Failure> {
+        let interrupt = Arc::new(AtomicBool::new(false));
+        let (mut scene, continued) = match &args.continued {
+            Some(directory) => {
+                let (scene, continued) = Continued::read(args, directory)?;
+                (scene, Some(continued))
+            }
+            None => {
+                (live::taken_over(args)?.map_or_else(|| scene::of_args(&args.setup), Ok)?, None)
+            }
+        };
+        let mut live = None;
+        if args.live.is_live {
+            let begun = Live::new(args, scene, &interrupt)?;
+            scene = begun.scene()?;
+            live = Some(begun);
+        }
+        let exported = args.output.export_problems.as_deref();
+        let exported =
+            exported.map(|path| Exported::check(path, &scene, args.out())).transpose()?;
+        let kept = continued.as_ref().map_or_else(|| args.kept(), |run| run.kept().clone());
+        check_kept(args, &kept)?;
+        let time_step = scene.world.time_step();
+        pictures::check(args, kept.rows(scene.rows), kept.every as f64 * time_step)?;
+        let mut simulation = scene.simulation(&interrupt)?;
+        if let Some(run) = &continued {
+            run.restore(&mut simulation)?;
+        }
+        Ok(Self { args, interrupt, scene, simulation, kept, exported, continued, live })
+    }
+
+    /// Names of the files of the run.
+    fn names(&self) -> Vec<String> {
+        let mut names = RunWriter::names(&self.scene, &self.kept);
+        names.extend([RUN_JSON, STATE].map(str::to_owned));
+        names.extend(pictures::names(self.args));
+        names
+    }
+
+    /// Locks the output directory.
+    fn claim_directory(&self) -> Result<OutputDirectory, Failure> {
+        let out = self.args.out();
+        // How many parts a live run has is not known before its end.
+        let parts = directory::names_in(out).into_iter();
+        let parts = parts.filter(|name| self.live.is_some() && file_names::is_part(name));
+        let claims = Claims {
+            files: self.names(),
+            alike: file_names::of_rows().chain(parts).collect(),
+            overwrite: self.args.output.overwrite,
+            continues: self.args.continued.as_deref() == Some(out),
+        };
+        OutputDirectory::for_run(out, claims)
+    }
+
+    /// Plays a live run and takes its scene. Returns temporary files with the parts that changes
+    /// ended.
+    fn play(&mut self, out: &OutputDirectory) -> Result<Vec<PendingFile>, Failure> {
+        let Some(live) = self.live.take() else { return Ok(Vec::new()) };
+        let Played { scene, parts } = live.play(self.args, &self.interrupt)?;
+        // The steps are computed again. Another Ctrl-C interrupts that.
+        self.interrupt.store(false, Ordering::Relaxed);
+        self.simulation = scene.simulation(&self.interrupt)?;
+        self.scene = scene;
+        let written = parts.iter().enumerate().map(|(index, text)| {
+            let file = PendingFile::create(out, &file_names::of_part(index + 1))?;
+            file.write(text.as_bytes())?;
+            Ok(file)
+        });
+        written.collect()
+    }
+
+    /// Prints notes on the scene.
+    fn say_notes(&self, voice: &mut Voice) {
+        if let Some(note) = scene::note(&self.scene, &self.args.setup) {
+            voice.say(&note);
+        }
+        for note in self.scene.notes() {
+            voice.say(&format!("{}\n", shown::line(&note)));
+        }
+    }
+
+    /// Computes and writes the steps, with checkpoints.
+    fn simulate(&mut self, files: &mut RunFiles<'_>) -> Result<RunResults, Failure> {
+        let Self { args, scene, simulation, kept, interrupt, continued, .. } = self;
+        let run = continued.take().map_or_else(|| RunResults::new(scene), Continued::into_run);
+        let mut run_file = RunFile::of(scene, &RunResults::new(scene).ended())?;
+        (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
+        let run_json = run_file.text()?;
+        let directory = files.out;
+        let checkpoints =
+            args.checkpoint().map(|every| CheckpointWriter { directory, run_json, every });
+        let outputs = RunOutputs {
+            writer: &mut files.writer,
+            exported: files.exported.as_mut(),
+            checkpoints: checkpoints.as_ref(),
+        };
+        run::run(scene, simulation, run, interrupt, outputs, args.output.quiet)
+    }
+}
+
+/// Temporary files of a run.
+struct RunFiles<'a> {
+    out: &'a OutputDirectory,
+    writer: RunWriter,
+    run_json: PendingFile,
+    state: PendingFile,
+    /// Parts of a live run.
+    parts: Vec<PendingFile>,
+    pictures: Pictures,
+    exported: Option<Exported>,
+}
+
+/// A run with all files but its pictures.
+struct WrittenRun {
+    run_file: RunFile,
+    /// Path of the table `states`.
+    states: PathBuf,
+    pictures: Pictures,
+    /// Summary for the terminal.
+    text: String,
+}
+
+impl<'a> RunFiles<'a> {
+    fn open(
+        prepared: &mut Prepared<'_>,
+        parts: Vec<PendingFile>,
+        out: &'a OutputDirectory,
+    ) -> Result<Self, Failure> {
+        let Prepared { args, scene, simulation, kept, exported, continued, .. } = prepared;
+        let from = continued.as_ref().map_or(0, |_| simulation.index());
+        let exported =
+            exported.take().map(|wanted| Exported::begin(wanted, from, args.output.overwrite));
+        let exported = exported.transpose()?;
+        let written = continued.as_ref().map(Continued::written);
+        let writer = RunWriter::create(scene, kept, out, written)?;
+        let run_json = PendingFile::create(out, RUN_JSON)?;
+        let state = PendingFile::create(out, STATE)?;
+        let pictures = Pictures::create(args, out)?;
+        Ok(Self { out, writer, run_json, state, parts, pictures, exported })
+    }
+
+    /// Completes the files of the results `run` and gives them their names.
+    fn publish(self, prepared: &Prepared<'_>, run: &RunResults) -> Result<WrittenRun, Failure> {
+        let Prepared { args, scene, simulation, kept, .. } = prepared;
+        let WrittenFiles { mut files, checksums, before_end } = self.writer.finish()?;
+        let mut run_file = RunFile::of(scene, &run.ended())?;
+        (run_file.kept, run_file.checksums) = (kept.clone(), checksums);
+        run_file.files = prepared.names();
+        run_file.files.extend(self.parts.iter().map(PendingFile::name));
+        self.run_json.write(run_file.text()?.as_bytes())?;
+        let notes = ContinuedNotes::of(run, before_end);
+        self.state.write(&state_bytes(simulation.save(), &notes)?)?;
+        files.extend([self.run_json, self.state]);
+        files.extend(self.parts);
+        let (mut paths, lines) = publish(files, self.out)?;
+        let mut text = describe(scene, run) + &lines;
+        if let Some(exported) = &self.exported {
+            text += &exported.described();
+        }
+        if run.end == RunOutcome::Interrupted {
+            let out = shown::path(args.out());
+            let _ = writeln!(text, "continue with tumble run --continue {out}");
+        }
+        Ok(WrittenRun { run_file, states: paths.swap_remove(0), pictures: self.pictures, text })
+    }
 }
 
 /// Failure of a started run. Its rows are kept if it has a checkpoint.

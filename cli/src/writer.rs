@@ -8,7 +8,7 @@ use super::scene::Scene;
 use super::table_file::{TableSink, WrittenRows};
 use serde::{Deserialize, Serialize};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
@@ -177,6 +177,22 @@ impl RunWriter {
         let checksums = self.files.iter().map(PendingFile::name).zip(sums).collect();
         Ok(WrittenFiles { files: self.files, checksums, before_end: self.before_end })
     }
+}
+
+/// Renames the complete `files` of a run and removes files of an earlier one. Returns the new paths,
+/// and lines about both.
+pub fn publish(
+    files: Vec<PendingFile>,
+    out: &OutputDirectory,
+) -> Result<(Vec<PathBuf>, String), Failure> {
+    let written = files.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
+    let removed = out.remove_former(&written)?;
+    let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
+    let mut text = format!("wrote {}\n", names.join(", "));
+    if !removed.is_empty() {
+        text += &format!("removed {} from an earlier run\n", removed.join(", "));
+    }
+    Ok((written, text))
 }
 
 /// True if a run of `scene` with the selection `kept` has the table.

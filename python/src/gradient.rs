@@ -25,7 +25,7 @@ type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u6
 
 /// Creates a simulation of the scene from `states` at step `start_index`.
 fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Simulation<'static>> {
-    let named = |error: Error| refused(content.naming(&error));
+    let named = |error: Error| refused(error.display(&*content));
     let motion = content.motion(&content.world).map_err(refused)?;
     // Prescribed motions depend on the start index.
     let begun = Content { start_index, ..content.clone() };

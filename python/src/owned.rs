@@ -40,7 +40,7 @@ impl Owned {
 
     /// Converts an error with the names of the scene.
     pub fn named(&self, error: &Error) -> PyErr {
-        refused(self.content.naming(error))
+        refused(error.display(&*self.content))
     }
 
     /// Marks the run as moved by inputs outside the scene.

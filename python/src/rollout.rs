@@ -92,7 +92,7 @@ fn on_batch<T: Send>(
         RolloutError { rollout: None, error } => of_step(&error),
         RolloutError { error: Error::Interrupted, .. } => PyKeyboardInterrupt::new_err(()),
         RolloutError { rollout: Some(index), error } => {
-            refused(format!("rollout {index}: {}", content.naming(&error)))
+            refused(format!("rollout {index}: {}", error.display(&*content)))
         }
     })
 }

@@ -278,7 +278,7 @@ impl PyScene {
         let world = self.content.world_at(self.content.start_index);
         let (found, _) = world
             .assemble(&to_states("states", &states)?)
-            .map_err(|error| refused(self.content.naming(&error)))?;
+            .map_err(|error| refused(error.display(&*self.content)))?;
         of_states(py, &found)
     }
 
@@ -298,14 +298,12 @@ impl PyScene {
         ignored: Vec<String>,
         all: bool,
     ) -> PyResult<Hits<'py>> {
-        let placed = self.placed();
-        placed.cast(py, [&origins, &directions], most, &ignored, all)
+        self.placed().cast(py, [&origins, &directions], most, &ignored, all)
     }
 
     /// Distance of two objects: see [`Placed::distance`].
     fn between<'py>(&self, py: Python<'py>, first: &str, second: &str) -> PyResult<Between<'py>> {
-        let placed = self.placed();
-        placed.distance(py, first, second)
+        self.placed().distance(py, first, second)
     }
 
     /// Objects near a piece: see [`Placed::near`].
@@ -316,14 +314,12 @@ impl PyScene {
         within: f64,
         ignored: Vec<String>,
     ) -> PyResult<Vec<(String, f64)>> {
-        let placed = self.placed();
-        placed.near(text, &path, within, &ignored)
+        self.placed().near(text, &path, within, &ignored)
     }
 
     /// Near pairs: see [`Placed::pairs`].
     fn near_pairs(&self, within: f64, excluded: bool) -> PyResult<Vec<(String, String, f64)>> {
-        let placed = self.placed();
-        placed.pairs(within, excluded)
+        self.placed().pairs(within, excluded)
     }
 
     /// Solver of contact steps: native, ipopt, or rk4 without a ground.

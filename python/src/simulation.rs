@@ -78,7 +78,7 @@ impl PySimulation {
                 // Prescribed motions depend on the start index.
                 let begun = Content { start_index, ..(*content).clone() };
                 let world = begun.world_at(start_index);
-                let named = |error: Error| refused(content.naming(&error));
+                let named = |error: Error| refused(error.display(&*content));
                 let simulation = simulation::Simulation::new(world, starts, motion);
                 let mut simulation = simulation.map_err(named)?;
                 begun.prepare(&mut simulation).map_err(named)?;
@@ -145,7 +145,7 @@ impl PySimulation {
         let new = content.bodies.len() - 1;
         let (body, start) = (content.world.bodies()[new].clone(), content.starts[new]);
         let added = simulation.add_body_with(body, start, content.world.touching_of(new));
-        added.map_err(|error| refused(content.naming(&error)))?;
+        added.map_err(|error| refused(error.display(&content)))?;
         simulation.set_load(new, content.loads[new].clone()).map_err(refused)?;
         let record = last.change_bodies();
         if !record.states.is_empty() {
@@ -229,16 +229,12 @@ impl PySimulation {
         ignored: Vec<String>,
         all: bool,
     ) -> PyResult<Hits<'py>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.cast(py, [&origins, &directions], most, &ignored, all)
+        self.owned()?.placed().cast(py, [&origins, &directions], most, &ignored, all)
     }
 
     /// Distance of two objects: see [`Placed::distance`].
     fn between<'py>(&self, py: Python<'py>, first: &str, second: &str) -> PyResult<Between<'py>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.distance(py, first, second)
+        self.owned()?.placed().distance(py, first, second)
     }
 
     /// Objects near a piece: see [`Placed::near`].
@@ -249,16 +245,12 @@ impl PySimulation {
         within: f64,
         ignored: Vec<String>,
     ) -> PyResult<Vec<(String, f64)>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.near(text, &path, within, &ignored)
+        self.owned()?.placed().near(text, &path, within, &ignored)
     }
 
     /// Near pairs: see [`Placed::pairs`].
     fn near_pairs(&self, within: f64, excluded: bool) -> PyResult<Vec<(String, String, f64)>> {
-        let own = self.owned()?;
-        let placed = own.placed();
-        placed.pairs(within, excluded)
+        self.owned()?.placed().pairs(within, excluded)
     }
 
     /// Takes one step, with wrenches (N, 6) if not None. Returns status, residual in m/s and

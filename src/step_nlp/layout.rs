@@ -74,12 +74,6 @@ impl Layout {
         self.per_contact_variable(1)
     }
 
-    /// Indices of f_z, N.
-    #[must_use]
-    pub const fn force_z(&self) -> Range<usize> {
-        self.per_contact_variable(2)
-    }
-
     /// Indices of the slacks s1, N m.
     #[must_use]
     pub const fn slack_1(&self) -> Range<usize> {

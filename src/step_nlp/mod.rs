@@ -54,7 +54,7 @@ use layout::Layout;
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, SVector, Vector2, Vector3, Vector4};
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::{Error, in_range};
-use tumble_core::mechanics::body::ContactPoint;
+use tumble_core::geometry::ContactPoint;
 use tumble_core::mechanics::quaternion::{attitude_map, rotated_point_forms, rotation};
 use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::world::World;

@@ -21,7 +21,7 @@ use tumble_core::world::{Parameters, World};
 fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {
     let (body, ground, pose) = (common::body(world), world.ground().unwrap(), state.pose());
     let points = body.contact_points().iter().enumerate();
-    let contact = |(point, place): (usize, &tumble_core::mechanics::body::ContactPoint)| {
+    let contact = |(point, place): (usize, &tumble_core::geometry::ContactPoint)| {
         let (frame, offset) = (*ground.frame(), ground.offset());
         let features = Features::of_plane(place.position, radius, frame, offset);
         let key = ContactKey { body: 0, point, partner: Partner::Ground, pair: None };

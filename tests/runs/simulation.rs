@@ -122,7 +122,7 @@ fn a_start_deep_below_the_ground_is_refused_and_one_in_the_contact_band_is_not()
             let motion = Motion::native(&world);
             let refused = Simulation::new(world.clone(), [at(-depth)], motion).err().unwrap();
             assert_one_sentence(&refused);
-            let Error::StartBelowGround { depth: found, allowed } = refused else {
+            let Error::StartBelowGround { depth: found, allowed, .. } = refused else {
                 panic!("{refused}");
             };
             // Heights are computed from positions of up to 1e5 m.

@@ -8,14 +8,15 @@ mod page;
 mod report;
 
 use super::args::PlanArgs;
-use super::continued::{self, ContinuedNotes};
+use super::checkpoint::{ContinuedNotes, state_bytes};
 use super::directory::{Claims, OutputDirectory};
-use super::file_names::{self, OF_PLANS, RUN_JSON};
+use super::file_names::{self, OF_PLANS, RUN_JSON, STATE};
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, spinner};
-use super::run::{self, RunOutputs, RunResults};
+use super::results::RunResults;
+use super::run::{self, RunOutputs};
 use super::signals::raise_on_signals;
-use super::writer::{RunWriter, WrittenFiles};
+use super::writer::{RunWriter, WrittenFiles, publish};
 use super::{input, scenario};
 use controls::Read;
 use rayon::ThreadPoolBuilder;
@@ -58,7 +59,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&interrupt)?;
     let usual = KeptSteps::default();
     let mut names = RunWriter::names(problem.scene(), &usual);
-    names.extend([RUN_JSON, continued::FILE].into_iter().chain(OF_PLANS).map(str::to_owned));
+    names.extend([RUN_JSON, STATE].into_iter().chain(OF_PLANS).map(str::to_owned));
     let claims = Claims {
         files: names.clone(),
         alike: file_names::of_rows().collect(),
@@ -103,22 +104,15 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     (run_file.files, run_file.checksums) = (names, checksums);
     file(RUN_JSON, run_file.text()?.as_bytes())?;
     let notes = ContinuedNotes::of(&run, before_end);
-    file(continued::FILE, &continued::state_bytes(simulation.save(), &notes)?)?;
+    file(STATE, &state_bytes(simulation.save(), &notes)?)?;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
     file(html, page::page(problem, &plan, costs).as_bytes())?;
     if let Some(text) = scenario {
         file(toml, text.as_bytes())?;
     }
-    let written = files.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
-    let removed = out.remove_former(&written)?;
-    let mut text = report::described(problem, &plan);
-    let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
-    text += &format!("wrote {}\n", names.join(", "));
-    if !removed.is_empty() {
-        text += &format!("removed {} from an earlier run\n", removed.join(", "));
-    }
-    voice.say(&text);
+    let (_, lines) = publish(files, &out)?;
+    voice.say(&(report::described(problem, &plan) + &lines));
     voice.end(match plan.status {
         _ if interrupted => Outcome::Interrupted,
         PlanStatus::Replayed => Outcome::Done,

@@ -3,7 +3,7 @@
 use crate::continued::contact_of;
 use crate::outcome::Failure;
 use crate::recording::Recording;
-use crate::run::RunOutcome;
+use crate::results::RunOutcome;
 use std::collections::BTreeMap;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::summary::{RunSummary, StatusCount};

@@ -1,14 +1,14 @@
 //! Errors of the model: rejected input, with the field and its allowed range.
 
-use crate::world::partner::Partner;
+use crate::partner::Partner;
+use std::fmt::{self, Display, Formatter};
 
 /// Reason for rejecting a model, state or step. Each message names the field, the input and the
 /// allowed range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
     /// A number outside its range, including NaN.
-    #[error("{field} is {value:?}; allowed: {allowed}")]
     OutOfRange {
         /// Name of the field, with its unit.
         field: &'static str,
@@ -18,7 +18,6 @@ pub enum Error {
         allowed: &'static str,
     },
     /// A count outside its range.
-    #[error("{field}: {count} given; allowed: {allowed}")]
     Count {
         /// Name of the counted items.
         field: &'static str,
@@ -28,16 +27,13 @@ pub enum Error {
         allowed: &'static str,
     },
     /// Three or more knots of a load at the same time.
-    #[error("the load has more than two knots at {time:?} s; allowed: one, or two for a jump")]
     KnotsAtOneTime {
         /// Time of the knots (s).
         time: f64,
     },
     /// A matrix that cannot be an inertia matrix.
-    #[error("the inertia matrix (kg m²) {0}")]
     Inertia(&'static str),
     /// An unusable shape.
-    #[error("{shape} {why}")]
     Shape {
         /// Kind of shape: "the hull", "the mesh".
         shape: &'static str,
@@ -45,11 +41,6 @@ pub enum Error {
         why: String,
     },
     /// Bodies that overlap too deeply at the start.
-    #[error(
-        "{} and {} overlap by {depth:.3e} m at the start; allowed: {allowed:.1e} m",
-        between.0,
-        between.1
-    )]
     Overlap {
         /// The two overlapping bodies or fixed pieces.
         between: (Partner, Partner),
@@ -59,10 +50,6 @@ pub enum Error {
         allowed: f64,
     },
     /// A joint whose constraints are violated at the start.
-    #[error(
-        "joint {joint} is {place:.3e} m and {turn:.3e} rad off at the start; allowed: \
-         {allowed:.0e} of each"
-    )]
     JointApart {
         /// Index of the joint.
         joint: usize,
@@ -74,10 +61,6 @@ pub enum Error {
         allowed: f64,
     },
     /// A joint that starts beyond its limits. The first step would throw it back.
-    #[error(
-        "joint {joint} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; \
-         allowed: {allowed:.0e} of each"
-    )]
     JointBeyond {
         /// Index of the joint.
         joint: usize,
@@ -89,7 +72,6 @@ pub enum Error {
         allowed: f64,
     },
     /// A gear whose constraint is violated at the start.
-    #[error("gear {gear} is {off:.3e} m or rad off at the start; allowed: {allowed:.0e}")]
     GearApart {
         /// Index of the gear.
         gear: usize,
@@ -99,10 +81,6 @@ pub enum Error {
         allowed: f64,
     },
     /// A body that cannot be removed or held because a joint connects it.
-    #[error(
-        "body {body} is attached to joint {joint}; only a body without joints can be held, or \
-         removed without them"
-    )]
     Tied {
         /// Index of the body.
         body: usize,
@@ -110,10 +88,6 @@ pub enum Error {
         joint: usize,
     },
     /// Joints that could not be assembled by a small change of the poses.
-    #[error(
-        "joint {joint} stays {place:.3e} m and {turn:.3e} rad apart; choose initial states that \
-         fit it better"
-    )]
     NotAssembled {
         /// Index of the joint with the largest error.
         joint: usize,
@@ -123,10 +97,6 @@ pub enum Error {
         turn: f64,
     },
     /// Principal moments of inertia with too large a ratio.
-    #[error(
-        "the smallest and the largest principal moment of inertia are {least:?} and {largest:?} kg \
-         m²; allowed: a ratio of at most 1e6"
-    )]
     MomentsApart {
         /// Smallest principal moment (kg m²).
         least: f64,
@@ -135,10 +105,6 @@ pub enum Error {
     },
     /// A principal moment of inertia that is inconsistent with the mass and the contact points; see
     /// [`RigidBody::new`](crate::mechanics::RigidBody::new).
-    #[error(
-        "a principal moment of inertia is {moment:?} kg m²; allowed with this mass and these \
-         contact points: {least:.1e} to {most:.1e}"
-    )]
     Moment {
         /// Rejected moment (kg m²).
         moment: f64,
@@ -148,24 +114,19 @@ pub enum Error {
         most: f64,
     },
     /// An initial state deeper below the ground than the contact band.
-    #[error(
-        "the lowest contact point would start {depth:?} m below the ground; allowed: the contact \
-         band, {allowed:?} m"
-    )]
     StartBelowGround {
+        /// Index of the body.
+        body: usize,
         /// Depth of the lowest contact point (m).
         depth: f64,
         /// Width of the contact band (m).
         allowed: f64,
     },
     /// The step was interrupted because its flag was raised.
-    #[error("the step was interrupted")]
     Interrupted,
     /// A saved state from which a simulation cannot continue.
-    #[error("the saved state {0}")]
     Saved(String),
     /// A feature that a part of the library does not support.
-    #[error("{what}: {why}")]
     Unsupported {
         /// Requested feature.
         what: &'static str,
@@ -174,7 +135,6 @@ pub enum Error {
     },
     /// A solver rejected the step before it ran, or violated the contract of
     /// [`StepSolver`](crate::step::StepSolver).
-    #[error("{solver}: {why}")]
     Solver {
         /// Name of the solver.
         solver: &'static str,
@@ -182,6 +142,104 @@ pub enum Error {
         why: String,
     },
 }
+
+/// Names of the parts of a world in messages. By default they are numbered.
+pub trait Names {
+    /// Name of a body, fixed piece or the ground.
+    fn partner(&self, partner: Partner) -> String {
+        partner.to_string()
+    }
+
+    /// Name of a joint.
+    fn joint(&self, joint: usize) -> String {
+        format!("joint {joint}")
+    }
+
+    /// Name of a gear.
+    fn gear(&self, gear: usize) -> String {
+        format!("gear {gear}")
+    }
+}
+
+/// The default names.
+struct Numbers;
+
+impl Names for Numbers {}
+
+impl Error {
+    /// Message with the given names.
+    pub fn display(&self, names: &dyn Names) -> String {
+        let body = |body: usize| names.partner(Partner::Body(body));
+        match self {
+            Self::OutOfRange { field, value, allowed } => {
+                format!("{field} is {value:?}; allowed: {allowed}")
+            }
+            Self::Count { field, count, allowed } => {
+                format!("{field}: {count} given; allowed: {allowed}")
+            }
+            Self::KnotsAtOneTime { time } => format!(
+                "the load has more than two knots at {time:?} s; allowed: one, or two for a jump"
+            ),
+            Self::Inertia(why) => format!("the inertia matrix (kg m²) {why}"),
+            Self::Shape { shape, why } => format!("{shape} {why}"),
+            Self::Overlap { between: (first, second), depth, allowed } => format!(
+                "{} and {} overlap by {depth:.3e} m at the start; allowed: {allowed:.1e} m",
+                names.partner(*first),
+                names.partner(*second)
+            ),
+            Self::JointApart { joint, place, turn, allowed } => format!(
+                "{} is {place:.3e} m and {turn:.3e} rad off at the start; allowed: {allowed:.0e} \
+                 of each; move its bodies, or remove it",
+                names.joint(*joint)
+            ),
+            Self::JointBeyond { joint, place, turn, allowed } => format!(
+                "{} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; allowed: \
+                 {allowed:.0e} of each",
+                names.joint(*joint)
+            ),
+            Self::GearApart { gear, off, allowed } => format!(
+                "{} is {off:.3e} m or rad off at the start; allowed: {allowed:.0e}",
+                names.gear(*gear)
+            ),
+            Self::Tied { body: index, joint } => format!(
+                "{} is attached to {}; only a body without joints can be held, or removed without \
+                 them",
+                body(*index),
+                names.joint(*joint)
+            ),
+            Self::NotAssembled { joint, place, turn } => format!(
+                "{} stays {place:.3e} m and {turn:.3e} rad apart; choose initial states that fit \
+                 it better",
+                names.joint(*joint)
+            ),
+            Self::MomentsApart { least, largest } => format!(
+                "the smallest and the largest principal moment of inertia are {least:?} and \
+                 {largest:?} kg m²; allowed: a ratio of at most 1e6"
+            ),
+            Self::Moment { moment, least, most } => format!(
+                "a principal moment of inertia is {moment:?} kg m²; allowed with this mass and \
+                 these contact points: {least:.1e} to {most:.1e}"
+            ),
+            Self::StartBelowGround { body: index, depth, allowed } => format!(
+                "{} would start {depth:.3e} m below the ground; allowed: {allowed:.1e} m; raise \
+                 it along the ground's normal",
+                body(*index)
+            ),
+            Self::Interrupted => "the step was interrupted".to_owned(),
+            Self::Saved(why) => format!("the saved state {why}"),
+            Self::Unsupported { what, why } => format!("{what}: {why}"),
+            Self::Solver { solver, why } => format!("{solver}: {why}"),
+        }
+    }
+}
+
+impl Display for Error {
+    fn fmt(&self, out: &mut Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.display(&Numbers))
+    }
+}
+
+impl std::error::Error for Error {}
 
 /// Returns `value` if `low ≤ value ≤ high`.
 ///

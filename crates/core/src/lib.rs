@@ -14,6 +14,7 @@ pub mod error;
 
 pub mod geometry;
 pub mod joint;
+pub mod kinematics;
 pub mod mechanics;
 
 pub mod contact;
@@ -26,4 +27,6 @@ pub mod simulation;
 pub mod solver;
 pub mod step;
 
+mod partner;
 mod sets;
+mod sparse;

@@ -12,7 +12,7 @@ use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::{World, without};
 use nalgebra::Vector3;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Input of one contact step. Every list has one entry per body of the world.
 #[derive(Debug, Clone, Copy)]
@@ -35,17 +35,6 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Checks the interrupt flag. Solvers call it between iterations.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] if the flag is raised.
-    pub fn check_interrupt(&self) -> Result<(), Error> {
-        match self.interrupt {
-            Some(flag) if flag.load(Ordering::Relaxed) => Err(Error::Interrupted),
-            _ => Ok(()),
-        }
-    }
-
     /// Checks the step and its candidates `contacts` against the world, so that solvers can index
     /// without further checks.
     ///

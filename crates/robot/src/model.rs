@@ -46,6 +46,40 @@ pub struct Robot {
     pub notes: Vec<String>,
 }
 
+impl Robot {
+    /// Robot with the link of the world only.
+    pub(super) fn new(name: &str, options: RobotOptions) -> Self {
+        let world = RobotLink {
+            name: "world".to_owned(),
+            parent: 0,
+            frame: LinkFrame::identity(),
+            mass: LinkMass::NONE,
+            weightless: 0.0,
+            is_mocap: false,
+            is_between: false,
+            joints: (0, 0),
+            at: "the world".to_owned(),
+        };
+        Self {
+            name: name.to_owned(),
+            links: vec![world],
+            joints: Vec::new(),
+            shapes: Vec::new(),
+            looks: Vec::new(),
+            sites: Vec::new(),
+            actuators: Vec::new(),
+            ties: Vec::new(),
+            follows: Vec::new(),
+            sums: Vec::new(),
+            apart: Vec::new(),
+            pairs: BTreeMap::new(),
+            keys: Vec::new(),
+            options,
+            notes: Vec::new(),
+        }
+    }
+}
+
 /// A link (`body` in MJCF).
 #[derive(Debug, Clone)]
 pub struct RobotLink {

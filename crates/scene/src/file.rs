@@ -1,14 +1,14 @@
 //! Scenario file as deserialised, and its conversion. The short form `[body]` becomes an entry of
 //! `[[bodies]]` here.
 
-use super::bodies::SceneEntries;
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
 use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::robots::RobotEntry;
+use super::bodies::scene_entries::SceneEntries;
 use super::bodies::terrain::TerrainEntry;
-use super::settings::Settings;
+use super::settings::{LARGEST_START, Settings};
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
 use super::tutorial::BODY;
 use nalgebra::Vector3;
@@ -52,9 +52,6 @@ pub struct ScenarioFile {
     apart: Option<Vec<ApartEntry>>,
     robots: Option<Vec<RobotEntry>>,
 }
-
-/// Largest start index k. The times k h of all later steps are still distinct doubles.
-pub const LARGEST_START: u64 = 9_000_000_000_000_000;
 
 /// Content of a file without its name.
 pub struct ParsedScene {

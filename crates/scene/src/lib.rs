@@ -31,9 +31,10 @@ pub mod tutorial;
 pub mod written;
 
 pub use bodies::entries::AttitudeEntry;
-pub use file::LARGEST_START;
+
 use file::{ParsedScene, ScenarioFile};
 use serde::de::DeserializeOwned;
+pub use settings::LARGEST_START;
 use std::path::Path;
 pub use tables::{InertiaValue, Random, SolidInertia};
 use tumble_core::geometry::mesh::Mesh;

@@ -1,34 +1,28 @@
-//! Error messages with the names of a scene.
+//! Names of a scene in error messages of the core.
 
 use super::scene::Scene;
-use tumble_core::error::Error;
+use tumble_core::contact::Partner;
+use tumble_core::error::Names;
+use tumble_core::joint::Gear;
 
-impl Scene {
-    /// Error message with names of bodies, fixed pieces and joints instead of their indices.
-    #[must_use]
-    pub fn naming(&self, error: &Error) -> String {
-        let joint = |index: &usize| {
-            (format!("joint {index}"), self.joints.get(*index).map(|name| format!("joint {name}")))
+impl Names for Scene {
+    fn partner(&self, partner: Partner) -> String {
+        Self::partner(self, partner).to_owned()
+    }
+
+    fn joint(&self, joint: usize) -> String {
+        let name = self.joints.get(joint);
+        name.map_or_else(|| format!("joint {joint}"), |name| format!("joint {name}"))
+    }
+
+    fn gear(&self, gear: usize) -> String {
+        let named = |gear: &Gear| {
+            let [first, second] = gear.axes().map(|axis| self.joints.get(axis.joint));
+            first.zip(second)
         };
-        let (unnamed, named) = match error {
-            Error::Overlap { between: (first, second), .. } => {
-                let names = format!("{} and {}", self.partner(*first), self.partner(*second));
-                (format!("{first} and {second}"), Some(names))
-            }
-            Error::JointApart { joint: index, .. }
-            | Error::JointBeyond { joint: index, .. }
-            | Error::NotAssembled { joint: index, .. } => joint(index),
-            Error::Tied { body, joint: index } => {
-                let (unnamed, named) = joint(index);
-                let name = self.bodies.get(*body);
-                let named =
-                    name.zip(named).map(|(body, joint)| format!("{body} is attached to {joint}"));
-                (format!("body {body} is attached to {unnamed}"), named)
-            }
-            _ => return error.to_string(),
-        };
-        let said = error.to_string();
-        let rest = said.strip_prefix(&unnamed);
-        named.zip(rest).map_or_else(|| said.clone(), |(named, rest)| named + rest)
+        match self.world.gears().get(gear).and_then(named) {
+            Some((first, second)) => format!("gears[{gear}] ({first}, {second}): {first}"),
+            None => format!("gear {gear}"),
+        }
     }
 }

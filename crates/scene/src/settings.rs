@@ -12,6 +12,9 @@ use tumble_model::failure::{Failure, refuse_flags};
 /// Default seed.
 pub const USUAL_SEED: u32 = 42;
 
+/// Largest start index k. The times k h of all later steps are still distinct doubles.
+pub const LARGEST_START: u64 = 9_000_000_000_000_000;
+
 /// Settings of a simulation; `None` for a setting that is not given.
 #[derive(Debug, Default)]
 pub struct Settings {

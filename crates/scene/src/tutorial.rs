@@ -1,7 +1,8 @@
 //! The tutorial's scenes. Flags of the command line can change their cube.
 
 use super::bodies::entries::{AttitudeEntry, BodyEntry, Files};
-use super::bodies::{self, SceneEntries, refuse_contact_settings};
+use super::bodies::scene_entries::SceneEntries;
+use super::bodies::{self, refuse_contact_settings};
 use super::choices::{SceneName, SolverName, StartFrame};
 use super::scene::Scene;
 use super::settings::Settings;

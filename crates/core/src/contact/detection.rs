@@ -4,7 +4,7 @@
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
 use super::{Contact, ContactKey, Features, KeyIndex, Partner, Plane};
-use crate::mechanics::body::ContactPoint;
+use crate::geometry::ContactPoint;
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::Vector3;

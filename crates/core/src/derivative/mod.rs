@@ -19,7 +19,6 @@ pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::SideChangeInput;
 pub(crate) use untracked::nearest_untracked;
 
-use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, quaternion};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector4};
 
@@ -123,17 +122,6 @@ impl StateChange {
             turn: if sin > 0.0 { vector * (angle / sin) } else { vector },
             velocity: to.velocity - from.velocity,
             spin: to.spin - from.spin,
-        }
-    }
-
-    /// Converts to a change of the thirteen numbers of `state`: δq = ½ L(q) H δθ.
-    #[must_use]
-    pub fn to_coordinates(&self, state: &State) -> State {
-        State {
-            position: self.position,
-            attitude: attitude_map(&state.attitude) * (self.turn * 0.5),
-            velocity: self.velocity,
-            spin: self.spin,
         }
     }
 }

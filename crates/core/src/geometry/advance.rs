@@ -30,9 +30,11 @@
 //! permits the longest step.
 
 use super::Piece;
-use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
+use super::hint::Hint;
+use super::pair::{PiecePair, PlacedPiece};
+use super::scratch::PairScratch;
 use super::separation::{Separation, touching};
-use crate::mechanics::{Pose, Trajectory};
+use crate::kinematics::{Pose, Trajectory};
 use nalgebra::Vector3;
 
 /// Largest number of steps along a trajectory. An approach takes a few; a graze at the target depth

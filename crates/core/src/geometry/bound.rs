@@ -1,6 +1,7 @@
 //! A cheap lower bound on the distance of two pieces.
 
-use super::pair::{Hint, PiecePair, PlacedPiece};
+use super::hint::Hint;
+use super::pair::{PiecePair, PlacedPiece};
 
 /// Lower bound on the [`separation`](super::separation()) of two pieces (m).
 ///

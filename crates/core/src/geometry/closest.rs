@@ -1,9 +1,11 @@
 //! Closest points of two separated cores, by search over all pairs of features that bounds leave.
 
 use super::gjk::close_points;
-use super::hull::Edge;
-use super::pair::{PairScratch, PiecePair, highest, lowest};
-use super::segment::{nearest_shares, span};
+use super::hull::{Edge, span};
+use super::pair::PiecePair;
+use super::scratch::PairScratch;
+use super::segment::nearest_shares;
+use super::support::{highest, lowest};
 use nalgebra::Vector3;
 
 /// Feature of a core that contains a point.

@@ -1,9 +1,11 @@
 //! Closest points of two pieces.
 
 use super::closest::closest;
-use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
+use super::hint::Hint;
+use super::pair::{PiecePair, PlacedPiece};
+use super::scratch::PairScratch;
 use super::separation::{Separation, separation};
-use crate::mechanics::Pose;
+use crate::kinematics::Pose;
 use nalgebra::Vector3;
 
 /// Relative distance of cores below which they count as touching.

@@ -21,10 +21,11 @@
 //!
 //! Edges for which some vertex makes this bound smaller than the best gap are left out.
 
-use super::axes::{AxisSource, PARALLEL, SeparatingAxis};
-use super::hull::Edge;
-use super::pair::{PairScratch, PiecePair, lowest};
-use super::segment::span;
+use super::hull::{Edge, span};
+use super::pair::PiecePair;
+use super::scratch::PairScratch;
+use super::separating_axis::{AxisSource, PARALLEL, SeparatingAxis};
+use super::support::lowest;
 use nalgebra::Vector3;
 
 /// Least difference from the best gap at which an edge is left out, relative to the smaller piece.

@@ -101,12 +101,6 @@ impl Ellipsoid {
         self.axes.column(0).cross(&self.axes.column(1)).normalize()
     }
 
-    /// True for a disc or a segment.
-    #[must_use]
-    pub fn is_thin(&self) -> bool {
-        self.axes.column(2) == Vector3::zeros()
-    }
-
     /// Largest coordinates of its points relative to the centre (m).
     #[must_use]
     pub fn half_extents(&self) -> Vector3<f64> {

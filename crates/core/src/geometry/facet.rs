@@ -5,9 +5,10 @@
 //! ([`contact::exposure`](crate::contact)).
 
 use super::Hull;
-use super::axes::{AxisSource, SeparatingAxis};
-use super::pair::{PairScratch, PiecePair};
-use super::segment::span;
+use super::hull::span;
+use super::pair::PiecePair;
+use super::scratch::PairScratch;
+use super::separating_axis::{AxisSource, PARALLEL, SeparatingAxis};
 use crate::error::Error;
 use nalgebra::Vector3;
 
@@ -61,7 +62,7 @@ pub(super) fn best_edges(
             let (from_a, along_a) = span(pair.a.vertices(), edge_a);
             let across = along_a.cross(&along_b);
             let norm = across.norm();
-            if norm <= super::axes::PARALLEL * along_a.norm() * along_b.norm() {
+            if norm <= PARALLEL * along_a.norm() * along_b.norm() {
                 continue;
             }
             let normal = across * (-across.dot(&outward).signum() / norm);

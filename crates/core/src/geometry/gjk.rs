@@ -7,7 +7,8 @@
 //! the point v of the current simplex that is nearest to the origin, and adds the support point w that
 //! is lowest along v. |v|² − v·w bounds what is left of |v|².
 
-use super::pair::{PiecePair, highest, lowest};
+use super::pair::PiecePair;
+use super::support::{highest, lowest};
 use nalgebra::{Matrix3, Vector3};
 
 /// Largest number of support points.

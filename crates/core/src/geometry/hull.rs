@@ -1,6 +1,6 @@
 //! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
 
-use super::segment::{nearest, span};
+use super::segment::nearest;
 use super::triangles::{FLAT, Triangle, hull_triangles};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
@@ -60,6 +60,12 @@ pub struct Edge {
     /// the second vertex. `None` for a segment. The edge runs along n_left × n_right, with n the
     /// normals.
     pub faces: Option<[u32; 2]>,
+}
+
+/// First vertex of an edge, and the vector to its second vertex.
+pub(super) fn span(vertices: &[Vector3<f64>], edge: &Edge) -> (Vector3<f64>, Vector3<f64>) {
+    let [from, to] = edge.vertices.map(|vertex| vertices[vertex as usize]);
+    (from, to - from)
 }
 
 impl Hull {

@@ -1,11 +1,11 @@
 //! Pieces: convex cores rounded by a radius, and smooth shapes.
 
+use super::ContactPoint;
 use super::mesh::Mesh;
-use super::pair::highest;
 use super::smooth::{self, Smooth};
+use super::support::highest;
 use super::{Ellipsoid, Hull};
 use crate::error::{Error, all_in_range, in_range};
-use crate::mechanics::body::ContactPoint;
 use nalgebra::{Matrix3, Vector3};
 
 /// All points within a radius of a convex core (m, body frame): a sphere (core a point), a capsule

@@ -3,11 +3,12 @@
 //! A piece is solid and closed: a ray that touches it hits it. A ray along a face hits the face to
 //! rounding.
 
-use super::pair::{Hint, PairScratch};
+use super::hint::Hint;
+use super::scratch::PairScratch;
 use super::separation::separation;
 use super::{Hull, Piece};
 use crate::error::Error;
-use crate::mechanics::Pose;
+use crate::kinematics::Pose;
 use nalgebra::{Matrix3, Vector3};
 
 /// Squared sine below which a ray is parallel to a capsule. It then enters through an end.

@@ -1,13 +1,6 @@
 //! Closest points of segments.
 
-use super::hull::Edge;
 use nalgebra::Vector3;
-
-/// First vertex of an edge, and the vector to its second vertex.
-pub(super) fn span(vertices: &[Vector3<f64>], edge: &Edge) -> (Vector3<f64>, Vector3<f64>) {
-    let [from, to] = edge.vertices.map(|vertex| vertices[vertex as usize]);
-    (from, to - from)
-}
 
 /// Parameters s and t of the closest points p + s u and q + t v, 0 ≤ s, t ≤ 1.
 ///

@@ -1,9 +1,12 @@
 //! Signed distance of two pieces.
 
-use super::axes::{AxisSource, TieBreak, best_axis};
+use super::axes::best_axis;
 use super::closest::closest;
-use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
-use super::touch::PieceSide;
+use super::features::PieceSide;
+use super::hint::Hint;
+use super::pair::{PiecePair, PlacedPiece};
+use super::scratch::PairScratch;
+use super::separating_axis::{AxisSource, TieBreak};
 use nalgebra::Vector3;
 
 /// Signed distance of two pieces and its direction.

@@ -17,13 +17,14 @@
 //! difference is s n: then the gap along n is their distance. Where this fails, portals go on to
 //! rounding.
 
+use super::features::PieceSide;
 use super::gjk::{Nearest, nearest};
-use super::pair::{Hint, PiecePair};
+use super::hint::Hint;
+use super::pair::PiecePair;
 use super::portal::{Portal, TIGHT};
 use super::segment::nearest_shares;
 use super::smooth_manifold::PARALLEL;
 use super::smooth_side::{SmoothSide, SupportFeature, TIE};
-use super::touch::PieceSide;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Distance above which pieces do not touch, relative to the smaller one.

@@ -10,12 +10,13 @@
 //! | ellipsoid or rim, and any other feature | the ellipsoid against the tangent plane of the other piece |
 //! | lateral surface of a cone, and an edge or a vertex | the place where they cross against the tangent plane of the cone |
 
-use super::axes::{AxisSource, SeparatingAxis};
+use super::features::{CorePart, Feature, PieceSide};
 use super::hull::Corner;
-use super::manifold::{MERGE, ManifoldPair};
+use super::manifold_pair::{MERGE, ManifoldPair};
 use super::segment::nearest_shares;
+use super::separating_axis::{AxisSource, SeparatingAxis};
 use super::smooth_side::{SmoothSide, SupportFeature};
-use super::touch::{CorePart, Feature, ManifoldPoint, PieceSide};
+use super::touch::ManifoldPoint;
 use nalgebra::Vector3;
 
 /// Sine of the angle below which a cylinder is nearly parallel to a face.

@@ -1,8 +1,9 @@
 //! One piece of a pair with a smooth shape: its support points and the features there.
 
-use super::manifold::NEARLY_ACROSS;
-use super::pair::{PiecePair, highest};
-use super::touch::PieceSide;
+use super::features::PieceSide;
+use super::manifold_pair::NEARLY_ACROSS;
+use super::pair::PiecePair;
+use super::support::highest;
 use super::{Ellipsoid, Hull, Smooth};
 use nalgebra::{Matrix3, Vector3};
 

@@ -10,7 +10,8 @@
 //! border also the outward normals in its plane.
 
 use super::facet;
-use super::segment::{nearest, span};
+use super::hull::span;
+use super::segment::nearest;
 use super::{Ellipsoid, Hull, Piece, Smooth};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;

@@ -5,7 +5,7 @@
 //! depend on positions.
 
 use super::Piece;
-use crate::mechanics::Pose;
+use crate::kinematics::Pose;
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 

@@ -4,9 +4,9 @@
 //! Equation numbers are those of `docs/formulation.md`.
 
 use super::body::RigidBody;
-use super::quaternion::{advance, attitude_map};
-use super::rotation::Rotation;
-use super::state::{State, Wrench};
+use crate::kinematics::quaternion::{advance, attitude_map};
+use crate::kinematics::rotation::Rotation;
+use crate::kinematics::state::{State, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// Time derivative Ẋ = (ṙ, q̇, v̇, ω̇) of the Newton–Euler equations (eq. 5) under a wrench that

@@ -1,9 +1,9 @@
 //! External force and torque on a body as functions of time, for
 //! [`Simulation::set_load`](crate::simulation::Simulation::set_load).
 
-use super::quaternion::rotation;
-use super::state::Wrench;
 use crate::error::{Error, all_in_range, in_range};
+use crate::kinematics::quaternion::rotation;
+use crate::kinematics::state::Wrench;
 use nalgebra::{Vector3, Vector4};
 
 /// Piecewise linear vector function of time. It is constant before the first and after the last

@@ -1,18 +1,14 @@
-//! Rigid bodies in free motion: mass properties, states, integrators and external loads.
+//! Rigid bodies in free motion: mass properties, integrators and external loads.
 
 pub mod body;
 pub mod dynamics;
 pub mod load;
-pub mod quaternion;
-pub mod rotation;
-pub mod state;
-pub mod trajectory;
 
+pub use crate::kinematics::{
+    Pose, Rotation, State, Trajectory, Wrench, quaternion, rotation, state, trajectory,
+};
 pub use body::RigidBody;
 pub use load::{Load, Polyline};
-pub use rotation::Rotation;
-pub use state::{Pose, State, Wrench};
-pub use trajectory::Trajectory;
 
 /// Maximum of two numbers; NaN if either is NaN, so that a NaN cannot pass as a small residual.
 #[inline]

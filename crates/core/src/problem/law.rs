@@ -93,6 +93,24 @@ impl Law {
             Self::Rows(rows) => rows.len(),
         }
     }
+
+    /// Coefficient of friction of a contact; 0 for other rows.
+    pub(crate) fn friction(&self) -> f64 {
+        match self {
+            Self::Contact { friction, .. } => *friction,
+            Self::Rows(_) => 0.0,
+        }
+    }
+
+    /// Copy with a coefficient of friction of at most `most`.
+    pub(super) fn with_friction_up_to(&self, most: f64) -> Self {
+        match self {
+            Self::Contact { friction, tangents } => {
+                Self::Contact { friction: friction.min(most), tangents: *tangents }
+            }
+            Self::Rows(_) => self.clone(),
+        }
+    }
 }
 
 impl RowLaw {

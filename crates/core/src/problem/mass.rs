@@ -2,8 +2,7 @@
 
 use super::{ProblemError, SparseMatrix};
 use crate::sets::DisjointSets;
-use crate::solver::native::fronts::Fronts;
-use crate::solver::native::plan::FrontPlan;
+use crate::sparse::{FrontPlan, Fronts};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 /// Largest block that is factorised as a dense matrix.

@@ -34,9 +34,7 @@ mod law;
 mod mass;
 mod matrix;
 mod measure;
-mod of_step;
 mod solution;
-mod wide;
 
 pub use error::ProblemError;
 pub use law::{Law, RowLaw};
@@ -177,6 +175,12 @@ impl ContactProblem {
         self.starts.partition_point(|start| *start <= row) - 1
     }
 
+    /// Copy with coefficients of friction of at most `most`.
+    pub(crate) fn with_friction_up_to(&self, most: f64) -> Self {
+        let laws = self.laws.iter().map(|law| law.with_friction_up_to(most)).collect();
+        Self { laws, ..self.clone() }
+    }
+
     /// Number of rows, the length of p and u.
     #[must_use]
     pub fn row_count(&self) -> usize {
@@ -208,20 +212,6 @@ impl ContactProblem {
         let Form::Global(global) = &self.form else { return Ok(self.clone()) };
         let (response, free) = global.condensed()?;
         Self::local(response, free, self.laws.clone())
-    }
-
-    /// Solves the problem.
-    ///
-    /// If it does not converge, the [solution](Solution) reports it and holds the best point found,
-    /// which may be zero impulses. Coefficients of friction beyond 1000 are reduced first. Some
-    /// problems with coefficients beyond 10⁵ do not converge.
-    ///
-    /// # Errors
-    /// If an option is out of range, if the initial impulses do not have one number per row, or on
-    /// an interrupt.
-    pub fn solve(&self, options: &SolveOptions<'_>) -> Result<Solution, ProblemError> {
-        options.check(self)?;
-        self.solve_in_turn(options)
     }
 }
 

@@ -40,7 +40,7 @@ impl Default for SolveOptions<'_> {
 }
 
 impl SolveOptions<'_> {
-    pub(super) fn check(&self, problem: &ContactProblem) -> Result<(), ProblemError> {
+    pub(crate) fn check(&self, problem: &ContactProblem) -> Result<(), ProblemError> {
         if !(self.residual > 0.0 && self.residual.is_finite()) {
             let (what, value) = ("the residual (m/s)", self.residual);
             return Err(ProblemError::OutOfRange { what, value, allowed: "above 0, and finite" });
@@ -87,7 +87,7 @@ impl Solution {
     }
 
     /// Evaluates the same impulses in another problem with as many rows.
-    pub(super) fn of_problem(self, problem: &ContactProblem) -> Self {
+    pub(crate) fn of_problem(self, problem: &ContactProblem) -> Self {
         let Self { impulses, asked, iterations, parts, start, selected, .. } = self;
         let evaluation = problem.evaluate(&impulses);
         let found = Self::of(impulses, evaluation, asked);

@@ -20,6 +20,7 @@ mod median;
 mod motion;
 mod one_step;
 mod parts;
+mod posed;
 pub mod random;
 pub mod record;
 mod rest;

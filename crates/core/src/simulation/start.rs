@@ -1,4 +1,4 @@
-//! Checks of initial states: overlaps, depth below the ground, and joint errors.
+//! Checks of initial states: depth below the ground, overlaps, and errors of joints and gears.
 
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Overlap};
@@ -7,6 +7,16 @@ use crate::joint::GEAR_AT_THE_START;
 use crate::mechanics::State;
 use crate::world::World;
 use nalgebra::Vector3;
+
+impl World {
+    /// Checks initial states of all bodies: depths below the ground, overlaps, joints and gears.
+    ///
+    /// # Errors
+    /// The first violation, which the first step would correct at high speed.
+    pub fn check_start(&self, states: &[State]) -> Result<(), Error> {
+        check(self, states, &[], true, &mut Candidates::new(), |_| true)
+    }
+}
 
 /// Rejects `states` if a body selected by `asked` overlaps another one too deeply. If `touches` is
 /// true, depths below the ground, joints and gears are checked too. `near` holds the last known
@@ -19,29 +29,20 @@ pub(super) fn check(
     candidates: &mut Candidates,
     asked: impl Fn(usize) -> bool,
 ) -> Result<(), Error> {
-    check_overlap(world, states, candidates, &asked)?;
     if touches {
         check_ground(world, states, &asked)?;
+    }
+    if let Some(Overlap { depth, allowed, between }) =
+        candidates.overlap_at_start(world, states, &asked)
+    {
+        return Err(Error::Overlap { between, depth, allowed });
+    }
+    if touches {
         let angles = world.angles_near(states, near);
         check_joints(world, states, &angles, &asked)?;
         check_gears(world, states, &angles, &asked)?;
     }
     Ok(())
-}
-
-/// Rejects deep overlaps, which would separate at high speed in the first step.
-fn check_overlap(
-    world: &World,
-    states: &[State],
-    candidates: &mut Candidates,
-    asked: impl Fn(usize) -> bool,
-) -> Result<(), Error> {
-    match candidates.overlap_at_start(world, states, asked) {
-        Some(Overlap { depth, allowed, between }) => {
-            Err(Error::Overlap { between, depth, allowed })
-        }
-        None => Ok(()),
-    }
 }
 
 /// Largest joint error, and largest excess over a joint limit, of an initial state (m and rad). The
@@ -58,17 +59,17 @@ fn check_joints(
         if !asked(of.body()) && !of.other().is_some_and(&asked) {
             continue;
         }
-        let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
+        let allowed = JOINT_AT_THE_START;
         // A NaN is an error too. `f64::max` would drop it.
-        let fits = place <= JOINT_AT_THE_START && turn <= JOINT_AT_THE_START;
-        if !fits {
-            return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
+        let fits = |place: f64, turn: f64| place <= allowed && turn <= allowed;
+        let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
+        if !fits(place, turn) {
+            return Err(Error::JointApart { joint, place, turn, allowed });
         }
-        let (place, turn) =
-            of.beyond_limits(states, &angles[joint]).unwrap_or((f64::NAN, f64::NAN));
-        let fits = place <= JOINT_AT_THE_START && turn <= JOINT_AT_THE_START;
-        if !fits {
-            return Err(Error::JointBeyond { joint, place, turn, allowed: JOINT_AT_THE_START });
+        let beyond = of.beyond_limits(states, &angles[joint]);
+        let (place, turn) = beyond.unwrap_or((f64::NAN, f64::NAN));
+        if !fits(place, turn) {
+            return Err(Error::JointBeyond { joint, place, turn, allowed });
         }
         if of.is_folded(states) {
             return Err(Error::Unsupported {
@@ -91,10 +92,10 @@ fn check_gears(
         if !tied.iter().any(|joint| asked(joint.body()) || joint.other().is_some_and(&asked)) {
             continue;
         }
-        let (off, allowed) = (of.error(world.joints(), states, angles).abs(), GEAR_AT_THE_START);
-        let fits = off <= allowed;
+        let off = of.error(world.joints(), states, angles).abs();
+        let fits = off <= GEAR_AT_THE_START;
         if !fits {
-            return Err(Error::GearApart { gear, off, allowed });
+            return Err(Error::GearApart { gear, off, allowed: GEAR_AT_THE_START });
         }
     }
     Ok(())
@@ -109,8 +110,9 @@ fn check_ground(
     for (index, (body, state)) in bodies.filter(|(index, _)| asked(*index)) {
         let allowed = CONTACT_BAND * body.reach();
         let depth = -world.heights(index, &state.pose()).fold(f64::INFINITY, f64::min);
-        if depth > allowed {
-            return Err(Error::StartBelowGround { depth, allowed });
+        let is_above = depth <= allowed;
+        if !is_above {
+            return Err(Error::StartBelowGround { body: index, depth, allowed });
         }
     }
     Ok(())

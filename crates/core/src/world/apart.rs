@@ -1,9 +1,9 @@
 //! Exclusion of contacts between pairs, by bodies, and by collision groups.
 
 use super::laws::ordered;
-use super::partner::Partner;
 use super::{GroupMasks, World};
 use crate::error::Error;
+use crate::partner::Partner;
 
 /// Exclusions of contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! Collision groups: exclusion of contacts by bit masks.
 
 use super::World;
-use super::partner::Partner;
 use crate::error::Error;
+use crate::partner::Partner;
 
 /// Collision groups of a body, a fixed piece or the ground, as bit masks.
 ///

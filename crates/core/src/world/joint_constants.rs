@@ -58,7 +58,10 @@ impl World {
             }
             if constant.is_of_gears() {
                 for (gear, number) in self.gears.iter_mut().zip(numbers) {
-                    gear.set(constant, *number);
+                    match constant {
+                        Constant::GearRatio => gear.ratio = *number,
+                        _ => gear.offset = *number,
+                    }
                 }
                 continue;
             }

@@ -1,9 +1,9 @@
 //! Contact laws: coefficients of the world, of bodies and of pairs.
 
 use super::World;
-use super::partner::{ContactLaw, Partner};
 use crate::error::{Error, in_range};
 use crate::mechanics::RigidBody;
+use crate::partner::{ContactLaw, Partner};
 
 impl World {
     /// Returns this world with the coefficient `friction` for the pair of `body` and `partner`. It
@@ -172,12 +172,6 @@ impl World {
     #[must_use]
     pub fn rebound_speed(&self) -> f64 {
         self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.time_step())
-    }
-
-    /// Rebound speed set by the user (m/s), if any.
-    #[must_use]
-    pub fn given_rebound_speed(&self) -> Option<f64> {
-        self.rebound_speed
     }
 }
 

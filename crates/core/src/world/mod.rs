@@ -4,15 +4,16 @@
 mod apart;
 mod changes;
 pub mod constants;
+mod gears;
 mod groups;
 mod joint_constants;
 mod law_constants;
 mod laws;
-pub(crate) mod partner;
 pub mod plane;
 pub(crate) mod reshape;
 mod terrain;
 
+pub use crate::partner::{ContactLaw, Partner};
 pub(crate) use apart::KnownSeparations;
 #[cfg(feature = "save")]
 pub(crate) use changes::Changeable;
@@ -22,7 +23,6 @@ pub(crate) use groups::GroupMasks;
 pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
 use laws::{PairLaws, ordered};
-pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
 pub use terrain::FixedTerrain;
 
@@ -105,7 +105,12 @@ impl World {
         all_in_range("gravity (m/s²)", &parameters.gravity, -1000.0, 1000.0, "-1000 to 1000")?;
         let reach = parameters.bodies.iter().map(RigidBody::reach).fold(0.0, f64::max);
         let speed_scale = speed_scale(&parameters.gravity, reach);
-        Ok(Self {
+        Ok(Self::of(parameters, reach, speed_scale))
+    }
+
+    /// World of these bodies alone.
+    fn of(parameters: Parameters, reach: f64, speed_scale: f64) -> Self {
+        Self {
             parameters,
             fixed: Vec::new(),
             terrains: Vec::new(),
@@ -123,7 +128,7 @@ impl World {
             rebound_speed: None,
             reach,
             speed_scale,
-        })
+        }
     }
 
     /// Returns this world with the static pieces `fixed`.
@@ -349,23 +354,12 @@ impl World {
         };
         let speed_scale = self.speed_scale * time / length;
         Self {
-            parameters,
-            fixed: Vec::new(),
-            terrains: Vec::new(),
-            joints: Vec::new(),
-            gears: Vec::new(),
-            apart: Vec::new(),
-            kept_apart: Vec::new(),
-            untouched: Vec::new(),
-            groups: None,
             held: self.held.clone(),
-            surfaces: Vec::new(),
             pair_frictions: self.pair_frictions.clone(),
             restitution: self.restitution,
             pair_restitutions: self.pair_restitutions.clone(),
             rebound_speed: self.rebound_speed.map(|speed| speed * time / length),
-            reach: self.reach / length,
-            speed_scale,
+            ..Self::of(parameters, self.reach / length, speed_scale)
         }
     }
 }

@@ -131,12 +131,6 @@ impl Plane {
         if self.level { *vector } else { self.to_ground * vector }
     }
 
-    /// Converts a vector from the ground frame to the world frame.
-    #[must_use]
-    pub fn vector_to_world(&self, vector: &Vector3<f64>) -> Vector3<f64> {
-        if self.level { *vector } else { self.to_ground.tr_mul(vector) }
-    }
-
     /// Converts a state from the world frame to the ground frame. The spin is in the body frame in
     /// both, and the quaternion keeps its length.
     #[must_use]

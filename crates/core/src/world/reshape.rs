@@ -2,9 +2,9 @@
 
 use super::constants::radius;
 use crate::error::{Error, in_range};
+use crate::geometry::ContactPoint;
 use crate::geometry::Piece;
 use crate::mechanics::RigidBody;
-use crate::mechanics::body::ContactPoint;
 use nalgebra::Vector3;
 
 /// Dependence of a body's shape on its size and radius.

@@ -19,26 +19,15 @@ const READ: [&str; 7] = ["geom", "body", "joint", "freejoint", "site", "inertial
 
 /// Context of child elements: link, their frame in it, and their default class.
 #[derive(Clone)]
-struct Within<'e> {
-    link: usize,
-    frame: LinkFrame,
-    class: &'e str,
+pub(super) struct Within<'e> {
+    pub link: usize,
+    pub frame: LinkFrame,
+    pub class: &'e str,
 }
 
 impl MjcfReader<'_> {
     /// Reads all bodies.
     pub(super) fn read_world(&mut self, root: &Element) -> Result<(), String> {
-        self.robot.links.push(RobotLink {
-            name: "world".to_owned(),
-            parent: 0,
-            frame: LinkFrame::identity(),
-            mass: LinkMass::NONE,
-            weightless: 0.0,
-            is_mocap: false,
-            is_between: false,
-            joints: (0, 0),
-            at: "the world".to_owned(),
-        });
         self.matter.push(None);
         let mut below = Vec::new();
         for world in root.all("worldbody") {
@@ -128,10 +117,10 @@ impl MjcfReader<'_> {
     ) -> Result<(), String> {
         for child in &element.children {
             match &*child.tag {
-                "geom" => self.read_shape(child, within.link, &within.frame, within.class)?,
+                "geom" => self.read_shape(child, within)?,
                 "body" => below.push((child, within.clone())),
                 "joint" | "freejoint" => self.read_joint(child, within)?,
-                "site" => self.read_site(child, within.link, &within.frame, within.class)?,
+                "site" => self.read_site(child, within)?,
                 "inertial" if within.link > 0 && element.tag == "body" => {}
                 "frame" => {
                     child.refuse_others(

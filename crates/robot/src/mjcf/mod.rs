@@ -26,7 +26,7 @@ use super::xml::{Attributes, Element};
 use compiler::Compiler;
 use defaults::{Classes, Defaulted};
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 use tumble_core::geometry::terrain::HeightField;
 use tumble_model::{nearest, shown};
@@ -96,23 +96,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let classes = Classes::of(&root)?;
     let mut notes = RobotNotes::default();
     let (options, flags) = rest::options(&root, &mut notes)?;
-    let robot = Robot {
-        name: root.own("model").unwrap_or("").to_owned(),
-        links: Vec::new(),
-        joints: Vec::new(),
-        shapes: Vec::new(),
-        looks: Vec::new(),
-        sites: Vec::new(),
-        actuators: Vec::new(),
-        ties: Vec::new(),
-        follows: Vec::new(),
-        sums: Vec::new(),
-        apart: Vec::new(),
-        pairs: BTreeMap::new(),
-        keys: Vec::new(),
-        options,
-        notes: Vec::new(),
-    };
+    let robot = Robot::new(root.own("model").unwrap_or(""), options);
     let mut reader = MjcfReader {
         reading,
         compiler,

@@ -1,6 +1,7 @@
 //! Shapes (`geom` in MJCF), including those of meshes.
 
 use super::MjcfReader;
+use super::bodies::Within;
 use super::defaults::Defaulted;
 use super::sites::ends;
 use crate::frame::LinkFrame;
@@ -46,10 +47,9 @@ impl MjcfReader<'_> {
     pub(super) fn read_shape(
         &mut self,
         element: &Element,
-        link: usize,
-        frame: &LinkFrame,
-        class: &str,
+        within: &Within<'_>,
     ) -> Result<(), String> {
+        let &Within { link, ref frame, class } = within;
         const READ: [&str; 24] = [
             "name",
             "class",

@@ -1,6 +1,7 @@
 //! Sites: named frames on bodies. Also frames defined by two points.
 
 use super::MjcfReader;
+use super::bodies::Within;
 use super::defaults::Defaulted;
 use crate::frame::{LinkFrame, from_z};
 use crate::model::{NamedSite, RobotSite};
@@ -12,10 +13,9 @@ impl MjcfReader<'_> {
     pub(super) fn read_site(
         &mut self,
         element: &Element,
-        link: usize,
-        frame: &LinkFrame,
-        class: &str,
+        within: &Within<'_>,
     ) -> Result<(), String> {
+        let &Within { link, ref frame, class } = within;
         const READ: [&str; 9] =
             ["name", "class", "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "fromto"];
         element.refuse_others(&READ, &["type", "size", "group", "material", "rgba", "user"])?;

@@ -9,11 +9,11 @@ use super::Reading;
 use super::frame::LinkFrame;
 use super::left_out::pruned;
 use super::meshes::share_triangles;
-use super::model::{LinkMass, MimicJoint, Moves, Robot, RobotJoint, RobotLink, RobotOptions};
+use super::model::{MimicJoint, Moves, Robot, RobotJoint, RobotLink, RobotOptions};
 use super::notes::RobotNotes;
 use super::xml::{Attributes, Element};
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use tumble_model::shown;
 
 use masses::{LEAST_MASS, density, inertial, is_faint, origin};
@@ -44,39 +44,14 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let root = &root;
     names::check(root, &mut notes)?;
     let tree = LinkTree::of(root)?;
-    let robot = Robot {
-        name: root.own("name").unwrap_or("").to_owned(),
-        links: vec![RobotLink {
-            name: "world".to_owned(),
-            parent: 0,
-            frame: LinkFrame::identity(),
-            mass: LinkMass::NONE,
-            weightless: 0.0,
-            is_mocap: false,
-            is_between: false,
-            joints: (0, 0),
-            at: "the world".to_owned(),
-        }],
-        joints: Vec::new(),
-        shapes: Vec::new(),
-        looks: Vec::new(),
-        sites: Vec::new(),
-        actuators: Vec::new(),
-        ties: Vec::new(),
-        follows: Vec::new(),
-        sums: Vec::new(),
-        apart: Vec::new(),
-        pairs: BTreeMap::new(),
-        keys: Vec::new(),
-        options: RobotOptions {
-            time_step: 0.002,
-            gravity: Vector3::new(0.0, 0.0, -9.81),
-            contacts: true,
-            neighbours_touch: false,
-            has_world: false,
-        },
-        notes: Vec::new(),
+    let options = RobotOptions {
+        time_step: 0.002,
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        contacts: true,
+        neighbours_touch: false,
+        has_world: false,
     };
+    let robot = Robot::new(root.own("name").unwrap_or(""), options);
     let (hulls, placed) = (HashMap::new(), vec![LinkFrame::identity()]);
     let held = BTreeSet::new();
     let materials = root.all("material").collect();

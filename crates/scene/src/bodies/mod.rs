@@ -18,56 +18,19 @@ pub mod joints;
 mod masses;
 mod refused;
 pub mod robots;
+pub mod scene_entries;
 pub mod terrain;
 
 use super::scene::Scene;
 use super::settings::{Settings, USUAL_SEED};
 use super::solver_choice::{self, SolverChoice};
 use build::BuiltScene;
-use driven::{DrivenEntry, SurfaceEntry};
-use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry, PieceEntry};
-use gears::GearEntry;
-use joints::{JointEntry, MotorEntry};
-use terrain::TerrainEntry;
-use tumble_core::contact::detection::CONTACT_BAND;
-use tumble_core::contact::{Candidates, Overlap};
+use entries::{BodyEntry, Files, PieceEntry};
+use scene_entries::SceneEntries;
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
-use tumble_core::joint::GEAR_AT_THE_START;
 use tumble_core::mechanics::load::Polyline;
-use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::failure::{Failure, refuse_flags};
-
-/// Tables of a scenario file, as deserialised.
-#[derive(Default)]
-pub struct SceneEntries {
-    /// Place of the only body in error messages, if it is not `bodies[0]`.
-    pub at: &'static str,
-    /// Entries of `[[bodies]]`.
-    pub bodies: Vec<BodyEntry>,
-    /// Entries of `[[fixed]]`: static geometry.
-    pub fixed: Vec<FixedEntry>,
-    /// Entries of `[[terrain]]`: height fields and surfaces of triangles.
-    pub terrain: Vec<TerrainEntry>,
-    /// Entries of `[[friction]]`: coefficients of single pairs.
-    pub friction: Vec<PairEntry>,
-    /// Entries of `[[restitution]]`: coefficients of single pairs.
-    pub restitution: Vec<PairEntry>,
-    /// Entries of `[[joints]]`.
-    pub joints: Vec<JointEntry>,
-    /// Entries of `[[motors]]`, each on an axis of a joint.
-    pub motors: Vec<MotorEntry>,
-    /// Entries of `[[gears]]`.
-    pub gears: Vec<GearEntry>,
-    /// Entries of `[[driven]]`: bodies with a prescribed motion.
-    pub driven: Vec<DrivenEntry>,
-    /// Entries of `[[surfaces]]`: conveyor belts.
-    pub surfaces: Vec<SurfaceEntry>,
-    /// Entries of `[[apart]]`: pairs that do not collide.
-    pub apart: Vec<ApartEntry>,
-    /// Entries of `[[robots]]`: URDF and MJCF files.
-    pub robots: Vec<robots::RobotEntry>,
-}
 
 /// Makes the scene of a scenario file from its `settings` and its tables `entries`.
 ///
@@ -142,9 +105,7 @@ fn of_built(
         trajectory: settings.solver.preset.is_some(),
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
-    refuse_start_below_ground(&scene)?;
-    refuse_overlap(&scene)?;
-    refuse_joints_apart(&scene)?;
+    refuse_odd_start(&scene)?;
     scene.refuse_contradiction()?;
     Ok(scene)
 }
@@ -214,76 +175,17 @@ fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
 /// state.
 const MOST_GAINED: f64 = 1e4;
 
-/// Rejects joints and gears that the initial poses violate, and poses beyond joint limits.
-///
-/// Constraints hold at the end of every step. The first step would move the bodies by the whole
-/// error.
-fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
-    let angles = scene.world.angles_near(&scene.starts, &[]);
-    for ((joint, name), angles) in scene.world.joints().iter().zip(&scene.joints).zip(&angles) {
-        let (place, turn) = joint.error(&scene.starts).unwrap_or((f64::NAN, f64::NAN));
-        // Written so that a NaN is rejected.
-        let fits = place.max(turn) <= JOINT_AT_THE_START;
-        if !fits {
-            return Err(Failure::Input(format!(
-                "joints: {name} is {place:.3e} m and {turn:.3e} rad off at the start; allowed: \
-                 {JOINT_AT_THE_START:.0e} of each; move its bodies, or remove it"
-            )));
+/// Rejects a start that the first step would correct at high speed.
+fn refuse_odd_start(scene: &Scene) -> Result<(), Failure> {
+    scene.world.check_start(&scene.starts).map_err(|error| {
+        let why = error.display(scene);
+        match error {
+            Error::StartBelowGround { .. } => Failure::setting("position", why),
+            Error::Overlap { .. } => Failure::Input(format!("position: {why}")),
+            Error::GearApart { .. } => Failure::Input(why),
+            _ => Failure::Input(format!("joints: {why}")),
         }
-        let beyond = joint.beyond_limits(&scene.starts, angles);
-        let (place, turn) = beyond.unwrap_or((f64::NAN, f64::NAN));
-        let fits = place.max(turn) <= JOINT_AT_THE_START;
-        if !fits {
-            return Err(Failure::Input(format!(
-                "joints: {name} is {place:.3e} m and {turn:.3e} rad beyond its limits at the \
-                 start; allowed: {JOINT_AT_THE_START:.0e} of each"
-            )));
-        }
-    }
-    for (index, gear) in scene.world.gears().iter().enumerate() {
-        let off = gear.error(scene.world.joints(), &scene.starts, &angles).abs();
-        let fits = off <= GEAR_AT_THE_START;
-        if !fits {
-            let [first, second] = gear.axes().map(|axis| &scene.joints[axis.joint]);
-            return Err(Failure::Input(format!(
-                "gears[{index}] ({first}, {second}): {first} is {off:.3e} m or rad off at the \
-                 start; allowed: {GEAR_AT_THE_START:.0e}"
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// Rejects a start below the ground by more than the contact band.
-///
-/// The body would otherwise leave the ground at high speed in the first step.
-fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
-    for (index, state) in scene.starts.iter().enumerate() {
-        let heights = scene.world.heights(index, &state.pose());
-        let lowest = heights.fold(f64::INFINITY, f64::min);
-        let allowed = CONTACT_BAND * scene.world.bodies()[index].reach();
-        // Written so that a NaN is rejected.
-        let is_above = lowest >= -allowed;
-        if !is_above {
-            return Err(Failure::setting(
-                "position",
-                format!(
-                    "{} would start {:.3e} m below the ground; allowed: {allowed:.1e} m; raise it \
-                     along the ground's normal",
-                    scene.bodies[index], -lowest
-                ),
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Rejects deep overlaps, which would separate at high speed in the first step.
-fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
-    let deepest = Candidates::new().overlap_at_start(&scene.world, &scene.starts, |_| true);
-    let Some(Overlap { depth, allowed, between }) = deepest else { return Ok(()) };
-    let overlap = scene.naming(&Error::Overlap { between, depth, allowed });
-    Err(Failure::Input(format!("position: {overlap}")))
+    })
 }
 
 /// Rejects settings that only affect contact, for a body that floats.

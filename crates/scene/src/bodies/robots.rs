@@ -1,6 +1,6 @@
 //! Tables `[[robots]]`, and scenes of a single robot file.
 
-use super::build::BuiltScene;
+use super::build::{BuiltScene, empty_model};
 use super::copies::MOST_BODIES;
 use super::entries::{AttitudeEntry, Files};
 use crate::settings::{RobotSettings, Settings};
@@ -14,7 +14,6 @@ use tumble_core::world::Plane;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::fields::Numbers;
-use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shown;
 use tumble_robot::model::{Moves, Robot};
 use tumble_robot::{Assembled, LARGEST_FILE, LinkFrame, MeshPieces, Placing, Reading, read};
@@ -142,27 +141,7 @@ pub fn read_alone(
 /// ground.
 pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
     let mut placing = Placing { has_ground: robot.options.has_world, ..Placing::default() };
-    let empty = || Model {
-        dt: settings.dt.unwrap_or_default(),
-        rotation: settings.rotation.unwrap_or(Rotation::Momentum),
-        gravity: settings.gravity.unwrap_or_default().into(),
-        mu: settings.mu.unwrap_or(USUAL_FRICTION),
-        restitution: settings.restitution.unwrap_or_default(),
-        rebound_speed: settings.rebound_speed,
-        plane: settings.plane.as_ref().map(plane_parameters),
-        shapes: Vec::new(),
-        looks: Vec::new(),
-        bodies: Vec::new(),
-        fixed: Vec::new(),
-        terrains: Vec::new(),
-        frictions: Vec::new(),
-        restitutions: Vec::new(),
-        joints: Vec::new(),
-        gears: Vec::new(),
-        surfaces: Vec::new(),
-        apart: Vec::new(),
-        groups: Vec::new(),
-    };
+    let empty = || empty_model(settings, USUAL_FRICTION);
     if robot.joints.is_empty() {
         let way = match robot.options.has_world {
             true => "add a <freejoint/> or a joint",

@@ -26,14 +26,11 @@
 //! equal, vanishing compliance at every contact point (N6). It is the limit of very stiff, equal
 //! springs.
 
-mod blocks;
 mod coupling;
-mod dense;
 mod effort;
 mod ellipsoid_motion;
 mod equations;
 mod fixed_motion;
-pub(crate) mod fronts;
 mod interior_point;
 mod island;
 mod islands;
@@ -41,17 +38,13 @@ mod law;
 mod linearised;
 mod member;
 mod newton;
-mod order;
 mod pair_motion;
 mod part;
-mod pattern;
-pub(crate) mod plan;
 mod posed;
 mod proximal;
 mod round_motion;
 mod settings;
 mod single;
-mod six;
 mod stages;
 #[cfg(feature = "threads")]
 mod threads;
@@ -72,7 +65,6 @@ pub use law::MapPiece;
 pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{IslandPart, Parts, SolveAccuracy};
-pub(crate) use posed::solve as solve_problem;
 pub use stages::STARTS;
 use stages::{StageOutcome, StageRun};
 #[cfg(feature = "threads")]

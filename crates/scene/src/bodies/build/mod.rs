@@ -5,7 +5,6 @@
 mod groups;
 mod names;
 
-use super::SceneEntries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
 use super::decomposed::DecomposedMesh;
 use super::driven::SurfaceEntry;
@@ -15,6 +14,7 @@ use super::entries::{
 use super::joints::JointEntries;
 use super::masses::mass_properties;
 use super::refused::field_of;
+use super::scene_entries::SceneEntries;
 use super::terrain::TerrainEntry;
 use crate::choices::StartFrame;
 use crate::settings::{Settings, USUAL_SEED};
@@ -51,6 +51,31 @@ pub struct BuiltScene {
     pub robots: Vec<tumble_robot::Assembled>,
 }
 
+/// Model with these settings and without bodies. `mu` is the default coefficient of friction.
+pub fn empty_model(settings: &Settings, mu: f64) -> Model {
+    Model {
+        dt: settings.dt.unwrap_or_default(),
+        rotation: settings.rotation.unwrap_or(Rotation::Momentum),
+        gravity: settings.gravity.unwrap_or_default().into(),
+        mu: settings.mu.unwrap_or(mu),
+        restitution: settings.restitution.unwrap_or_default(),
+        rebound_speed: settings.rebound_speed,
+        plane: settings.plane.as_ref().map(plane_parameters),
+        shapes: Vec::new(),
+        looks: Vec::new(),
+        bodies: Vec::new(),
+        fixed: Vec::new(),
+        terrains: Vec::new(),
+        frictions: Vec::new(),
+        restitutions: Vec::new(),
+        joints: Vec::new(),
+        gears: Vec::new(),
+        surfaces: Vec::new(),
+        apart: Vec::new(),
+        groups: Vec::new(),
+    }
+}
+
 /// Converts the tables to a model. `settings` are complete except for the bodies.
 pub fn build(
     file: SceneEntries,
@@ -58,7 +83,6 @@ pub fn build(
     files: Files<'_>,
 ) -> Result<BuiltScene, String> {
     let plane = settings.plane.clone();
-    let ground = plane.as_ref().map(plane_parameters);
     let mut builder = Builder {
         files,
         plane,
@@ -66,27 +90,7 @@ pub fn build(
         drawn: false,
         names: Vec::new(),
         merged: BTreeMap::new(),
-        model: Model {
-            dt: settings.dt.unwrap_or_default(),
-            rotation: settings.rotation.unwrap_or(Rotation::Momentum),
-            gravity: settings.gravity.unwrap_or_default().into(),
-            mu: settings.mu.unwrap_or_default(),
-            restitution: settings.restitution.unwrap_or_default(),
-            rebound_speed: settings.rebound_speed,
-            plane: ground,
-            shapes: Vec::new(),
-            looks: Vec::new(),
-            bodies: Vec::new(),
-            fixed: Vec::new(),
-            terrains: Vec::new(),
-            frictions: Vec::new(),
-            restitutions: Vec::new(),
-            joints: Vec::new(),
-            gears: Vec::new(),
-            surfaces: Vec::new(),
-            apart: Vec::new(),
-            groups: Vec::new(),
-        },
+        model: empty_model(settings, 0.0),
     };
     if file.bodies.is_empty() && file.robots.is_empty() {
         return Err("bodies: at least one table [[bodies]] is needed".to_owned());

@@ -3,7 +3,6 @@
 //! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings};
-use crate::solver::native::blocks::BlockSystem;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{
     Determined, Elimination, Equations, EvaluatedPoint, MapResidual, StepSetting, Velocities,
@@ -15,19 +14,20 @@ use crate::solver::native::member::IslandBody;
 use crate::solver::native::pair_motion::stacked;
 use crate::solver::native::settings::Settings;
 use crate::solver::native::tolerances::Tolerances;
+use crate::sparse::BlockSystem;
 use crate::step::Step;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Scratch of an evaluation: residuals and, without joints, the rotations of the bodies.
 #[derive(Debug, Clone, Default)]
-pub(in super::super) struct IslandScratch {
+pub(crate) struct IslandScratch {
     residuals: Vec<Velocity>,
     turnings: Vec<Both>,
 }
 
 /// Linear system, velocities in elimination order, and rotations of bodies with joints.
 #[derive(Debug, Clone, Default)]
-pub(in super::super) struct IslandSystem {
+pub(crate) struct IslandSystem {
     pub(super) blocks: BlockSystem,
     values: Vec<Vector6<f64>>,
     turnings: Vec<Both>,
@@ -271,7 +271,7 @@ impl Equations for Island {
         values.clear();
         values.resize(self.members.len(), Vector6::zeros());
         for (index, residual) in scratch.residuals.iter().enumerate() {
-            values[self.pattern.order.place(index)] = -stacked(residual);
+            values[self.pattern.place(index)] = -stacked(residual);
         }
         for (linked, elimination) in self.all_linked().zip(eliminations) {
             self.add_offset(linked, &elimination.local_solution.offset, values);
@@ -279,7 +279,7 @@ impl Equations for Island {
         blocks.solve::<false>(&self.pattern, values);
         step.clear();
         step.extend((0..self.members.len()).map(|index| {
-            let x = &values[self.pattern.order.place(index)];
+            let x = &values[self.pattern.place(index)];
             Velocity { linear: x.fixed_rows::<3>(0).into(), spin: x.fixed_rows::<3>(3).into() }
         }));
         step.is_finite()

@@ -92,7 +92,7 @@ impl Train {
 
 /// ∂u/∂V of a coupling of an island.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) enum IslandSlope {
+pub(crate) enum IslandSlope {
     /// One or two bodies.
     Pair(PairSlope),
     Gear(GearSlope),
@@ -105,7 +105,7 @@ impl IslandSlope {
 
 /// Slope of a gear row.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct GearSlope(Bodies<RowVector6<f64>>);
+pub(crate) struct GearSlope(Bodies<RowVector6<f64>>);
 
 impl GearSlope {
     pub(super) fn bodies(&self) -> impl Iterator<Item = (usize, RowVector6<f64>)> + '_ {
@@ -131,7 +131,7 @@ impl Slope for IslandSlope {
 
 impl Island {
     /// Adds gear `index` of the world, whose joints the island has.
-    pub(in super::super) fn admit_gear(&mut self, step: &Step<'_>, index: usize) {
+    pub(crate) fn admit_gear(&mut self, step: &Step<'_>, index: usize) {
         let gear = &step.world.gears()[index];
         let length = gear.length(step.world.joints(), step.world.bodies());
         // Coupling, row, length and coordinate of an axis.
@@ -218,11 +218,7 @@ impl Island {
     }
 
     /// Writes the forces of the gears from the impulses of all couplings.
-    pub(in super::super) fn write_gears(
-        &self,
-        impulses: &[Vector3<f64>],
-        solution: &mut StepSolution,
-    ) {
+    pub(crate) fn write_gears(&self, impulses: &[Vector3<f64>], solution: &mut StepSolution) {
         let first = self.links.len() - self.gears.len();
         for (train, impulse) in self.gears.iter().zip(&impulses[first..]) {
             if let Some(force) = solution.gears.get_mut(train.gear) {

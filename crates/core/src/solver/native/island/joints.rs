@@ -21,27 +21,27 @@ use nalgebra::Vector3;
 
 /// Couplings and initial coordinates of a joint of the island.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct JointPlace {
+pub(crate) struct JointPlace {
     /// Index of the joint in the world.
-    pub(in super::super) joint: usize,
+    pub(crate) joint: usize,
     /// Index of the coupling of the anchor, if it has one.
-    pub(in super::super) place: Option<usize>,
+    pub(crate) place: Option<usize>,
     /// Index of the coupling of the rotation, if it has one.
-    pub(in super::super) turn: Option<usize>,
+    pub(crate) turn: Option<usize>,
     /// Length scale ℓ of the rotation (J2) (m).
-    pub(in super::super) length: f64,
+    pub(crate) length: f64,
     /// True for a joint between two bodies.
     pub(super) is_of_two: bool,
     /// Coordinates of the linear axes at the start of the step (m).
-    pub(in super::super) along: Vector3<f64>,
+    pub(crate) along: Vector3<f64>,
     /// Angles at the start of the step, with full turns (rad).
-    pub(in super::super) angles: Vector3<f64>,
+    pub(crate) angles: Vector3<f64>,
 }
 
 impl Island {
     /// Adds joint `index` of the world. `place` maps a body of the world to its index in the
     /// island.
-    pub(in super::super) fn admit_joint(
+    pub(crate) fn admit_joint(
         &mut self,
         step: &Step<'_>,
         index: usize,
@@ -135,7 +135,7 @@ impl Island {
     /// Impulses p̂ of the couplings of all joints from the joint `forces` of an earlier step (m/s).
     ///
     /// `forces` has one entry per joint of the world, in order.
-    pub(in super::super) fn joint_impulses<'a>(
+    pub(crate) fn joint_impulses<'a>(
         &'a self,
         forces: &'a [JointForce],
     ) -> impl Iterator<Item = Vector3<f64>> + 'a {
@@ -152,7 +152,7 @@ impl Island {
 
     /// Writes the forces of the joints from the impulses of all couplings. `solution` has the final
     /// states.
-    pub(in super::super) fn write_joints(
+    pub(crate) fn write_joints(
         &self,
         step: &Step<'_>,
         impulses: &[Vector3<f64>],

@@ -4,11 +4,11 @@
 //! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings, LinkedCoupling};
-use crate::solver::native::blocks::BlockSystem;
 use crate::solver::native::equations::{Elimination, Velocity};
 use crate::solver::native::fixed_motion::slope;
 use crate::solver::native::law::Gain;
 use crate::solver::native::pair_motion::{PairSlope, beside};
+use crate::sparse::BlockSystem;
 use nalgebra::{Matrix3, Matrix3x6, RowVector6, Vector3, Vector6};
 
 impl Island {
@@ -144,7 +144,7 @@ impl Island {
     ) {
         if let CouplingKind::Gear(gear) = linked.link.kind {
             for (body, wrench) in self.gears[gear].sides() {
-                values[self.pattern.order.place(body)] += wrench * offset[0];
+                values[self.pattern.place(body)] += wrench * offset[0];
             }
             return;
         }
@@ -154,7 +154,7 @@ impl Island {
                 rhs.fixed_rows_mut::<3>(0).copy_from(&(share * offset));
             }
             rhs.fixed_rows_mut::<3>(3).copy_from(&(share * (torque_map * offset)));
-            values[self.pattern.order.place(row)] += rhs;
+            values[self.pattern.place(row)] += rhs;
         }
     }
 

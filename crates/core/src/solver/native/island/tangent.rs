@@ -10,16 +10,16 @@ use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
 
 /// Row of a gear.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct GearTangent {
+pub(crate) struct GearTangent {
     /// Index of its coupling; `gear` is the index in the world.
-    pub(in super::super) coupling: usize,
-    pub(in super::super) gear: usize,
+    pub(crate) coupling: usize,
+    pub(crate) gear: usize,
     /// Coupling, row and factor of each coordinate.
-    pub(in super::super) parts: [(usize, usize, f64); 2],
+    pub(crate) parts: [(usize, usize, f64); 2],
     /// Position error at the start of the step, over h (m/s).
-    pub(in super::super) offset: f64,
+    pub(crate) offset: f64,
     /// ℓ of the first coordinate (m if it is a rotation).
-    pub(in super::super) length: f64,
+    pub(crate) length: f64,
 }
 
 /// One body of a coupling with the factored gain D = T diag(g) Fᵀ.
@@ -27,15 +27,15 @@ pub(in super::super) struct GearTangent {
 /// `rows` is Fᵀ J, the motion along the rows by the body's velocities. `effect` is H T diag(g), the
 /// right-hand side of the body's equations by that motion.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct HeldSide {
-    pub(in super::super) body: usize,
-    pub(in super::super) rows: Matrix3x6<f64>,
-    pub(in super::super) effect: Matrix6x3<f64>,
+pub(crate) struct HeldSide {
+    pub(crate) body: usize,
+    pub(crate) rows: Matrix3x6<f64>,
+    pub(crate) effect: Matrix6x3<f64>,
 }
 
 impl Island {
     /// Adds the sides of a coupling with this slope and gain.
-    pub(in super::super) fn hold(
+    pub(crate) fn hold(
         &self,
         coupling: usize,
         slope: &IslandSlope,
@@ -76,7 +76,7 @@ impl Island {
     /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)
     /// ```
     #[inline]
-    pub(in super::super) fn add_impulses<const C: usize>(
+    pub(crate) fn add_impulses<const C: usize>(
         &self,
         coupling: usize,
         impulse: &SMatrix<f64, 3, C>,
@@ -106,7 +106,7 @@ impl Island {
 
     /// Adds torques on the two bodies of a coupling, each in its own frame: M/m (0, δτ_A) and −M/m
     /// (0, δτ_B).
-    pub(in super::super) fn add_torques<const C: usize>(
+    pub(crate) fn add_torques<const C: usize>(
         &self,
         coupling: usize,
         torques: &SMatrix<f64, 6, C>,
@@ -125,11 +125,7 @@ impl Island {
 
     /// Transpose of [`add_impulses`](Self::add_impulses): maps derivatives with respect to the
     /// right-hand sides to those with respect to the coupling's impulse.
-    pub(in super::super) fn impulse_pulled(
-        &self,
-        coupling: usize,
-        rhs: &[Vector6<f64>],
-    ) -> Vector3<f64> {
+    pub(crate) fn impulse_pulled(&self, coupling: usize, rhs: &[Vector6<f64>]) -> Vector3<f64> {
         let linked = self.linked(coupling);
         let mut impulse = Vector3::zeros();
         if let CouplingKind::Gear(gear) = linked.link.kind {
@@ -148,11 +144,7 @@ impl Island {
     }
 
     /// Transpose of [`add_torques`](Self::add_torques).
-    pub(in super::super) fn torques_pulled(
-        &self,
-        coupling: usize,
-        rhs: &[Vector6<f64>],
-    ) -> Vector6<f64> {
+    pub(crate) fn torques_pulled(&self, coupling: usize, rhs: &[Vector6<f64>]) -> Vector6<f64> {
         let linked = self.linked(coupling);
         let mut torques = Vector6::zeros();
         if let CouplingKind::Gear(_) = linked.link.kind {
@@ -167,7 +159,7 @@ impl Island {
 
     /// Solves the system factorised last for right-hand sides by body, in place. `values` is
     /// scratch.
-    pub(in super::super) fn solve_all<const C: usize>(
+    pub(crate) fn solve_all<const C: usize>(
         &self,
         system: &mut IslandSystem,
         rhs: &mut [SMatrix<f64, 6, C>],
@@ -177,7 +169,7 @@ impl Island {
     }
 
     /// Solves the transposed system likewise.
-    pub(in super::super) fn solve_transposed(
+    pub(crate) fn solve_transposed(
         &self,
         system: &mut IslandSystem,
         rhs: &mut [Vector6<f64>],
@@ -196,36 +188,32 @@ impl Island {
         values.clear();
         values.extend_from_slice(members);
         for (index, member) in members.iter().enumerate() {
-            values[self.pattern.order.place(index)] = *member;
+            values[self.pattern.place(index)] = *member;
         }
         solve(values);
         for (index, member) in members.iter_mut().enumerate() {
-            *member = values[self.pattern.order.place(index)];
+            *member = values[self.pattern.place(index)];
         }
     }
 
     /// True if the island has no couplings.
-    pub(in super::super) fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         self.links.is_empty()
     }
 
     /// Joints of the island.
-    pub(in super::super) fn joint_places(&self) -> &[JointPlace] {
+    pub(crate) fn joint_places(&self) -> &[JointPlace] {
         &self.joints
     }
 
     /// Gears of the island.
-    pub(in super::super) fn gear_rows(&self) -> impl Iterator<Item = GearTangent> {
+    pub(crate) fn gear_rows(&self) -> impl Iterator<Item = GearTangent> {
         let first = self.links.len() - self.gears.len();
         self.gears.iter().enumerate().map(move |(place, train)| train.row(first + place))
     }
 
     /// Impulse p̂ that gears add along the rows of a joint's coupling (m/s).
-    pub(in super::super) fn geared(
-        &self,
-        coupling: usize,
-        impulses: &[Vector3<f64>],
-    ) -> Vector3<f64> {
+    pub(crate) fn geared(&self, coupling: usize, impulses: &[Vector3<f64>]) -> Vector3<f64> {
         let mut along = Vector3::zeros();
         for gear in self.gear_rows() {
             for (_, row, factor) in gear.parts.into_iter().filter(|(of, ..)| *of == coupling) {
@@ -236,7 +224,7 @@ impl Island {
     }
 
     /// Piece of the law of row k of a joint's coupling.
-    pub(in super::super) fn segment(&self, coupling: usize, k: usize, piece: u8) -> Segment {
+    pub(crate) fn segment(&self, coupling: usize, k: usize, piece: u8) -> Segment {
         match &self.setting.couplings[coupling].law {
             CouplingLaw::Axes(axes) => axes.segment(&self.setting.graphs, k, piece),
             CouplingLaw::Cone(_) => Segment::NONE,
@@ -244,7 +232,7 @@ impl Island {
     }
 
     /// Rows of a coupling, as columns.
-    pub(in super::super) fn rows(&self, coupling: usize) -> &Matrix3<f64> {
+    pub(crate) fn rows(&self, coupling: usize) -> &Matrix3<f64> {
         &self.setting.couplings[coupling].rows.frame
     }
 }

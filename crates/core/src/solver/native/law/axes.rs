@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Law of three rows, each with its own graph.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct AxesLaw {
+pub(crate) struct AxesLaw {
     /// Index of each row's graph in the list of the step. Unused for a locked row.
     places: [u32; 3],
     /// True for each locked row.
@@ -29,7 +29,7 @@ impl AxesLaw {
     ///
     /// The other graphs are appended to the `graphs` of the step. `turned` is true if the frame of
     /// the rows is not the identity.
-    pub(in super::super) fn new(
+    pub(crate) fn new(
         graphs: &mut Vec<Graph>,
         turned: bool,
         own: impl Fn(usize) -> Option<Graph>,
@@ -47,7 +47,7 @@ impl AxesLaw {
     }
 
     /// Piece of the graph of row k.
-    pub(in super::super) fn segment(&self, graphs: &[Graph], k: usize, piece: u8) -> Segment {
+    pub(crate) fn segment(&self, graphs: &[Graph], k: usize, piece: u8) -> Segment {
         self.of(graphs, k).segment(usize::from(piece))
     }
 
@@ -78,7 +78,7 @@ impl AxesLaw {
 ///
 /// Three locked rows use the axes of the coupling's motion.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct AxesProjection {
+pub(crate) struct AxesProjection {
     axes: AxesLaw,
     /// û (m/s).
     u: Vector3<f64>,
@@ -229,7 +229,7 @@ impl AxesProjection {
 ///
 /// They have no interior and are solved as in Newton's method.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct AxesBarrier {
+pub(crate) struct AxesBarrier {
     projection: AxesProjection,
 }
 

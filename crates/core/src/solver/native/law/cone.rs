@@ -10,9 +10,9 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Hard contact with Coulomb's circular friction cone and maximum dissipation.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Cone {
+pub(crate) struct Cone {
     /// Friction coefficient μ.
-    pub(in super::super) friction: f64,
+    pub(crate) friction: f64,
 }
 
 /// Projection arguments of one contact in the natural map (N4).
@@ -23,7 +23,7 @@ pub(in super::super) struct Cone {
 /// γ − ρ_n û_n   and   β − ρ_t û_t
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct ConeProjection {
+pub(crate) struct ConeProjection {
     /// û (m/s).
     u: Vector3<f64>,
     /// û_n (m/s).

@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Variables of one contact besides V, in its frame (t₁, t₂, n), or their change.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct ConeBarrier {
+pub(crate) struct ConeBarrier {
     /// Friction coefficient μ.
     friction: f64,
     /// Normal impulse γ > 0 (m/s).
@@ -25,7 +25,7 @@ pub(in super::super) struct ConeBarrier {
 
 /// Data for the step of the speeds, once the step of the impulse is known.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Pending {
+pub(crate) struct Pending {
     /// (η, s) − û.
     gap_error: Vector3<f64>,
     /// Right-hand side of (N7b).

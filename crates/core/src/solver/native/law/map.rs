@@ -6,20 +6,20 @@
 
 /// Parameters of the natural map (N4). The law itself is [`CouplingLaw`](super::CouplingLaw).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in super::super) struct NaturalMap {
+pub(crate) struct NaturalMap {
     /// Compliance ε. The law holds for û = u + ε D p̂ instead of u (N6), which makes the impulses
     /// unique. D is the identity, except at contacts that can roll.
-    pub(in super::super) compliance: f64,
+    pub(crate) compliance: f64,
     /// Factor on ρ_t of contacts. Maps with different factors have the same zeros but other pieces:
     /// a larger factor lets the velocity decide between sticking and slipping, not the impulse.
-    pub(in super::super) tangential_factor: f64,
+    pub(crate) tangential_factor: f64,
 }
 
 impl NaturalMap {
     /// Map without compliance: the law itself.
-    pub(in super::super) const EXACT: Self = Self::with_compliance(0.0);
+    pub(crate) const EXACT: Self = Self::with_compliance(0.0);
 
-    pub(in super::super) const fn with_compliance(compliance: f64) -> Self {
+    pub(crate) const fn with_compliance(compliance: f64) -> Self {
         Self { compliance, tangential_factor: 1.0 }
     }
 }

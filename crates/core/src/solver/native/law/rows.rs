@@ -5,54 +5,54 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Axes of a coupling's rows and their scales.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct CouplingRows {
+pub(crate) struct CouplingRows {
     /// Axes as columns: (t₁, t₂, n) of a contact.
-    pub(in super::super) frame: Matrix3<f64>,
+    pub(crate) frame: Matrix3<f64>,
     /// ρ of each row: inverse of its own response. Scales the natural map.
-    pub(in super::super) scale: Vector3<f64>,
+    pub(crate) scale: Vector3<f64>,
     /// κ: ratio of the compliance across the normal to the one along it (N6).
-    pub(in super::super) compliance_ratio: f64,
+    pub(crate) compliance_ratio: f64,
 }
 
 /// Rows of a coupling, and the graphs of the step for joint rows.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct LawRows<'a> {
-    pub(in super::super) rows: &'a CouplingRows,
-    pub(in super::super) graphs: &'a [Graph],
+pub(crate) struct LawRows<'a> {
+    pub(crate) rows: &'a CouplingRows,
+    pub(crate) graphs: &'a [Graph],
 }
 
 impl CouplingRows {
     /// Rows of a contact along the axes `frame`, (t₁, t₂, n), with the responses `tangential` and
     /// `normal`.
-    pub(in super::super) fn of_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
+    pub(crate) fn of_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
         let across = 1.0 / tangential;
         Self { frame, scale: Vector3::new(across, across, 1.0 / normal), compliance_ratio: 1.0 }
     }
 
     /// Rows of a joint with isotropic compliance and the given `response` of each row.
-    pub(in super::super) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
+    pub(crate) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
         Self { frame, scale: response.map(f64::recip), compliance_ratio: 1.0 }
     }
 
     /// Last axis: the normal n of a contact.
     #[inline(always)]
-    pub(in super::super) fn normal(&self) -> Vector3<f64> {
+    pub(crate) fn normal(&self) -> Vector3<f64> {
         self.frame.column(2).into_owned()
     }
 
     /// True if the compliance is isotropic.
-    pub(in super::super) fn is_isotropic(&self) -> bool {
+    pub(crate) fn is_isotropic(&self) -> bool {
         self.compliance_ratio == 1.0
     }
 
     /// Same rows with isotropic compliance.
-    pub(in super::super) fn isotropic(&self) -> Self {
+    pub(crate) fn isotropic(&self) -> Self {
         Self { compliance_ratio: 1.0, ..*self }
     }
 
     /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
     #[inline]
-    pub(in super::super) fn compliant_motion(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn compliant_motion(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
         if self.is_isotropic() {
             return *impulse;
         }

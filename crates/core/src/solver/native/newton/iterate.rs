@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 
 /// Iterate of Newton's method.
 #[derive(Debug, Clone)]
-pub(in super::super) struct Iterate<E: Equations> {
-    pub(in super::super) velocity: E::Velocity,
+pub(crate) struct Iterate<E: Equations> {
+    pub(crate) velocity: E::Velocity,
     /// p̂ of every coupling (m/s, world).
-    pub(in super::super) impulses: Vec<Vector3<f64>>,
+    pub(crate) impulses: Vec<Vector3<f64>>,
     /// u of every coupling (N2) at the last evaluation, without shifts (m/s, world).
     pub(super) points: Vec<Vector3<f64>>,
     /// Projection arguments of every coupling for the map evaluated last.
@@ -28,7 +28,7 @@ pub(in super::super) struct Iterate<E: Equations> {
 }
 
 impl<E: Equations> Iterate<E> {
-    pub(in super::super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             velocity: E::Velocity::empty(),
             impulses: Vec::new(),
@@ -42,7 +42,7 @@ impl<E: Equations> Iterate<E> {
         }
     }
 
-    pub(in super::super) fn reserve(&mut self, contacts: usize) {
+    pub(crate) fn reserve(&mut self, contacts: usize) {
         reserve(&mut self.impulses, contacts);
         reserve(&mut self.points, contacts);
         reserve(&mut self.projections, contacts);
@@ -50,7 +50,7 @@ impl<E: Equations> Iterate<E> {
     }
 
     /// Largest speed of a row that an impulse holds, at the last evaluation (m/s).
-    pub(in super::super) fn held_speed(&self, equations: &E) -> f64 {
+    pub(crate) fn held_speed(&self, equations: &E) -> f64 {
         self.projections
             .iter()
             .map(|projection| projection.held_speed(equations.graphs()))
@@ -58,18 +58,18 @@ impl<E: Equations> Iterate<E> {
     }
 
     /// Distance of every coupling to the nearest kink of its law, at the last evaluation (m/s).
-    pub(in super::super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
+    pub(crate) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
         self.projections.iter().map(|projection| projection.clearance(equations.graphs()))
     }
 
     /// Lower bound of the number of stiff rows, at the last evaluation.
-    pub(in super::super) fn stiff_rows(&self, equations: &E) -> usize {
+    pub(crate) fn stiff_rows(&self, equations: &E) -> usize {
         let rows = |projection: &Projection| projection.stiff_rows(equations.graphs());
         self.projections.iter().map(rows).sum()
     }
 
     /// Factored gain of coupling `index` on a piece, with ε = `compliance`, at the last evaluation.
-    pub(in super::super) fn factored(
+    pub(crate) fn factored(
         &self,
         equations: &E,
         index: usize,
@@ -81,17 +81,17 @@ impl<E: Equations> Iterate<E> {
     }
 
     /// u of every coupling at the last evaluation (m/s).
-    pub(in super::super) fn points(&self) -> &[Vector3<f64>] {
+    pub(crate) fn points(&self) -> &[Vector3<f64>] {
         &self.points
     }
 
     /// Evaluates u of every coupling.
-    pub(in super::super) fn evaluate_points(&mut self, equations: &E) {
+    pub(crate) fn evaluate_points(&mut self, equations: &E) {
         equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
     }
 
     /// Lets the compliance of `map` act on changes from the current impulses only (N13).
-    pub(in super::super) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
+    pub(crate) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
         let contacts = self.impulses.iter().zip(equations.couplings());
         self.shifts.clear();
         self.shifts.extend(
@@ -101,16 +101,16 @@ impl<E: Equations> Iterate<E> {
     }
 
     /// Lets the compliance act on the whole impulses again, from the next evaluation on.
-    pub(in super::super) fn forget_impulses(&mut self) {
+    pub(crate) fn forget_impulses(&mut self) {
         self.shifts.clear();
     }
 
-    pub(in super::super) fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         let impulses = self.impulses.iter().flatten();
         self.velocity.is_finite() && impulses.into_iter().all(|number| number.is_finite())
     }
 
-    pub(in super::super) fn copy_from(&mut self, other: &Self) {
+    pub(crate) fn copy_from(&mut self, other: &Self) {
         self.velocity.copy_from(&other.velocity);
         self.impulses.clear();
         self.impulses.extend_from_slice(&other.impulses);
@@ -125,15 +125,12 @@ impl<E: Equations> Iterate<E> {
 }
 
 /// Residual of the law without compliance (m/s).
-pub(in super::super) fn exact_residual<E: Equations>(
-    equations: &E,
-    iterate: &mut Iterate<E>,
-) -> f64 {
+pub(crate) fn exact_residual<E: Equations>(equations: &E, iterate: &mut Iterate<E>) -> f64 {
     evaluate(equations, &NaturalMap::EXACT, iterate).largest
 }
 
 /// Evaluates the equations of motion (N1) and the natural map (N4), all as velocities.
-pub(in super::super) fn evaluate<E: Equations>(
+pub(crate) fn evaluate<E: Equations>(
     equations: &E,
     map: &NaturalMap,
     iterate: &mut Iterate<E>,
@@ -145,7 +142,7 @@ pub(in super::super) fn evaluate<E: Equations>(
 }
 
 /// Evaluates another law at the point evaluated last.
-pub(in super::super) fn evaluate_again<E: Equations>(
+pub(crate) fn evaluate_again<E: Equations>(
     equations: &E,
     map: &NaturalMap,
     iterate: &mut Iterate<E>,

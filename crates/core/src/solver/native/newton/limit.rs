@@ -30,7 +30,7 @@ impl<E: Equations> Newton<E> {
     /// The law has no compliance, and every contact stays on its piece. The compliance in the
     /// matrix leaves the undetermined part of the impulses unchanged. Returns the residual of the
     /// law without compliance (m/s). The iterate must have been evaluated.
-    pub(in super::super) fn take_limit(
+    pub(crate) fn take_limit(
         &mut self,
         equations: &E,
         map: &NaturalMap,
@@ -101,7 +101,7 @@ impl<E: Equations> Newton<E> {
     ///
     /// `is_evaluated` is true if the iterate was evaluated for that law. Returns the residual
     /// (m/s). Returns infinity if the rows turn out to be dependent.
-    pub(in super::super) fn solve_determined(
+    pub(crate) fn solve_determined(
         &mut self,
         equations: &E,
         determined: Determined,

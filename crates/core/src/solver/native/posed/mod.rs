@@ -13,28 +13,25 @@
 //! `docs/contact-problem.md`.
 
 mod parts;
+mod wide;
 
 use super::coupling::Coupling;
 use super::effort::SolveEffort;
 use super::equations::{
     Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocities,
 };
-use super::fronts::Fronts;
 use super::law::{Gain, LocalSolution};
-use super::plan::FrontPlan;
 use super::settings::Settings;
 use super::stages::{StageRun, StageSolver};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
+use crate::sparse::{FrontPlan, Fronts};
 use nalgebra::{Matrix3, Vector3};
 
 /// Solves a problem part by part.
 ///
 /// # Errors
 /// [`ProblemError::Interrupted`].
-pub(crate) fn solve(
-    problem: &ContactProblem,
-    options: &SolveOptions<'_>,
-) -> Result<Solution, ProblemError> {
+fn solve(problem: &ContactProblem, options: &SolveOptions<'_>) -> Result<Solution, ProblemError> {
     let any = options.selection == Selection::Any;
     let mut impulses = vec![0.0; problem.row_count()];
     let (mut iterations, mut selected, mut run) = (0, true, StageRun::PREVIOUS);

@@ -1,7 +1,7 @@
 //! Sparsity pattern of a block system: pairs, elimination order and fill.
 
-use super::order::Order;
-use super::plan::FrontPlan;
+use super::ordering::Order;
+use super::symbolic::FrontPlan;
 
 /// Number of block updates per body from which fronts save time: a third for a wall of 1000 bricks.
 const HEAVY: usize = 60;
@@ -9,8 +9,8 @@ const HEAVY: usize = 60;
 /// Pattern of a symmetric sparse block matrix with one row per body. Every diagonal has a block,
 /// and every pair has blocks at (i, j) and (j, i).
 #[derive(Debug, Clone, Default)]
-pub(super) struct Pattern {
-    pub order: Order,
+pub(crate) struct Pattern {
+    pub(super) order: Order,
     /// Plan of fronts of 6 × 6 blocks, for large eliminations only.
     plan: Option<Box<FrontPlan>>,
 }
@@ -18,7 +18,7 @@ pub(super) struct Pattern {
 impl Pattern {
     /// Sets the pattern for `bodies` rows with blocks at the `pairs` of different bodies. Pairs may
     /// repeat.
-    pub(super) fn set(&mut self, bodies: usize, pairs: impl Iterator<Item = (usize, usize)>) {
+    pub(crate) fn set(&mut self, bodies: usize, pairs: impl Iterator<Item = (usize, usize)>) {
         if self.order.set(bodies, pairs) {
             let each = (0..bodies).map(|place| self.order.row(place).len());
             let updates: usize = each.map(|blocks| blocks * blocks).sum();
@@ -30,8 +30,13 @@ impl Pattern {
         }
     }
 
+    /// Place of a body in the elimination order.
+    pub(crate) fn place(&self, body: usize) -> usize {
+        self.order.place(body)
+    }
+
     /// Plan of its fronts, if they pay off.
-    pub(super) fn plan(&self) -> Option<&FrontPlan> {
+    pub(crate) fn plan(&self) -> Option<&FrontPlan> {
         self.plan.as_deref()
     }
 }

@@ -5,13 +5,13 @@
 //! block. It suffices in practice, because the block contains the body's mass and all springs
 //! acting on it. A singular pivot block makes the whole system count as singular.
 //!
-//! Large eliminations use the multifrontal [solver](super::fronts), with the same pattern and order
+//! Large eliminations use the multifrontal [solver](super::multifrontal), with the same pattern and order
 //! and with pivoting inside a front.
 
-use super::fronts::Fronts;
+use super::multifrontal::Fronts;
 use super::pattern::Pattern;
-use super::plan::FrontPlan;
 use super::six::{SixFactors, subtract_product};
+use super::symbolic::FrontPlan;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
 /// Matrix, overwritten with its factors by [`BlockSystem::factorise`]:
@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 ///
 /// D are the pivot blocks, L the blocks below them and U those above.
 #[derive(Debug, Clone, Default)]
-pub(super) struct BlockSystem {
+pub(crate) struct BlockSystem {
     diagonal: Vec<Matrix6<f64>>,
     /// Factors of each block of D.
     pivots: Vec<SixFactors>,
@@ -45,7 +45,7 @@ const OPEN: usize = 4;
 
 impl BlockSystem {
     /// Resets the matrix to zero, with this pattern.
-    pub(super) fn begin(&mut self, pattern: &Pattern) {
+    pub(crate) fn begin(&mut self, pattern: &Pattern) {
         if let Some(plan) = pattern.plan() {
             self.opened = 0;
             return self.fronts.begin(plan);
@@ -59,7 +59,7 @@ impl BlockSystem {
     }
 
     /// Adds to the block (row, column), which the pattern must contain.
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         pattern: &Pattern,
         row: usize,
@@ -70,7 +70,7 @@ impl BlockSystem {
     }
 
     /// Adds to the last three rows and columns of the block (row, column).
-    pub(super) fn add_turning(
+    pub(crate) fn add_turning(
         &mut self,
         pattern: &Pattern,
         row: usize,
@@ -84,7 +84,7 @@ impl BlockSystem {
     }
 
     /// Returns the block (row, column) for accumulation. The pattern must contain it.
-    pub(super) fn block_of(
+    pub(crate) fn block_of(
         &mut self,
         pattern: &Pattern,
         row: usize,
@@ -125,7 +125,7 @@ impl BlockSystem {
     }
 
     /// Factorises the matrix. Returns false if a pivot block is singular.
-    pub(super) fn factorise(&mut self, pattern: &Pattern) -> bool {
+    pub(crate) fn factorise(&mut self, pattern: &Pattern) -> bool {
         if let Some(plan) = pattern.plan() {
             self.close(plan);
             return self.fronts.factorise(plan);
@@ -157,7 +157,7 @@ impl BlockSystem {
 
     /// Solves the factorised system, or its transpose, in place. The right-hand side is in
     /// elimination order.
-    pub(super) fn solve<const TRANSPOSED: bool>(
+    pub(crate) fn solve<const TRANSPOSED: bool>(
         &mut self,
         pattern: &Pattern,
         values: &mut [Vector6<f64>],
@@ -200,7 +200,7 @@ impl BlockSystem {
     }
 
     /// Solves the factorised system in place for several right-hand sides, in elimination order.
-    pub(super) fn solve_all<const C: usize>(
+    pub(crate) fn solve_all<const C: usize>(
         &mut self,
         pattern: &Pattern,
         values: &mut [SMatrix<f64, 6, C>],

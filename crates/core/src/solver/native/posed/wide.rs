@@ -1,6 +1,7 @@
 //! Problems with large coefficients of friction, whose cones are nearly half-spaces.
 
-use super::{ContactProblem, Law, ProblemError, Solution, SolveOptions};
+use super::solve;
+use crate::problem::{ContactProblem, ProblemError, Solution, SolveOptions};
 
 /// Largest coefficient that is solved directly.
 const WIDE: f64 = 1e3;
@@ -10,27 +11,41 @@ const WIDE: f64 = 1e3;
 const LOWERED: [f64; 3] = [10.0, 1e3, 1e5];
 
 impl ContactProblem {
-    /// Solves the problem with reduced coefficients and with its own. Returns the best point, or
-    /// zero impulses.
+    /// Solves the problem.
+    ///
+    /// If it does not converge, the [solution](Solution) reports it and holds the best point found,
+    /// which may be zero impulses. Coefficients of friction beyond 1000 are reduced first. Some
+    /// problems with coefficients beyond 10⁵ do not converge.
+    ///
+    /// # Errors
+    /// If an option is out of range, if the initial impulses do not have one number per row, or on
+    /// an interrupt.
+    pub fn solve(&self, options: &SolveOptions<'_>) -> Result<Solution, ProblemError> {
+        options.check(self)?;
+        let widest = self.laws().iter().fold(0.0_f64, |most, law| most.max(law.friction()));
+        if widest <= WIDE {
+            return Ok(self.or_none(solve(self, options)?));
+        }
+        self.solve_in_turn(options, widest)
+    }
+
+    /// Solves the problem with reduced coefficients and with its own, the largest being `widest`.
+    /// Returns the best point, or zero impulses.
     ///
     /// Impulses in a cone are also in every wider one. A reduced problem in which all contacts
     /// stick or open therefore has a solution of the original one.
-    pub(super) fn solve_in_turn(
+    fn solve_in_turn(
         &self,
         options: &SolveOptions<'_>,
+        widest: f64,
     ) -> Result<Solution, ProblemError> {
-        let widest = self.laws.iter().fold(0.0_f64, |most, law| most.max(law.friction()));
-        if widest <= WIDE {
-            return Ok(self.or_none(crate::solver::native::solve_problem(self, options)?));
-        }
         let mut best: Option<Solution> = None;
         let (mut iterations, mut last) = (0, None);
         for most in LOWERED.into_iter().filter(|most| *most < widest).chain([f64::INFINITY]) {
-            let laws = self.laws.iter().map(|law| law.with_friction_up_to(most)).collect();
-            let lowered = Self { laws, ..self.clone() };
+            let lowered = self.with_friction_up_to(most);
             let start = last.as_deref().or(options.start);
             let asked = SolveOptions { start, ..*options };
-            let found = crate::solver::native::solve_problem(&lowered, &asked)?;
+            let found = solve(&lowered, &asked)?;
             iterations += found.iterations;
             if found.is_solved() {
                 last = Some(found.impulses.clone());
@@ -65,25 +80,5 @@ impl ContactProblem {
         let impulses = vec![0.0; self.row_count()];
         let evaluation = self.evaluate(&impulses);
         Solution::of(impulses, evaluation, residual)
-    }
-}
-
-impl Law {
-    /// Coefficient of friction of a contact; 0 for other rows.
-    fn friction(&self) -> f64 {
-        match self {
-            Self::Contact { friction, .. } => *friction,
-            Self::Rows(_) => 0.0,
-        }
-    }
-
-    /// Copy with a coefficient of friction of at most `most`.
-    fn with_friction_up_to(&self, most: f64) -> Self {
-        match self {
-            Self::Contact { friction, tangents } => {
-                Self::Contact { friction: friction.min(most), tangents: *tangents }
-            }
-            Self::Rows(_) => self.clone(),
-        }
     }
 }

@@ -8,7 +8,7 @@ type SixColumn = [f64; 6];
 
 /// P A = L U of a block, with column pivoting by magnitude.
 #[derive(Debug, Clone)]
-pub(super) struct SixFactors {
+pub(crate) struct SixFactors {
     /// Columns of U, and L below its unit diagonal.
     columns: [SixColumn; 6],
     /// Row exchanged with each row, in sequence.
@@ -26,7 +26,7 @@ fn add(y: &mut SixColumn, a: f64, x: &SixColumn) {
 impl SixFactors {
     /// Factors of `block`. `None` if it is singular.
     #[inline]
-    pub(super) fn new(block: &Matrix6<f64>) -> Option<Self> {
+    pub(crate) fn new(block: &Matrix6<f64>) -> Option<Self> {
         let mut of = Self { columns: block.data.0, rows: [0; 6] };
         let invertible = of.eliminate::<0>()
             && of.eliminate::<1>()
@@ -70,7 +70,7 @@ impl SixFactors {
 
     /// Solves A x = b in the memory of b.
     #[inline(always)]
-    pub(super) fn solve(&self, b: &mut SixColumn) {
+    pub(crate) fn solve(&self, b: &mut SixColumn) {
         for (k, &row) in self.rows.iter().enumerate() {
             b.swap(k, row);
         }

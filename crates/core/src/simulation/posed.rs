@@ -1,9 +1,9 @@
 //! Contact problem of a recorded step.
 
-use super::{ContactProblem, Law, ProblemError, SparseMatrix};
+use super::StepRecord;
 use crate::contact::{Contact, Partner};
 use crate::mechanics::State;
-use crate::simulation::StepRecord;
+use crate::problem::{ContactProblem, Law, ProblemError, SparseMatrix};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 

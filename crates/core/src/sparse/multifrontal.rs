@@ -4,7 +4,7 @@
 //! is restricted to a front's own rows.
 
 use super::dense::{FrontView, PackedBlocks};
-use super::plan::{FrontPlan, RowRun};
+use super::symbolic::{FrontPlan, RowRun};
 use nalgebra::Matrix6;
 
 /// Values of a system with a [`FrontPlan`], overwritten with their factors by

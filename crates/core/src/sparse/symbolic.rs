@@ -1,7 +1,7 @@
 //! Plan of a multifrontal elimination with nodes of any size. Nodes with the same remaining
 //! neighbours share a front.
 
-use super::order::Order;
+use super::ordering::Order;
 
 /// Total size up to which fronts are merged regardless of zeros.
 const SMALL: usize = 24;

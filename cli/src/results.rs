@@ -1,0 +1,86 @@
+//! Outcome and results of a run.
+
+use super::scene::Scene;
+use std::time::Duration;
+use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::summary::RunSummary;
+use tumble_core::step::StepSolution;
+use tumble_core::world::World;
+use tumble_scene::joints_summary::{JointsSummary, Taut};
+use tumble_scene::run_file::RunEnd;
+
+/// Outcome in a checkpoint's run.json.
+pub const UNFINISHED: &str = "unfinished";
+
+/// End of a run.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum RunOutcome {
+    Complete,
+    /// Interrupted by Ctrl-C.
+    Interrupted,
+    /// Stopped by a failed step under `--on-failure stop`.
+    Stopped,
+}
+
+impl RunOutcome {
+    /// Name in run.json.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::Interrupted => "interrupted",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
+/// Results of a run so far.
+pub struct RunResults {
+    pub end: RunOutcome,
+    pub summary: RunSummary,
+    /// Time of the stepping alone.
+    pub elapsed: Duration,
+    /// Step and size (m) of the largest overlap; `None` without steps.
+    pub overlap: Option<(u64, f64)>,
+    /// Largest errors of joints; `None` without joints.
+    pub joints: Option<JointsSummary>,
+    /// Joints that are too stiff for the time step.
+    pub taut: Taut,
+}
+
+impl RunResults {
+    /// Creates the results of a run of `scene` before its first step.
+    pub fn new(scene: &Scene) -> Self {
+        let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
+        let taut = Taut::default();
+        let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
+        Self { end: RunOutcome::Complete, summary, elapsed, overlap: None, joints, taut }
+    }
+
+    /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
+    pub fn add(&mut self, scene: &Scene, world: &mut World, record: &StepRecord) {
+        self.summary.add(record);
+        if self.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
+            self.overlap = Some((record.index, record.overlap));
+        }
+        if let Some(joints) = &mut self.joints {
+            world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
+            joints.add_errors(world, &record.solution.states);
+            joints.add_residual(record.certificate.joint, record.certificate.joint_law);
+            joints.add_stiffness(record.stiffness);
+            let StepSolution { joints, gears, .. } = &record.solution;
+            self.taut.add(world, &record.states, joints, gears, record.stiffness);
+        }
+    }
+
+    /// Results for run.json.
+    pub fn ended(&self) -> RunEnd<'_> {
+        RunEnd {
+            outcome: self.end.name(),
+            summary: &self.summary,
+            seconds: self.elapsed.as_secs_f64(),
+            largest_overlap: self.overlap.map_or(0.0, |(_, overlap)| overlap),
+            joints: self.joints,
+            taut: &self.taut,
+        }
+    }
+}
