@@ -4,17 +4,15 @@ use super::outcome::Failure;
 use super::recording::Recording;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble_core::contact::Partner;
 use tumble_core::world::World;
-use tumble_film::{Cast, Keys, Role};
 use tumble_model::shown;
 use tumble_scene::output::tables::TableStep;
 use tumble_scene::run_file::{RunFile, heading};
-use tumble_view::{Fact, Film, FilmFrame, Takeover};
+use tumble_view::{Fact, Film, Takeover, is_loaded};
 
 /// Largest memory for the rows of a picture, bytes: a million rows of a box with contacts at all
 /// its corners.
-const MOST_BYTES: usize = 1_500_000_000;
+const MOST_BYTES: usize = 2_200_000_000;
 
 /// Reads all rows for drawing. More than `most` rows, or too much memory, are refused. Returns
 /// `None` if `interrupt` is raised.
@@ -23,7 +21,7 @@ pub fn film(
     most: usize,
     interrupt: &AtomicBool,
 ) -> Result<Option<Film>, Failure> {
-    let (path, mut keys) = (recording.steps_file(), Keys::new());
+    let path = recording.steps_file();
     let every = recording.kept().every;
     let (mut frames, mut first) = (Frames::new(&path, most), None);
     while let Some(step) = recording.next_step()? {
@@ -37,18 +35,11 @@ pub fn film(
             continue;
         }
         check_contacts(&recording.world, &step).map_err(|why| recording.odd(&why))?;
-        frames.push(tumble_film::frame(&recording.world, &step, &mut keys))?;
+        frames.push(step)?;
     }
     let floating = recording.floating();
-    let Recording { world, loads, run, .. } = recording;
-    let model = &run.model;
-    let bodies: Vec<_> = model.bodies.iter().map(Role::from).collect();
-    let fixed: Vec<_> = model.fixed_names().map(String::as_str).collect();
-    let joints: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let (bodies, fixed, joints) = (&bodies, &fixed, &joints);
-    let cast = Cast { world: &world, bodies, fixed, joints, loads: &loads, floating };
-    let mut film = tumble_film::film(cast, frames.all());
-    tumble_film::dress(model, &mut film)?;
+    let Recording { world, run, .. } = recording;
+    let mut film = Film::new(&world, &run.model, floating, frames.all())?;
     film.every = every;
     film.takeover = first.and_then(|first| takeover(&path, first, every));
     film.title = title(&run);
@@ -64,29 +55,21 @@ fn takeover(table: &Path, first: u64, every: u64) -> Option<Takeover> {
 
 /// Checks that contacts refer to existing bodies and pieces.
 fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
-    let (bodies, fixed) = (world.bodies().len(), world.fixed_count());
-    for (number, row) in step.contacts.iter().enumerate() {
-        let is_there = match row.partner {
-            Partner::Ground => world.ground().is_some(),
-            Partner::Fixed(index) => index < fixed,
-            Partner::Body(index) => index < bodies && index != row.body,
-        };
-        if row.body >= bodies || !is_there {
-            return Err(format!(
-                "contact {number} of step {} refers to a body or fixed piece that run.json does \
-                 not have",
-                step.row.index
-            ));
-        }
+    match step.contacts.iter().position(|row| !row.is_in(world)) {
+        Some(number) => Err(format!(
+            "contact {number} of step {} refers to a body or fixed piece that run.json does not \
+             have",
+            step.row.index
+        )),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Frames of a film, limited in number and memory.
 pub struct Frames<'a> {
     path: &'a Path,
     most: usize,
-    frames: Vec<FilmFrame>,
+    frames: Vec<TableStep>,
     bytes: usize,
 }
 
@@ -96,14 +79,16 @@ impl<'a> Frames<'a> {
         Self { path, most, frames: Vec::new(), bytes: 0 }
     }
 
-    /// Adds a frame, within the limits of number and memory.
-    pub fn push(&mut self, frame: FilmFrame) -> Result<(), Failure> {
+    /// Adds a frame with its loaded contacts, within the limits of number and memory.
+    pub fn push(&mut self, mut frame: TableStep) -> Result<(), Failure> {
         let (path, rows, most) = (shown::path(self.path), self.frames.len(), self.most);
         if rows == most {
             return Err(Failure::Input(format!(
                 "{path} has more than {most} rows, too many for this picture"
             )));
         }
+        frame.contacts.retain(is_loaded);
+        frame.contacts.shrink_to_fit();
         self.bytes += memory(&frame);
         self.frames.push(frame);
         if self.bytes > MOST_BYTES {
@@ -117,17 +102,17 @@ impl<'a> Frames<'a> {
     }
 
     /// Returns all frames.
-    pub fn all(self) -> Vec<FilmFrame> {
+    pub fn all(self) -> Vec<TableStep> {
         self.frames
     }
 }
 
 /// Memory of a row, bytes. Most of it are its contacts, which can be a thousand.
-fn memory(frame: &FilmFrame) -> usize {
-    size_of::<FilmFrame>()
-        + size_of_val(frame.poses.as_slice())
+fn memory(frame: &TableStep) -> usize {
+    size_of::<TableStep>()
+        + size_of_val(frame.states.as_slice())
         + size_of_val(frame.contacts.as_slice())
-        + size_of_val(frame.ties.as_slice())
+        + size_of_val(frame.joints.as_slice())
 }
 
 /// Title with scene, seed and solver.
@@ -161,33 +146,32 @@ fn facts(run: RunFile) -> Vec<Fact> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{UnitQuaternion, Vector3};
-    use tumble_view::{FilmContact, FilmPartner, FilmPose, Status};
+    use nalgebra::{SVector, Vector3};
+    use tumble::tutorial_parameters;
+    use tumble_core::contact::Partner;
+    use tumble_core::mechanics::State;
+    use tumble_core::simulation::StepRecord;
+    use tumble_scene::output::tables::{ContactRow, KeyText};
 
     /// A frame of a body with `count` contacts.
-    fn frame(count: usize) -> FilmFrame {
-        let (zero, attitude) = (Vector3::zeros(), UnitQuaternion::identity());
-        let contact = |key: usize| FilmContact {
+    fn frame(count: usize) -> TableStep {
+        let world = World::new(tutorial_parameters().unwrap()).unwrap();
+        let states = vec![State::from_vector(&SVector::zeros())];
+        let mut step = TableStep::of(&world, &StepRecord { states, ..StepRecord::new() });
+        let contact = ContactRow {
             body: 0,
-            partner: FilmPartner::Ground,
-            point: zero,
-            key: key as u64,
-            force: Vector3::z(),
+            partner: Partner::Ground,
+            point: Vector3::zeros(),
             normal: Vector3::z(),
-            friction: 0.5,
+            force: Vector3::z(),
+            slip: Vector3::zeros(),
+            gap: 0.0,
+            radius: 0.0,
+            rebound: 0.0,
+            key: KeyText { point: 0, pair: None },
         };
-        FilmFrame {
-            index: 0,
-            time: 0.0,
-            poses: vec![FilmPose { position: zero, attitude, velocity: zero, spin: zero }],
-            kinetic: 0.0,
-            potential: 0.0,
-            contacts: (0..count).map(contact).collect(),
-            ties: Vec::new(),
-            status: Status::Converged,
-            iterations: 1,
-            residual: 0.0,
-        }
+        step.contacts = vec![contact; count];
+        step
     }
 
     /// A million rows of a box fit; of a body with a thousand contacts, only some thousand rows do.

@@ -15,7 +15,7 @@ use tumble_model::shown;
 use tumble_view::Film;
 use tumble_view::animation::{AnimationError, AnimationSettings, animate, frame_count};
 
-/// Largest number of rows of an animation. They are all in memory, 0.6 kB each.
+/// Largest number of rows of an animation. They are all in memory, about 1 kB each.
 pub const MOST_ROWS: usize = 500_000;
 
 /// Runs `tumble gif`.

@@ -15,7 +15,7 @@ use tumble_model::shown;
 use tumble_view::Film;
 use tumble_view::plot::{self, PlotSheet};
 
-/// Largest number of rows of a plot. They are all in memory, 0.8 kB each.
+/// Largest number of rows of a plot. They are all in memory, about 1 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
 
 /// Plot sheets and their names.

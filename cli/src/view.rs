@@ -14,7 +14,7 @@ use tumble_model::shown;
 use tumble_view::view::page;
 use tumble_view::{Fact, Film};
 
-/// Largest number of rows of a run on the page. They are all in memory, 0.8 kB each.
+/// Largest number of rows of a run on the page. They are all in memory, about 1 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
 
 /// Runs `tumble view`.

@@ -139,7 +139,6 @@ const CRATES: &[(&str, &str)] = &[
     ("src/", "tumble"),
     ("crates/core/src/", "tumble_core"),
     ("crates/decompose/src/", "tumble_decompose"),
-    ("crates/film/src/", "tumble_film"),
     ("crates/model/src/", "tumble_model"),
     ("crates/plan/src/", "tumble_plan"),
     ("crates/robot/src/", "tumble_robot"),

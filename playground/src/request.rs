@@ -11,11 +11,12 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
-use tumble_film::{Cast, Role};
 use tumble_model::failure::Failure;
+use tumble_scene::output::tables::TableStep;
 use tumble_scene::scene::Scene;
-use tumble_view::FilmGround;
+use tumble_view::Film;
 
 /// A request of the page.
 #[derive(Debug, Deserialize)]
@@ -332,28 +333,13 @@ fn no_scene() -> String {
 
 /// Bodies, fixed pieces and ground as the page draws them, as JSON.
 fn drawing(session: &Session) -> Result<String, Failure> {
-    let (scene, simulation) = (session.scene(), session.simulation());
-    let roles: Vec<_> = scene.model.bodies.iter().map(Role::from).collect();
-    let names = |names: &[String]| names.to_vec();
-    let (fixed, joints) = (names(&scene.fixed), names(&scene.joints));
-    let (fixed, joints): (Vec<_>, Vec<_>) =
-        (fixed.iter().map(String::as_str).collect(), joints.iter().map(String::as_str).collect());
-    let cast = Cast {
-        world: &scene.world,
-        bodies: &roles,
-        fixed: &fixed,
-        joints: &joints,
-        loads: &scene.loads,
-        floating: scene.contact.is_none(),
-    };
-    let time = simulation.index() as f64 * scene.world.time_step();
-    let end = StepStatus::End;
-    let states = simulation.states();
-    let frame = tumble_film::still(&scene.world, states, simulation.index(), time, end);
-    let mut film = tumble_film::film(cast, vec![frame]);
-    tumble_film::dress(&scene.model, &mut film)?;
+    let scene = session.scene();
+    let mut end = StepRecord::new();
+    session.simulation().end(&mut end);
+    let frames = vec![TableStep::of(&scene.world, &end)];
+    let floating = scene.contact.is_none();
+    let mut film = Film::new(&scene.world, &scene.model, floating, frames)?;
     // A recorded run hides a ground that its bodies do not reach. Here they may still fall to it.
-    let ground = scene.world.ground().filter(|_| scene.contact.is_some());
-    film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
+    film.ground = scene.world.ground().filter(|_| !floating).cloned();
     tumble_view::view::drawing(&film).map_err(Failure::Other)
 }

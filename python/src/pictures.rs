@@ -6,7 +6,6 @@ use crate::recording::PyRecording;
 use crate::scene::in_python;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use tumble_film::{Cast, Keys, Role};
 use tumble_view::{Fact, Film, Triangles};
 
 /// Largest number of rows for pictures, which need all rows in memory again.
@@ -19,20 +18,9 @@ impl PyRecording {
             return Err(refused(format!("a picture can have at most {MOST_ROWS} rows")));
         }
         let content = &self.content;
-        let mut keys = Keys::new();
-        let frame = |row| tumble_film::frame(&content.world, row, &mut keys);
-        let frames = self.rows.iter().map(frame).collect();
-        let roles: Vec<_> = content.model.bodies.iter().map(Role::from).collect();
-        let cast = Cast {
-            world: &content.world,
-            bodies: &roles,
-            fixed: &words(&content.fixed),
-            joints: &words(&content.joints),
-            loads: &content.loads,
-            floating: content.contact.is_none(),
-        };
-        let mut film = tumble_film::film(cast, frames);
-        tumble_film::dress(&content.model, &mut film).map_err(in_python)?;
+        let (model, floating) = (&content.model, content.contact.is_none());
+        let film = Film::new(&content.world, model, floating, self.rows.clone());
+        let mut film = film.map_err(in_python)?;
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];
@@ -61,8 +49,4 @@ pub fn surfaces<'py>(
     };
     let of_object = |meshes: Vec<Triangles>| meshes.into_iter().map(surface).collect();
     objects.into_iter().map(of_object).collect()
-}
-
-fn words(names: &[String]) -> Vec<&str> {
-    names.iter().map(String::as_str).collect()
 }

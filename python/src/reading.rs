@@ -7,9 +7,8 @@ use nalgebra::Vector3;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::PyResult;
 use std::sync::Arc;
-use tumble_core::contact::Partner;
 use tumble_core::step::StepStatus;
-use tumble_scene::output::tables::{ContactRow, Streams, TableStep, TablesReader};
+use tumble_scene::output::tables::{Streams, TableStep, TablesReader};
 use tumble_scene::scene::Scene as Content;
 
 /// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
@@ -47,7 +46,7 @@ pub fn of_tables(
             let why = format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
             return Err(refused(why));
         }
-        if !row.contacts.iter().all(|contact| is_of(&content, contact)) {
+        if !row.contacts.iter().all(|contact| contact.is_in(world)) {
             return Err(refused(format!(
                 "a contact of step {k} refers to a body or piece that the scene does not have"
             )));
@@ -78,15 +77,4 @@ fn rows_of_a_step(table: &[u8]) -> usize {
         .map(|line| line.split(|byte| *byte == b',').next().unwrap_or_default());
     let first = steps.next().filter(|step| !step.is_empty());
     first.map_or(0, |first| 1 + steps.take_while(|step| *step == first).count())
-}
-
-/// True if a contact is between bodies and pieces of the scene.
-fn is_of(content: &Content, contact: &ContactRow) -> bool {
-    let bodies = content.bodies.len();
-    let known = match contact.partner {
-        Partner::Ground => content.world.ground().is_some(),
-        Partner::Fixed(index) => index < content.fixed.len(),
-        Partner::Body(index) => index < bodies && index != contact.body,
-    };
-    contact.body < bodies && known
 }

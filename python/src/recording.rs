@@ -201,20 +201,11 @@ impl PyRecording {
         columns.set_item("iterations", shaped(py, iterations, &count)?)?;
         let contacts = rows().map(|row| row.contacts as u64).collect();
         columns.set_item("contacts", shaped(py, contacts, &count)?)?;
-        columns.set_item("time", shaped(py, rows().map(|row| row.time).collect(), &count)?)?;
-        let residuals = rows().map(|row| row.residual).collect();
-        columns.set_item("residual", shaped(py, residuals, &count)?)?;
         let parts = rows().flat_map(|row| row.parts).collect();
         columns.set_item("parts", shaped(py, parts, &[self.rows.len(), RESIDUAL_PARTS.len()])?)?;
-        columns
-            .set_item("overlap", shaped(py, rows().map(|row| row.overlap).collect(), &count)?)?;
-        let placements = rows().map(|row| row.placement).collect();
-        columns.set_item("placement", shaped(py, placements, &count)?)?;
-        let shares = rows().map(|row| row.restitution_share).collect();
-        columns.set_item("restitution_share", shaped(py, shares, &count)?)?;
-        let stiffnesses = rows().map(|row| row.stiffness).collect();
-        columns.set_item("stiffness", shaped(py, stiffnesses, &count)?)?;
-        columns.set_item("energy", shaped(py, rows().map(|row| row.energy).collect(), &count)?)?;
+        for (name, number) in STEP_NUMBERS {
+            columns.set_item(name, shaped(py, rows().map(number).collect(), &count)?)?;
+        }
         Ok(columns)
     }
 
@@ -346,6 +337,17 @@ impl PyRecording {
         self.rows.len()
     }
 }
+
+/// Columns of the rows with one number each.
+const STEP_NUMBERS: [(&str, fn(&StepRow) -> f64); 7] = [
+    ("time", |row| row.time),
+    ("residual", |row| row.residual),
+    ("overlap", |row| row.overlap),
+    ("placement", |row| row.placement),
+    ("restitution_share", |row| row.restitution_share),
+    ("stiffness", |row| row.stiffness),
+    ("energy", |row| row.energy),
+];
 
 /// Names of the parts of a step's residual, in the order of [`StepRow::parts`].
 pub const RESIDUAL_PARTS: [&str; 5] =

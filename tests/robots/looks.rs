@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
+use tumble_core::geometry::Hull;
 use tumble_core::geometry::Piece as Solid;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_film::{Cast, Keys, Role, dress};
 use tumble_model::Model;
 use tumble_robot::model::RobotLook;
 use tumble_robot::{Reading, read};
@@ -13,7 +13,7 @@ use tumble_scene::output::tables::TableStep;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 use tumble_scene::written;
-use tumble_view::{Film, FilmMesh, FilmPiece};
+use tumble_view::{Film, Mesh, Shape};
 
 /// Corners of an L made of three unit squares.
 const CORNERS: [[f64; 2]; 6] =
@@ -62,33 +62,25 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
     let mut end = StepRecord::new();
     simulation.end(&mut end);
     let step = TableStep::of(&scene.world, &end);
-    let roles: Vec<_> = model.bodies.iter().map(Role::from).collect();
-    let names = |names: &[String]| names.to_vec();
-    let (fixed, joints) = (names(&scene.fixed), names(&scene.joints));
-    let fixed: Vec<_> = fixed.iter().map(String::as_str).collect();
-    let joints: Vec<_> = joints.iter().map(String::as_str).collect();
-    let cast = Cast {
-        world: &scene.world,
-        bodies: &roles,
-        fixed: &fixed,
-        joints: &joints,
-        loads: &scene.loads,
-        floating: false,
-    };
-    let frame = tumble_film::frame(&scene.world, &step, &mut Keys::new());
-    let mut film = tumble_film::film(cast, vec![frame]);
-    dress(model, &mut film).unwrap();
-    film
+    Film::new(&scene.world, model, false, vec![step]).unwrap()
 }
 
-fn mesh(piece: &FilmPiece) -> &FilmMesh {
-    let FilmPiece::Mesh(mesh) = piece else { panic!("a mesh is drawn: {piece:?}") };
+fn mesh(shape: &Shape) -> &Mesh {
+    let Shape::Mesh(mesh) = shape else { panic!("a mesh is drawn: {shape:?}") };
     mesh
+}
+
+/// Radius of a ball.
+fn radius_of(shape: &Shape) -> Option<f64> {
+    match shape {
+        Shape::Convex { core, radius, .. } if core.vertices().len() == 1 => Some(*radius),
+        _ => None,
+    }
 }
 
 /// Enclosed volume of triangles that are counter-clockwise seen from outside. It is negative for
 /// inverted triangles.
-fn volume(mesh: &FilmMesh) -> f64 {
+fn volume(mesh: &Mesh) -> f64 {
     let tetrahedron = |triangle: &[usize; 3]| {
         let [a, b, c] = triangle.map(|corner| mesh.vertices[corner]);
         a.cross(&b).dot(&c) / 6.0
@@ -113,7 +105,7 @@ fn a_link_looks_like_its_visual_mesh_and_touches_as_its_shapes() {
       <geometry><mesh filename="prism.obj" scale="-1 1 2"/></geometry></visual>"#;
     let scene = scene_of(&one(visual));
     let film = film_of(&scene, model_of(&scene));
-    let [piece] = &film.bodies[0].pieces[..] else { panic!("one piece is drawn") };
+    let [piece] = &film.bodies[0].shapes[..] else { panic!("one piece is drawn") };
     let drawn = mesh(piece);
     assert_eq!((drawn.vertices.len(), drawn.triangles.len()), (12, 20));
     assert!((volume(drawn) - 6.0).abs() < 1e-12, "{}", volume(drawn));
@@ -140,13 +132,14 @@ fn looks_are_read_back() {
       <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
     let scene = scene_of(&one(visuals));
     let model = Model::of_text(&model_of(&scene).text().unwrap()).unwrap();
-    let (film, mut again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
+    let (film, again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
     assert_eq!(film.bodies, again.bodies);
-    let ball = FilmPiece::Sphere { centre: Vector3::new(-0.3, 0.0, 2.0), radius: 0.5 };
-    assert_eq!(film.bodies[0].pieces[1], ball);
+    let core = Hull::point(Vector3::new(-0.3, 0.0, 2.0)).unwrap();
+    let ball = Shape::Convex { core, radius: 0.5, name: None };
+    assert_eq!(film.bodies[0].shapes[1], ball);
     let mut odd = model;
     odd.looks.clear();
-    let why = dress(&odd, &mut again).unwrap_err().to_string();
+    let why = Film::new(&scene.world, &odd, false, Vec::new()).unwrap_err().to_string();
     assert_eq!(why, "model.bodies[0].look: there is no such look");
 }
 
@@ -162,7 +155,7 @@ fn looks_are_written_down() {
     };
     let again = read(&text).unwrap();
     let films = [&scene, &again].map(|scene| film_of(scene, model_of(scene)));
-    assert_eq!(films[0].bodies[0].pieces, films[1].bodies[0].pieces);
+    assert_eq!(films[0].bodies[0].shapes, films[1].bodies[0].shapes);
     assert_eq!(written::text(&again).unwrap(), text);
     for (from, to, said) in [
         (
@@ -216,10 +209,10 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
         let text = one(&format!("{}{}", mesh("prism.obj"), mesh(file)));
         let scene = scene_of(&text);
         let film = film_of(&scene, model_of(&scene));
-        let [FilmPiece::Hull(hull)] = &film.bodies[0].pieces[..] else {
+        let [Shape::Convex { core, .. }] = &film.bodies[0].shapes[..] else {
             panic!("the box is drawn")
         };
-        assert_eq!(hull.vertices.len(), 8);
+        assert_eq!(core.vertices().len(), 8);
         let notes: Vec<_> = scene.notes().into_iter().filter(|note| note.contains(why)).collect();
         assert_eq!(notes.len(), 1, "{file}: {:?}", scene.notes());
         assert!(
@@ -259,12 +252,12 @@ fn meshes_have_the_colours_of_their_file() {
     ] {
         let scene = scene_of(&text);
         let film = film_of(&scene, model_of(&scene));
-        assert_eq!(mesh(&film.bodies[0].pieces[0]).colour, colour, "{text}");
+        assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{text}");
         let written = written::text(&scene).unwrap();
         let again = Path::new("robots/robot.toml");
         let again = Scene::of_text(&written, again, Settings::default(), &files).unwrap();
         let film = film_of(&again, model_of(&again));
-        assert_eq!(mesh(&film.bodies[0].pieces[0]).colour, colour, "{written}");
+        assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{written}");
     }
 }
 
@@ -310,12 +303,13 @@ fn a_body_looks_like_its_mesh_that_touches_nothing() {
       </worldbody></mujoco>"#;
     let scene = scene_of(text);
     let film = film_of(&scene, model_of(&scene));
-    let [drawn, FilmPiece::Sphere { radius, .. }] = &film.bodies[0].pieces[..] else {
-        panic!("a mesh and a ball are drawn: {:?}", film.bodies[0].pieces)
+    let [drawn, ball] = &film.bodies[0].shapes[..] else {
+        panic!("a mesh and a ball are drawn: {:?}", film.bodies[0].shapes)
     };
-    assert!((volume(mesh(drawn)) - 0.003).abs() < 1e-15 && *radius == 0.02);
+    assert_eq!(radius_of(ball), Some(0.02));
+    assert!((volume(mesh(drawn)) - 0.003).abs() < 1e-15);
     let centre = Vector3::from(model_of(&scene).bodies[0].centre);
     let lowest = mesh(drawn).vertices.iter().map(|v| v.z + centre.z).fold(f64::INFINITY, f64::min);
     assert!((lowest - 0.2).abs() < 1e-15);
-    assert!(matches!(film.bodies[1].pieces[..], [FilmPiece::Sphere { radius: 0.1, .. }]));
+    assert_eq!(film.bodies[1].shapes.iter().map(radius_of).collect::<Vec<_>>(), [Some(0.1)]);
 }

@@ -419,7 +419,8 @@ fn a_single_row_and_a_body_that_is_no_box_have_pages() {
     assert_eq!(view(&[&simulated.path("states.csv")], &[]).code, Some(0));
     let page = Page::read(&simulated.path("view.html"));
     let body = &page.data["runs"][0]["bodies"][0];
-    assert_eq!(body["is_box"], false);
+    assert_eq!(body["pieces"], serde_json::json!([]));
+    assert_eq!(body["points"].as_array().map(Vec::len), Some(8));
     let facts = body["facts"].as_array().unwrap();
     assert!(facts.contains(&serde_json::json!({"name": "body", "value": "8 contact points"})));
 }

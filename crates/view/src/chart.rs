@@ -3,9 +3,10 @@
 use crate::markup::escape;
 use crate::plot::axes::PlotAxes;
 use crate::plot::curve::line;
-use crate::plot::scale::PlotAxis;
 use crate::plot::thin::PlotPoint;
 use std::fmt::Write as _;
+
+pub use crate::plot::scale::{PlotAxis, ScaleKind};
 
 /// Size of a chart. One unit is a pixel on a narrow screen.
 const WIDTH: f64 = 440.0;
@@ -19,7 +20,8 @@ pub struct Chart {
 
 impl Chart {
     /// Empty chart with axes and their labels.
-    pub(crate) fn new(x: PlotAxis, y: PlotAxis, x_name: &str, y_name: &str) -> Self {
+    #[must_use]
+    pub fn new(x: PlotAxis, y: PlotAxis, x_name: &str, y_name: &str) -> Self {
         let axes =
             PlotAxes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
         let mut body = format!(

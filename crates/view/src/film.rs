@@ -1,12 +1,24 @@
-//! Input data of all pictures.
+//! Input data of all pictures: a recorded motion of a world, with the looks of its objects.
 
-use crate::shape::FilmPiece;
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+mod terrain;
+
+use crate::shape::{Mesh, Shape};
+use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
-use std::fmt;
+use tumble_core::contact::Partner;
+use tumble_core::error::Error;
+use tumble_core::joint::{Axis, Joint};
+use tumble_core::mechanics::{Load, RigidBody, State};
+use tumble_core::simulation::energy;
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Plane, World};
+use tumble_model::failure::Failure;
+use tumble_model::shape::{ModelForm, PlacedForm};
+use tumble_model::{BodyModel, Model};
+use tumble_scene::output::tables::{ContactRow, TableStep};
 
-/// Motion of bodies, with everything needed to draw it. SI units, world frame.
-#[derive(Debug, Clone, PartialEq)]
+/// Motion of the bodies of a world, with everything needed to draw it.
+#[derive(Debug, Clone)]
 pub struct Film {
     /// Heading: scene, seed and solver; empty if unknown.
     pub title: String,
@@ -14,24 +26,21 @@ pub struct Film {
     pub facts: Vec<Fact>,
     /// Command that takes over from a frame; `None` if unknown.
     pub takeover: Option<Takeover>,
-    /// Time step h (s).
-    pub time_step: f64,
     /// Number of steps between frames.
     pub every: u64,
-    /// Gravity g (m/s²).
-    pub gravity: Vector3<f64>,
-    /// Friction coefficient μ.
-    pub friction: f64,
-    /// Ground plane. `None` if there is none.
-    pub ground: Option<FilmGround>,
-    /// Fixed objects besides the ground.
-    pub fixed: Vec<FilmFixed>,
-    /// Bodies, at least one.
-    pub bodies: Vec<FilmBody>,
-    /// Joints between bodies and to the world.
-    pub joints: Vec<FilmJoint>,
-    /// Frames, at least one, at equal time intervals. The last has no step.
-    pub frames: Vec<FilmFrame>,
+    /// World of the motion.
+    pub world: World,
+    /// Ground that is drawn. `None` if there is none.
+    pub ground: Option<Plane>,
+    /// Looks of the bodies of the world, at least one.
+    pub bodies: Vec<Object>,
+    /// Looks of its fixed objects besides the ground: of fixed pieces, then of terrains.
+    pub fixed: Vec<Object>,
+    /// Names of its joints.
+    pub joints: Vec<String>,
+    /// Frames, at least one, at equal time intervals. The last has no step. Contacts without force
+    /// may be omitted.
+    pub frames: Vec<TableStep>,
 }
 
 /// Name and value of a parameter, as text.
@@ -43,178 +52,19 @@ pub struct Fact {
     pub value: String,
 }
 
-/// Plane n · x = d.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilmGround {
-    /// Unit normal n, towards the bodies.
-    pub normal: Vector3<f64>,
-    /// Offset d (m).
-    pub offset: f64,
-}
-
-/// Fixed object, world frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilmFixed {
+/// Look of a body or of a fixed object.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Object {
     /// Name; may be empty.
     pub name: String,
-    /// Geometry.
-    pub pieces: Vec<FilmPiece>,
-}
-
-/// Rigid body.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilmBody {
-    /// Name; may be empty.
-    pub name: String,
-    /// Mass m (kg).
-    pub mass: f64,
-    /// Inertia I (kg m²), body frame.
-    pub inertia: Matrix3<f64>,
-    /// Contact points (m), body frame, relative to the centre of mass.
-    pub points: Vec<Vector3<f64>>,
-    /// Geometry in the body frame, relative to the centre of mass. If it is empty, the points are
-    /// drawn. Eight corners of a box, x fastest, are drawn as a box.
-    pub pieces: Vec<FilmPiece>,
-    /// Load besides gravity and contact.
-    pub load: FilmLoad,
+    /// Text shown at the object, and in headings instead of its name; may be empty.
+    pub label: String,
     /// Red, green and blue. `None` selects a colour of the palette.
     pub colour: Option<[u8; 3]>,
-    /// Text shown at the body, and in headings instead of its name; may be empty.
-    pub label: String,
-}
-
-/// Joint between two bodies, or between a body and the world.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilmJoint {
-    /// Name.
-    pub name: String,
-    /// Index into [`Film::bodies`].
-    pub body: usize,
-    /// Index of the other body. `None` for the world.
-    pub other: Option<usize>,
-    /// Anchor on the body (m), body frame.
-    pub anchor: Vector3<f64>,
-    /// Anchor on the other body (m), in its frame, or in the world.
-    pub other_anchor: Vector3<f64>,
-    /// Unit vector of the axis, body frame. `None` for a joint without axis.
-    pub axis: Option<Vector3<f64>>,
-    /// True if the joint only rotates about its axis.
-    pub turns: bool,
-    /// True if the joint only translates along its axis.
-    pub slides: bool,
-}
-
-/// State of a joint in a frame, and its loads in the step from there.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilmTie {
-    /// Displacement along its axis (m).
-    pub place: f64,
-    /// Angle about its axis (rad).
-    pub angle: f64,
-    /// Magnitude of the force on the body (N).
-    pub force: f64,
-    /// Torque on the body about its axis (N m).
-    pub torque: f64,
-}
-
-/// Force and torque over time as knots of time t (s) and value. An empty list is zero load.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FilmLoad {
-    /// Force (N).
-    pub force: Vec<(f64, Vector3<f64>)>,
-    /// Torque (N m), body frame.
-    pub torque: Vec<(f64, Vector3<f64>)>,
-    /// Point of application of the force (m), body frame.
-    pub point: Vector3<f64>,
-}
-
-/// State at one time, and the step from there to the next.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilmFrame {
-    /// Step index k.
-    pub index: u64,
-    /// Time t (s).
-    pub time: f64,
-    /// Pose and velocity of each body.
-    pub poses: Vec<FilmPose>,
-    /// Kinetic energy of all bodies at k (J).
-    pub kinetic: f64,
-    /// Gravitational potential energy relative to the origin (J).
-    pub potential: f64,
-    /// Contacts of the step. Those without force may be omitted.
-    pub contacts: Vec<FilmContact>,
-    /// States of [`Film::joints`].
-    pub ties: Vec<FilmTie>,
-    /// Result of the step.
-    pub status: Status,
-    /// Number of solver iterations.
-    pub iterations: u32,
-    /// Residual of the exact contact laws (m/s).
-    pub residual: f64,
-}
-
-/// Pose and velocity of a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilmPose {
-    /// Centre of mass r (m).
-    pub position: Vector3<f64>,
-    /// Attitude, body to world.
-    pub attitude: UnitQuaternion<f64>,
-    /// Velocity v (m/s).
-    pub velocity: Vector3<f64>,
-    /// Angular velocity ω (rad/s), body frame.
-    pub spin: Vector3<f64>,
-}
-
-/// Contact point of a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilmContact {
-    /// Index into [`Film::bodies`].
-    pub body: usize,
-    /// Contact partner.
-    pub partner: FilmPartner,
-    /// Position (m), world frame.
-    pub point: Vector3<f64>,
-    /// Identifier of the contact among those of its pair, constant across steps.
-    pub key: u64,
-    /// Force on the body (N), world frame. The partner receives the opposite force.
-    pub force: Vector3<f64>,
-    /// Unit normal away from the partner, world frame.
-    pub normal: Vector3<f64>,
-    /// Friction coefficient μ of the pair.
-    pub friction: f64,
-}
-
-/// Contact partner of a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum FilmPartner {
-    /// The ground, [`Film::ground`].
-    Ground,
-    /// Index into [`Film::fixed`].
-    Fixed(usize),
-    /// Index into [`Film::bodies`].
-    Body(usize),
-}
-
-/// Result of a step, in order of increasing severity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Status {
-    /// No step.
-    End,
-    /// Free flight without a contact problem.
-    Free,
-    /// Converged from the first initial point.
-    Converged,
-    /// Converged from another initial point.
-    Retried,
-    /// Solved by another solver.
-    Fallback,
-    /// Solved in shorter steps.
-    Substepped,
-    /// Solved but unphysical: a body rotates too far, or energy increases.
-    Wild,
-    /// Not converged within the tolerance.
-    Failed,
+    /// Load besides gravity and contact, for the page.
+    pub load: Load,
+    /// Geometry in the frame of the body, relative to its centre of mass, or in the world.
+    pub shapes: Vec<Shape>,
 }
 
 /// Command that takes over from a frame of a film.
@@ -229,54 +79,127 @@ pub struct Takeover {
 }
 
 impl Film {
+    /// Film of `frames` in the `world` of a `model`, without title and facts. A `floating` body can
+    /// touch nothing, even if the world has a ground.
+    ///
+    /// # Errors
+    /// An invalid load or look.
+    pub fn new(
+        world: &World,
+        model: &Model,
+        floating: bool,
+        mut frames: Vec<TableStep>,
+    ) -> Result<Self, Failure> {
+        frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
+        let bodies = model.bodies.iter().zip(world.bodies()).zip(model.loads()?).enumerate();
+        let bodies = bodies.map(|(index, ((body, rigid), load))| {
+            let shapes = shapes(model, index, body, rigid)?;
+            let label = body.label.as_ref().map_or(String::new(), |label| label.0.clone());
+            let (name, colour) = (body.name.clone(), body.colour.map(|colour| colour.0));
+            Ok(Object { name, label, colour, load, shapes })
+        });
+        let pieces = model.fixed.iter().zip(world.fixed()).map(|(fixed, of)| Object {
+            name: fixed.name.clone(),
+            shapes: vec![Shape::from(&of.piece)],
+            ..Object::default()
+        });
+        let terrains = model.terrains.iter().map(|of| terrain::object(&of.name, &of.terrain));
+        let mut film = Self {
+            title: String::new(),
+            facts: Vec::new(),
+            takeover: None,
+            every: 1,
+            world: world.clone(),
+            ground: None,
+            bodies: bodies.collect::<Result<_, Failure>>()?,
+            fixed: pieces.chain(terrains).collect(),
+            joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+            frames,
+        };
+        let ground = world.ground().filter(|plane| !floating && film.reaches(plane));
+        film.ground = ground.cloned();
+        Ok(film)
+    }
+
+    /// This film with other `frames`, without title and facts.
+    pub(crate) fn with_frames(&self, frames: Vec<TableStep>) -> Self {
+        Self {
+            title: String::new(),
+            facts: Vec::new(),
+            takeover: None,
+            every: self.every,
+            world: self.world.clone(),
+            ground: self.ground.clone(),
+            bodies: self.bodies.clone(),
+            fixed: self.fixed.clone(),
+            joints: self.joints.clone(),
+            frames,
+        }
+    }
+
     /// Frames with a step: all but the last.
-    pub(crate) fn steps(&self) -> &[FilmFrame] {
+    pub(crate) fn steps(&self) -> &[TableStep] {
         self.frames.split_last().map_or(&[], |(_, steps)| steps)
     }
 
     /// Time between frames (s).
     #[must_use]
     pub fn frame_time(&self) -> f64 {
-        self.every as f64 * self.time_step
+        self.every as f64 * self.world.time_step()
     }
 
     /// True if a step is not converged.
     #[must_use]
     pub fn has_failed(&self) -> bool {
-        self.frames.iter().any(|frame| frame.status == Status::Failed)
+        self.frames.iter().any(|frame| frame.row.status == StepStatus::Failed)
+    }
+
+    /// Sum of an energy over the bodies in a frame (J).
+    pub(crate) fn energy(
+        &self,
+        frame: &TableStep,
+        of: fn(&World, &RigidBody, &State) -> f64,
+    ) -> f64 {
+        let bodies = self.world.bodies().iter().zip(&frame.states);
+        bodies.map(|(body, state)| of(&self.world, body, state)).sum()
+    }
+
+    /// Kinetic energy in a frame (J).
+    pub(crate) fn kinetic(&self, frame: &TableStep) -> f64 {
+        self.energy(frame, energy::kinetic)
+    }
+
+    /// Gravitational potential energy in a frame, relative to the origin (J).
+    pub(crate) fn potential(&self, frame: &TableStep) -> f64 {
+        self.energy(frame, energy::potential)
     }
 
     /// Label of body `b`, or else its name.
     pub(crate) fn name(&self, b: usize) -> String {
-        let FilmBody { name, label, .. } = &self.bodies[b];
+        let Object { name, label, .. } = &self.bodies[b];
         match [label, name].into_iter().find(|word| !word.is_empty()) {
             Some(word) => word.clone(),
             None => format!("body {b}"),
         }
     }
 
-    /// Height of a point above the ground (m), or its z coordinate without ground.
-    pub(crate) fn height(&self, place: &Vector3<f64>) -> f64 {
-        self.ground.as_ref().map_or(place.z, |ground| ground.height(place))
-    }
-
-    /// Height of the lowest point of body `b` in `frame` (m).
-    pub(crate) fn lowest_height(&self, b: usize, frame: &FilmFrame) -> f64 {
-        let (body, pose) = (&self.bodies[b], &frame.poses[b]);
-        let lowest = |core: &[Vector3<f64>], radius: f64| {
-            let heights = core.iter().map(|p| self.height(&(pose.position + pose.attitude * p)));
-            heights.fold(f64::INFINITY, f64::min) - radius
+    /// Height of the lowest point of body `b` in `frame` above the ground, or its lowest z
+    /// coordinate without ground (m).
+    pub(crate) fn lowest_height(&self, b: usize, frame: &TableStep) -> f64 {
+        let pose = pose(&frame.states[b]);
+        let height = |point: &Vector3<f64>| {
+            let place = pose.translation.vector + pose.rotation * point;
+            self.ground.as_ref().map_or(place.z, |plane| height(plane, &place))
         };
-        if body.pieces.is_empty() {
-            return lowest(&body.points, 0.0);
-        }
-        let pieces = body.pieces.iter().map(|piece| lowest(piece.core(), piece.radius()));
-        pieces.fold(f64::INFINITY, f64::min)
+        let lowest = |shape: &Shape| {
+            shape.core().iter().map(height).fold(f64::INFINITY, f64::min) - shape.radius()
+        };
+        self.bodies[b].shapes.iter().map(lowest).fold(f64::INFINITY, f64::min)
     }
 
     /// Transform from the world to the ground's frame; identity without ground.
     pub(crate) fn to_ground(&self) -> Isometry3<f64> {
-        self.ground.map_or(Isometry3::identity(), |ground| ground.frame())
+        self.ground.as_ref().map_or(Isometry3::identity(), frame_of)
     }
 
     /// True if contacts are possible.
@@ -285,39 +208,113 @@ impl Film {
     }
 
     /// Ground other than the plane z = 0.
-    pub(crate) fn inclined_ground(&self) -> Option<&FilmGround> {
-        self.ground.as_ref().filter(|ground| !ground.is_level())
+    pub(crate) fn inclined_ground(&self) -> Option<&Plane> {
+        let is_level = |plane: &Plane| *plane.normal() == Vector3::z() && plane.offset() == 0.0;
+        self.ground.as_ref().filter(|plane| !is_level(plane))
+    }
+
+    /// True if the distance of the motion to the ground is at most its size. A picture with a
+    /// farther ground would show nothing else.
+    fn reaches(&self, ground: &Plane) -> bool {
+        let still = self.fixed.iter().flat_map(|fixed| &fixed.shapes).flat_map(Shape::core);
+        let moving = self.frames.iter().flat_map(|frame| &frame.states);
+        let places = still.copied().chain(moving.map(|state| state.position));
+        let (mut low, mut high) =
+            (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        let mut lowest = f64::INFINITY;
+        for place in places {
+            (low, high) = (low.inf(&place), high.sup(&place));
+            lowest = lowest.min(height(ground, &place));
+        }
+        let reach = self.world.bodies().iter().map(RigidBody::reach).fold(0.0, f64::max);
+        lowest <= (high - low).norm() + 2.0 * reach
     }
 }
 
-impl FilmJoint {
-    /// True if the joint holds body `b` on either side.
-    pub(crate) fn is_of(&self, b: usize) -> bool {
-        self.body == b || self.other == Some(b)
-    }
+/// True if a contact carries a force.
+#[must_use]
+pub fn is_loaded(contact: &ContactRow) -> bool {
+    contact.force != Vector3::zeros()
 }
 
-impl FilmContact {
-    /// True if body `b` is on either side of the contact.
-    pub(crate) fn is_of(&self, b: usize) -> bool {
-        self.body == b || self.partner == FilmPartner::Body(b)
-    }
-
-    /// Force on body `b` (N).
-    pub(crate) fn force_on(&self, b: usize) -> Vector3<f64> {
-        if self.body == b { self.force } else { -self.force }
-    }
+/// Shapes of a body: its look, or else its pieces, or else its contact points.
+fn shapes(
+    model: &Model,
+    index: usize,
+    body: &BodyModel,
+    rigid: &RigidBody,
+) -> Result<Vec<Shape>, Failure> {
+    let Some(look) = body.look else { return Ok(Shape::of_body(rigid)) };
+    let odd =
+        |why: &dyn std::fmt::Display| Failure::Input(format!("model.bodies[{index}].look: {why}"));
+    let look = model.looks.get(look).ok_or_else(|| odd(&"there is no such look"))?;
+    let centre = Vector3::from(body.centre);
+    let shapes: Result<_, _> = look.iter().map(|part| part_of(part, &centre)).collect();
+    shapes.map_err(|error| odd(&error))
 }
 
-impl FilmBody {
-    /// Largest distance of its geometry from the centre of mass (m).
+/// Part of a look, relative to the centre of mass.
+fn part_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<Shape, Error> {
+    let ModelForm::Mesh { vertices, triangles, colour, .. } = &part.form else {
+        return Ok(Shape::from(&part.piece()?.moved_by(&Matrix3::identity(), &-centre)?));
+    };
+    let (rotation, position) = (part.place.rotation(), Vector3::from(part.place.position));
+    let place = |vertex: &[f64; 3]| rotation * Vector3::from(*vertex) + position - centre;
+    let vertices = vertices.iter().map(place).collect();
+    let colour = colour.map(|colour| colour.0);
+    Ok(Shape::Mesh(Mesh { vertices, triangles: triangles.clone(), colour }))
+}
+
+/// Pose of a body. The digits of the file are kept: they have length 1.
+pub(crate) fn pose(state: &State) -> Isometry3<f64> {
+    let [w, x, y, z] = state.attitude.into();
+    let attitude = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+    Isometry3::from_parts(state.position.into(), attitude)
+}
+
+/// True if body `b` is on either side of the contact.
+pub(crate) fn is_of(contact: &ContactRow, b: usize) -> bool {
+    contact.body == b || contact.partner == Partner::Body(b)
+}
+
+/// True if a joint only translates along its axis, and true if it only rotates about it.
+pub(crate) fn slides_and_turns(joint: &Joint) -> [bool; 2] {
+    [joint.linear(), joint.angular()]
+        .map(|axes| axes[..2].iter().all(|axis| *axis == Axis::Locked) && axes[2] != Axis::Locked)
+}
+
+/// Unit vector of the axis of a joint, body frame. `None` for a joint without axis.
+pub(crate) fn axis(joint: &Joint) -> Option<Vector3<f64>> {
+    let has_axis = slides_and_turns(joint).contains(&true);
+    has_axis.then(|| joint.frames()[0].rotation().column(2).into_owned())
+}
+
+/// Signed distance n · x − d to a plane (m).
+fn height(plane: &Plane, place: &Vector3<f64>) -> f64 {
+    plane.normal().dot(place) - plane.offset()
+}
+
+/// Angle between a plane and the horizontal (degrees).
+pub(crate) fn slope(plane: &Plane) -> f64 {
+    plane.normal().z.clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// Transform from the world to a frame in which the plane is z = 0. It uses the smallest rotation. A
+/// horizontal plane through the origin keeps the world frame.
+fn frame_of(plane: &Plane) -> Isometry3<f64> {
+    let turn = UnitQuaternion::rotation_between(plane.normal(), &Vector3::z())
+        .unwrap_or_else(|| UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0));
+    let foot = turn * (plane.offset() * plane.normal());
+    Isometry3::from_parts(Translation3::from(-foot), turn)
+}
+
+impl Object {
+    /// Largest distance of its geometry from the origin of its frame (m).
     pub(crate) fn reach(&self) -> f64 {
-        let points = self.points.iter().map(|point| point.norm());
-        let ends = |piece: &FilmPiece| {
-            let core = piece.core().iter().map(|point| point.norm()).fold(0.0, f64::max);
-            core + piece.radius()
+        let ends = |shape: &Shape| {
+            shape.core().iter().map(|point| point.norm()).fold(0.0, f64::max) + shape.radius()
         };
-        points.chain(self.pieces.iter().map(ends)).fold(0.0, f64::max)
+        self.shapes.iter().map(ends).fold(0.0, f64::max)
     }
 }
 
@@ -325,66 +322,6 @@ impl Fact {
     /// Creates a fact.
     pub fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
         Self { name: name.into(), value: value.into() }
-    }
-}
-
-impl FilmGround {
-    /// Signed distance n · x − d (m).
-    pub(crate) fn height(&self, place: &Vector3<f64>) -> f64 {
-        self.normal.dot(place) - self.offset
-    }
-
-    fn is_level(&self) -> bool {
-        self.normal == Vector3::z() && self.offset == 0.0
-    }
-
-    /// Angle between the plane and the horizontal (degrees).
-    pub(crate) fn slope(&self) -> f64 {
-        self.normal.z.clamp(-1.0, 1.0).acos().to_degrees()
-    }
-
-    /// Transform from the world to a frame in which the plane is z = 0. It uses the smallest
-    /// rotation. A horizontal plane through the origin keeps the world frame.
-    fn frame(&self) -> Isometry3<f64> {
-        let turn = UnitQuaternion::rotation_between(&self.normal, &Vector3::z())
-            .unwrap_or_else(|| UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0));
-        let foot = turn * (self.offset * self.normal);
-        Isometry3::from_parts(Translation3::from(-foot), turn)
-    }
-}
-
-impl Status {
-    /// All statuses in order.
-    pub(crate) const ALL: [Self; 8] = [
-        Self::End,
-        Self::Free,
-        Self::Converged,
-        Self::Retried,
-        Self::Fallback,
-        Self::Substepped,
-        Self::Wild,
-        Self::Failed,
-    ];
-
-    /// Name of the status.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::End => "end",
-            Self::Free => "free",
-            Self::Converged => "converged",
-            Self::Retried => "retried",
-            Self::Fallback => "fallback",
-            Self::Substepped => "substepped",
-            Self::Wild => "wild",
-            Self::Failed => "failed",
-        }
-    }
-}
-
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
     }
 }
 
@@ -397,21 +334,20 @@ mod tests {
     fn the_ground_s_frame_has_heights_for_z() {
         let place = Vector3::new(1.0, -2.0, 0.5);
         for normal in [[0.3, -0.2, 0.9], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-9, 0.0, -1.0]] {
-            let ground = FilmGround { normal: Vector3::from(normal).normalize(), offset: -1.5 };
-            let placed = ground.frame() * Point3::from(place);
+            let ground = Plane::new(Vector3::from(normal), -1.5).unwrap();
+            let placed = frame_of(&ground) * Point3::from(place);
             // Near the vertical the arc cosine loses half the digits, which a picture does not
             // show.
-            assert!((placed.z - ground.height(&place)).abs() < 1e-7, "{normal:?}");
+            assert!((placed.z - height(&ground, &place)).abs() < 1e-7, "{normal:?}");
         }
-        let level = FilmGround { normal: Vector3::z(), offset: 0.0 };
-        assert_eq!(level.frame() * Point3::from(place), Point3::from(place));
+        assert_eq!(frame_of(&Plane::level()) * Point3::from(place), Point3::from(place));
     }
 
     #[test]
     fn a_slope_is_an_angle() {
-        let ground = FilmGround { normal: Vector3::new(0.6, 0.0, 0.8), offset: 0.0 };
-        assert!((ground.slope() - 36.869_897_645_844).abs() < 1e-9);
-        let place = ground.frame() * Point3::new(0.8, 0.0, -0.6);
+        let ground = Plane::new(Vector3::new(0.6, 0.0, 0.8), 0.0).unwrap();
+        assert!((slope(&ground) - 36.869_897_645_844).abs() < 1e-9);
+        let place = frame_of(&ground) * Point3::new(0.8, 0.0, -0.6);
         assert!((place - Point3::new(1.0, 0.0, 0.0)).norm() < 1e-15, "x falls with the slope");
     }
 }

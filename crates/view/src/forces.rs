@@ -1,8 +1,11 @@
 //! Selection of the contact forces to draw, and the lengths of their arrows.
 
-use crate::film::{Film, FilmBody, FilmContact, FilmFrame, FilmPartner};
+use crate::film::{Film, Object};
 use nalgebra::Vector3;
+use serde::Serialize;
 use std::collections::BTreeMap;
+use tumble_core::contact::ContactKey;
+use tumble_scene::output::tables::TableStep;
 
 /// Smallest drawn force over [`Scale::weight`].
 const NEGLIGIBLE: f64 = 1e-6;
@@ -12,6 +15,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// Impact forces are hundreds of times the weight, so lengths are compressed. The relative length
 /// is s / (1 + s) with s = √(force / weight). It grows like the square root below the weight and
 /// saturates above it.
+#[derive(Serialize)]
 pub struct Scale {
     /// Reference force (N): mean weight of the bodies, or the largest force of a film without
     /// gravity. Its arrow has half the maximum length.
@@ -23,9 +27,9 @@ pub struct Scale {
 impl Scale {
     pub fn of(film: &Film) -> Self {
         let count = film.bodies.len() as f64;
-        let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>() / count;
-        let reach = film.bodies.iter().map(FilmBody::reach).sum::<f64>() / count;
-        let mut weight = mass * film.gravity.norm();
+        let mass = film.world.bodies().iter().map(|body| body.mass()).sum::<f64>() / count;
+        let reach = film.bodies.iter().map(Object::reach).sum::<f64>() / count;
+        let mut weight = mass * film.world.gravity().norm();
         if weight == 0.0 {
             let contacts = film.frames.iter().flat_map(|frame| &frame.contacts);
             weight = contacts.map(|c| c.force.norm()).fold(f64::MIN_POSITIVE, f64::max);
@@ -41,51 +45,31 @@ impl Scale {
 
     /// Drawn contacts, with their forces averaged over `steps`. The average makes an impact of one
     /// step visible in any frame.
-    pub fn means(&self, steps: &[FilmFrame]) -> Vec<MeanForce> {
+    pub fn means(&self, steps: &[TableStep]) -> Vec<MeanForce> {
         let mut means = BTreeMap::new();
         for contact in steps.iter().flat_map(|step| &step.contacts) {
-            let mean = means.entry(ContactSite::of(contact)).or_insert((contact, Vector3::zeros()));
+            let site = contact.key.between(contact.body, contact.partner);
+            let (point, normal, force) = (contact.point, contact.normal, Vector3::zeros());
+            let mean = means.entry(site).or_insert(MeanForce { site, point, normal, force });
             // The last place is drawn.
-            mean.0 = contact;
-            mean.1 += contact.force / steps.len() as f64;
+            (mean.point, mean.normal) = (point, normal);
+            mean.force += contact.force / steps.len() as f64;
         }
         let is_shown = |mean: &MeanForce| mean.force.norm() > NEGLIGIBLE * self.weight;
-        let mean = |(site, (contact, force)): (_, (&FilmContact, _))| MeanForce {
-            site,
-            point: contact.point,
-            normal: contact.normal,
-            friction: contact.friction,
-            force,
-        };
-        means.into_iter().map(mean).filter(is_shown).collect()
+        means.into_values().filter(is_shown).collect()
     }
-}
-
-/// Identity of a contact across steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct ContactSite {
-    pub body: usize,
-    pub partner: FilmPartner,
-    pub key: u64,
 }
 
 /// Mean force of a contact (N), world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanForce {
-    pub site: ContactSite,
+    /// Identity of the contact across steps.
+    pub site: ContactKey,
     /// Position (m), world frame.
     pub point: Vector3<f64>,
     /// Unit normal away from the partner.
     pub normal: Vector3<f64>,
-    /// Friction coefficient of the pair.
-    pub friction: f64,
     pub force: Vector3<f64>,
-}
-
-impl ContactSite {
-    fn of(contact: &FilmContact) -> Self {
-        Self { body: contact.body, partner: contact.partner, key: contact.key }
-    }
 }
 
 #[cfg(test)]
@@ -111,7 +95,7 @@ mod tests {
         let landed = film.frames.iter().position(|frame| !frame.contacts.is_empty()).unwrap();
         assert_eq!(scale.means(&film.frames[..landed]), []);
         let means = scale.means(&film.frames[landed - 3..landed + 1]);
-        assert_eq!(means.iter().map(|mean| mean.site.key).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        assert_eq!(means.iter().map(|mean| mean.site.point).collect::<Vec<_>>(), [0, 1, 2, 3]);
         // The force acts in one of four steps, with a quarter of the weight at each corner.
         assert!(means.iter().all(|mean| (mean.force.norm() - 98.1 / 16.0).abs() < 1e-12));
         let floating = floating_cube(3);

@@ -1,12 +1,12 @@
 //! Pictures of rigid-body motion: converts a film to bytes.
 //!
-//! A [`Film`] is plain data: bodies with shapes, their poses in each frame, and the contact forces
-//! between frames.
+//! A [`Film`] is a world with the looks of its objects and the rows of a run: states, and the forces
+//! between them.
 //!
 //! - [`animation`] draws a film as a GIF.
 //! - [`plot`] draws its curves over time.
 //! - [`view`] writes an HTML page that plays one or two films.
-//! - [`plan`] writes the page of a plan.
+//! - [`page`] and [`chart`] are building blocks of other pages.
 //! - [`triangles()`] makes triangle meshes for other viewers.
 //!
 //! Nothing in this crate accesses files. Output is deterministic, byte for byte.
@@ -14,14 +14,13 @@
 #![forbid(unsafe_code)]
 
 pub mod animation;
-mod chart;
+pub mod chart;
 mod film;
 mod font;
 mod forces;
 mod markup;
-mod page;
+pub mod page;
 mod palette;
-pub mod plan;
 pub mod plot;
 #[cfg(test)]
 mod samples;
@@ -30,9 +29,6 @@ mod skeleton;
 mod triangles;
 pub mod view;
 
-pub use film::{
-    Fact, Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmJoint, FilmLoad,
-    FilmPartner, FilmPose, FilmTie, Status, Takeover,
-};
-pub use shape::{FilmHull, FilmMesh, FilmPiece};
+pub use film::{Fact, Film, Object, Takeover, is_loaded};
+pub use shape::{Mesh, Shape};
 pub use triangles::{FilmTriangles, Triangles, triangles};

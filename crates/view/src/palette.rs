@@ -88,7 +88,7 @@ pub fn of_bodies(film: &Film) -> Vec<Rgb> {
     let depths = skeleton::robot_depths(film);
     // The base of a robot has the first colour.
     let mut free = usize::from(depths.iter().any(Option::is_some));
-    let colour = |(body, depth): (&crate::film::FilmBody, Option<usize>)| {
+    let colour = |(body, depth): (&crate::film::Object, Option<usize>)| {
         let usual = match depth {
             Some(0) => BASE,
             Some(depth) => LINKS[depth % LINKS.len()],
@@ -139,8 +139,7 @@ fn properties(theme: &Theme) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::FilmBody;
-    use crate::samples::{floating_cube, joint};
+    use crate::samples::{copies, floating_cube, joint, tie};
     use nalgebra::{Matrix3, Vector3};
 
     /// Simulation of dichromatic vision in linear RGB (Machado, Oliveira and Fernandes 2009,
@@ -207,10 +206,11 @@ mod tests {
     #[test]
     fn robots_are_grey_with_an_accent_and_others_have_colours_in_turn() {
         let mut film = floating_cube(1);
-        film.bodies = vec![FilmBody { colour: None, ..film.bodies[0].clone() }; 7];
+        copies(&mut film, 7);
         // Bodies 1 to 4 are a robot with base 1. Bodies 0, 5 and 6 are not.
-        film.joints =
+        let joints =
             vec![joint(2, Some(1)), joint(3, Some(2)), joint(4, Some(1)), joint(6, Some(5))];
+        tie(&mut film, joints);
         let expected = [BODIES[1], BASE, LINKS[1], LINKS[0], LINKS[1], BODIES[2], BODIES[3]];
         assert_eq!(of_bodies(&film), expected);
         film.bodies[3].colour = Some([1, 2, 3]);

@@ -1,124 +1,156 @@
-//! Drawn geometry of a body: convex pieces, meshes or contact points.
+//! Drawn geometry: convex shapes, meshes or contact points.
 
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use tumble_core::geometry::{Ellipsoid, Hull, Piece, Smooth};
+use tumble_core::mechanics::RigidBody;
 
-/// Convex piece or mesh of a body or fixed object. Lengths are in m.
+/// Geometry of a body or fixed object. Lengths are in m.
 #[derive(Debug, Clone, PartialEq)]
-pub enum FilmPiece {
-    /// A polyhedron, optionally rounded.
-    Hull(FilmHull),
-    /// A ball.
-    Sphere {
-        /// Centre.
-        centre: Vector3<f64>,
-        /// Radius.
+pub enum Shape {
+    /// All points within `radius` of a polyhedron, a segment or a point.
+    Convex {
+        /// Polyhedron, segment or point.
+        core: Hull,
+        /// Rounding radius; 0 for sharp edges.
         radius: f64,
-    },
-    /// All points within `radius` of a segment.
-    Capsule {
-        /// End points of the segment.
-        ends: [Vector3<f64>; 2],
-        /// Radius.
-        radius: f64,
+        /// Description of the smooth shape that the polyhedron approximates.
+        name: Option<String>,
     },
     /// A mesh for drawing only.
-    Mesh(FilmMesh),
-}
-
-/// All points within `radius` of a convex polyhedron.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FilmHull {
-    /// Vertices of the polyhedron.
-    pub vertices: Vec<Vector3<f64>>,
-    /// Faces as indices into [`FilmHull::vertices`], in either orientation.
-    pub faces: Vec<Vec<usize>>,
-    /// Rounding radius; 0 for sharp edges.
-    pub radius: f64,
-    /// Description of the shape, if the hull approximates another one.
-    pub name: Option<String>,
+    Mesh(Mesh),
+    /// Contact points, drawn with their convex outline.
+    Points(Vec<Vector3<f64>>),
 }
 
 /// Triangle mesh, which may be open and non-convex.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct FilmMesh {
+pub struct Mesh {
     /// Vertices of the triangles.
     pub vertices: Vec<Vector3<f64>>,
-    /// Indices into [`FilmMesh::vertices`], counter-clockwise seen from outside.
+    /// Indices into [`Mesh::vertices`], counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
     /// Red, green and blue. `None` for the colour of its body.
     pub colour: Option<[u8; 3]>,
 }
 
-/// Geometry that is drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Outline {
-    Solid(FilmPiece),
-    /// Contact points, drawn with their convex outline.
-    Points(Vec<Vector3<f64>>),
+/// Number of corners on a drawn disc, and on each circle of latitude of an ellipsoid.
+const DISC_CORNERS: usize = 40;
+
+impl From<&Piece> for Shape {
+    /// A smooth shape becomes a polyhedron with many faces.
+    fn from(piece: &Piece) -> Self {
+        let drawn = |smooth: &Smooth| {
+            let core = Hull::from_points(&smooth.samples(DISC_CORNERS)).ok()?;
+            Some(Self::Convex { core, radius: 0.0, name: Some(description(smooth)) })
+        };
+        let exact =
+            || Self::Convex { core: piece.core().clone(), radius: piece.radius(), name: None };
+        piece.smooth().and_then(drawn).unwrap_or_else(exact)
+    }
 }
 
-/// Vertices of the six faces of a box, in order around each face. Vertex index is x + 2 y + 4 z.
-const BOX: [[usize; 4]; 6] =
-    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+/// Description of a smooth shape.
+fn description(smooth: &Smooth) -> String {
+    let size =
+        |length: f64| format!("{length:.4}").trim_end_matches('0').trim_end_matches('.').to_owned();
+    let radius = |disc: &Ellipsoid| size(disc.axes.column(0).norm());
+    match smooth {
+        Smooth::Cylinder([from, to]) => {
+            let length = size((to.centre - from.centre).norm());
+            format!("cylinder of radius {} m and length {length} m", radius(from))
+        }
+        Smooth::Cone { base, apex: (_, apex) } => {
+            let height = size((apex - base.centre).norm());
+            format!("cone of radius {} m and height {height} m", radius(base))
+        }
+        Smooth::Ellipsoid(one) => {
+            let [a, b, c] = [0, 1, 2].map(|axis| size(one.axes.column(axis).norm()));
+            format!("ellipsoid with half axes {a} × {b} × {c} m")
+        }
+    }
+}
 
-impl FilmPiece {
-    /// Box with these eight corners, x fastest.
-    pub fn cuboid(corners: &[Vector3<f64>]) -> Self {
-        let faces = BOX.iter().map(|face| face.to_vec()).collect();
-        Self::Hull(FilmHull { vertices: corners.to_vec(), faces, ..FilmHull::default() })
+/// Corners of a face, in order, and its outward unit normal.
+pub(crate) type Side = (Vec<usize>, Vector3<f64>);
+
+impl Shape {
+    /// Shapes of the pieces of a body. Without pieces they are its contact points, or the box whose
+    /// corners these are.
+    pub(crate) fn of_body(body: &RigidBody) -> Vec<Self> {
+        if body.pieces().is_empty() {
+            let points = body.contact_points().iter().map(|point| point.position);
+            return vec![Self::of_points(points.collect())];
+        }
+        body.pieces().iter().map(Self::from).collect()
     }
 
-    /// Vertices of the core, which is a polyhedron, a segment or a point.
+    /// Box with the corners `points`, x fastest, or else the points.
+    pub(crate) fn of_points(points: Vec<Vector3<f64>>) -> Self {
+        let hull = if is_box(&points) { Hull::from_points(&points).ok() } else { None };
+        match hull {
+            Some(core) => Self::Convex { core, radius: 0.0, name: None },
+            None => Self::Points(points),
+        }
+    }
+
+    /// Vertices of the core or of the mesh, or the points.
     pub(crate) fn core(&self) -> &[Vector3<f64>] {
         match self {
-            Self::Hull(hull) => &hull.vertices,
+            Self::Convex { core, .. } => core.vertices(),
             Self::Mesh(mesh) => &mesh.vertices,
-            Self::Sphere { centre, .. } => std::slice::from_ref(centre),
-            Self::Capsule { ends, .. } => ends,
+            Self::Points(points) => points,
         }
     }
 
-    /// Surface of a hull's core or of a mesh. Round pieces have none.
-    pub(crate) fn surface(&self) -> Surface {
-        match self {
-            Self::Hull(hull) => Surface::of(&hull.vertices, hull.sides()),
-            Self::Mesh(mesh) => Surface::of(&mesh.vertices, mesh.sides()),
-            Self::Sphere { .. } | Self::Capsule { .. } => Surface::default(),
-        }
+    /// Colour that differs from that of the body.
+    pub(crate) fn colour(&self) -> Option<[u8; 3]> {
+        if let Self::Mesh(mesh) = self { mesh.colour } else { None }
     }
 
     /// Rounding radius about the core (m).
     pub(crate) fn radius(&self) -> f64 {
+        if let Self::Convex { radius, .. } = self { *radius } else { 0.0 }
+    }
+
+    /// Faces of a polyhedron, or triangles of a mesh but those of zero area. Other shapes have
+    /// none.
+    pub(crate) fn sides(&self) -> Vec<Side> {
         match self {
-            Self::Hull(FilmHull { radius, .. })
-            | Self::Sphere { radius, .. }
-            | Self::Capsule { radius, .. } => *radius,
-            Self::Mesh(_) => 0.0,
+            Self::Convex { core, .. } => {
+                let faces = core.faces().iter().enumerate().map(|(index, face)| {
+                    let corners = core.face_loop(index).iter();
+                    (corners.map(|corner| corner.vertex as usize).collect(), face.normal)
+                });
+                faces.collect()
+            }
+            Self::Mesh(mesh) => mesh.sides().collect(),
+            Self::Points(_) => Vec::new(),
         }
     }
-}
 
-impl FilmHull {
-    /// Faces with outward unit normals. Faces of zero area are skipped.
-    pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
-        let middle = self.vertices.iter().sum::<Vector3<f64>>() / self.vertices.len() as f64;
-        self.faces.iter().filter_map(move |face| {
-            let corner = |k: usize| {
-                let place = face.get(k % face.len().max(1))?;
-                self.vertices.get(*place).copied()
-            };
-            // The sum over the corners is twice the area of any planar polygon.
-            let first = corner(0)?;
-            let mut across = Vector3::zeros();
-            for k in 0..face.len() {
-                across += (corner(k)? - first).cross(&(corner(k + 1)? - first));
-            }
-            let normal = across.try_normalize(0.0)?;
-            let outward = normal.dot(&(first - middle)) >= 0.0;
-            Some((face.as_slice(), if outward { normal } else { -normal }))
-        })
+    /// Points whose convex hull contains the drawn geometry.
+    pub(crate) fn span(&self) -> Vec<Vector3<f64>> {
+        let radius = self.radius();
+        if radius == 0.0 {
+            return self.core().to_vec();
+        }
+        let side = |i: usize| {
+            Vector3::from_fn(|axis, _| if i >> axis & 1 == 1 { radius } else { -radius })
+        };
+        self.core().iter().flat_map(|core| (0..8).map(move |i| core + side(i))).collect()
+    }
+
+    /// Points on the drawn geometry, whose convex hull is close to it.
+    pub(crate) fn surface_points(&self) -> Vec<Vector3<f64>> {
+        let (core, radius) = (self.core(), self.radius());
+        if radius == 0.0 {
+            return core.to_vec();
+        }
+        let count = (MOST_WAYS / core.len().max(1)).max(LEAST_WAYS);
+        let ways: Vec<_> = ways(count).collect();
+        core.iter().flat_map(|core| ways.iter().map(move |way| core + way * radius)).collect()
     }
 }
 
@@ -145,11 +177,8 @@ pub(crate) struct SurfaceFace {
 }
 
 impl Surface {
-    fn of<'a>(
-        vertices: &[Vector3<f64>],
-        sides: impl Iterator<Item = (&'a [usize], Vector3<f64>)>,
-    ) -> Self {
-        let sides: Vec<_> = sides.collect();
+    pub fn of(shape: &Shape) -> Self {
+        let (vertices, sides) = (shape.core(), shape.sides());
         let mut around: Vec<Vec<(Vector3<f64>, f64)>> = vec![Vec::new(); vertices.len()];
         let mut edges = BTreeMap::<[usize; 2], Vec<usize>>::new();
         for (index, (corners, normal)) in sides.iter().enumerate() {
@@ -172,8 +201,8 @@ impl Surface {
             _ => false,
         };
         let creases = edges.into_iter().filter(|(_, faces)| !is_flat(faces)).collect();
-        let face = |(corners, normal): &(&[usize], Vector3<f64>)| SurfaceFace {
-            corners: corners.to_vec(),
+        let face = |(corners, normal): &Side| SurfaceFace {
+            corners: corners.clone(),
             normal: *normal,
             normals: corners.iter().map(|&corner| mean(corner, normal)).collect(),
         };
@@ -181,62 +210,15 @@ impl Surface {
     }
 }
 
-impl FilmMesh {
+impl Mesh {
     /// Triangles with outward unit normals. Triangles of zero area are skipped.
-    pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
+    pub(crate) fn sides(&self) -> impl Iterator<Item = Side> {
         self.triangles.iter().filter_map(|triangle| {
             let corner = |k: usize| self.vertices.get(triangle[k]);
             let (a, b, c) = (corner(0)?, corner(1)?, corner(2)?);
             let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
-            Some((&triangle[..], normal))
+            Some((triangle.to_vec(), normal))
         })
-    }
-}
-
-impl Outline {
-    /// Geometry of a body with `pieces`. A body without pieces is drawn as the box with the corners
-    /// `points`, or else as points.
-    pub fn of(pieces: &[FilmPiece], points: &[Vector3<f64>]) -> Vec<Self> {
-        if !pieces.is_empty() {
-            return pieces.iter().cloned().map(Self::Solid).collect();
-        }
-        vec![if is_box(points) {
-            Self::Solid(FilmPiece::cuboid(points))
-        } else {
-            Self::Points(points.to_vec())
-        }]
-    }
-
-    /// Points whose convex hull contains the drawn geometry.
-    pub fn span(&self) -> Vec<Vector3<f64>> {
-        match self {
-            Self::Points(points) => points.clone(),
-            Self::Solid(piece) if piece.radius() == 0.0 => piece.core().to_vec(),
-            Self::Solid(piece) => {
-                let side = |i: usize| {
-                    Vector3::from_fn(|axis, _| {
-                        if i >> axis & 1 == 1 { piece.radius() } else { -piece.radius() }
-                    })
-                };
-                piece.core().iter().flat_map(|core| (0..8).map(move |i| core + side(i))).collect()
-            }
-        }
-    }
-
-    /// Points on the drawn geometry, whose convex hull is close to it.
-    pub fn surface_points(&self) -> Vec<Vector3<f64>> {
-        match self {
-            Self::Solid(piece) if piece.radius() > 0.0 => {
-                let count = (MOST_WAYS / piece.core().len().max(1)).max(LEAST_WAYS);
-                let ways: Vec<_> = ways(count).collect();
-                let around = |core: &Vector3<f64>| {
-                    let core = *core;
-                    ways.iter().map(move |way| core + way * piece.radius())
-                };
-                piece.core().iter().flat_map(around).collect()
-            }
-            _ => self.span(),
-        }
     }
 }
 
@@ -272,6 +254,7 @@ pub(crate) fn is_box(points: &[Vector3<f64>]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::samples::ball;
 
     fn corners(edges: [Vector3<f64>; 3]) -> Vec<Vector3<f64>> {
         (0..8).map(|i| (0..3).map(|k| edges[k] * f64::from(i >> k & 1)).sum()).collect()
@@ -292,7 +275,7 @@ mod tests {
     #[test]
     fn a_ball_extends_by_its_radius_in_every_direction() {
         let centre = Vector3::new(1.0, -2.0, 0.5);
-        let ball = Outline::Solid(FilmPiece::Sphere { centre, radius: 0.3 });
+        let ball = ball(centre, 0.3);
         let points = ball.surface_points();
         for way in ways(500) {
             let extent = points.iter().map(|point| (point - centre).dot(&way)).fold(0.0, f64::max);
@@ -313,10 +296,10 @@ mod tests {
             at(1.0, 1.0, 0.0),
         ];
         let triangles = vec![[0, 1, 2], [1, 4, 2], [0, 2, 3], [0, 0, 1], [0, 1, 9]];
-        let mesh = FilmMesh { vertices, triangles, colour: None };
-        let normals: Vec<_> = mesh.sides().map(|side| side.1).collect();
+        let mesh = Shape::Mesh(Mesh { vertices, triangles, colour: None });
+        let normals: Vec<_> = mesh.sides().into_iter().map(|side| side.1).collect();
         assert_eq!(normals, [Vector3::z(), Vector3::z(), Vector3::x()]);
-        let surface = FilmPiece::Mesh(mesh).surface();
+        let surface = Surface::of(&mesh);
         let creases: Vec<_> = surface.creases.iter().map(|crease| crease.0).collect();
         assert_eq!(creases, [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);
     }
@@ -331,14 +314,8 @@ mod tests {
             Vector3::new(cosine, sine, (i % 2) as f64)
         };
         let vertices: Vec<_> = (0..2 * sides).map(corner).collect();
-        let side = |k: usize| {
-            let next = (k + 1) % sides;
-            vec![2 * k, 2 * next, 2 * next + 1, 2 * k + 1]
-        };
-        let ends = [0, 1].map(|end| (0..sides).map(|k| 2 * k + end).collect());
-        let faces = (0..sides).map(side).chain(ends).collect();
-        let hull = FilmHull { vertices: vertices.clone(), faces, ..FilmHull::default() };
-        let surface = FilmPiece::Hull(hull).surface();
+        let core = Hull::from_points(&vertices).unwrap();
+        let surface = Surface::of(&Shape::Convex { core, radius: 0.0, name: None });
         for face in &surface.faces {
             for (corner, normal) in face.corners.iter().zip(&face.normals) {
                 let radial = Vector3::new(vertices[*corner].x, vertices[*corner].y, 0.0);
@@ -349,19 +326,19 @@ mod tests {
         assert_eq!(surface.creases.len(), 2 * sides);
     }
 
+    /// Every face has the corners that lie in its plane, whatever the piece is.
     #[test]
-    fn normals_point_outward_whichever_way_the_faces_go() {
-        let FilmPiece::Hull(mut hull) =
-            FilmPiece::cuboid(&corners([Vector3::x(), Vector3::y(), Vector3::z()]))
-        else {
-            unreachable!("a box is a hull")
-        };
-        hull.faces[2].reverse();
-        let normals: Vec<_> = hull.sides().map(|side| side.1).collect();
-        let expected = [0, 1, 2].map(|k| Vector3::ith(k, 1.0)).map(|axis| [-axis, axis]).concat();
-        assert_eq!(normals, expected);
-        // Faces without area and faces with invalid indices are skipped.
-        hull.faces.extend([vec![0, 0, 0], vec![0, 1, 99], Vec::new()]);
-        assert_eq!(hull.sides().count(), 6);
+    fn pieces_are_drawn_as_they_are() {
+        let cuboid = Shape::from(&Piece::cuboid(Vector3::new(0.3, 0.2, 0.1)).unwrap());
+        let sides = cuboid.sides();
+        assert_eq!((cuboid.core().len(), sides.len(), cuboid.radius()), (8, 6, 0.0));
+        for (face, _) in &sides {
+            let places: Vec<_> = face.iter().map(|corner| cuboid.core()[*corner]).collect();
+            let in_plane = |axis: usize| places.iter().all(|at| at[axis] == places[0][axis]);
+            assert!(face.len() == 4 && (0..3).any(in_plane), "{face:?}");
+        }
+        let capsule = Shape::from(&Piece::capsule(0.4, 0.1).unwrap());
+        let [a, b] = capsule.core() else { panic!("a capsule has two ends") };
+        assert_eq!(((b - a).norm(), capsule.radius()), (0.8, 0.1));
     }
 }

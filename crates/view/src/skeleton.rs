@@ -1,8 +1,9 @@
 //! Bodies tied by joints: the tree, robots, and lines to joints that bodies do not touch.
 
-use crate::film::{Film, FilmJoint};
-use crate::shape::FilmPiece;
+use crate::film::Film;
+use crate::shape::Shape;
 use nalgebra::Vector3;
+use serde::Serialize;
 
 /// Number of bodies from which a group tied by joints counts as a robot.
 const ROBOT: usize = 4;
@@ -11,7 +12,7 @@ const ROBOT: usize = 4;
 const APART: f64 = 0.05;
 
 /// Line on a body, in its frame (m).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bone {
     /// Index into [`Film::bodies`].
     pub body: usize,
@@ -24,11 +25,12 @@ pub struct Bone {
 /// Parent of each body: the first body that a joint ties it to without closing a loop.
 pub fn parents(film: &Film) -> Vec<Option<usize>> {
     let mut above = vec![None; film.bodies.len()];
-    for FilmJoint { body, other, .. } in &film.joints {
-        let (Some(other), None) = (*other, above[*body]) else { continue };
+    for joint in film.world.joints() {
+        let body = joint.body();
+        let (Some(other), None) = (joint.other(), above[body]) else { continue };
         let mut ways = std::iter::successors(Some(other), |place| above[*place]);
-        if ways.all(|place| place != *body) {
-            above[*body] = Some(other);
+        if ways.all(|place| place != body) {
+            above[body] = Some(other);
         }
     }
     above
@@ -53,10 +55,11 @@ pub fn bones(film: &Film) -> Vec<Bone> {
     let mut bones = Vec::new();
     for (index, body) in film.bodies.iter().enumerate() {
         let room = APART * body.reach();
-        for joint in &film.joints {
-            let sides = [(Some(joint.body), joint.anchor), (joint.other, joint.other_anchor)];
-            for (_, from) in sides.into_iter().filter(|side| side.0 == Some(index)) {
-                let ends = body.pieces.iter().map(|piece| nearest(piece, &from));
+        for joint in film.world.joints() {
+            let sides = [Some(joint.body()), joint.other()].into_iter().zip(joint.frames());
+            for (_, frame) in sides.filter(|side| side.0 == Some(index)) {
+                let from = frame.anchor;
+                let ends = body.shapes.iter().map(|shape| nearest(shape, &from));
                 let apart = |end: &Vector3<f64>| (end - from).norm();
                 let to = ends.min_by(|a, b| apart(a).total_cmp(&apart(b)));
                 let to = to.unwrap_or_else(Vector3::zeros);
@@ -74,30 +77,31 @@ const ROUNDS: usize = 20;
 
 /// Point of a piece near a place, which is the place itself inside of it. Of a mesh it is in the
 /// bounding box.
-fn nearest(piece: &FilmPiece, place: &Vector3<f64>) -> Vector3<f64> {
+fn nearest(shape: &Shape, place: &Vector3<f64>) -> Vector3<f64> {
     let within = |core: Vector3<f64>, radius: f64| {
         let way = place - core;
         core + way * (radius / way.norm()).min(1.0)
     };
-    match piece {
-        FilmPiece::Sphere { centre, radius } => within(*centre, *radius),
-        FilmPiece::Capsule { ends: [a, b], radius } => {
-            let axis = b - a;
-            let share = (place - a).dot(&axis) / axis.norm_squared();
-            // A capsule of length 0 has no direction.
-            let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
-            within(a + axis * share, *radius)
-        }
-        FilmPiece::Hull(hull) => {
-            let mut core = *place;
-            for _ in 0..ROUNDS {
-                for (face, normal) in hull.sides() {
-                    core -= normal * normal.dot(&(core - hull.vertices[face[0]])).max(0.0);
-                }
+    match shape {
+        Shape::Convex { core, radius, .. } => match *core.vertices() {
+            [centre] => within(centre, *radius),
+            [a, b] => {
+                let axis = b - a;
+                let share = ((place - a).dot(&axis) / axis.norm_squared()).clamp(0.0, 1.0);
+                within(a + axis * share, *radius)
             }
-            within(core, hull.radius)
-        }
-        FilmPiece::Mesh(mesh) => {
+            _ => {
+                let mut near = *place;
+                for _ in 0..ROUNDS {
+                    for face in core.faces() {
+                        near -= face.normal * (face.normal.dot(&near) - face.offset).max(0.0);
+                    }
+                }
+                within(near, *radius)
+            }
+        },
+        Shape::Points(_) => Vector3::zeros(),
+        Shape::Mesh(mesh) => {
             let (low, high) = mesh.vertices.iter().fold(
                 (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
                 |(low, high), vertex| (low.inf(vertex), high.sup(vertex)),
@@ -110,23 +114,26 @@ fn nearest(piece: &FilmPiece, place: &Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::{floating_cube, joint};
+    use crate::samples::{ball, copies, floating_cube, joint, tie};
+    use tumble_core::geometry::Piece;
+    use tumble_core::joint::{Joint, JointFrame};
 
     #[test]
     fn joints_are_a_tree_whatever_rings_they_close() {
         let mut film = floating_cube(1);
-        film.bodies = vec![film.bodies[0].clone(); 4];
-        film.joints = vec![
+        copies(&mut film, 4);
+        let mut joints = vec![
             joint(3, None),
             joint(1, Some(0)),
             joint(2, Some(1)),
             joint(2, Some(0)),
             joint(0, Some(2)),
-            joint(3, Some(3)),
         ];
+        tie(&mut film, joints.clone());
         assert_eq!(parents(&film), [None, Some(0), Some(1), None]);
         assert_eq!(robot_depths(&film), [None; 4]);
-        film.joints.push(joint(3, Some(1)));
+        joints.push(joint(3, Some(1)));
+        tie(&mut film, joints);
         assert_eq!(robot_depths(&film), [Some(0), Some(1), Some(2), Some(2)]);
     }
 
@@ -134,29 +141,27 @@ mod tests {
     #[test]
     fn a_line_goes_to_the_joint_that_a_body_does_not_touch() {
         let mut film = floating_cube(1);
-        film.bodies = vec![film.bodies[0].clone(); 2];
-        let centre = Vector3::zeros();
-        film.bodies.iter_mut().for_each(|body| {
-            body.points.clear();
-            body.pieces = vec![FilmPiece::Sphere { centre, radius: 0.2 }];
-        });
-        film.joints = vec![FilmJoint { anchor: Vector3::z(), ..joint(1, Some(0)) }];
+        copies(&mut film, 2);
+        film.bodies.iter_mut().for_each(|body| body.shapes = vec![ball(Vector3::zeros(), 0.2)]);
+        let mut hang = |[height, lower]: [f64; 2]| {
+            let at = |height: f64, other| {
+                let anchors = [Vector3::z() * height, Vector3::zeros()].map(JointFrame::at);
+                Joint::spherical(1, other, anchors)
+            };
+            tie(&mut film, vec![at(height, Some(0)), at(lower, None)]);
+            bones(&film)
+        };
         let bone =
             |from: f64, to: f64| Bone { body: 1, from: Vector3::z() * from, to: Vector3::z() * to };
-        assert_eq!(bones(&film), [bone(1.0, 0.2)]);
-        let lower = FilmJoint { anchor: -Vector3::z(), ..joint(1, None) };
-        film.joints.push(lower);
-        assert_eq!(bones(&film), [bone(1.0, 0.2), bone(-1.0, -0.2)]);
-        film.joints[0].anchor = Vector3::z() * 0.1;
-        film.joints[1].anchor = Vector3::z() * -0.1;
-        assert_eq!(bones(&film), []);
+        assert_eq!(hang([1.0, 0.05]), [bone(1.0, 0.2)]);
+        assert_eq!(hang([1.0, -1.0]), [bone(1.0, 0.2), bone(-1.0, -0.2)]);
+        assert_eq!(hang([0.1, -0.1]), []);
         // The nearest point of a box and of a capsule.
-        let corner = |i: usize| Vector3::from_fn(|k, _| if i >> k & 1 == 1 { 0.5 } else { -0.5 });
-        let cuboid = FilmPiece::cuboid(&(0..8).map(corner).collect::<Vec<_>>());
+        let cuboid = Shape::from(&Piece::cuboid(Vector3::repeat(0.5)).unwrap());
         let near = nearest(&cuboid, &Vector3::new(2.0, 0.1, -3.0));
         assert!((near - Vector3::new(0.5, 0.1, -0.5)).norm() < 1e-12, "{near}");
-        let capsule = FilmPiece::Capsule { ends: [Vector3::zeros(), Vector3::x()], radius: 0.25 };
-        let near = nearest(&capsule, &Vector3::new(0.5, 2.0, 0.0));
-        assert!((near - Vector3::new(0.5, 0.25, 0.0)).norm() < 1e-12, "{near}");
+        let capsule = Shape::from(&Piece::capsule(0.5, 0.25).unwrap());
+        let near = nearest(&capsule, &Vector3::new(2.0, 0.0, 0.25));
+        assert!((near - Vector3::new(0.25, 0.0, 0.25)).norm() < 1e-12, "{near}");
     }
 }

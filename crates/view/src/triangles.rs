@@ -1,8 +1,8 @@
 //! Triangle meshes of a film's bodies and fixed objects, for other viewers.
 
-use crate::film::Film;
+use crate::film::{Film, Object};
 use crate::palette::{self, STILL};
-use crate::shape::{FilmPiece, Outline};
+use crate::shape::{Shape, Surface};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
@@ -29,35 +29,30 @@ pub struct FilmTriangles {
 /// Meshes of all bodies and fixed objects. Points without a shape have none.
 #[must_use]
 pub fn triangles(film: &Film) -> FilmTriangles {
-    let of = |piece: &FilmPiece, usual: [u8; 3]| {
-        let colour = match piece {
-            FilmPiece::Mesh(mesh) => mesh.colour.unwrap_or(usual),
-            _ => usual,
+    let of = |object: &Object, usual: [u8; 3]| {
+        let solid = object.shapes.iter().filter(|shape| !matches!(shape, Shape::Points(_)));
+        let triangles = |shape: &Shape| {
+            let colour = shape.colour().unwrap_or(usual);
+            let (vertices, triangles) =
+                if shape.radius() > 0.0 { rounded(shape) } else { polyhedron(shape) };
+            Triangles { vertices, triangles, colour }
         };
-        let (vertices, triangles) =
-            if piece.radius() > 0.0 { rounded(piece) } else { polyhedron(piece) };
-        Triangles { vertices, triangles, colour }
+        solid.map(triangles).collect()
     };
-    let bodies = film.bodies.iter().zip(palette::of_bodies(film)).map(|(body, colour)| {
-        let looks = Outline::of(&body.pieces, &body.points);
-        let solid = looks.iter().filter_map(|look| match look {
-            Outline::Solid(piece) => Some(of(piece, colour)),
-            Outline::Points(_) => None,
-        });
-        solid.collect()
-    });
-    let fixed = film.fixed.iter();
-    let fixed = fixed.map(|fixed| fixed.pieces.iter().map(|piece| of(piece, STILL)).collect());
-    FilmTriangles { bodies: bodies.collect(), fixed: fixed.collect() }
+    let bodies = film.bodies.iter().zip(palette::of_bodies(film));
+    FilmTriangles {
+        bodies: bodies.map(|(body, colour)| of(body, colour)).collect(),
+        fixed: film.fixed.iter().map(|fixed| of(fixed, STILL)).collect(),
+    }
 }
 
 type Mesh = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 
 /// Faces of a hull or a mesh, cut into triangles. Each face has its own vertices, so that viewers
 /// that average normals at a vertex show sharp edges.
-fn polyhedron(piece: &FilmPiece) -> Mesh {
-    let (core, mut vertices, mut triangles) = (piece.core(), Vec::new(), Vec::new());
-    for face in piece.surface().faces {
+fn polyhedron(shape: &Shape) -> Mesh {
+    let (core, mut vertices, mut triangles) = (shape.core(), Vec::new(), Vec::new());
+    for face in Surface::of(shape).faces {
         let first = vertices.len();
         vertices.extend(face.corners.iter().map(|corner| core[*corner]));
         for corner in first + 1..vertices.len().saturating_sub(1) {
@@ -76,8 +71,8 @@ const ACROSS: usize = 17;
 
 /// Surface of a round convex piece: for each direction of a globe, the farthest point. The poles lie
 /// along the longest diagonal of the core.
-fn rounded(piece: &FilmPiece) -> Mesh {
-    let (core, radius) = (piece.core(), piece.radius());
+fn rounded(shape: &Shape) -> Mesh {
+    let (core, radius) = (shape.core(), shape.radius());
     let along =
         core.iter().map(|point| point - core[0]).max_by(|a, b| a.norm().total_cmp(&b.norm()));
     let axis = along.and_then(|along| along.try_normalize(1e-12)).unwrap_or(Vector3::z());
@@ -119,7 +114,8 @@ fn across(axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::FilmHull;
+    use crate::samples::ball;
+    use tumble_core::geometry::Piece;
 
     /// Volume by the divergence theorem. It is positive if the triangles face outwards.
     fn volume((vertices, triangles): &Mesh) -> f64 {
@@ -130,16 +126,17 @@ mod tests {
         triangles.iter().map(part).sum()
     }
 
-    fn cube() -> FilmPiece {
+    fn cube(radius: f64) -> Shape {
         let corner = |i: usize| Vector3::from_fn(|k, _| (i >> k & 1) as f64);
-        FilmPiece::cuboid(&(0..8).map(corner).collect::<Vec<_>>())
+        let corners: Vec<_> = (0..8).map(corner).collect();
+        Shape::from(&Piece::hull(&corners, radius).unwrap())
     }
 
     #[test]
     fn meshes_have_the_volume_of_their_pieces() {
-        assert!((volume(&polyhedron(&cube())) - 1.0).abs() < 1e-12);
-        let ball = FilmPiece::Sphere { centre: Vector3::new(1.0, 2.0, 3.0), radius: 0.5 };
-        let capsule = FilmPiece::Capsule { ends: [Vector3::zeros(), Vector3::x()], radius: 0.5 };
+        assert!((volume(&polyhedron(&cube(0.0))) - 1.0).abs() < 1e-12);
+        let ball = ball(Vector3::new(1.0, 2.0, 3.0), 0.5);
+        let capsule = Shape::from(&Piece::capsule(0.5, 0.5).unwrap());
         let of_ball = PI / 6.0;
         // The corners lie on the surface. Chords of 11° cut off about 2 % of a ball.
         for (piece, expected) in [(ball, of_ball), (capsule, of_ball + PI / 4.0)] {
@@ -150,9 +147,7 @@ mod tests {
 
     #[test]
     fn a_rounded_cube_contains_its_core_and_stays_within_its_radius() {
-        let FilmPiece::Hull(hull) = cube() else { unreachable!("a box is a hull") };
-        let piece = FilmPiece::Hull(FilmHull { radius: 0.2, ..hull });
-        let mesh = rounded(&piece);
+        let mesh = rounded(&cube(0.2));
         // Volume of the cube with six slabs, twelve quarter cylinders and a ball.
         let most = 1.0 + 6.0 * 0.2 + 3.0 * PI * 0.04 + 4.0 / 3.0 * PI * 0.008;
         assert!((1.0..most).contains(&volume(&mesh)), "{}", volume(&mesh));

@@ -79,8 +79,8 @@ fn the_page_of_a_hundred_bodies_and_five_thousand_rows_is_small() {
         (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     };
     for frame in &mut film.frames {
-        for pose in &mut frame.poses {
-            pose.position.iter_mut().for_each(|x| *x += 1e-5 * noise());
+        for state in &mut frame.states {
+            state.position.iter_mut().for_each(|x| *x += 1e-5 * noise());
         }
         for contact in &mut frame.contacts {
             contact.force *= 1.0 + 0.01 * noise();

@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use tumble_view::{FilmMesh, FilmPiece};
+use tumble_core::geometry::Piece;
+use tumble_view::{Mesh, Shape};
 
 /// Number of meshes in a scene.
 const MESHES: usize = 10;
@@ -23,7 +24,7 @@ const MOST_DRAWN: usize = 20_000;
 const LARGEST_PAGE: u64 = 5 << 20;
 
 /// Torus of diameter 0.36 m with `bumps` bumps around it.
-fn torus(bumps: usize) -> FilmMesh {
+fn torus(bumps: usize) -> Mesh {
     let turn = |k: usize| (k % RINGS) as f64 / RINGS as f64 * std::f64::consts::TAU;
     let vertex = |i: usize| {
         let (around, across) = (turn(i / RINGS), turn(i % RINGS));
@@ -37,7 +38,7 @@ fn torus(bumps: usize) -> FilmMesh {
         let [a, b, c, d] = [place(k, l), place(k + 1, l), place(k + 1, l + 1), place(k, l + 1)];
         [[a, b, c], [a, c, d]]
     });
-    FilmMesh {
+    Mesh {
         vertices: (0..RINGS * RINGS).map(vertex).collect(),
         triangles: triangles.collect(),
         colour: None,
@@ -45,7 +46,7 @@ fn torus(bumps: usize) -> FilmMesh {
 }
 
 /// Writes a mesh as binary STL.
-fn write_stl(path: &Path, mesh: &FilmMesh) {
+fn write_stl(path: &Path, mesh: &Mesh) {
     let mut bytes = vec![0; 80];
     bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
     for triangle in &mesh.triangles {
@@ -151,10 +152,10 @@ fn a_page_of_ten_large_meshes_is_drawn() {
     let mut film = pile::film(20);
     // All other bodies are too small to be visible.
     for body in &mut film.bodies {
-        body.pieces = vec![FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.005 }];
+        body.shapes = vec![Shape::from(&Piece::sphere(0.005).unwrap())];
     }
     for (k, body) in film.bodies[FLYING..FLYING + MESHES].iter_mut().enumerate() {
-        body.pieces = vec![FilmPiece::Mesh(torus(3 + k))];
+        body.shapes = vec![Shape::Mesh(torus(3 + k))];
     }
     let path = pages.path("meshes.html");
     fs::write(&path, tumble_view::view::page("0", &[&film]).unwrap()).unwrap();

@@ -75,7 +75,7 @@ fn a_hundred_bodies_play_and_are_chosen() {
              list.dispatchEvent(new Event('change')); document.getElementById('follow').click()"
         ));
         browser.settle();
-        let start = film.frames[0].poses[b].position;
+        let start = film.frames[0].states[b].position;
         let read = position().as_str().unwrap().replace('−', "-").replace(" m", "");
         let read: Vec<f64> = read.split(", ").map(|number| number.parse().unwrap()).collect();
         for (read, start) in read.iter().zip(start.iter()) {

@@ -104,6 +104,13 @@ impl<W: Write> RowWriter<W> {
         });
     }
 
+    /// Removes the last cell of the row, whose text has no comma.
+    pub fn drop_cell(&mut self) {
+        self.buffer.pop();
+        let before = self.buffer.iter().rposition(|byte| *byte == b',');
+        self.buffer.truncate(before.map_or(0, |place| place + 1));
+    }
+
     /// Adds a cell whose text has no comma, quote or line end.
     pub fn word(&mut self, value: &impl Display) {
         self.cell(|rows| {

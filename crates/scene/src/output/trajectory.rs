@@ -14,6 +14,7 @@
 //! The last row is a state without a step, with zeros in the step columns and the status `end`.
 
 use super::rows::{RowChoice, RowWriter};
+use super::tables::STATE_COLUMNS;
 use std::io::{self, Write};
 use tumble::step_nlp::SMOOTHING;
 use tumble::step_nlp::layout::Layout;
@@ -22,12 +23,6 @@ use tumble_core::contact::{Contact, ContactKey, Partner, rounding};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::{ContactForce, StepStatus};
 use tumble_core::world::World;
-
-/// Columns before the contact points.
-const STATE_COLUMNS: [&str; 15] = [
-    "k", "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s",
-    "wx_rad_s", "wy_rad_s", "wz_rad_s",
-];
 
 /// Prefix and suffix of the columns of a contact point.
 const POINT_COLUMNS: [(&str, &str); 7] = [
@@ -62,7 +57,10 @@ impl<W: Write> TrajectoryWriter<W> {
             .iter()
             .flat_map(|(prefix, suffix)| (0..count).map(move |i| format!("{prefix}{i}{suffix}")));
         let fixed = |names: &'static [&str]| names.iter().map(|&name| name.to_owned());
-        let columns = fixed(&STATE_COLUMNS).chain(of_points).chain(fixed(&REPORT_COLUMNS));
+        let columns = fixed(&["k", "t_s"])
+            .chain(fixed(&STATE_COLUMNS))
+            .chain(of_points)
+            .chain(fixed(&REPORT_COLUMNS));
         let columns: Vec<_> = columns.collect();
         Self::of(RowWriter::new(stream, columns.iter().map(String::as_str)), world)
     }

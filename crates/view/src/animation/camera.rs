@@ -3,12 +3,13 @@
 
 use super::framing::{FILL, FILL_ABOVE, HALF_VIEW, Window};
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use serde::Serialize;
 
 /// Picture point with depth: x, y (pixels) and w = 1/z (1/m).
 pub type Spot = [f64; 3];
 
 /// View direction (degrees).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct View {
     /// Azimuth of the camera about the vertical, from the x axis towards the y axis.
     pub azimuth: f64,

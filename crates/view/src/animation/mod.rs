@@ -38,7 +38,7 @@ pub use camera::View;
 pub use settings::{AnimationError, AnimationSettings};
 pub use timing::frame_count;
 
-use crate::film::{Film, FilmBody, FilmFrame, FilmPartner};
+use crate::film::{Film, Object, axis, pose};
 use crate::forces::Scale;
 use arrows::Arrow;
 use encoder::Encoder;
@@ -47,6 +47,8 @@ use pins::DrawnJoint;
 use settings::FARTHEST;
 use stage::{Backdrop, Moment, SKETCHES};
 use std::ops::ControlFlow;
+use tumble_core::contact::Partner;
+use tumble_scene::output::tables::TableStep;
 
 /// Half length of a drawn joint axis over the size of its body.
 const AXIS: f64 = 0.3;
@@ -95,16 +97,7 @@ pub fn pixels(film: &Film, settings: &AnimationSettings) -> Result<Vec<u8>, Anim
 /// First frame of `film` as PNG, `size` pixels wide. The camera is as near as possible with that
 /// frame and all fixed objects in view. `None` if it cannot be drawn.
 pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
-    let film = Film {
-        title: String::new(),
-        facts: Vec::new(),
-        takeover: None,
-        fixed: film.fixed.clone(),
-        bodies: film.bodies.clone(),
-        joints: film.joints.clone(),
-        frames: vec![film.frames.first()?.clone()],
-        ..*film
-    };
+    let film = film.with_frames(vec![film.frames.first()?.clone()]);
     let settings = AnimationSettings { size, ..AnimationSettings::default() };
     let moments = moments(&film, &settings).ok()?;
     let mut stage = Backdrop::new(&film, &settings, &moments)?;
@@ -119,16 +112,7 @@ pub(crate) fn usual_view(film: &Film) -> View {
     let stride = film.frames.len().div_ceil(SKETCHES);
     let mut frames: Vec<_> = film.frames.iter().step_by(stride).cloned().collect();
     frames.iter_mut().for_each(|frame| frame.contacts.clear());
-    let film = Film {
-        title: String::new(),
-        facts: Vec::new(),
-        takeover: None,
-        fixed: film.fixed.clone(),
-        bodies: film.bodies.clone(),
-        joints: Vec::new(),
-        frames,
-        ..*film
-    };
+    let film = film.with_frames(frames);
     let (scale, to_ground) = (Scale::of(&film), film.to_ground());
     let moments: Result<Vec<_>, _> =
         film.frames.iter().map(|frame| moment(&film, frame, &[], &scale, &to_ground)).collect();
@@ -157,8 +141,8 @@ fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<Moment>, Ani
 /// Content of a frame: bodies as in `shown`, and the mean forces of `steps`.
 fn moment(
     film: &Film,
-    shown: &FilmFrame,
-    steps: &[FilmFrame],
+    shown: &TableStep,
+    steps: &[TableStep],
     scale: &Scale,
     to_ground: &Isometry3<f64>,
 ) -> Result<Moment, AnimationError> {
@@ -167,8 +151,8 @@ fn moment(
         place.iter().all(|coordinate| coordinate.abs() + room <= FARTHEST)
     };
     let mut poses = Vec::with_capacity(film.bodies.len());
-    for (body, pose) in film.bodies.iter().zip(&shown.poses) {
-        let pose = to_ground * Isometry3::from_parts(pose.position.into(), pose.attitude);
+    for (body, state) in film.bodies.iter().zip(&shown.states) {
+        let pose = to_ground * pose(state);
         if !is_near(&pose.translation.vector, body.reach()) {
             return Err(AnimationError::TooFar);
         }
@@ -182,22 +166,23 @@ fn moment(
             return Err(AnimationError::TooFar);
         }
         let mut add = |body: usize, way: Vector3<f64>| {
-            let reach = film.bodies.get(body).map_or(0.0, FilmBody::reach);
+            let reach = film.bodies.get(body).map_or(0.0, Object::reach);
             arrows.push(Arrow { from, to: from + way, reach });
         };
         add(mean.site.body, way);
-        if let FilmPartner::Body(other) = mean.site.partner {
+        if let Partner::Body(other) = mean.site.partner {
             add(other, -way);
         }
     }
-    let pins = film.joints.iter().filter_map(|joint| Some((joint, poses.get(joint.body)?)));
+    let joints = film.world.joints().iter();
+    let pins = joints.filter_map(|joint| Some((joint, poses.get(joint.body())?)));
     let pins = pins.map(|(joint, pose)| {
-        let reach = film.bodies.get(joint.body).map_or(0.0, FilmBody::reach);
+        let reach = film.bodies.get(joint.body()).map_or(0.0, Object::reach);
         DrawnJoint {
-            at: (pose * Point3::from(joint.anchor)).coords,
-            axis: joint.axis.map(|axis| pose.rotation * axis * (AXIS * reach)),
+            at: (pose * Point3::from(joint.frames()[0].anchor)).coords,
+            axis: axis(joint).map(|axis| pose.rotation * axis * (AXIS * reach)),
         }
     });
     let pins = pins.collect();
-    Ok(Moment { time: shown.time, poses, arrows, pins })
+    Ok(Moment { time: shown.row.time, poses, arrows, pins })
 }

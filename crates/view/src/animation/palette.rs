@@ -7,7 +7,7 @@
 use super::floor::FADES;
 use crate::film::Film;
 use crate::palette::{self, Rgb, STILL, Theme};
-use crate::shape::FilmPiece;
+use crate::shape::Shape;
 
 /// Number of shades of a hue.
 const LEVELS: usize = 48;
@@ -118,11 +118,7 @@ impl Palette {
     /// Palette for the bodies and fixed objects of a film.
     pub fn of(film: &Film, theme: &Theme) -> Self {
         let still = (!film.fixed.is_empty()).then_some(STILL);
-        let meshes =
-            film.bodies.iter().flat_map(|body| &body.pieces).filter_map(|piece| match piece {
-                FilmPiece::Mesh(mesh) => mesh.colour,
-                _ => None,
-            });
+        let meshes = film.bodies.iter().flat_map(|body| &body.shapes).filter_map(Shape::colour);
         let mut own: Vec<Rgb> = Vec::new();
         for colour in still.into_iter().chain(palette::of_bodies(film)).chain(meshes) {
             if !own.contains(&colour) {
@@ -170,20 +166,20 @@ fn nearest(colours: &[Rgb], wanted: [i32; 3]) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::FilmFixed;
+    use crate::film::Object;
     use crate::palette::{DARK, LIGHT};
-    use crate::samples::falling_cube;
+    use crate::samples::{copies, falling_cube};
 
     #[test]
     fn flat_colours_are_in_the_palette_as_they_are() {
         for (theme, bodies, own) in [(LIGHT, 1, 0), (LIGHT, 100, 0), (DARK, 20, 9)] {
             let mut film = falling_cube(0);
-            film.bodies = vec![film.bodies[0].clone(); bodies];
+            copies(&mut film, bodies);
             for (b, body) in film.bodies.iter_mut().enumerate().take(own) {
                 body.colour = Some([28 * b as u8, 255 - 28 * b as u8, 128]);
             }
             if bodies > 1 {
-                film.fixed = vec![FilmFixed { name: String::new(), pieces: Vec::new() }];
+                film.fixed = vec![Object::default()];
             }
             let mut palette = Palette::of(&film, &theme);
             assert!(palette.colours.len() <= usize::from(palette.transparent()));
@@ -214,7 +210,7 @@ mod tests {
     #[test]
     fn a_palette_holds_no_more_than_a_gif_has() {
         let mut film = falling_cube(0);
-        film.bodies = vec![film.bodies[0].clone(); 300];
+        copies(&mut film, 300);
         for (b, body) in (0u8..=255).zip(&mut film.bodies) {
             body.colour = Some([b, b.wrapping_mul(7), 255 - b]);
         }

@@ -6,7 +6,7 @@ use super::floor::Light;
 use super::outline::hull;
 use super::palette::Hue;
 use super::raster::Raster;
-use crate::shape::{FilmHull, FilmMesh, FilmPiece, Outline, Surface};
+use crate::shape::{Mesh, Shape, Surface};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Offset of edges towards the camera, over the size of the body. It keeps faces from covering
@@ -19,24 +19,17 @@ const SEAM_SHADE: f32 = 0.75;
 /// Light of edges over that of the darker face.
 const EDGE_SHADE: f32 = 0.6;
 
-/// Outline with what is constant over all frames.
+/// Shape with what is constant over all frames.
 pub struct Look {
-    pub outline: Outline,
+    pub shape: Shape,
     surface: Surface,
     /// Colour that differs from that of the body.
     hue: Option<Hue>,
 }
 
 impl Look {
-    pub fn of(outline: Outline) -> Self {
-        let (surface, colour) = match &outline {
-            Outline::Solid(FilmPiece::Mesh(mesh)) => {
-                (FilmPiece::surface(&FilmPiece::Mesh(mesh.clone())), mesh.colour)
-            }
-            Outline::Solid(piece) => (piece.surface(), None),
-            Outline::Points(_) => (Surface::default(), None),
-        };
-        Self { outline, surface, hue: colour.map(Hue::of) }
+    pub fn of(shape: Shape) -> Self {
+        Self { surface: Surface::of(&shape), hue: shape.colour().map(Hue::of), shape }
     }
 }
 
@@ -53,31 +46,35 @@ pub struct Easel<'a> {
 }
 
 impl<'a> Easel<'a> {
-    /// Paints an outline at `pose` in the ground's frame.
+    /// Paints a shape at `pose` in the ground's frame.
     pub fn look(&mut self, look: &'a Look, pose: &Isometry3<f64>) {
         let usual = self.hue;
         self.hue = look.hue.as_ref().unwrap_or(usual);
-        match &look.outline {
-            Outline::Points(points) => self.points(points, pose),
-            Outline::Solid(FilmPiece::Hull(hull)) => self.hull(hull, &look.surface, pose),
-            Outline::Solid(FilmPiece::Mesh(mesh)) => self.mesh(mesh, &look.surface, pose),
-            Outline::Solid(FilmPiece::Sphere { centre, radius }) => {
-                self.round([*centre; 2], *radius, pose, true);
-            }
-            Outline::Solid(FilmPiece::Capsule { ends, radius }) => {
-                self.round(*ends, *radius, pose, false);
-            }
+        match &look.shape {
+            Shape::Points(points) => self.points(points, pose),
+            Shape::Mesh(mesh) => self.mesh(mesh, &look.surface, pose),
+            Shape::Convex { core, radius, .. } => match *core.vertices() {
+                [centre] => self.round([centre; 2], *radius, pose, true),
+                [from, to] => self.round([from, to], *radius, pose, false),
+                _ => self.hull(core.vertices(), *radius, &look.surface, pose),
+            },
         }
         self.hue = usual;
     }
 
-    fn hull(&mut self, solid: &FilmHull, surface: &Surface, pose: &Isometry3<f64>) {
+    fn hull(
+        &mut self,
+        vertices: &[Vector3<f64>],
+        radius: f64,
+        surface: &Surface,
+        pose: &Isometry3<f64>,
+    ) {
         let eye = self.camera.eye();
-        let places = placed(&solid.vertices, pose);
+        let places = placed(vertices, pose);
         let mut lights = vec![None; surface.faces.len()];
         for (face, seen) in surface.faces.iter().zip(&mut lights) {
             let normal = pose.rotation * face.normal;
-            let out = normal * solid.radius;
+            let out = normal * radius;
             if normal.dot(&(eye - places[face.corners[0]] - out)) <= 0.0 {
                 continue;
             }
@@ -87,18 +84,18 @@ impl<'a> Easel<'a> {
             let normals = face
                 .normals
                 .iter()
-                .map(|smooth| if solid.radius > 0.0 { normal } else { pose.rotation * smooth });
+                .map(|smooth| if radius > 0.0 { normal } else { pose.rotation * smooth });
             let shades: Vec<_> = normals.map(|normal| self.lit(&normal)).collect();
             self.raster.polygon(&spots, self.hue, &shades);
             *seen = Some(self.lit(&normal));
         }
-        if solid.radius > 0.0 {
+        if radius > 0.0 {
             for face in &surface.faces {
                 for k in 0..face.corners.len() {
                     let [a, b] = [k, (k + 1) % face.corners.len()].map(|k| face.corners[k]);
-                    let ends = [solid.vertices[a], solid.vertices[b]];
+                    let ends = [vertices[a], vertices[b]];
                     if a < b {
-                        self.round(ends, solid.radius, pose, false);
+                        self.round(ends, radius, pose, false);
                     }
                 }
             }
@@ -113,7 +110,7 @@ impl<'a> Easel<'a> {
     }
 
     /// Paints triangles from both sides. The depth buffer resolves visibility.
-    fn mesh(&mut self, mesh: &FilmMesh, surface: &Surface, pose: &Isometry3<f64>) {
+    fn mesh(&mut self, mesh: &Mesh, surface: &Surface, pose: &Isometry3<f64>) {
         let eye = self.camera.eye();
         let places = placed(&mesh.vertices, pose);
         let spots: Vec<_> = places.iter().map(|place| self.camera.spot(place)).collect();

@@ -11,10 +11,10 @@ use super::pins::{self, DrawnJoint};
 use super::raster::Raster;
 use super::settings::AnimationSettings;
 use super::solids::{Easel, Look};
-use crate::film::Film;
+use crate::film::{Film, Object};
 use crate::font::Font;
 use crate::palette::{self, Rgb, Theme};
-use crate::shape::Outline;
+use crate::shape::Shape;
 use crate::skeleton::{self, Bone};
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -113,7 +113,7 @@ impl Backdrop {
                 points.extend(actor.places(pose));
             }
         }
-        let mut floor = film.ground.map(|_| Floor::under(&points, light));
+        let mut floor = film.ground.as_ref().map(|_| Floor::under(&points, light));
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         let shadows = floor.iter().flat_map(|floor| points.iter().flat_map(|p| floor.shadows(p)));
         let more: Vec<_> = tips.chain(shadows).collect();
@@ -372,23 +372,24 @@ fn framed(
 
 /// Bodies, then all fixed objects as one.
 fn actors(film: &Film) -> Vec<Actor> {
-    let actor = |looks: Vec<Outline>, colour: Rgb, reach, label: &str| {
-        let spans = looks.iter().map(Outline::span).collect();
-        let casters = looks.iter().map(Outline::surface_points).collect();
-        let looks = looks.into_iter().map(Look::of).collect();
+    let actor = |shapes: Vec<Shape>, colour: Rgb, reach, label: &str| {
+        let spans = shapes.iter().map(Shape::span).collect();
+        let casters = shapes.iter().map(Shape::surface_points).collect();
+        let looks = shapes.into_iter().map(Look::of).collect();
         let (hue, label) = (Hue::of(colour), label.to_owned());
         Actor { looks, spans, casters, hue, bones: Vec::new(), reach, label }
     };
-    let bodies = film.bodies.iter().zip(palette::of_bodies(film)).map(|(body, colour)| {
-        actor(Outline::of(&body.pieces, &body.points), colour, body.reach(), &body.label)
-    });
-    let still: Vec<Outline> =
-        film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Outline::Solid).collect();
-    let points: Vec<Vector3<f64>> = still.iter().flat_map(Outline::span).collect();
+    let bodies = film
+        .bodies
+        .iter()
+        .zip(palette::of_bodies(film))
+        .map(|(body, colour)| actor(body.shapes.clone(), colour, body.reach(), &body.label));
+    let still: Vec<_> = film.fixed.iter().flat_map(|fixed| &fixed.shapes).cloned().collect();
+    let points: Vec<Vector3<f64>> = still.iter().flat_map(Shape::span).collect();
     let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
     // The edge offset scales with the size. That of a body suits pieces of its size.
-    let reach = film.bodies.iter().map(crate::film::FilmBody::reach).fold(reach, f64::min);
+    let reach = film.bodies.iter().map(Object::reach).fold(reach, f64::min);
     let mut all: Vec<_> = bodies.chain([actor(still, palette::STILL, reach, "")]).collect();
     for bone in skeleton::bones(film) {
         all[bone.body].bones.push(bone);

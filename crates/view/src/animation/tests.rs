@@ -4,10 +4,10 @@ use super::arrows::Arrow;
 use super::framing::Window;
 use super::stage::Backdrop;
 use super::{AnimationError, AnimationSettings, View, animate, moments};
-use crate::film::{Film, FilmFixed};
+use crate::film::{Film, Object};
 use crate::palette::{LIGHT, Rgb, Theme};
-use crate::samples::{falling_cube, floating_cube};
-use crate::shape::FilmPiece;
+use crate::samples::{ball, falling_cube, floating_cube};
+use crate::shape::Shape;
 use nalgebra::{Isometry3, Vector3};
 use std::ops::ControlFlow;
 
@@ -88,7 +88,7 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
     let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     let mut moments = moments(&film, &settings).unwrap();
     // Upright and large in the picture. The camera sees all corners but one.
-    let corner = |i: usize| film.bodies[0].points[i];
+    let corner = |i: usize| film.bodies[0].shapes[0].core()[i];
     moments[0].poses = vec![Isometry3::identity()];
     let up = |i: usize| {
         let (from, way) = (corner(i), Vector3::new(0.0, 0.0, 3.2));
@@ -138,7 +138,7 @@ fn other_views_and_other_bodies_are_drawn_too() {
         let bytes = bytes(&film, &AnimationSettings { size: 120, view, speed: 10.0, dark: false });
         assert_eq!(pictures(&bytes, 120).len(), 3);
     }
-    film.bodies[0].points = [Vector3::x(), Vector3::y(), Vector3::z()].into();
+    film.bodies[0].shapes = vec![Shape::Points(vec![Vector3::x(), Vector3::y(), Vector3::z()])];
     let pictures = pictures(
         &bytes(&film, &AnimationSettings { size: 400, ..AnimationSettings::default() }),
         400,
@@ -151,7 +151,7 @@ fn other_views_and_other_bodies_are_drawn_too() {
 fn what_cannot_be_drawn_is_an_error() {
     let settings = AnimationSettings { size: 120, ..AnimationSettings::default() };
     let mut far = falling_cube(0);
-    far.frames[0].poses[0].position.x = 1e200;
+    far.frames[0].states[0].position.x = 1e200;
     let go_on = |_, _| ControlFlow::Continue(());
     assert!(matches!(animate(&far, &settings, go_on), Err(AnimationError::TooFar)));
     let film = falling_cube(10);
@@ -164,18 +164,16 @@ fn what_cannot_be_drawn_is_an_error() {
 /// Ball of 5 cm that moves down a slope of pegs and sideways for two seconds and 1.6 m.
 fn board() -> Film {
     let mut film = falling_cube(1000);
-    let sphere = |centre, radius| FilmPiece::Sphere { centre, radius };
-    film.bodies[0].pieces = vec![sphere(Vector3::zeros(), 0.025)];
-    film.bodies[0].points.clear();
+    film.bodies[0].shapes = vec![ball(Vector3::zeros(), 0.025)];
     for frame in &mut film.frames {
-        let (s, pose) = (frame.time / 2.0, &mut frame.poses[0]);
-        pose.position = Vector3::new(0.1 * (20.0 * s).sin(), 1.6 * s - 0.8, 0.025);
+        let (s, state) = (frame.row.time / 2.0, &mut frame.states[0]);
+        state.position = Vector3::new(0.1 * (20.0 * s).sin(), 1.6 * s - 0.8, 0.025);
         frame.contacts.clear();
     }
     let peg = |k: i32| {
         let place =
             Vector3::new(f64::from(k % 10) * 0.12 - 0.54, f64::from(k / 10) * 0.16 - 0.8, 0.0);
-        FilmFixed { name: String::new(), pieces: vec![sphere(place, 0.01)] }
+        Object { shapes: vec![ball(place, 0.01)], ..Object::default() }
     };
     film.fixed = (0..110).map(peg).collect();
     film
@@ -224,11 +222,9 @@ fn what_stands_still_does_not_hide_what_moves() {
     let wall = |k: usize| {
         let across = 0.5 * k as f64 - 10.0;
         let foot = Vector3::new(5.0 * cos - across * sin, 5.0 * sin + across * cos, 0.0);
-        let pieces = (0..12).map(|level| {
-            let centre = foot + Vector3::z() * (0.45 * f64::from(level));
-            FilmPiece::Sphere { centre, radius: 0.45 }
-        });
-        FilmFixed { name: String::new(), pieces: pieces.collect() }
+        let balls =
+            (0..12).map(|level| ball(foot + Vector3::z() * (0.45 * f64::from(level)), 0.45));
+        Object { shapes: balls.collect(), ..Object::default() }
     };
     film.fixed = (0..40).map(wall).collect();
     let hidden = |view| {
@@ -244,8 +240,8 @@ fn what_stands_still_does_not_hide_what_moves() {
 fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
     let mut film = falling_cube(1500);
     for frame in &mut film.frames {
-        let time = frame.time;
-        frame.poses[0].position = Vector3::new(
+        let time = frame.row.time;
+        frame.states[0].position = Vector3::new(
             10.0 * time,
             40.0 * time,
             1.7 + (15.0 * time - 0.5 * 9.81 * time * time).max(0.0),

@@ -4,6 +4,7 @@ mod number;
 mod style;
 mod table;
 
+pub use crate::markup::escape;
 pub use number::figure;
 pub use style::opening;
 pub use table::{number, table};

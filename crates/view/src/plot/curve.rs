@@ -1,8 +1,8 @@
 //! SVG path data of curves and marks.
 
 use super::thin::PlotPoint;
-use crate::film::Status;
 use std::fmt::Write as _;
+use tumble_core::step::StepStatus;
 
 /// Coordinates in hundredths of a unit, the precision of a path.
 fn hundredths(x: f64, y: f64) -> [i64; 2] {
@@ -45,12 +45,12 @@ pub fn dots(points: &[PlotPoint], all: bool) -> String {
 }
 
 /// Mark of a status around (x, y): triangle, diamond, square, plus or cross.
-pub fn mark_path(status: Status, x: f64, y: f64) -> String {
+pub fn mark_path(status: StepStatus, x: f64, y: f64) -> String {
     match status {
-        Status::Retried => format!("M{x:.2} {:.2}l4 7h-8z", y - 4.5),
-        Status::Fallback => format!("M{x:.2} {:.2}l4 5l-4 5l-4 -5z", y - 5.0),
-        Status::Substepped => format!("M{:.2} {:.2}h7v7h-7z", x - 3.5, y - 3.5),
-        Status::Wild => format!("M{:.2} {y:.2}h9m-4.5 -4.5v9", x - 4.5),
+        StepStatus::Retried => format!("M{x:.2} {:.2}l4 7h-8z", y - 4.5),
+        StepStatus::Fallback => format!("M{x:.2} {:.2}l4 5l-4 5l-4 -5z", y - 5.0),
+        StepStatus::Substepped => format!("M{:.2} {:.2}h7v7h-7z", x - 3.5, y - 3.5),
+        StepStatus::Wild => format!("M{:.2} {y:.2}h9m-4.5 -4.5v9", x - 4.5),
         _ => format!("M{:.2} {:.2}l8 8m0 -8l-8 8", x - 4.0, y - 4.0),
     }
 }

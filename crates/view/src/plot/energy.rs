@@ -2,7 +2,9 @@
 
 use super::panel::{Marks, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
-use crate::film::{Film, FilmFrame, Status};
+use crate::film::Film;
+use tumble_core::step::StepStatus;
+use tumble_scene::output::tables::TableStep;
 
 /// Panels of all bodies together, from top to bottom.
 pub const PANELS: [PanelMaker; 4] = [
@@ -13,20 +15,20 @@ pub const PANELS: [PanelMaker; 4] = [
 ];
 
 /// Statuses with marks, and their colours.
-const MARKED: [(Status, &str); 5] = [
-    (Status::Retried, "#5a6675"),
-    (Status::Fallback, "#8250c4"),
-    (Status::Substepped, "#96650a"),
-    (Status::Wild, "#b4377f"),
-    (Status::Failed, "#cf222e"),
+const MARKED: [(StepStatus, &str); 5] = [
+    (StepStatus::Retried, "#5a6675"),
+    (StepStatus::Fallback, "#8250c4"),
+    (StepStatus::Substepped, "#96650a"),
+    (StepStatus::Wild, "#b4377f"),
+    (StepStatus::Failed, "#cf222e"),
 ];
 
 /// Kinetic, potential and total energy of all bodies. The potential energy is zero at the start, so
 /// that its constant part does not flatten the curves.
 fn energies(film: &Film) -> Panel {
     let frames = || film.frames.iter();
-    let start = film.frames.first().map_or(0.0, |frame| frame.potential);
-    let potential = move |frame: &FilmFrame| frame.potential - start;
+    let start = film.frames.first().map_or(0.0, |frame| film.potential(frame));
+    let potential = move |frame: &TableStep| film.potential(frame) - start;
     Panel {
         id: "energy",
         symbol: ("E", ""),
@@ -35,12 +37,12 @@ fn energies(film: &Film) -> Panel {
         kind: ScaleKind::FromZero,
         height: 200.0,
         series: vec![
-            PlotSeries::new("kinetic", 0, frames().map(|frame| frame.kinetic)),
+            PlotSeries::new("kinetic", 0, frames().map(|frame| film.kinetic(frame))),
             PlotSeries::new("potential", 1, frames().map(potential)),
             PlotSeries::new(
                 "total",
                 7,
-                frames().map(move |frame| frame.kinetic + potential(frame)),
+                frames().map(move |frame| film.kinetic(frame) + potential(frame)),
             ),
         ],
         ..Panel::default()
@@ -57,10 +59,10 @@ fn lowest_point(film: &Film) -> Panel {
 }
 
 fn residual(film: &Film) -> Panel {
-    let values = film.steps().iter().map(|frame| frame.residual);
-    let marks = |(status, colour): (Status, &'static str)| {
-        let value = |frame: &FilmFrame| {
-            if frame.status == status { frame.residual } else { f64::NAN }
+    let values = film.steps().iter().map(|frame| frame.row.residual);
+    let marks = |(status, colour): (StepStatus, &'static str)| {
+        let value = |frame: &TableStep| {
+            if frame.row.status == status { frame.row.residual } else { f64::NAN }
         };
         Marks { status, colour, values: film.steps().iter().map(value).collect() }
     };
@@ -75,10 +77,10 @@ fn residual(film: &Film) -> Panel {
 }
 
 fn iterations(film: &Film) -> Panel {
-    let values = film.steps().iter().map(|frame| f64::from(frame.iterations));
+    let values = film.steps().iter().map(|frame| f64::from(frame.row.iterations));
     let said = (("iterations", ""), "", "of the solver in each step");
     Panel {
-        nothing: Some(if film.steps().iter().all(|frame| frame.status == Status::Free) {
+        nothing: Some(if film.steps().iter().all(|frame| frame.row.status == StepStatus::Free) {
             "no contact problem was solved in this run"
         } else {
             "0 in every step"

@@ -3,8 +3,10 @@
 use super::motion;
 use super::panel::{AxisTitle, NEGLIGIBLE, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
-use crate::film::{Film, FilmBody, FilmFrame, FilmJoint, FilmTie};
+use crate::film::{Film, Object, slides_and_turns};
 use crate::forces::Scale;
+use tumble_core::joint::Joint;
+use tumble_scene::output::tables::{JointRow, TableStep};
 
 /// Panels from top to bottom.
 pub const PANELS: [PanelMaker; 10] = {
@@ -15,18 +17,18 @@ pub const PANELS: [PanelMaker; 10] = {
 fn angles(film: &Film, body: usize) -> Panel {
     let said = (("θ", ""), "rad", "angle of the hinges of the body");
     let nothing = "no hinge on this body, or none that turns";
-    let of = |joint: &FilmJoint| joint.turns;
+    let of = |joint: &Joint| slides_and_turns(joint)[1];
     let named = Panel { least_range: NEGLIGIBLE, ..named("angle", nothing, said) };
-    panel(film, body, of, |tie| tie.angle, &film.frames, named)
+    panel(film, body, of, |row| row.turns.z, &film.frames, named)
 }
 
 fn places(film: &Film, body: usize) -> Panel {
     let said = (("l", ""), "m", "position along the slides of the body");
     let nothing = "no slide on this body, or none that moves";
-    let of = |joint: &FilmJoint| joint.slides;
+    let of = |joint: &Joint| slides_and_turns(joint)[0];
     let least_range = NEGLIGIBLE * largest_reach(film);
     let named = Panel { least_range, ..named("slide", nothing, said) };
-    panel(film, body, of, |tie| tie.place, &film.frames, named)
+    panel(film, body, of, |row| row.place.z, &film.frames, named)
 }
 
 fn torques(film: &Film, body: usize) -> Panel {
@@ -36,40 +38,40 @@ fn torques(film: &Film, body: usize) -> Panel {
         "torque of motors, friction, springs and stops about the hinges of the body",
     );
     let nothing = "no hinge on this body, or nothing that drives one";
-    let of = |joint: &FilmJoint| joint.turns;
+    let of = |joint: &Joint| slides_and_turns(joint)[1];
     let least_range = NEGLIGIBLE * Scale::of(film).weight * largest_reach(film);
     let named = Panel { least_range, ..named("torque", nothing, said) };
-    panel(film, body, of, |tie| tie.torque, film.steps(), named)
+    panel(film, body, of, |row| row.torque.z, film.steps(), named)
 }
 
 fn forces(film: &Film, body: usize) -> Panel {
     let said = (("|F|", "joint"), "N", "force of the joints of the body");
     let nothing = "no joint on this body, or none that carries a load";
-    let force = |tie: &FilmTie| tie.force;
+    let force = |row: &JointRow| row.force.norm();
     let least_range = NEGLIGIBLE * Scale::of(film).weight;
     let named = Panel { least_range, ..named("reaction", nothing, said) };
     panel(film, body, |_| true, force, film.steps(), named)
 }
 
 fn largest_reach(film: &Film) -> f64 {
-    film.bodies.iter().map(FilmBody::reach).fold(0.0, f64::max)
+    film.bodies.iter().map(Object::reach).fold(0.0, f64::max)
 }
 
 /// Panel with a curve of a quantity for each joint of a body that satisfies `takes`.
 fn panel(
     film: &Film,
     body: usize,
-    takes: fn(&FilmJoint) -> bool,
-    quantity: fn(&FilmTie) -> f64,
-    frames: &[FilmFrame],
+    takes: fn(&Joint) -> bool,
+    quantity: fn(&JointRow) -> f64,
+    frames: &[TableStep],
     named: Panel,
 ) -> Panel {
-    let joints = film.joints.iter().enumerate();
-    let own = joints.filter(|(_, joint)| joint.is_of(body) && takes(joint));
+    let joints = film.world.joints().iter().zip(&film.joints).enumerate();
+    let own = joints.filter(|(_, (joint, _))| joint.ties(body) && takes(joint));
     let value =
-        |joint: usize| move |frame: &FilmFrame| frame.ties.get(joint).map_or(f64::NAN, quantity);
-    let series = own.enumerate().map(|(colour, (index, joint))| {
-        PlotSeries::new(joint.name.clone(), colour, frames.iter().map(value(index)))
+        |joint: usize| move |frame: &TableStep| frame.joints.get(joint).map_or(f64::NAN, quantity);
+    let series = own.enumerate().map(|(colour, (index, (_, name)))| {
+        PlotSeries::new(name.clone(), colour, frames.iter().map(value(index)))
     });
     Panel { kind: ScaleKind::Linear, height: 110.0, series: series.collect(), ..named }
 }

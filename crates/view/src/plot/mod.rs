@@ -16,7 +16,7 @@ pub(crate) use panel::{Panel, PanelMaker, PlotSeries};
 pub(crate) use scale::{PlotAxis, ScaleKind, Transform};
 pub(crate) use thin::thin_rows;
 
-use crate::film::Film;
+use crate::film::{Film, slope};
 
 /// Sheets of plots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,15 +78,15 @@ pub fn png(svg: &str) -> Result<Vec<u8>, String> {
 /// Summary of the run's parameters.
 fn notes(film: &Film) -> String {
     let slope = film.inclined_ground().map_or(String::new(), |ground| {
-        format!(", slope {}°", (ground.slope() * 100.0).round() / 100.0)
+        format!(", slope {}°", (slope(ground) * 100.0).round() / 100.0)
     });
     let friction =
-        if film.may_touch() { format!(", μ = {}", film.friction) } else { String::new() };
+        if film.may_touch() { format!(", μ = {}", film.world.friction()) } else { String::new() };
     let bodies = match film.bodies.as_slice() {
         [_] => format!("1 body{friction}"),
         bodies => format!("{} bodies{friction}", bodies.len()),
     };
     let rows = film.frames.len();
     let s = if rows == 1 { "" } else { "s" };
-    format!("{rows} row{s}, h = {} s, {bodies}{slope}", film.time_step)
+    format!("{rows} row{s}, h = {} s, {bodies}{slope}", film.world.time_step())
 }

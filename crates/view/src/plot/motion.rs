@@ -2,8 +2,9 @@
 
 use super::panel::{Panel, PanelMaker};
 use super::scale::ScaleKind;
-use crate::film::{Film, FilmContact, FilmFrame};
+use crate::film::{Film, is_of};
 use nalgebra::Vector3;
+use tumble_scene::output::tables::{ContactRow, TableStep};
 
 /// Panels of a body, from top to bottom.
 pub const PANELS: [PanelMaker; 6] = [
@@ -16,16 +17,21 @@ pub const PANELS: [PanelMaker; 6] = [
 ];
 
 fn speed(film: &Film, body: usize) -> Panel {
-    let values = film.frames.iter().map(|frame| frame.poses[body].velocity.norm());
+    let values = film.frames.iter().map(|frame| frame.states[body].velocity.norm());
     let said = (("|v|", ""), "m/s", "speed of the centre of mass");
     Panel::of_curve("speed", said, 100.0, 2, values)
 }
 
+/// Force of a contact on one of its bodies (N).
+fn force_on(contact: &ContactRow, body: usize) -> Vector3<f64> {
+    if contact.body == body { contact.force } else { -contact.force }
+}
+
 /// Sum of the contact forces on the body, from ground, fixed objects and other bodies.
 fn force(film: &Film, body: usize) -> Panel {
-    let sum = |step: &FilmFrame| {
-        let contacts = step.contacts.iter().filter(|contact| contact.is_of(body));
-        contacts.map(|contact| contact.force_on(body)).sum::<Vector3<f64>>().norm()
+    let sum = |step: &TableStep| {
+        let contacts = step.contacts.iter().filter(|contact| is_of(contact, body));
+        contacts.map(|contact| force_on(contact, body)).sum::<Vector3<f64>>().norm()
     };
     let said = (("|F|", ""), "N", "sum of all contact forces on the body");
     Panel {
@@ -36,8 +42,8 @@ fn force(film: &Film, body: usize) -> Panel {
 }
 
 fn contacts(film: &Film, body: usize) -> Panel {
-    let is_own = |contact: &&FilmContact| contact.is_of(body);
-    let count = |step: &FilmFrame| step.contacts.iter().filter(is_own).count() as f64;
+    let is_own = |contact: &&ContactRow| is_of(contact, body);
+    let count = |step: &TableStep| step.contacts.iter().filter(is_own).count() as f64;
     let said = (("contacts", ""), "", "of the body that carry a force");
     Panel {
         nothing: Some("no contact of this body"),
@@ -46,7 +52,7 @@ fn contacts(film: &Film, body: usize) -> Panel {
 }
 
 fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
-    let values = film.frames.iter().map(|frame| frame.poses[body].position[axis]);
+    let values = film.frames.iter().map(|frame| frame.states[body].position[axis]);
     let said = ((id, ""), "m", "centre of mass");
     Panel { kind: ScaleKind::Linear, ..Panel::of_curve(id, said, 84.0, 0, values) }
 }
@@ -54,31 +60,24 @@ fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::FilmPartner;
-    use crate::samples::falling_cube;
+    use crate::samples::{contact, copies, falling_cube};
+    use tumble_core::contact::Partner;
 
     /// Two stacked cubes. By the third law the net contact force on the lower one is the ground
     /// force minus the weight m g of the upper one.
     #[test]
     fn the_force_on_a_body_is_the_sum_from_both_sides() {
         let mut film = falling_cube(3);
-        film.bodies.push(film.bodies[0].clone());
-        let weight = film.bodies[0].mass * film.gravity.norm();
-        let contact = |body, partner, size: f64, key| FilmContact {
-            body,
-            partner,
-            point: Vector3::zeros(),
-            key,
-            force: Vector3::z() * size,
-            normal: Vector3::z(),
-            friction: 0.5,
+        copies(&mut film, 2);
+        let weight = film.world.bodies()[0].mass() * film.world.gravity().norm();
+        let contact = |body, partner, size: f64, key| {
+            contact(body, partner, key, Vector3::zeros(), Vector3::z() * size)
         };
         for frame in &mut film.frames {
-            frame.poses.push(frame.poses[0]);
             frame.contacts = vec![
-                contact(0, FilmPartner::Ground, 2.0 * weight, 0),
-                contact(1, FilmPartner::Body(0), 0.25 * weight, 0),
-                contact(1, FilmPartner::Body(0), 0.75 * weight, 1),
+                contact(0, Partner::Ground, 2.0 * weight, 0),
+                contact(1, Partner::Body(0), 0.25 * weight, 0),
+                contact(1, Partner::Body(0), 0.75 * weight, 1),
             ];
         }
         for body in 0..2 {
@@ -90,7 +89,7 @@ mod tests {
         assert_eq!(counts, [3.0, 2.0]);
         // Same result with swapped partners.
         for contact in film.frames.iter_mut().flat_map(|frame| &mut frame.contacts[1..]) {
-            (contact.body, contact.partner) = (0, FilmPartner::Body(1));
+            (contact.body, contact.partner) = (0, Partner::Body(1));
             contact.force = -contact.force;
         }
         assert!((force(&film, 0).series[0].values[0] - weight).abs() < 1e-12 * weight);

@@ -1,7 +1,8 @@
 //! Content of a panel, independent of its drawing.
 
 use super::scale::ScaleKind;
-use crate::film::{Film, Status};
+use crate::film::Film;
+use tumble_core::step::StepStatus;
 
 /// One pair of axes with its curves.
 #[derive(Default)]
@@ -39,7 +40,7 @@ pub struct PlotSeries {
 
 /// Steps with one status, each at its value. NaN for steps with another status.
 pub struct Marks {
-    pub status: Status,
+    pub status: StepStatus,
     pub colour: &'static str,
     pub values: Vec<f64>,
 }

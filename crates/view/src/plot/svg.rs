@@ -48,7 +48,7 @@ struct SvgSheet<'a> {
 
 /// Sheet of `panels` of a body over time.
 pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[PanelMaker]) -> String {
-    let times: Vec<f64> = film.frames.iter().map(|frame| frame.time).collect();
+    let times: Vec<f64> = film.frames.iter().map(|frame| frame.row.time).collect();
     let start = times.first().copied().unwrap_or(0.0);
     // A single row still needs a range.
     let end = times.last().copied().unwrap_or(0.0).max(start + film.frame_time());

@@ -4,15 +4,17 @@ use super::curves::{Plot, plots};
 use super::encode::{PackedNumbers, packed, packed_rows};
 use super::facts;
 use super::poses::{EncodedPoses, digit};
-use crate::animation;
-use crate::film::{Fact, Film, FilmFixed, FilmJoint, Status, Takeover};
+use crate::animation::{self, View};
+use crate::film::{Fact, Film, Object, Takeover, axis};
 use crate::forces::Scale;
 use crate::palette::{self, css};
 use crate::plot::PlotSheet;
-use crate::shape::{FilmMesh, FilmPiece, Outline, is_box};
+use crate::shape::{Mesh, Shape, Side};
 use crate::skeleton::{self, Bone};
 use nalgebra::Vector3;
 use serde::Serialize;
+use tumble_core::joint::Joint;
+use tumble_core::step::StepStatus;
 
 #[derive(Serialize)]
 pub struct PageData {
@@ -36,10 +38,10 @@ pub struct RunData {
     bodies: Vec<PageBody>,
     fixed: Vec<PageBody>,
     joints: Vec<JointData>,
-    bones: Vec<BoneData>,
-    arrows: Arrows,
+    bones: Vec<Bone>,
+    arrows: Scale,
     ground: Option<PageGround>,
-    view: PageView,
+    view: View,
     frames: EncodedPoses,
 }
 
@@ -55,9 +57,7 @@ struct PageBody {
     name: String,
     /// Description.
     facts: Vec<Fact>,
-    /// True if the points are the corners of a box, x fastest.
-    is_box: bool,
-    /// Points (m), body frame, or world frame for fixed objects.
+    /// Contact points (m), body frame, of a body that is drawn as points.
     points: Vec<[f64; 3]>,
     /// Drawn pieces; empty for a body of points.
     pieces: Vec<PieceData>,
@@ -106,33 +106,11 @@ struct JointData {
     axis: Option<[f64; 3]>,
 }
 
-/// Line on a body (m), in its frame.
-#[derive(Serialize)]
-struct BoneData {
-    body: usize,
-    from: [f64; 3],
-    to: [f64; 3],
-}
-
-/// Lengths of force arrows, see [`Scale`].
-#[derive(Serialize)]
-struct Arrows {
-    weight: f64,
-    longest: f64,
-}
-
 /// Plane n · x = d, world frame.
 #[derive(Serialize)]
 struct PageGround {
     normal: [f64; 3],
     offset: f64,
-}
-
-/// Initial view direction (degrees), that of the animation.
-#[derive(Serialize)]
-struct PageView {
-    azimuth: f64,
-    elevation: f64,
 }
 
 #[derive(Serialize)]
@@ -157,7 +135,7 @@ impl PageData {
         }
         Self {
             version: version.to_owned(),
-            statuses: Status::ALL.map(Status::name).into(),
+            statuses: StepStatus::ALL.map(StepStatus::name).into(),
             runs: films.iter().map(|film| RunData::of(film)).collect(),
             sheets,
         }
@@ -181,54 +159,53 @@ impl SheetData {
 }
 
 impl PageBody {
-    fn of(name: String, facts: Vec<Fact>, points: &[Vector3<f64>], looks: &[Outline]) -> Self {
-        let solids = looks.iter().filter_map(|look| match look {
-            Outline::Solid(piece) => Some(PieceData::of(piece)),
-            Outline::Points(_) => None,
-        });
-        Self {
+    fn of(name: String, facts: Vec<Fact>, shapes: &[Shape]) -> Self {
+        let mut body = Self {
             name,
             facts,
-            is_box: is_box(points),
-            points: points.iter().map(|&point| point.into()).collect(),
-            pieces: solids.collect(),
+            points: Vec::new(),
+            pieces: Vec::new(),
             colour: String::new(),
             is_labelled: false,
             above: None,
+        };
+        for shape in shapes {
+            match shape {
+                Shape::Points(points) => body.points.extend(points.iter().map(arrayed)),
+                solid => body.pieces.push(PieceData::of(solid)),
+            }
         }
+        body
     }
 }
 
+fn arrayed(place: &Vector3<f64>) -> [f64; 3] {
+    (*place).into()
+}
+
 impl PieceData {
-    fn of(piece: &FilmPiece) -> Self {
-        let face = |(face, normal): (&[usize], Vector3<f64>)| FaceData {
-            vertices: face.to_vec(),
-            normal: normal.into(),
-        };
-        let (mesh, colour) = match piece {
-            FilmPiece::Mesh(mesh) => (Some(MeshData::of(mesh)), mesh.colour.map(css)),
-            _ => (None, None),
-        };
-        let core = if mesh.is_some() { &[] } else { piece.core() };
+    fn of(shape: &Shape) -> Self {
+        if let Shape::Mesh(mesh) = shape {
+            let (mesh, colour) = (Some(MeshData::of(mesh)), mesh.colour.map(css));
+            return Self { vertices: Vec::new(), faces: Vec::new(), radius: 0.0, mesh, colour };
+        }
+        let face = |(vertices, normal): Side| FaceData { vertices, normal: normal.into() };
         Self {
-            vertices: core.iter().map(|&vertex| vertex.into()).collect(),
-            faces: match piece {
-                FilmPiece::Hull(hull) => hull.sides().map(face).collect(),
-                _ => Vec::new(),
-            },
-            radius: piece.radius(),
-            mesh,
-            colour,
+            vertices: shape.core().iter().map(arrayed).collect(),
+            faces: shape.sides().into_iter().map(face).collect(),
+            radius: shape.radius(),
+            mesh: None,
+            colour: None,
         }
     }
 }
 
 impl MeshData {
-    fn of(mesh: &FilmMesh) -> Self {
+    fn of(mesh: &Mesh) -> Self {
         let largest = mesh.vertices.iter().map(|vertex| vertex.amax()).fold(0.0, f64::max);
         let along = (0..3).flat_map(|axis| mesh.vertices.iter().map(move |vertex| vertex[axis]));
         // Triangles of zero area have no normal.
-        let triangles = mesh.sides().flat_map(|(triangle, _)| triangle.to_vec());
+        let triangles = mesh.sides().flat_map(|(triangle, _)| triangle);
         Self {
             vertices: packed(along, digit(largest, 5)),
             triangles: packed_rows(triangles.collect::<Vec<_>>().into_iter()),
@@ -238,38 +215,31 @@ impl MeshData {
 
 impl RunData {
     pub fn of(film: &Film) -> Self {
-        let counts = Status::ALL[1..].iter().map(|status| {
-            (status.name(), film.steps().iter().filter(|step| step.status == *status).count())
+        let steps = StepStatus::ALL.iter().filter(|status| **status != StepStatus::End);
+        let counts = steps.map(|status| {
+            (status.name(), film.steps().iter().filter(|step| step.row.status == *status).count())
         });
         let (above, colours) = (skeleton::parents(film), palette::of_bodies(film));
         let body = |b: usize| {
             let body = &film.bodies[b];
-            let facts = facts::of_body(film, b);
-            let looks = Outline::of(&body.pieces, &body.points);
             PageBody {
                 colour: css(colours[b]),
                 is_labelled: !body.label.is_empty(),
                 above: above[b],
-                ..PageBody::of(film.name(b), facts, &body.points, &looks)
+                ..PageBody::of(film.name(b), facts::of_body(film, b), &body.shapes)
             }
         };
-        let fixed = |fixed: &FilmFixed| {
-            let looks: Vec<_> = fixed.pieces.iter().cloned().map(Outline::Solid).collect();
-            PageBody::of(fixed.name.clone(), Vec::new(), &[], &looks)
+        let fixed = |fixed: &Object| PageBody::of(fixed.name.clone(), Vec::new(), &fixed.shapes);
+        let joint = |(name, joint): (&String, &Joint)| JointData {
+            name: name.clone(),
+            body: joint.body(),
+            anchor: joint.frames()[0].anchor.into(),
+            axis: axis(joint).map(Into::into),
         };
-        let joint = |joint: &FilmJoint| JointData {
-            name: joint.name.clone(),
-            body: joint.body,
-            anchor: joint.anchor.into(),
-            axis: joint.axis.map(Into::into),
-        };
-        let bone =
-            |Bone { body, from, to }: Bone| BoneData { body, from: from.into(), to: to.into() };
         let scale = Scale::of(film);
-        let view = animation::usual_view(film);
-        let ground = film
-            .ground
-            .map(|plane| PageGround { normal: plane.normal.into(), offset: plane.offset });
+        let ground = film.ground.as_ref();
+        let ground = ground
+            .map(|plane| PageGround { normal: arrayed(plane.normal()), offset: plane.offset() });
         Self {
             title: film.title.clone(),
             facts: facts::facts(film),
@@ -280,18 +250,18 @@ impl RunData {
             worst: worst(film),
             bodies: (0..film.bodies.len()).map(body).collect(),
             fixed: film.fixed.iter().map(fixed).collect(),
-            joints: film.joints.iter().map(joint).collect(),
-            bones: skeleton::bones(film).into_iter().map(bone).collect(),
-            arrows: Arrows { weight: scale.weight, longest: scale.longest },
-            ground,
-            view: PageView { azimuth: view.azimuth, elevation: view.elevation },
+            joints: film.joints.iter().zip(film.world.joints()).map(joint).collect(),
+            bones: skeleton::bones(film),
             frames: EncodedPoses::of(film, &scale),
+            arrows: scale,
+            ground,
+            view: animation::usual_view(film),
         }
     }
 }
 
 fn worst(film: &Film) -> Option<Worst> {
-    let residuals = film.steps().iter().map(|step| step.residual).enumerate();
+    let residuals = film.steps().iter().map(|step| step.row.residual).enumerate();
     // The first of equal residuals.
     residuals
         .reduce(|worst, other| if other.1 > worst.1 { other } else { worst })
@@ -301,13 +271,14 @@ fn worst(film: &Film) -> Option<Worst> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::samples::ball;
 
     #[test]
     fn meshes_are_rounded_and_nothing_else_is() {
         let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) / 3.0;
         let vertices = vec![corner(1.0, 0.0, 0.0), corner(0.0, 2.0, 0.0), corner(0.0, 0.0, 1.0)];
         let triangles = vec![[0, 1, 2]];
-        let mesh = PieceData::of(&FilmPiece::Mesh(FilmMesh {
+        let mesh = PieceData::of(&Shape::Mesh(Mesh {
             vertices: vertices.clone(),
             triangles,
             colour: Some([1, 2, 255]),
@@ -320,7 +291,7 @@ mod tests {
         assert_eq!(steps, [33333, 0, 0, 0, 66667, 0, 0, 0, 33333]);
         let corners: Vec<_> = packed.triangles.unpacked().into_iter().flatten().collect();
         assert_eq!(corners, [0, 1, 2]);
-        let ball = PieceData::of(&FilmPiece::Sphere { centre: vertices[0], radius: 0.1 });
+        let ball = PieceData::of(&ball(vertices[0], 0.1));
         assert!(ball.mesh.is_none() && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
     }
 }

@@ -1,9 +1,10 @@
 //! Distance between two runs.
 
 use super::curves::{self, Plot};
-use crate::film::{Film, FilmFrame};
+use crate::film::Film;
 use crate::plot::{Panel, PlotSeries, ScaleKind};
 use nalgebra::Vector3;
+use tumble_scene::output::tables::TableStep;
 
 /// Plot of ‖r_A − r_B‖, the largest over all bodies, for the common duration of both runs. It has
 /// the rows of the run with the smaller time step, with the other run interpolated.
@@ -41,9 +42,9 @@ fn panel(values: Vec<f64>, words: &'static str) -> Panel {
 fn distances(fine: &Film, coarse: &Film) -> Vec<f64> {
     let ratio = fine.frame_time() / coarse.frame_time();
     let frames = fine.frames.iter().enumerate();
-    let distance = |(i, frame): (usize, &FilmFrame)| {
+    let distance = |(i, frame): (usize, &TableStep)| {
         let others = positions_at(coarse, i as f64 * ratio)?;
-        let apart = frame.poses.iter().zip(others).map(|(pose, other)| pose.position - other);
+        let apart = frame.states.iter().zip(others).map(|(state, other)| state.position - other);
         Some(apart.map(|apart| apart.norm()).fold(0.0, f64::max))
     };
     frames.map_while(distance).collect()
@@ -57,6 +58,6 @@ fn positions_at(film: &Film, place: f64) -> Option<Vec<Vector3<f64>>> {
     let share = place.fract();
     let before = film.frames.get(place as usize)?;
     let after = if share == 0.0 { before } else { film.frames.get(place as usize + 1)? };
-    let pairs = before.poses.iter().zip(&after.poses);
+    let pairs = before.states.iter().zip(&after.states);
     Some(pairs.map(|(before, after)| before.position.lerp(&after.position, share)).collect())
 }

@@ -1,19 +1,21 @@
 //! Parameters of a film as text.
 
-use crate::film::{Fact, Film, FilmBody, FilmGround};
-use crate::shape::{FilmHull, FilmPiece, Outline, is_box};
+use crate::film::{Fact, Film, slope};
+use crate::shape::{Shape, is_box};
 use nalgebra::{Matrix3, Vector3};
+use tumble_core::mechanics::load::Polyline;
+use tumble_core::world::Plane;
 
 /// Facts on `film`, followed by its parameters.
 pub fn facts(film: &Film) -> Vec<Fact> {
     let mut facts = film.facts.clone();
     let mut add = |name, value| facts.push(Fact::new(name, value));
     add("rows", film.frames.len().to_string());
-    add("time step h", format!("{} s", number(film.time_step)));
+    add("time step h", format!("{} s", number(film.world.time_step())));
     if film.every > 1 {
         add("rows of steps", format!("one of {}", film.every));
     }
-    let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>();
+    let mass = film.world.bodies().iter().map(|body| body.mass()).sum::<f64>();
     add("bodies", film.bodies.len().to_string());
     if !film.fixed.is_empty() {
         add("fixed", film.fixed.len().to_string());
@@ -23,36 +25,36 @@ pub fn facts(film: &Film) -> Vec<Fact> {
     }
     add("mass of all", format!("{} kg", number(mass)));
     if film.may_touch() {
-        add("friction μ", number(film.friction));
+        add("friction μ", number(film.world.friction()));
     }
-    add("gravity g", format!("{} m/s²", vector(&film.gravity)));
+    add("gravity g", format!("{} m/s²", vector(film.world.gravity())));
     add("ground", film.ground.as_ref().map_or("none".to_owned(), plane));
     facts
 }
 
 /// Parameters and initial state of body `b`.
 pub fn of_body(film: &Film, b: usize) -> Vec<Fact> {
-    let body = &film.bodies[b];
+    let (body, look) = (&film.world.bodies()[b], &film.bodies[b]);
     let mut facts = Vec::new();
     let mut add = |name, value| facts.push(Fact::new(name, value));
-    add("mass m", format!("{} kg", number(body.mass)));
-    let load = &body.load;
+    add("mass m", format!("{} kg", number(body.mass())));
+    let load = &look.load;
     for (name, knots, unit) in [("force", &load.force, "N"), ("torque", &load.torque, "N m, body")]
     {
-        if !knots.is_empty() {
+        if !knots.knots().is_empty() {
             add(name, polyline(knots, unit));
         }
     }
-    if load.point != Vector3::zeros() {
-        add("force at", format!("{} m, body", vector(&load.point)));
+    if *load.point() != Vector3::zeros() {
+        add("force at", format!("{} m, body", vector(load.point())));
     }
-    add("inertia I", format!("{} kg m²", inertia(&body.inertia)));
-    add("body", shape(body));
-    if let Some(pose) = film.frames.first().map(|frame| &frame.poses[b]) {
+    add("inertia I", format!("{} kg m²", inertia(body.inertia())));
+    add("body", shape(&look.shapes));
+    if let Some(state) = film.frames.first().map(|frame| &frame.states[b]) {
         // Velocity scale: a body that falls by its own size.
-        let reach = body.reach();
-        let speed = (film.gravity.norm() * reach).sqrt();
-        let (at, v, spin) = (&pose.position, &pose.velocity, &pose.spin);
+        let reach = look.reach();
+        let speed = (film.world.gravity().norm() * reach).sqrt();
+        let (at, v, spin) = (&state.position, &state.velocity, &state.spin);
         add("start position", format!("{} m", cleaned(at, reach)));
         add("start velocity", format!("{} m/s", cleaned(v, speed)));
         add("start spin", format!("{} rad/s", cleaned(spin, speed / reach)));
@@ -90,17 +92,22 @@ fn cleaned(v: &Vector3<f64>, size: f64) -> String {
 }
 
 /// Height of a horizontal plane. Otherwise slope and n · x = d, with four digits.
-fn plane(ground: &FilmGround) -> String {
-    if ground.normal == Vector3::z() {
-        return format!("level, z = {} m", number(ground.offset));
+fn plane(ground: &Plane) -> String {
+    if *ground.normal() == Vector3::z() {
+        return format!("level, z = {} m", number(ground.offset()));
     }
     let round = |x: f64| (x * 1e4).round() / 1e4;
-    let normal = vector(&ground.normal.map(round));
-    format!("slope {}°, normal {normal}, offset {} m", round(ground.slope()), number(ground.offset))
+    let normal = vector(&ground.normal().map(round));
+    format!(
+        "slope {}°, normal {normal}, offset {} m",
+        round(slope(ground)),
+        number(ground.offset())
+    )
 }
 
 /// First knots of a load over time.
-fn polyline(knots: &[(f64, Vector3<f64>)], unit: &str) -> String {
+fn polyline(line: &Polyline, unit: &str) -> String {
+    let knots = line.knots();
     if let [(_, constant)] = knots {
         return format!("{} {unit}", vector(constant));
     }
@@ -129,46 +136,47 @@ fn inertia(inertia: &Matrix3<f64>) -> String {
     format!("[{}]", rows.collect::<Vec<_>>().join("; "))
 }
 
-fn shape(body: &FilmBody) -> String {
-    let looks = Outline::of(&body.pieces, &body.points);
-    match looks.as_slice() {
-        [Outline::Solid(piece)] => solid(piece),
-        [Outline::Points(points)] => {
-            let s = if points.len() == 1 { "" } else { "s" };
-            format!("{} contact point{s}", points.len())
-        }
+fn shape(shapes: &[Shape]) -> String {
+    match shapes {
+        [one] => solid(one),
         pieces => {
-            let is_mesh = |look: &Outline| matches!(look, Outline::Solid(FilmPiece::Mesh(_)));
+            let is_mesh = |shape: &Shape| matches!(shape, Shape::Mesh(_));
             let convex = if pieces.iter().any(is_mesh) { "" } else { "convex " };
             format!("{} {convex}pieces", pieces.len())
         }
     }
 }
 
-fn solid(piece: &FilmPiece) -> String {
-    match piece {
-        FilmPiece::Sphere { radius, .. } => format!("sphere of radius {} m", number(*radius)),
-        FilmPiece::Capsule { ends: [a, b], radius } => {
-            format!("capsule of radius {} m about {} m", number(*radius), number((b - a).norm()))
+fn solid(shape: &Shape) -> String {
+    let (core, radius) = match shape {
+        Shape::Points(points) => {
+            let s = if points.len() == 1 { "" } else { "s" };
+            return format!("{} contact point{s}", points.len());
         }
-        FilmPiece::Mesh(mesh) => format!("mesh of {} triangles", mesh.triangles.len()),
-        FilmPiece::Hull(FilmHull { name: Some(name), .. }) => name.clone(),
-        FilmPiece::Hull(FilmHull { vertices, faces, radius, .. }) => {
-            let core = if is_box(vertices) {
-                let edges = [1, 2, 4].map(|corner| number((vertices[corner] - vertices[0]).norm()));
-                format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
-            } else {
-                format!("hull of {} corners and {} faces", vertices.len(), faces.len())
-            };
-            if *radius == 0.0 { core } else { format!("{core}, rounded by {} m", number(*radius)) }
+        Shape::Mesh(mesh) => return format!("mesh of {} triangles", mesh.triangles.len()),
+        Shape::Convex { name: Some(name), .. } => return name.clone(),
+        Shape::Convex { core, radius, .. } => (core, *radius),
+    };
+    let sharp = match core.vertices() {
+        [_] => return format!("sphere of radius {} m", number(radius)),
+        [a, b] => {
+            let length = number((b - a).norm());
+            return format!("capsule of radius {} m about {length} m", number(radius));
         }
-    }
+        corners if is_box(corners) => {
+            let edges = [1, 2, 4].map(|corner| number((corners[corner] - corners[0]).norm()));
+            format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
+        }
+        corners => format!("hull of {} corners and {} faces", corners.len(), core.faces().len()),
+    };
+    if radius == 0.0 { sharp } else { format!("{sharp}, rounded by {} m", number(radius)) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::floating_cube;
+    use crate::samples::{ball, floating_cube};
+    use tumble_core::geometry::Piece;
 
     #[test]
     fn rounding_is_no_part_of_an_inertia() {
@@ -196,14 +204,11 @@ mod tests {
         assert_eq!(inertia(&(Matrix3::identity() * 1e-12)), "1e-12 E₃");
         assert_eq!(number(1.0 / 3.0), "0.333333333");
         assert_eq!(number(0.1 + 0.2), "0.3");
-        let mut body = floating_cube(0).bodies.remove(0);
-        assert_eq!(shape(&body), "box 2 × 2 × 2 m");
-        body.points.truncate(1);
-        assert_eq!(shape(&body), "1 contact point");
-        body.pieces.push(FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
-        assert_eq!(shape(&body), "sphere of radius 0.5 m");
-        let ends = [Vector3::zeros(), Vector3::x() * 2.0];
-        body.pieces = vec![FilmPiece::Capsule { ends, radius: 0.25 }];
-        assert_eq!(shape(&body), "capsule of radius 0.25 m about 2 m");
+        let shapes = floating_cube(0).bodies.remove(0).shapes;
+        assert_eq!(shape(&shapes), "box 2 × 2 × 2 m");
+        assert_eq!(shape(&[Shape::Points(vec![Vector3::x()])]), "1 contact point");
+        assert_eq!(shape(&[ball(Vector3::zeros(), 0.5)]), "sphere of radius 0.5 m");
+        let capsule = Shape::from(&Piece::capsule(1.0, 0.25).unwrap());
+        assert_eq!(shape(&[capsule]), "capsule of radius 0.25 m about 2 m");
     }
 }

@@ -1,11 +1,14 @@
 //! Poses and contact forces of the page.
 
 use super::encode::{PackedNumbers, packed, packed_floats, packed_rows, u8s};
-use crate::film::{Film, FilmBody, FilmFrame, FilmPartner, FilmPose};
-use crate::forces::{ContactSite, Scale};
+use crate::film::{Film, Object};
+use crate::forces::Scale;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use tumble_core::contact::{ContactKey, Partner};
+use tumble_core::mechanics::State;
+use tumble_scene::output::tables::TableStep;
 
 /// Maximum number of poses, which is enough for smooth playback. Bodies with more than eight
 /// contact points and films of many bodies have fewer.
@@ -38,7 +41,7 @@ pub struct EncodedPoses {
     speeds: PackedNumbers,
     /// Residuals (m/s).
     residuals: PackedNumbers,
-    /// Indices into [`Status::ALL`](crate::Status::ALL).
+    /// Indices into [`StepStatus::ALL`](tumble_core::step::StepStatus::ALL).
     statuses: String,
     /// Contact sites as body, partner and number of frames with force. Partner −1 is the ground, −2
     /// and below are fixed objects.
@@ -62,32 +65,33 @@ struct DrawnForce {
     point: Vector3<f64>,
     /// Unit normal away from the partner. `None` for the ground.
     normal: Option<Vector3<f64>>,
-    friction: f64,
 }
 
 impl EncodedPoses {
     pub fn of(film: &Film, scale: &Scale) -> Self {
         let frames = &film.frames;
-        let points = film.bodies.iter().map(|body| body.points.len()).max().unwrap_or(0);
+        let flat = film.world.bodies().iter().filter(|body| body.pieces().is_empty());
+        let points = flat.map(|body| body.contact_points().len()).max().unwrap_or(0);
         let most = (MOST_FRAMES * 8 / points.max(8)).min(MOST_POSES / film.bodies.len());
         let every = spacing(frames.len(), most.max(FEWEST_FRAMES));
         let shown: Vec<usize> = shown(frames.len(), every).collect();
-        let spans: Vec<&[FilmFrame]> = (0..shown.len())
+        let spans: Vec<&[TableStep]> = (0..shown.len())
             .map(|i| &frames[shown[i]..shown.get(i + 1).copied().unwrap_or(frames.len())])
             .collect();
         // Five digits of the smallest body and of the largest speed; four are displayed.
-        let smallest = film.bodies.iter().map(FilmBody::reach).fold(f64::INFINITY, f64::min);
+        let smallest = film.bodies.iter().map(Object::reach).fold(f64::INFINITY, f64::min);
         let length_step = digit(smallest, 5);
-        let poses = || spans.iter().flat_map(|span| &span[0].poses);
+        let poses = || spans.iter().flat_map(|span| &span[0].states);
         let fastest = poses().map(|pose| pose.velocity.norm()).fold(0.0, f64::max);
-        let start = frames.first().map_or(Vector3::zeros(), |frame| frame.poses[0].position);
+        let start = frames.first().map_or(Vector3::zeros(), |frame| frame.states[0].position);
         let origin = start.map(|x| (x / length_step).round() * length_step);
-        let of_bodies = |part: &dyn Fn(&FilmPose) -> f64| -> Vec<Vec<f64>> {
-            let of_body = |b: usize| spans.iter().map(|span| part(&span[0].poses[b])).collect();
+        let of_bodies = |part: &dyn Fn(&State) -> f64| -> Vec<Vec<f64>> {
+            let of_body = |b: usize| spans.iter().map(|span| part(&span[0].states[b])).collect();
             (0..film.bodies.len()).map(of_body).collect()
         };
         let positions = [0, 1, 2].map(|k| of_bodies(&|pose| pose.position[k] - origin[k]));
         let pushes = pushes(scale, &spans);
+        let friction = |site: &ContactKey| film.world.friction_between(site.body, site.partner);
         let of_pushes = |value: &dyn Fn(&DrawnForce, usize) -> Option<f64>| -> Vec<f64> {
             let of_site = |pushes: &Vec<DrawnForce>| -> Vec<f64> {
                 (0..3).flat_map(|k| pushes.iter().filter_map(move |p| value(p, k))).collect()
@@ -108,13 +112,13 @@ impl EncodedPoses {
                 digit(fastest, 5),
             ),
             residuals: packed_floats(spans.iter().map(|span| {
-                span.iter().map(|frame| frame.residual).fold(f64::NEG_INFINITY, f64::max)
+                span.iter().map(|frame| frame.row.residual).fold(f64::NEG_INFINITY, f64::max)
             })),
             statuses: u8s(spans
                 .iter()
-                .filter_map(|span| span.iter().map(|frame| frame.status as u8).max())),
+                .filter_map(|span| span.iter().map(|frame| frame.row.status as u8).max())),
             sites: pushes.iter().map(|(site, all)| described(site, all.len())).collect(),
-            frictions: pushes.values().map(|all| all[0].friction).collect(),
+            frictions: pushes.keys().map(friction).collect(),
             force_frames: packed_rows(pushes.values().flatten().map(|push| push.frame)),
             forces: packed(forces.into_iter(), FORCE_STEP * scale.weight),
             force_points: packed(points.into_iter(), length_step),
@@ -136,14 +140,13 @@ fn interleaved<const N: usize>(components: &[Vec<Vec<f64>>; N]) -> impl Iterator
 }
 
 /// Quaternion components. Signs are chosen for continuity.
-fn attitudes(film: &Film, spans: &[&[FilmFrame]]) -> [Vec<Vec<f64>>; 4] {
+fn attitudes(film: &Film, spans: &[&[TableStep]]) -> [Vec<Vec<f64>>; 4] {
     let mut all = [(); 4].map(|()| Vec::with_capacity(film.bodies.len()));
     for b in 0..film.bodies.len() {
         let mut of_body = [(); 4].map(|()| Vec::with_capacity(spans.len()));
         let mut last = [1.0, 0.0, 0.0, 0.0];
         for span in spans {
-            let q = &span[0].poses[b].attitude;
-            let here = [q.w, q.i, q.j, q.k];
+            let here: [f64; 4] = span[0].states[b].attitude.into();
             let along: f64 = here.iter().zip(last).map(|(a, b)| a * b).sum();
             last = if along < 0.0 { here.map(|part| -part) } else { here };
             for (values, part) in of_body.iter_mut().zip(last) {
@@ -158,27 +161,26 @@ fn attitudes(film: &Film, spans: &[&[FilmFrame]]) -> [Vec<Vec<f64>>; 4] {
 }
 
 /// Mean forces of each span.
-fn pushes(scale: &Scale, spans: &[&[FilmFrame]]) -> BTreeMap<ContactSite, Vec<DrawnForce>> {
-    let mut pushes: BTreeMap<ContactSite, Vec<DrawnForce>> = BTreeMap::new();
+fn pushes(scale: &Scale, spans: &[&[TableStep]]) -> BTreeMap<ContactKey, Vec<DrawnForce>> {
+    let mut pushes: BTreeMap<ContactKey, Vec<DrawnForce>> = BTreeMap::new();
     for (frame, span) in spans.iter().enumerate() {
         for mean in scale.means(span) {
             pushes.entry(mean.site).or_default().push(DrawnForce {
                 frame,
                 force: mean.force,
                 point: mean.point,
-                normal: (mean.site.partner != FilmPartner::Ground).then_some(mean.normal),
-                friction: mean.friction,
+                normal: (mean.site.partner != Partner::Ground).then_some(mean.normal),
             });
         }
     }
     pushes
 }
 
-fn described(site: &ContactSite, frames: usize) -> [i64; 3] {
+fn described(site: &ContactKey, frames: usize) -> [i64; 3] {
     let partner = match site.partner {
-        FilmPartner::Ground => -1,
-        FilmPartner::Fixed(i) => -2 - i as i64,
-        FilmPartner::Body(b) => b as i64,
+        Partner::Ground => -1,
+        Partner::Fixed(i) => -2 - i as i64,
+        Partner::Body(b) => b as i64,
     };
     [site.body as i64, partner, frames as i64]
 }

@@ -2,10 +2,14 @@
 //! fixed ramp, and flying capsules, octahedra and rounded boxes.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use tumble_view::{
-    Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmHull, FilmLoad, FilmPartner,
-    FilmPiece, FilmPose, Status,
-};
+use tumble_core::contact::Partner;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, Plane, World};
+use tumble_scene::output::tables::{ContactRow, KeyText, TableStep};
+use tumble_view::{Film, Object, Shape};
 
 /// Bricks per row of the wall, and number of rows.
 const COLUMNS: usize = 10;
@@ -19,90 +23,63 @@ const SLOPE: f64 = 0.3;
 const GRAVITY: f64 = 9.81;
 const TIME_STEP: f64 = 0.002;
 
-pub fn cuboid(half: [f64; 3], radius: f64) -> FilmPiece {
-    let corner =
-        |i: usize| Vector3::from_fn(|k, _| if i >> k & 1 == 1 { half[k] } else { -half[k] });
-    let faces =
-        [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
-    FilmPiece::Hull(FilmHull {
-        vertices: (0..8).map(corner).collect(),
-        faces: faces.map(|face| face.to_vec()).to_vec(),
-        radius,
-        name: None,
-    })
+/// Box about a centre, rounded by `radius`.
+fn cuboid(half: [f64; 3], centre: Vector3<f64>, radius: f64) -> Piece {
+    let sign = |i: usize, axis: usize| if i >> axis & 1 == 1 { 1.0 } else { -1.0 };
+    let corner = |i: usize| centre + Vector3::from_fn(|axis, _| sign(i, axis) * half[axis]);
+    Piece::hull(&(0..8).map(corner).collect::<Vec<_>>(), radius).unwrap()
 }
 
-fn octahedron(size: f64) -> FilmPiece {
-    let vertices = (0..3).flat_map(|k| [-size, size].map(|x| Vector3::ith(k, x))).collect();
-    let faces = (0..8).map(|i| vec![i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2 & 1)]).collect();
-    FilmPiece::Hull(FilmHull { vertices, faces, ..FilmHull::default() })
+fn octahedron(size: f64) -> Piece {
+    let vertices = (0..3).flat_map(|k| [-size, size].map(|x| Vector3::ith(k, x)));
+    Piece::hull(&vertices.collect::<Vec<_>>(), 0.0).unwrap()
 }
 
 /// Ramp of width 3 m that descends along y and ends at y = 0.
-fn ramp() -> FilmPiece {
+fn ramp() -> Piece {
     let (run, rise) = (3.0, 3.0 * SLOPE.tan());
     let end = |x: f64| [[x, 0.0, 0.0], [x, -run, 0.0], [x, -run, rise]].map(Vector3::from);
-    FilmPiece::Hull(FilmHull {
-        vertices: [end(-1.5), end(1.5)].concat(),
-        faces: vec![
-            vec![0, 1, 2],
-            vec![3, 4, 5],
-            vec![0, 1, 4, 3],
-            vec![1, 2, 5, 4],
-            vec![0, 2, 5, 3],
-        ],
-        ..FilmHull::default()
-    })
-}
-
-fn body(name: String, pieces: Vec<FilmPiece>) -> FilmBody {
-    FilmBody {
-        name,
-        mass: 1.0,
-        inertia: Matrix3::identity() * 0.01,
-        points: Vec::new(),
-        pieces,
-        load: FilmLoad::default(),
-        colour: None,
-        label: String::new(),
-    }
+    Piece::hull(&[end(-1.5), end(1.5)].concat(), 0.0).unwrap()
 }
 
 /// Kind and geometry of body `b`.
-fn pieces(b: usize) -> (&'static str, Vec<FilmPiece>) {
-    let ends = |a: f64, b: f64| [Vector3::new(0.0, 0.0, a), Vector3::new(0.0, 0.0, b)];
+fn pieces(b: usize) -> (&'static str, Vec<Piece>) {
+    let centre = Vector3::zeros();
     match b {
-        0..60 => ("brick", vec![cuboid(BRICK, 0.0)]),
-        60..75 => ("ball", vec![FilmPiece::Sphere { centre: Vector3::zeros(), radius: BALL }]),
-        75..85 => ("capsule", vec![FilmPiece::Capsule { ends: ends(-0.2, 0.2), radius: 0.09 }]),
+        0..60 => ("brick", vec![cuboid(BRICK, centre, 0.0)]),
+        60..75 => ("ball", vec![Piece::sphere(BALL).unwrap()]),
+        75..85 => ("capsule", vec![Piece::capsule(0.2, 0.09).unwrap()]),
         85..92 => ("octahedron", vec![octahedron(0.22)]),
-        92..98 => ("rounded box", vec![cuboid([0.14, 0.1, 0.07], 0.05)]),
+        92..98 => ("rounded box", vec![cuboid([0.14, 0.1, 0.07], centre, 0.05)]),
         // A hammer of two pieces.
         _ => {
-            let handle = FilmPiece::Capsule { ends: ends(-0.3, 0.2), radius: 0.04 };
-            let FilmPiece::Hull(mut head) = cuboid([0.2, 0.08, 0.08], 0.0) else {
-                unreachable!("a cuboid is a hull")
-            };
-            head.vertices.iter_mut().for_each(|vertex| vertex.z += 0.2);
-            ("hammer", vec![handle, FilmPiece::Hull(head)])
+            let handle = Piece::capsule(0.25, 0.04).unwrap();
+            let low = Vector3::z() * -0.05;
+            let handle = handle.moved_by(&Matrix3::identity(), &low).unwrap();
+            ("hammer", vec![handle, cuboid([0.2, 0.08, 0.08], Vector3::z() * 0.2, 0.0)])
         }
     }
 }
 
-/// Pose of body `b` at time `t`.
-fn pose(b: usize, t: f64) -> FilmPose {
-    let still = FilmPose {
-        position: Vector3::zeros(),
-        attitude: UnitQuaternion::identity(),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+fn state(
+    position: Vector3<f64>,
+    attitude: UnitQuaternion<f64>,
+    velocity: Vector3<f64>,
+    spin: Vector3<f64>,
+) -> State {
+    let [x, y, z, w] = attitude.coords.into();
+    State { position, attitude: [w, x, y, z].into(), velocity, spin }
+}
+
+/// State of body `b` at time `t`.
+fn state_at(b: usize, t: f64) -> State {
+    let (zero, upright) = (Vector3::zeros(), UnitQuaternion::identity());
     if b < COLUMNS * ROWS {
         let (row, column) = (b / COLUMNS, b % COLUMNS);
         // Every other row is offset by half a brick.
         let x = 2.0 * BRICK[0] * (column as f64 - 4.75 + 0.5 * (row % 2) as f64);
         let z = BRICK[2] * (2 * row + 1) as f64;
-        return FilmPose { position: Vector3::new(x, 1.5, z), ..still };
+        return state(Vector3::new(x, 1.5, z), upright, zero, zero);
     }
     if b < 75 {
         // Rolling without slip from rest: acceleration 5/7 of g sin θ.
@@ -113,12 +90,9 @@ fn pose(b: usize, t: f64) -> FilmPose {
         let up = Vector3::new(0.0, SLOPE.sin(), SLOPE.cos());
         let down = Vector3::new(0.0, SLOPE.cos(), -SLOPE.sin());
         let x = Vector3::x() * (0.55 * (lane as f64 - 2.0));
-        return FilmPose {
-            position: x - down * (start - way) + up * BALL,
-            attitude: UnitQuaternion::from_axis_angle(&-Vector3::x_axis(), way / BALL),
-            velocity: down * speed,
-            spin: -Vector3::x() * (speed / BALL),
-        };
+        let attitude = UnitQuaternion::from_axis_angle(&-Vector3::x_axis(), way / BALL);
+        let place = x - down * (start - way) + up * BALL;
+        return state(place, attitude, down * speed, -Vector3::x() * (speed / BALL));
     }
     // Thrown upwards from separate places, with a flight time beyond the end of the film.
     let k = (b - 75) as f64;
@@ -127,37 +101,52 @@ fn pose(b: usize, t: f64) -> FilmPose {
     let spin = Vector3::new(1.0 + 0.3 * k, 2.0, -1.0);
     let fall = Vector3::new(velocity.x, velocity.y, 4.6 - 0.5 * GRAVITY * t) * t;
     let attitude = UnitQuaternion::from_scaled_axis(spin * t);
-    FilmPose { position: start + fall, attitude, velocity, spin }
+    state(start + fall, attitude, velocity, spin)
+}
+
+/// Contact whose force is along the normal.
+fn contact(
+    body: usize,
+    partner: Partner,
+    key: usize,
+    point: Vector3<f64>,
+    force: Vector3<f64>,
+) -> ContactRow {
+    ContactRow {
+        body,
+        partner,
+        point,
+        normal: force.normalize(),
+        force,
+        slip: Vector3::zeros(),
+        gap: 0.0,
+        radius: 0.0,
+        rebound: 0.0,
+        key: KeyText { point: key, pair: None },
+    }
 }
 
 /// Contacts of the wall. Each brick rests on two bricks of the row below or on the ground, and
 /// carries the load above it.
-fn contacts() -> Vec<FilmContact> {
+fn contacts() -> Vec<ContactRow> {
     let mut contacts = Vec::new();
     for b in 0..COLUMNS * ROWS {
-        let pose = pose(b, 0.0);
+        let at = state_at(b, 0.0).position;
         let row = b / COLUMNS;
         let load = GRAVITY * (ROWS - row) as f64 / 2.0;
-        for (key, side) in [(0u64, -0.1), (1, 0.1)] {
+        for (key, side) in [(0usize, -0.1), (1, 0.1)] {
             let partner = match row {
-                0 => FilmPartner::Ground,
+                0 => Partner::Ground,
                 // Row 1 is shifted to the right, row 2 back to the left.
                 _ => {
                     let shift = if row % 2 == 1 { key } else { key.wrapping_sub(1) };
                     let column = (b % COLUMNS) as i64 + shift as i64;
                     let column = column.clamp(0, COLUMNS as i64 - 1);
-                    FilmPartner::Body((row - 1) * COLUMNS + column as usize)
+                    Partner::Body((row - 1) * COLUMNS + column as usize)
                 }
             };
-            contacts.push(FilmContact {
-                body: b,
-                partner,
-                point: pose.position + Vector3::new(side, 0.0, -BRICK[2]),
-                key,
-                force: Vector3::z() * load,
-                normal: Vector3::z(),
-                friction: 0.5,
-            });
+            let point = at + Vector3::new(side, 0.0, -BRICK[2]);
+            contacts.push(contact(b, partner, key, point, Vector3::z() * load));
         }
     }
     contacts
@@ -165,57 +154,55 @@ fn contacts() -> Vec<FilmContact> {
 
 /// Film with `steps` steps.
 pub fn film(steps: u64) -> Film {
+    let inertia = Matrix3::identity() * 0.01;
+    let rigid = |b: usize| RigidBody::of_pieces(1.0, inertia, pieces(b).1).unwrap();
+    let world = World::new(Parameters {
+        bodies: (0..100).map(rigid).collect(),
+        ground: Some(Plane::level()),
+        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
+        friction: 0.5,
+        time_step: TIME_STEP,
+        rotation: Rotation::Tutorial,
+    });
+    let ramp = Fixed { piece: ramp(), friction: None };
+    let world = world.unwrap().with_fixed(vec![ramp]).unwrap();
     let bodies = (0..100).map(|b| {
         let (name, pieces) = pieces(b);
-        body(format!("{name} {b}"), pieces)
+        let shapes = pieces.iter().map(Shape::from).collect();
+        Object { name: format!("{name} {b}"), shapes, ..Object::default() }
     });
     let standing = contacts();
     let frame = |k: u64| {
         let time = k as f64 * TIME_STEP;
         let rolls = |b: usize| {
-            let pose = pose(b, time);
             let up = Vector3::new(0.0, SLOPE.sin(), SLOPE.cos());
-            FilmContact {
-                body: b,
-                partner: FilmPartner::Fixed(0),
-                point: pose.position - up * BALL,
-                key: 0,
-                force: up * (GRAVITY * SLOPE.cos()),
-                normal: up,
-                friction: 0.5,
-            }
+            let point = state_at(b, time).position - up * BALL;
+            contact(b, Partner::Fixed(0), 0, point, up * (GRAVITY * SLOPE.cos()))
         };
-        let is_last = k == steps;
-        let contacts = standing.iter().copied().chain((60..75).map(rolls));
-        let poses: Vec<_> = (0..100).map(|b| pose(b, time)).collect();
-        let of_one =
-            |pose: &FilmPose| [pose.velocity.norm_squared() / 2.0, GRAVITY * pose.position[2]];
-        let [kinetic, potential] = [0, 1].map(|part| poses.iter().map(|p| of_one(p)[part]).sum());
-        FilmFrame {
-            index: k,
-            time,
-            poses,
-            kinetic,
-            potential,
-            contacts: contacts.filter(|_| !is_last).collect(),
-            ties: Vec::new(),
-            status: if is_last { Status::End } else { Status::Converged },
-            iterations: if is_last { 0 } else { 3 },
-            residual: if is_last { 0.0 } else { 1e-12 },
+        let states = (0..100).map(|b| state_at(b, time)).collect();
+        let mut step = TableStep::of(&world, &StepRecord { index: k, states, ..StepRecord::new() });
+        if k < steps {
+            step.contacts = standing.iter().cloned().chain((60..75).map(rolls)).collect();
+            (step.row.status, step.row.iterations) = (StepStatus::Converged, 3);
+            step.row.residual = 1e-12;
         }
+        step
     };
+    let fixed = world.fixed().iter().map(|fixed| Object {
+        name: "ramp".to_owned(),
+        shapes: vec![Shape::from(&fixed.piece)],
+        ..Object::default()
+    });
     Film {
         title: "a hundred bodies, made by hand".to_owned(),
         facts: Vec::new(),
         takeover: None,
-        time_step: TIME_STEP,
         every: 1,
-        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        friction: 0.5,
-        ground: Some(FilmGround { normal: Vector3::z(), offset: 0.0 }),
-        fixed: vec![FilmFixed { name: "ramp".to_owned(), pieces: vec![ramp()] }],
+        ground: world.ground().cloned(),
         bodies: bodies.collect(),
+        fixed: fixed.collect(),
         joints: Vec::new(),
         frames: (0..=steps).map(frame).collect(),
+        world,
     }
 }

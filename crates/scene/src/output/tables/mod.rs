@@ -5,7 +5,7 @@
 //!
 //! - `states`: one row per body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
 //!   `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
-//! - `contacts`: one row per candidate contact of the step k → k+1. The columns are listed below.
+//! - `contacts`: one row per candidate contact of the step k → k+1, see [`ContactRow`].
 //! - `steps`: one row per step: status, residual with its five parts, overlap at k+1, smallest
 //!   restitution share of an island, and [energy](tumble_core::simulation::energy) at k. The
 //!   potential energy is relative to the world's origin. With joints the last column is the
@@ -24,31 +24,22 @@
 //! - `ends`: one row per body and step, with the columns of `states` and the states at k+1. It
 //!   exists if a run does not keep every step, so that each kept step can be verified.
 //!
-//! | columns of `contacts` | unit | frame |
-//! |---|---|---|
-//! | body and partner | | |
-//! | touching point at k | m | world |
-//! | unit normal at k, away from the partner | | world |
-//! | force on `body`; the partner has the opposite force | N | world |
-//! | mean slip over the step | m/s | world |
-//! | gap at k | m | |
-//! | rounding radius of the point | m | |
-//! | required rebound speed (eq. 29) | m/s | |
-//! | persistent key ([`KeyText`]) | | |
-//!
 //! Within a step, states are in the order of the bodies and contacts in the order of the solution.
 //! The last step is a state of status `end` without contacts. Numbers have the fewest digits that
 //! read back to the same double.
 
+mod columns;
 mod key;
 mod named;
 mod read;
 mod rebuild;
 mod write;
 
+pub(super) use columns::STATE_COLUMNS;
+pub use columns::{ContactRow, GearTableRow, JointRow, StepRow};
 pub use key::KeyText;
 pub use named::Misplaced;
-pub use read::{ContactRow, GearTableRow, JointRow, StepRow, TableStep, TablesReader};
+pub use read::{TableStep, TablesReader};
 pub use write::TablesWriter;
 
 use std::fmt;
@@ -94,15 +85,17 @@ impl Table {
 
     /// Names of the columns, for a run with or without joints.
     #[must_use]
-    pub fn columns(self, joints: bool) -> &'static [&'static str] {
-        match self {
-            Self::States | Self::Ends => &STATE_COLUMNS,
-            Self::Contacts => &CONTACT_COLUMNS,
-            Self::Steps if joints => &STEP_COLUMNS,
-            Self::Steps => &STEP_COLUMNS[..STEP_COLUMNS.len() - 1],
-            Self::Joints => &JOINT_COLUMNS,
-            Self::Gears => &GEAR_COLUMNS,
-        }
+    pub fn columns(self, joints: bool) -> Vec<&'static str> {
+        let (first, others): (&[_], &[_]) = match self {
+            Self::States | Self::Ends => (&["k", "t_s", "body"], &STATE_COLUMNS),
+            Self::Contacts => (&["k", "contact"], ContactRow::COLUMNS),
+            Self::Steps if joints => (&[], StepRow::COLUMNS),
+            // The stiffness is left out.
+            Self::Steps => (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - 1]),
+            Self::Joints => (&["k", "t_s", "joint"], JointRow::COLUMNS),
+            Self::Gears => (&["k", "t_s", "gear"], GearTableRow::COLUMNS),
+        };
+        [first, others].concat()
     }
 }
 
@@ -152,87 +145,3 @@ impl<S> Streams<S> {
         })
     }
 }
-
-const STATE_COLUMNS: [&str; 16] = [
-    "k", "t_s", "body", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s",
-    "wx_rad_s", "wy_rad_s", "wz_rad_s",
-];
-
-const CONTACT_COLUMNS: [&str; 21] = [
-    "k",
-    "contact",
-    "body",
-    "partner",
-    "partner_index",
-    "x_m",
-    "y_m",
-    "z_m",
-    "nx",
-    "ny",
-    "nz",
-    "fx_N",
-    "fy_N",
-    "fz_N",
-    "slip_x_m_s",
-    "slip_y_m_s",
-    "slip_z_m_s",
-    "gap_m",
-    "radius_m",
-    "rebound_m_s",
-    "key",
-];
-
-const JOINT_COLUMNS: [&str; 23] = [
-    "k",
-    "t_s",
-    "joint",
-    "x_m",
-    "y_m",
-    "z_m",
-    "angle_x_rad",
-    "angle_y_rad",
-    "angle_z_rad",
-    "vx_m_s",
-    "vy_m_s",
-    "vz_m_s",
-    "wx_rad_s",
-    "wy_rad_s",
-    "wz_rad_s",
-    "fx_N",
-    "fy_N",
-    "fz_N",
-    "tx_N_m",
-    "ty_N_m",
-    "tz_N_m",
-    "joint_m_s",
-    "joint_law_m_s",
-];
-
-const GEAR_COLUMNS: [&str; 7] = ["k", "t_s", "gear", "first", "second", "force", "gear_m_s"];
-
-/// The last column exists only with joints.
-const STEP_COLUMNS: [&str; 23] = [
-    "k",
-    "t_s",
-    "status",
-    "iterations",
-    "start",
-    "contacts",
-    "residual_m_s",
-    "dynamics_m_s",
-    "penetration_m_s",
-    "normal_law_m_s",
-    "friction_law_m_s",
-    "cone_m_s",
-    "overlap_m",
-    "placement_m",
-    "restitution_share",
-    "energy_J",
-    "loads_J",
-    "drives_J",
-    "reactions_J",
-    "impacts_J",
-    "friction_J",
-    "discretisation_J",
-    "stiffness",
-];

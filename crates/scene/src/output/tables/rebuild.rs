@@ -33,6 +33,18 @@ const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDEN
 const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
 
 impl ContactRow {
+    /// True if `world` has the body and the partner of this row.
+    #[must_use]
+    pub fn is_in(&self, world: &World) -> bool {
+        let bodies = world.bodies().len();
+        let has_partner = match self.partner {
+            Partner::Ground => world.ground().is_some(),
+            Partner::Fixed(index) => index < world.fixed_count(),
+            Partner::Body(index) => index < bodies && index != self.body,
+        };
+        self.body < bodies && has_partner
+    }
+
     /// Contact of this row between bodies at `states`.
     ///
     /// # Errors
@@ -41,12 +53,7 @@ impl ContactRow {
     pub fn contact(&self, world: &World, states: &[State]) -> Result<Contact, Misplaced> {
         let bodies = world.bodies();
         let body = bodies.get(self.body).ok_or("refers to a body that does not exist")?;
-        let known = match self.partner {
-            Partner::Ground => world.ground().is_some(),
-            Partner::Fixed(index) => index < world.fixed_count(),
-            Partner::Body(index) => index < bodies.len() && index != self.body,
-        };
-        if !known || states.len() != bodies.len() {
+        if !self.is_in(world) || states.len() != bodies.len() {
             return Err("refers to a partner that does not exist");
         }
         if (self.normal.norm() - 1.0).abs() > UNIT {

@@ -1,11 +1,13 @@
 //! Writer of tables from step records.
 
-use super::{ContactRow, GearTableRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
+use super::columns::{Cells, ContactRow, GearTableRow, JointRow, StepRow};
+use super::{KeyText, Streams, Table, TableStep};
 use crate::output::rows::{RowChoice, RowWriter};
 use nalgebra::Vector3;
+use std::convert::Infallible;
 use std::io::{self, Write};
+use tumble_core::contact::Contact;
 use tumble_core::contact::certificate::Claim;
-use tumble_core::contact::{Contact, Partner};
 use tumble_core::joint::{Gear, Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::{EnergyBalance, StepRecord, energy};
@@ -30,23 +32,15 @@ impl<W: Write> TablesWriter<W> {
     /// The errors of the streams.
     pub fn new(streams: Streams<W>, world: &World) -> io::Result<Self> {
         let tied = !world.joints().is_empty();
-        let columns = |table: Table| table.columns(tied).iter().copied();
-        let csv = |table, stream| Ok::<_, io::Error>(RowWriter::new(stream, columns(table)));
+        let csv =
+            |table: Table, stream| Ok::<_, io::Error>(RowWriter::new(stream, table.columns(tied)));
         Ok(Self::of(streams.each(csv)?, world))
     }
 
     /// Continues tables that already have headers, and possibly rows.
     #[must_use]
     pub fn after(streams: Streams<W>, world: &World) -> Self {
-        let Streams { states, contacts, steps, joints, gears, ends } = streams;
-        let tables = Streams {
-            states: RowWriter::after(states),
-            contacts: contacts.map(RowWriter::after),
-            steps: RowWriter::after(steps),
-            joints: joints.map(RowWriter::after),
-            gears: gears.map(RowWriter::after),
-            ends: ends.map(RowWriter::after),
-        };
+        let Ok(tables) = streams.each(|_, stream| Ok::<_, Infallible>(RowWriter::after(stream)));
         Self::of(tables, world)
     }
 
@@ -129,18 +123,10 @@ impl<W: Write> TablesWriter<W> {
     /// Writes a row of the table `steps`.
     fn write_row(&mut self, row: &StepRow) -> io::Result<()> {
         let steps = &mut self.tables.steps;
-        steps.whole(row.index);
-        steps.number(row.time);
-        steps.text(row.status.name());
-        steps.whole(row.iterations.into());
-        steps.text(&row.start);
-        steps.whole(row.contacts as u64);
-        steps.number(row.residual);
-        steps.numbers(&row.parts);
-        steps.numbers(&[row.overlap, row.placement, row.restitution_share, row.energy]);
-        steps.numbers(&row.works);
-        if !self.world.joints().is_empty() {
-            steps.number(row.stiffness);
+        row.write(steps);
+        if self.world.joints().is_empty() {
+            // The stiffness.
+            steps.drop_cell();
         }
         steps.end_row()
     }
@@ -149,34 +135,23 @@ impl<W: Write> TablesWriter<W> {
     fn write_beside(&mut self, step: &TableStep) -> io::Result<()> {
         let Streams { states, contacts, steps: _, joints, gears, ends } = &mut self.tables;
         let row = &step.row;
-        write_states(states, row, &step.states)?;
+        write_all(states, row, &step.states)?;
         if let Some(table) = ends {
-            write_states(table, row, &step.ends)?;
+            write_all(table, row, &step.ends)?;
         }
         if let Some(table) = contacts {
             for (index, contact) in step.contacts.iter().enumerate() {
-                write_contact(table, row.index, index, contact)?;
+                table.whole(row.index);
+                table.whole(index as u64);
+                contact.write(table);
+                table.end_row()?;
             }
         }
         if let Some(table) = joints {
-            for (index, joint) in step.joints.iter().enumerate() {
-                table.whole(row.index);
-                table.number(row.time);
-                table.whole(index as u64);
-                joint.vectors().iter().for_each(|vector| table.numbers(vector.as_slice()));
-                table.numbers(&[joint.residual.locked, joint.residual.drive]);
-                table.end_row()?;
-            }
+            write_all(table, row, &step.joints)?;
         }
         if let Some(table) = gears {
-            for (index, gear) in step.gears.iter().enumerate() {
-                table.whole(row.index);
-                table.number(row.time);
-                table.whole(index as u64);
-                table.numbers(&gear.coordinates);
-                table.numbers(&[gear.force, gear.residual]);
-                table.end_row()?;
-            }
+            write_all(table, row, &step.gears)?;
         }
         Ok(())
     }
@@ -207,45 +182,20 @@ impl<W: Write> TablesWriter<W> {
     }
 }
 
-/// Writes one row per body.
-fn write_states<W: Write>(
+/// Writes one row per body, joint or gear of a step.
+fn write_all<W: Write>(
     table: &mut RowWriter<W>,
     row: &StepRow,
-    states: &[State],
+    values: &[impl Cells],
 ) -> io::Result<()> {
-    for (body, state) in states.iter().enumerate() {
+    for (index, value) in values.iter().enumerate() {
         table.whole(row.index);
         table.number(row.time);
-        table.whole(body as u64);
-        table.numbers(state.to_vector().as_slice());
+        table.whole(index as u64);
+        value.write(table);
         table.end_row()?;
     }
     Ok(())
-}
-
-/// Writes the row of contact `index` in step `k`, with the columns of `contacts`.
-fn write_contact<W: Write>(
-    table: &mut RowWriter<W>,
-    k: u64,
-    index: usize,
-    contact: &ContactRow,
-) -> io::Result<()> {
-    let (partner, partner_index) = match contact.partner {
-        Partner::Ground => ("ground", 0),
-        Partner::Fixed(index) => ("fixed", index),
-        Partner::Body(index) => ("body", index),
-    };
-    table.whole(k);
-    table.whole(index as u64);
-    table.whole(contact.body as u64);
-    table.text(partner);
-    table.whole(partner_index as u64);
-    for vector in [&contact.point, &contact.normal, &contact.force, &contact.slip] {
-        table.numbers(vector.as_slice());
-    }
-    table.numbers(&[contact.gap, contact.radius, contact.rebound]);
-    table.word(&contact.key);
-    table.end_row()
 }
 
 impl TableStep {

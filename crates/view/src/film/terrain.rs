@@ -1,15 +1,15 @@
 //! Terrain in pictures: all triangles of a small one, every n-th height of a large field.
 
-use pictures::{FilmMesh, FilmPiece};
+use super::Object;
+use crate::shape::{Mesh, Shape};
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::{HeightField, TerrainShape};
-use tumble_view as pictures;
 
 /// Largest number of triangles that are drawn.
 const MOST_TRIANGLES: usize = 8000;
 
 /// Fixed object with the `name` of a terrain. The name says what is not drawn.
-pub(crate) fn terrain(name: &str, terrain: &Terrain) -> pictures::FilmFixed {
+pub fn object(name: &str, terrain: &Terrain) -> Object {
     let (name, mesh) = match terrain.shape() {
         TerrainShape::Field(field) => {
             let (mesh, stride) = drawn_field(field);
@@ -24,14 +24,15 @@ pub(crate) fn terrain(name: &str, terrain: &Terrain) -> pictures::FilmFixed {
         TerrainShape::Mesh(mesh) => {
             let triangles = mesh.triangles().iter().map(|three| three.map(|at| at as usize));
             let (vertices, triangles) = (mesh.vertices().to_vec(), triangles.collect());
-            (name.to_owned(), Some(FilmMesh { vertices, triangles, colour: None }))
+            (name.to_owned(), Some(Mesh { vertices, triangles, colour: None }))
         }
     };
-    pictures::FilmFixed { name, pieces: mesh.map(FilmPiece::Mesh).into_iter().collect() }
+    let shapes = mesh.map(Shape::Mesh).into_iter().collect();
+    Object { name, shapes, ..Object::default() }
 }
 
 /// Mesh of every n-th row and column and of the last ones, with n.
-fn drawn_field(field: &HeightField) -> (FilmMesh, usize) {
+fn drawn_field(field: &HeightField) -> (Mesh, usize) {
     let cells = |points: usize, stride: usize| (points - 1).div_ceil(stride);
     let count = |stride: usize| 2 * cells(field.rows(), stride) * cells(field.columns(), stride);
     let stride = (1..).find(|stride| count(*stride) <= MOST_TRIANGLES).unwrap_or(1);
@@ -50,7 +51,7 @@ fn drawn_field(field: &HeightField) -> (FilmMesh, usize) {
             triangles.extend([[first, first + 1, across], [first, across, across - 1]]);
         }
     }
-    (FilmMesh { vertices, triangles, colour: None }, stride)
+    (Mesh { vertices, triangles, colour: None }, stride)
 }
 
 #[cfg(test)]
@@ -61,9 +62,9 @@ mod tests {
     fn a_large_field_keeps_its_borders() {
         let (rows, columns) = (301, 202);
         let field = HeightField::new(vec![0.0; rows * columns], columns, [0.1, 0.2]).unwrap();
-        let seen = terrain("hill", &Terrain::from(field));
+        let seen = object("hill", &Terrain::from(field));
         assert_eq!(seen.name, "hill (every 4th height is drawn)");
-        let [FilmPiece::Mesh(mesh)] = &seen.pieces[..] else { panic!("one mesh") };
+        let [Shape::Mesh(mesh)] = &seen.shapes[..] else { panic!("one mesh") };
         assert!(mesh.triangles.len() <= MOST_TRIANGLES);
         let far = mesh.vertices.iter().map(|at| at.x + at.y).fold(0.0, f64::max);
         assert!((far - (201.0 * 0.1 + 300.0 * 0.2)).abs() < 1e-9, "{far}");
