@@ -338,8 +338,11 @@ impl PyRecording {
     }
 }
 
+/// Number of a row of the table of steps.
+type StepNumber = fn(&StepRow) -> f64;
+
 /// Columns of the rows with one number each.
-const STEP_NUMBERS: [(&str, fn(&StepRow) -> f64); 7] = [
+const STEP_NUMBERS: [(&str, StepNumber); 7] = [
     ("time", |row| row.time),
     ("residual", |row| row.residual),
     ("overlap", |row| row.overlap),

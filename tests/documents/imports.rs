@@ -24,8 +24,11 @@ const LAYERS: [&str; 16] = [
     "simulation",
 ];
 
+/// True for the module paths of a tree.
+type IsIn = fn(&str) -> bool;
+
 /// Crates, and their modules that import each other in no circle.
-const TREES: [(&str, fn(&str) -> bool); 3] = [
+const TREES: [(&str, IsIn); 3] = [
     ("cli/src", |module| !module.starts_with("verify::judge")),
     ("crates/core/src", |module| module.starts_with("geometry")),
     ("crates/scene/src", |module| {
@@ -165,7 +168,7 @@ fn architecture_names_the_layers_in_their_order() {
     let line = text.lines().find(|line| line.contains("kinematics ─►")).unwrap();
     let named: Vec<_> = line.split("─►").map(str::trim).collect();
     let is_named = |layer: &&str| named.iter().any(|name| name.split('/').next() == Some(*layer));
-    let layers: Vec<_> = LAYERS.into_iter().filter(|layer| is_named(&layer)).collect();
+    let layers: Vec<_> = LAYERS.into_iter().filter(|layer| is_named(layer)).collect();
     let named: Vec<_> = named.iter().map(|name| name.split('/').next().unwrap()).collect();
     assert_eq!(named, layers);
 }
