@@ -148,6 +148,29 @@ fn three_balls_in_a_row() {
     }
 }
 
+/// Elastic balls in a row without gravity, with gaps shorter than the way of a step: one impact
+/// presses on the next balls, which stand still. The energy is conserved to rounding.
+#[test]
+fn a_row_with_short_gaps_keeps_its_energy() {
+    let (radius, mass, speed, time_step) = (0.05, 0.3, 2.0, 0.002);
+    for share in [0.0, 0.1, 0.25, 0.5, 0.9, 1.1] {
+        let gap = share * speed * time_step;
+        let world = world(vec![ball(mass, radius); 5], 0.0, 0.0, time_step);
+        let world = world.with_restitution(1.0).unwrap();
+        let place = |i: usize| i as f64 * (2.0 * radius + gap) + if i > 0 { 0.01 } else { 0.0 };
+        let mut states: Vec<_> = (0..5).map(|i| at(place(i), 0.0, 1.0)).collect();
+        states[0].velocity[0] = speed;
+        let records = native(&world, states, 40);
+        for record in &records {
+            let squares = record.solution.states.iter().map(|state| state.velocity.norm_squared());
+            let kept = squares.sum::<f64>() / (speed * speed);
+            assert!((kept - 1.0).abs() < 1e-9, "gap {gap}, step {}: {kept}", record.index);
+        }
+        let last = records.last().unwrap().solution.states[4].velocity[0];
+        assert!(last > 0.39 * speed, "gap {gap}: {last}");
+    }
+}
+
 /// Checks a rod that lands on its end without friction: p = (1 + e) v/(1/m + a²/I), for any motion
 /// of the other end. The step turns the rod with its new spin, so that the height of the end is
 /// accurate to second order in h ω.

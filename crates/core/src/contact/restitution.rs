@@ -42,6 +42,9 @@ use crate::mechanics::{RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
 
+/// Approach speed of a struck contact that stands still (m/s): far below rounding, and not 0.
+const JUST_ARRIVING: f64 = 1e-200;
+
 impl Contact {
     /// Relative velocity of the touching points of A and B just before the impulses of a step from
     /// `states` (m/s, world). NaN if the list has no state of one of the bodies.
@@ -120,12 +123,19 @@ impl Contact {
         if restitution == 0.0 {
             return 0.0;
         }
-        let coming = -self.normal().dot(&self.arriving_velocity(world, states));
+        let coming = self.coming_speed(world, states);
         let arrives =
             || coming > world.rebound_speed() && self.free_gap(free).is_some_and(|gap| gap <= 0.0);
         // A NaN does not bounce.
         let bounces = coming.is_finite() && (self.struck || arrives());
         if bounces { share * restitution * coming } else { 0.0 }
+    }
+
+    /// c_n⁻ (m/s). A [struck](Contact::struck) contact without it counts as just arriving, because a
+    /// rebound of 0 has no row.
+    pub(crate) fn coming_speed(&self, world: &World, states: &[State]) -> f64 {
+        let coming = -self.normal().dot(&self.arriving_velocity(world, states));
+        if self.struck && coming == 0.0 { JUST_ARRIVING } else { coming }
     }
 
     /// True if the contact bounces in the step, so that it has the row of a rebound.
