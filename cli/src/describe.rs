@@ -67,11 +67,13 @@ fn steps(summary: &RunSummary) -> String {
 
 /// Number of bodies and the solver.
 fn cast(scene: &Scene) -> String {
+    let program = scene.contact.as_ref().and_then(SolverChoice::program);
     format!(
-        "  bodies       {}, and {} fixed pieces\n  solver       {}\n",
+        "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
         scene.bodies.len(),
         scene.fixed.len(),
-        scene.solver()
+        scene.solver(),
+        program.map(|program| format!(": {program}")).unwrap_or_default()
     )
 }
 

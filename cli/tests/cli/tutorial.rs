@@ -64,8 +64,11 @@ fn the_preset_writes_the_variables_and_the_status_of_ipopt() {
     let statuses = table.texts("status");
     let succeeded = |k: usize| words[k] == "Solve_Succeeded";
     let solves: Vec<_> = (0..420).filter(|k| statuses[*k] != "free").collect();
-    assert!(solves.iter().all(|k| (statuses[*k] == "failed") != succeeded(*k)), "{words:?}");
+    let is_failed = |k: &usize| statuses[*k] == "failed";
+    assert!(solves.iter().all(|k| is_failed(k) || succeeded(*k)), "{words:?}");
     assert!(solves.iter().any(|k| words[*k] == "Infeasible_Problem_Detected"));
+    // Ipopt's status is not the residual's: its tolerance allows forces at a distance.
+    assert!(solves.iter().any(|k| is_failed(k) && succeeded(*k)));
     let states = states(&table);
     let mut positive = 0;
     for k in solves.into_iter().filter(|k| succeeded(*k)) {

@@ -164,6 +164,26 @@ impl SolverChoice {
     pub fn solver_name(&self) -> &'static str {
         if self.is_ipopt() { "ipopt" } else { "native" }
     }
+
+    /// Ipopt's program, with its settings that differ from the tutorial's. `None` for the native solver.
+    #[must_use]
+    pub fn program(&self) -> Option<&'static str> {
+        let program = match self.preset {
+            Some(Preset::Tutorial) => "the tutorial's program to the letter",
+            Some(Preset::TutorialProduct) => {
+                "the tutorial's program to the letter, with the normal force as a factor"
+            }
+            None if self.climbs() => {
+                "the tutorial's program with contacts closed by free flight, scene units, adaptive \
+                 barrier, weighted objective and a ladder of starts"
+            }
+            None => {
+                "the tutorial's program with contacts closed by free flight, scene units and \
+                 adaptive barrier"
+            }
+        };
+        self.is_ipopt().then_some(program)
+    }
 }
 
 /// Reason why Ipopt's program does not fit `world`; `None` if it does, or without Ipopt.
