@@ -71,7 +71,11 @@ fn ipopt_and_native_agree_where_the_motion_is_unique() {
         let ipopt = scene(text, &["--solver", "ipopt"]);
         assert_eq!((native.end.code, ipopt.end.code), (Some(0), Some(0)), "{:?}", ipopt.end);
         assert!(native.end.stdout.contains("solver       native\n"), "{:?}", native.end);
-        assert!(ipopt.end.stdout.contains("solver       ipopt: the tutorial's program"), "{:?}", ipopt.end);
+        assert!(
+            ipopt.end.stdout.contains("solver       ipopt: the tutorial's program"),
+            "{:?}",
+            ipopt.end
+        );
         let json = ipopt.run_json();
         let (solver, summary) = (&json["solver"], &json["summary"]);
         assert_eq!(solver["name"], "ipopt");
