@@ -61,8 +61,9 @@ fn what_is_written_is_read_back_bit_for_bit() {
             prop_assert_eq!(flags.map(|column| &row[column]).collect::<Vec<_>>(), expected);
             prop_assert_eq!(&row[0], record.index.to_string());
             prop_assert_eq!(&row[report], record.report.status.name());
-            prop_assert_eq!(&row[report + 1], record.report.iterations.to_string());
-            let ends = [number(1), number(report + 2)];
+            prop_assert_eq!(&row[report + 1], record.report.message.unwrap_or_default());
+            prop_assert_eq!(&row[report + 2], record.report.iterations.to_string());
+            let ends = [number(1), number(report + 3)];
             let expected = [record.index as f64 * TIME_STEP, record.certificate.residual()];
             prop_assert_eq!(bits(&ends), bits(&expected));
         }

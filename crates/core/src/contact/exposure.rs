@@ -35,7 +35,7 @@
 use super::collider::{Collider, PieceOwner, placed, size};
 use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
 use super::partners::Partners;
-use crate::contact::{Partner, Plane};
+use crate::contact::Partner;
 use crate::geometry::{
     CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, flat_faces, manifold,
     manifold_across, nearest_on_segment,
@@ -136,8 +136,8 @@ impl Exposure<'_> {
             return (gap, false);
         }
         let same = SAME_GAP * size(a.0).min(size(b.0));
-        let mut points = out.iter().map(|touch| self.surface_points(touch, at));
-        if !points.any(|on| self.may_be_hidden(on.map(|of| of.point), at)) {
+        let points = out.iter().map(|touch| self.surface_points(touch, at).map(|on| on.point));
+        if !self.may_be_hidden(at, points) {
             keep_one_plane(out, a.1, b.1, same);
             return (gap, false);
         }
@@ -157,19 +157,31 @@ impl Exposure<'_> {
         (gap, out.is_empty())
     }
 
-    /// True if some other collider is near the pair, or if the ground is at one of the touching `points`
-    /// of both colliders (m, frames of their owners), with the bodies at `poses`.
-    pub(super) fn may_be_hidden(&self, points: [Vector3<f64>; 2], poses: &[Pose]) -> bool {
-        let is_in_ground = |ground: &Plane, side: usize| {
-            let pose = placed(self.world, poses, self.colliders[side]).1;
-            let place = pose.position + pose.rotation * points[side];
-            ground.normal().dot(&place) - ground.offset() <= self.flush_within(poses)
+    /// True if some other collider is near the pair, or if the ground is at the touching points of one
+    /// of the contacts, with the bodies at `poses`. `points` has the touching points of both colliders
+    /// for each contact (m, frames of their owners).
+    fn may_be_hidden(
+        &self,
+        poses: &[Pose],
+        mut points: impl Iterator<Item = [Vector3<f64>; 2]>,
+    ) -> bool {
+        if self.partners.has_others(self.numbers) {
+            return true;
+        }
+        let Some(ground) = self.world.ground() else { return false };
+        let placed = self.colliders.map(|collider| placed(self.world, poses, collider));
+        let is_in_ground = |pose: &Pose, point: &Vector3<f64>, reach: f64| {
+            let place = pose.position + pose.rotation * point;
+            ground.normal().dot(&place) - ground.offset() <= reach
         };
-        self.partners.has_others(self.numbers)
-            || self
-                .world
-                .ground()
-                .is_some_and(|ground| (0..2).any(|side| is_in_ground(ground, side)))
+        let within = self.flush_within(poses);
+        let all_reach = placed.iter().all(|(piece, pose)| {
+            is_in_ground(pose, piece.core().centre(), piece.bounding_radius() + within)
+        });
+        let pairs = |on: [Vector3<f64>; 2]| {
+            placed.iter().zip(on).any(|((_, pose), point)| is_in_ground(pose, &point, within))
+        };
+        all_reach && points.any(pairs)
     }
 
     /// True if `touch`, found at the poses `at`, exists at one of the `moments` (poses of the bodies).
@@ -271,8 +283,8 @@ impl Exposure<'_> {
                     <= libm::sin(angle.min(FRAC_PI_2)) + LEVEL
         };
         moments.iter().any(|poses| {
-            let places = points.each_ref().map(|on| on.point);
-            !self.may_be_hidden(places, poses) || (0..2).all(|side| shows(side, poses))
+            let places = std::iter::once(points.each_ref().map(|on| on.point));
+            !self.may_be_hidden(poses, places) || (0..2).all(|side| shows(side, poses))
         })
     }
 
