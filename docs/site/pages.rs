@@ -12,6 +12,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
         "Getting started",
         &[
             ("Ten minutes", "docs/start.md"),
+            ("The tutorial, item by item", "docs/tutorial.md"),
             ("The playground", "docs/playground.md"),
             ("Notebooks", "docs/notebooks/README.md"),
         ],

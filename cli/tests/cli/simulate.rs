@@ -57,7 +57,7 @@ fn assert_consistent(run: &Simulated, rows: usize, time_step: f64) {
         assert!(step.iter().all(|field| field.parse() == Ok(0.0)), "row {k}: {step:?}");
     }
     let last = table.rows.last().unwrap();
-    assert_eq!(last[table.column("status")..], ["end", "0", "0.0"]);
+    assert_eq!(last[table.column("status")..], ["end", "", "0", "0.0"]);
     for name in (0..8).map(|contact| format!("alpha{contact}")) {
         assert!(table.texts(&name).iter().all(|&flag| flag == "0" || flag == "1"), "{name}");
     }
