@@ -202,25 +202,24 @@ fn steps_with_posed_contacts_move_the_cube_as_the_recorded_ones_do() {
     check_motions(IpoptSolver::new, 3, &measured);
 }
 
-/// The tutorial chose flags for its rows of maximum dissipation, because a factor f_z makes the program
-/// harder. From the same states and starts the product takes more iterations and solves fewer steps
-/// (`docs/ipopt-path.md`).
+/// The tutorial chose flags for its rows of maximum dissipation, because with a factor f_z the program is
+/// harder. From the same states and starts the product solves fewer steps and takes more iterations in
+/// those that it solves (`docs/ipopt-path.md`).
 #[test]
 #[ignore = "slow"]
-fn the_product_takes_more_iterations_and_solves_fewer_steps_than_flags() {
+fn the_product_solves_fewer_steps_than_flags() {
     let (mut iterations, mut solved) = ([0, 0], [0, 0]);
     for seed in SEEDS {
-        let every = if seed == 42 { 3 } else { 1 };
         let programs: [Create; 2] = [IpoptSolver::tutorial, IpoptSolver::tutorial_product];
         for (of, create) in programs.into_iter().enumerate() {
-            let found = compare(seed, every, create);
+            let found = compare(seed, 10, create);
             iterations[of] += found.iterations.0;
             solved[of] += found.both.len();
         }
     }
     println!("flags and product: {solved:?} steps solved, {iterations:?} iterations in them");
     let [flags, product] = [0, 1].map(|of| f64::from(iterations[of]) / solved[of] as f64);
-    assert!(solved[1] < solved[0] && product > 1.5 * flags, "{solved:?} {iterations:?}");
+    assert!(solved[1] < solved[0] && product > flags, "{solved:?} {iterations:?}");
 }
 
 /// Checks the recorded solutions in our rows. Ipopt satisfies the dynamics to its tolerance and
