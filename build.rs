@@ -1,4 +1,4 @@
-//! Hands the version of Ipopt that `ipopt-sys` was built against to the crate, which names it in its outputs.
+//! Passes the version of Ipopt that `ipopt-sys` was built against to the crate, which reports it.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -1,7 +1,7 @@
-//! Time of a step of several boxes: the scenes of `bench/scenes`, in parts of one run each.
+//! Time of a step of several boxes, in parts of one run of each scene of `bench/scenes`.
 //!
-//! `cargo bench --bench several`. At rest the first steps, which find the contacts, are left out;
-//! of the pile there are two parts, when boxes meet first and when most of them lie.
+//! Command: `cargo bench --bench several`. Scenes at rest are timed after their contacts are found.
+//! The pile is timed twice: when boxes first meet, and when most of them lie.
 
 #[path = "../bench/measure/src/lib.rs"]
 mod boxes;

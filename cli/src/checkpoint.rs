@@ -12,7 +12,7 @@ use std::time::Duration;
 use tumble_core::simulation::Saved;
 use tumble_core::simulation::save::{from_bytes, to_bytes};
 use tumble_core::simulation::summary::RunSummary;
-use tumble_scene::joints_summary::{JointsSummary, Taut};
+use tumble_scene::joints_summary::{JointsSummary, StiffJointReport};
 
 /// Results of the run stored together with the simulation's state.
 #[derive(Serialize, Deserialize)]
@@ -23,15 +23,15 @@ pub struct ContinuedNotes {
     pub elapsed: Duration,
     pub overlap: Option<(u64, f64)>,
     pub joints: Option<JointsSummary>,
-    pub taut: Taut,
+    pub stiff_joints: StiffJointReport,
 }
 
 impl ContinuedNotes {
     /// Results of `run` with these rows.
-    pub fn of(run: &RunResults, rows: RowsSoFar) -> Self {
+    pub fn new(run: &RunResults, rows: RowsSoFar) -> Self {
         let RunResults { elapsed, overlap, joints, .. } = *run;
-        let (summary, taut) = (run.summary.clone(), run.taut.clone());
-        Self { rows, summary, elapsed, overlap, joints, taut }
+        let (summary, stiff_joints) = (run.summary.clone(), run.stiff_joints.clone());
+        Self { rows, summary, elapsed, overlap, joints, stiff_joints }
     }
 }
 
@@ -51,7 +51,7 @@ pub struct Checkpoint {
 
 impl Checkpoint {
     /// Parses the bytes of a checkpoint.
-    pub fn of_bytes(bytes: &[u8]) -> Result<Self, Failure> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(from_bytes(bytes)?)
     }
 }

@@ -19,8 +19,8 @@ use tumble_core::simulation::save::{Saved, from_bytes};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::choices::{DetectionName, OnFailure, Preset, SolverName};
-use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::Table;
+use tumble_scene::row_selection::RowSelection;
 use tumble_scene::run_file::{RunFile, SolverSettings};
 use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
@@ -35,7 +35,7 @@ pub struct Continued<'a> {
     file: PathBuf,
     saved: Saved,
     notes: ContinuedNotes,
-    kept: KeptSteps,
+    kept: RowSelection,
 }
 
 impl<'a> Continued<'a> {
@@ -60,7 +60,7 @@ impl<'a> Continued<'a> {
         let SavedState { file, saved, notes } = state;
         let steps = saved.index().checked_sub(scene.start_index).ok_or_else(|| {
             let (k, start) = (saved.index(), scene.start_index);
-            odd_state(
+            invalid_state(
                 &file,
                 &format!("it is at k = {k}, before the start of its run at k = {start}"),
             )
@@ -87,7 +87,7 @@ impl<'a> Continued<'a> {
 
     /// Restores the end of the run in the simulation of `scene`.
     pub fn restore(&self, simulation: &mut Simulation<'_>) -> Result<(), Failure> {
-        simulation.restore(&self.saved).map_err(|error| odd_state(&self.file, &error))
+        simulation.restore(&self.saved).map_err(|error| invalid_state(&self.file, &error))
     }
 
     /// Rows written by the run so far.
@@ -96,14 +96,15 @@ impl<'a> Continued<'a> {
     }
 
     /// Selection of rows that the run writes.
-    pub fn kept(&self) -> &KeptSteps {
+    pub fn row_selection(&self) -> &RowSelection {
         &self.kept
     }
 
     /// Results of the run so far.
     pub fn into_run(self) -> RunResults {
-        let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
-        RunResults { end: RunOutcome::Complete, summary, elapsed, overlap, joints, taut }
+        let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, stiff_joints } =
+            self.notes;
+        RunResults { end: RunOutcome::Complete, summary, elapsed, overlap, joints, stiff_joints }
     }
 }
 
@@ -116,7 +117,7 @@ fn refuse_file(path: &Path) -> Result<(), Failure> {
     Err(Failure::Input(format!("--continue: {file} is a file; give its directory, {directory}")))
 }
 
-fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
+fn invalid_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!(
         "{} cannot be continued: {why}; run again without --continue",
         shown::path(path)
@@ -136,11 +137,11 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedStat
     let bytes = match input::bytes(&file, LARGEST_STATE) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(odd_state(&file, &error)),
+        Err(error) => return Err(invalid_state(&file, &error)),
     };
     let Checkpoint { run_json, state } =
-        Checkpoint::of_bytes(&bytes).map_err(|error| odd_state(&file, &error))?;
-    let run = RunFile::of_text(&run_json, &file)?;
+        Checkpoint::from_bytes(&bytes).map_err(|error| invalid_state(&file, &error))?;
+    let run = RunFile::from_text(&run_json, &file)?;
     let state = state_in(file.clone(), &state)?;
     Ok(Some((run, file, state)))
 }
@@ -155,22 +156,23 @@ fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure>
         ))
     })?;
     let file = directory.join(STATE);
-    let bytes = input::bytes(&file, LARGEST_STATE).map_err(|error| odd_state(&file, &error))?;
+    let bytes = input::bytes(&file, LARGEST_STATE).map_err(|error| invalid_state(&file, &error))?;
     let state = state_in(file, &bytes)?;
     Ok((run, path, state))
 }
 
 /// Parses the state and the results in the `bytes` of a file.
 fn state_in(file: PathBuf, bytes: &[u8]) -> Result<SavedState, Failure> {
-    let saved = Saved::from_bytes(bytes).map_err(|error| odd_state(&file, &error))?;
-    let notes = from_bytes(saved.notes())
-        .map_err(|_| odd_state(&file, &"it is the saved state of a simulation, not of a run"))?;
+    let saved = Saved::from_bytes(bytes).map_err(|error| invalid_state(&file, &error))?;
+    let notes = from_bytes(saved.notes()).map_err(|_| {
+        invalid_state(&file, &"it is the saved state of a simulation, not of a run")
+    })?;
     Ok(SavedState { file, saved, notes })
 }
 
 /// Refuses rows that do not end at the state: those of another run, or modified ones.
 fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
-    let mut rows = Recording::of_run(path, run)?;
+    let mut rows = Recording::from_run(path, run)?;
     if let Some(changed) = rows.changed_files()?.first() {
         let why = format!("{changed}; --continue needs the unchanged files of the run");
         return Err(Failure::Input(format!("--continue: {why}")));
@@ -184,7 +186,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
             && step.states.iter().map(numbers).eq(saved.states().iter().map(numbers));
         if !is_same {
             let place = rows.place();
-            return Err(odd_state(
+            return Err(invalid_state(
                 &path.with_file_name(STATE),
                 &format!("its state at k = {} is not the last row of {place}", saved.index()),
             ));

@@ -4,7 +4,7 @@ use super::args::ConvertArgs;
 use super::directory::OutputDirectory;
 use super::file_names::directory_of;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, Voice};
+use super::output::{PendingFile, StderrReporter};
 use super::{converted_mesh, input, scenario};
 use std::path::Path;
 use tumble_model::shown;
@@ -20,7 +20,7 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     } else {
         args.mesh.refuse()?;
         let text = scenario::read_text(&args.file)?;
-        (Scene::told(&text, &args.file, flags, &[], &input::bytes)?, None)
+        (Scene::parse_with(&text, &args.file, flags, &[], &input::bytes)?, None)
     };
     let written = written::text(&scene)?;
     if written.len() as u64 > LARGEST_FILE {
@@ -46,10 +46,10 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     let file = PendingFile::create(&directory, name)?;
     file.write(written.as_bytes())?;
     let path = file.publish()?;
-    let mut voice = Voice::new(args.quiet);
+    let mut reporter = StderrReporter::new(args.quiet);
     for note in scene.notes().into_iter().chain(report) {
-        voice.say(&format!("{}\n", shown::line(&note)));
+        reporter.say(&format!("{}\n", shown::line(&note)));
     }
-    voice.say(&format!("wrote {}\n", shown::path(&path)));
-    voice.end(Outcome::Done)
+    reporter.say(&format!("wrote {}\n", shown::path(&path)));
+    reporter.end(Outcome::Done)
 }

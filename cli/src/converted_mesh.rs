@@ -61,7 +61,7 @@ pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Fai
         settings.resolution,
         settings.concavity,
     );
-    let scene = Scene::told(&text, &args.file, flags, &[], &input::bytes)?;
+    let scene = Scene::parse_with(&text, &args.file, flags, &[], &input::bytes)?;
     let report = report(&scene, &mesh, &args.file)?;
     Ok((scene, report))
 }
@@ -71,7 +71,7 @@ fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
     for shape in &scene.model.shapes {
         pieces.extend(shape.pieces()?);
     }
-    let fit = Fit::of(&pieces, mesh)?;
+    let fit = Fit::new(&pieces, mesh)?;
     let corners: usize = pieces.iter().map(|piece| piece.core().vertices().len()).sum();
     Ok(format!(
         "{}: {} pieces with {corners} corners; their volumes add up to {:.4} of the mesh's; they \

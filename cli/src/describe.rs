@@ -10,7 +10,7 @@ use tumble_core::simulation::wild::LARGEST_TURN;
 use tumble_core::simulation::{EnergyGain, Squeeze, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
-use tumble_scene::joints_summary::TautJoint;
+use tumble_scene::joints_summary::StiffJoint;
 use tumble_scene::run_file::heading;
 use tumble_scene::solver_choice::SolverChoice;
 
@@ -27,13 +27,13 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
         shown::number(h)
     );
     text += &ending(scene, run);
-    text += &cast(scene);
+    text += &bodies_and_solver(scene);
     text += &steps(summary);
     if summary.contact_steps() > 0 {
         text += &solved_steps(scene, summary);
     }
-    let asked = scene.contact.as_ref().and_then(SolverChoice::residual);
-    text += &certificates(summary, asked);
+    let requested = scene.contact.as_ref().and_then(SolverChoice::residual);
+    text += &certificates(summary, requested);
     if let Some((index, overlap)) = run.overlap {
         let _ = match overlap {
             0.0 => writeln!(text, "  overlap      none"),
@@ -66,7 +66,7 @@ fn steps(summary: &RunSummary) -> String {
 }
 
 /// Number of bodies and the solver.
-fn cast(scene: &Scene) -> String {
+fn bodies_and_solver(scene: &Scene) -> String {
     let program = scene.contact.as_ref().and_then(SolverChoice::program);
     format!(
         "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
@@ -152,7 +152,7 @@ pub fn too_stiff(scene: &Scene, run: &RunResults) -> String {
     let h = scene.world.time_step();
     // If the step is already divided, the flag would refer to another step.
     let is_divided = scene.changed.iter().any(|name| name == "substeps");
-    let mut joints = run.taut.joints(h);
+    let mut joints = run.stiff_joints.joints(h);
     joints.sort_by(|a, b| b.stiffness.total_cmp(&a.stiffness));
     if joints.is_empty() {
         return String::new();
@@ -161,7 +161,7 @@ pub fn too_stiff(scene: &Scene, run: &RunResults) -> String {
                     hold may vibrate;\n    use the listed time step (--substeps takes shorter steps \
                     and writes as many rows)\n"
         .to_owned();
-    for TautJoint { joint, stiffness, time_step_s } in joints.iter().take(MOST_NAMED) {
+    for StiffJoint { joint, stiffness, time_step_s } in joints.iter().take(MOST_NAMED) {
         let name = scene.joints.get(*joint).map_or("", |name| name);
         let _ = write!(
             text,
@@ -194,9 +194,10 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
     }
     let name = |body: &usize| scene.bodies.get(*body).map_or(String::new(), |of| shown::line(of));
     let names: Vec<_> = failure.unsolved.iter().map(name).collect();
-    match names.is_empty() {
-        true => "no solution was found".to_owned(),
-        false => format!("no solution was found for {}", names.join(", ")),
+    if names.is_empty() {
+        "no solution was found".to_owned()
+    } else {
+        format!("no solution was found for {}", names.join(", "))
     }
 }
 
@@ -262,13 +263,16 @@ fn object(scene: &Scene, of: Partner) -> String {
 }
 
 /// Largest and median residual, and the requested one.
-pub fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
+pub fn certificates(summary: &RunSummary, requested: Option<f64>) -> String {
     let Some((index, residual, part)) = &summary.worst else {
         return String::new();
     };
     let median = summary
         .median_residual()
         .map_or(String::new(), |median| format!("median {median:.1e} m/s outside free flight, "));
-    let asked = asked.map_or(String::new(), |asked| format!(", {asked:e} m/s requested"));
-    format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part}){asked}\n")
+    let requested =
+        requested.map_or(String::new(), |requested| format!(", {requested:e} m/s requested"));
+    format!(
+        "  residual     {median}largest {residual:.1e} m/s at k = {index} ({part}){requested}\n"
+    )
 }

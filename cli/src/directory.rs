@@ -25,7 +25,7 @@ pub struct OutputDirectory {
 }
 
 /// Files of a run in its directory.
-pub struct Claims {
+pub struct OutputClaims {
     /// Names of the files that it writes.
     pub files: Vec<String>,
     /// Names of files that could be mistaken for its own.
@@ -39,9 +39,9 @@ pub struct Claims {
 impl OutputDirectory {
     /// Locks the directory for a run, exclusively. The run may replace and remove files in the
     /// directory's run.json, and other files only with `overwrite`.
-    pub fn for_run(path: &Path, claims: Claims) -> Result<Self, Failure> {
+    pub fn for_run(path: &Path, claims: OutputClaims) -> Result<Self, Failure> {
         let mut directory = Self::claim(path, File::try_lock)?;
-        let Claims { files, alike, overwrite, continues } = claims;
+        let OutputClaims { files, alike, overwrite, continues } = claims;
         if !continues && !overwrite && fs::symlink_metadata(path.join(CHECKPOINT)).is_ok() {
             return Err(is_unfinished(path));
         }

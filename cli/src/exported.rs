@@ -1,6 +1,6 @@
 //! `--export-problems`: writes the contact problem of every step of a run to a file.
 
-use super::directory::{Claims, OutputDirectory, names_in};
+use super::directory::{OutputClaims, OutputDirectory, names_in};
 use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::Scene;
@@ -11,7 +11,7 @@ use tumble_core::world::World;
 use tumble_model::shown;
 
 /// A checked folder for contact problems.
-pub struct Wanted<'a>(&'a Path);
+pub struct ExportPath<'a>(&'a Path);
 
 /// A folder with the problems written so far.
 pub struct Exported {
@@ -24,7 +24,7 @@ pub struct Exported {
 impl Exported {
     /// Checks that the steps of `scene` have contact problems. `out` is the folder of the run's own
     /// files.
-    pub fn check<'a>(path: &'a Path, scene: &Scene, out: &Path) -> Result<Wanted<'a>, Failure> {
+    pub fn check<'a>(path: &'a Path, scene: &Scene, out: &Path) -> Result<ExportPath<'a>, Failure> {
         let refused = |why: &str| {
             Err(Failure::Input(format!("--export-problems {}: {why}", shown::path(path))))
         };
@@ -39,17 +39,21 @@ impl Exported {
             Some(_) if is_same(path, out) => {
                 refused("this is the directory of the run itself; choose another")
             }
-            Some(_) => Ok(Wanted(path)),
+            Some(_) => Ok(ExportPath(path)),
         }
     }
 
     /// Creates the folder. Problems from step `from` on are refused, or removed with `overwrite`.
     /// All problems in the folder must belong to one run.
-    pub fn begin(wanted: Wanted<'_>, from: u64, overwrite: bool) -> Result<Self, Failure> {
+    pub fn begin(
+        path_of_export: ExportPath<'_>,
+        from: u64,
+        overwrite: bool,
+    ) -> Result<Self, Failure> {
         let is_former = |name: &String| index_of(name).is_some_and(|index| index >= from);
-        let alike = names_in(wanted.0).into_iter().filter(is_former).collect();
-        let claims = Claims { files: Vec::new(), alike, overwrite, continues: false };
-        let directory = OutputDirectory::for_run(wanted.0, claims)?;
+        let alike = names_in(path_of_export.0).into_iter().filter(is_former).collect();
+        let claims = OutputClaims { files: Vec::new(), alike, overwrite, continues: false };
+        let directory = OutputDirectory::for_run(path_of_export.0, claims)?;
         let removed = directory.remove_former(&[])?.len();
         Ok(Self { directory, count: 0, removed })
     }

@@ -1,8 +1,8 @@
 //! Names of the files of a run, complete or temporary.
 
 use std::path::Path;
-use tumble_scene::kept::TableForm;
 use tumble_scene::output::tables::Table;
+use tumble_scene::row_selection::TableForm;
 
 pub const ANIMATION: &str = "animation.gif";
 pub const PLOTS: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
@@ -13,7 +13,7 @@ pub const STATE: &str = "state.bin";
 pub const CHECKPOINT: &str = "checkpoint.bin";
 pub const VIEW: &str = "view.html";
 /// Files of a plan in addition to those of a run.
-pub const OF_PLANS: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
+pub const PLAN_FILES: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
 
 /// Name of the export of the tutorial's scene.
 pub const TRAJECTORY: &str = "trajectory";
@@ -27,20 +27,22 @@ pub fn file_of(table: &str, form: TableForm) -> String {
 }
 
 /// Names of all files with rows, with and without compression.
-pub fn of_rows() -> impl Iterator<Item = String> {
+pub fn row_files() -> impl Iterator<Item = String> {
     let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
     names.flat_map(|name| [TableForm::Csv, TableForm::Zstd].map(|form| file_of(name, form)))
 }
 
 /// File name of part `number` of a live run, from 1 on.
-pub fn of_part(number: usize) -> String {
+pub fn part_directory(number: usize) -> String {
     format!("part-{number}.toml")
 }
 
 /// True for the name of a part of a live run.
 pub fn is_part(name: &str) -> bool {
     let number = name.strip_prefix("part-").and_then(|rest| rest.strip_suffix(".toml"));
-    number.and_then(|number| number.parse().ok()).is_some_and(|number| of_part(number) == name)
+    number
+        .and_then(|number| number.parse().ok())
+        .is_some_and(|number| part_directory(number) == name)
 }
 
 /// True if a file with this name is compressed.

@@ -22,7 +22,7 @@ pub fn film(
     interrupt: &AtomicBool,
 ) -> Result<Option<Film>, Failure> {
     let path = recording.steps_file();
-    let every = recording.kept().every;
+    let every = recording.row_selection().every;
     let (mut frames, mut first) = (Frames::new(&path, most), None);
     while let Some(step) = recording.next_step()? {
         if interrupt.load(Ordering::Relaxed) {
@@ -34,7 +34,7 @@ pub fn film(
         if !from_first.is_multiple_of(every) {
             continue;
         }
-        check_contacts(&recording.world, &step).map_err(|why| recording.odd(&why))?;
+        check_contacts(&recording.world, &step).map_err(|why| recording.invalid(&why))?;
         frames.push(step)?;
     }
     let floating = recording.floating();
@@ -157,7 +157,7 @@ mod tests {
     fn frame(count: usize) -> TableStep {
         let world = World::new(tutorial_parameters().unwrap()).unwrap();
         let states = vec![State::from_vector(&SVector::zeros())];
-        let mut step = TableStep::of(&world, &StepRecord { states, ..StepRecord::new() });
+        let mut step = TableStep::new(&world, &StepRecord { states, ..StepRecord::new() });
         let contact = ContactRow {
             body: 0,
             partner: Partner::Ground,
@@ -176,7 +176,7 @@ mod tests {
 
     /// A million rows of a box fit; of a body with a thousand contacts, only some thousand rows do.
     #[test]
-    fn memory_counts_the_contacts() {
+    fn memory_estimate_includes_contacts() {
         let of = |count| memory(&frame(count));
         assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
         let rows = MOST_BYTES / of(1000);

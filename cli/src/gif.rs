@@ -5,7 +5,7 @@ use super::directory::OutputDirectory;
 use super::file_names::ANIMATION;
 use super::film::film;
 use super::outcome::{Failure, Outcome, refuse_flags};
-use super::output::{PendingFile, Voice, progress_bar, target};
+use super::output::{PendingFile, StderrReporter, progress_bar, target};
 use super::recording::Recording;
 use super::signals::raise_on_signals;
 use std::ops::ControlFlow;
@@ -27,12 +27,13 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
         return Ok(Outcome::Interrupted);
     };
     let directory = OutputDirectory::for_pictures(out)?;
-    let mut voice = Voice::new(args.quiet);
-    let outcome = match write(&film, &directory, name, &args.animation, &mut voice, &interrupt)? {
+    let mut reporter = StderrReporter::new(args.quiet);
+    let outcome = match write(&film, &directory, name, &args.animation, &mut reporter, &interrupt)?
+    {
         Outcome::Done if film.has_failed() => Outcome::Unconverged,
         outcome => outcome,
     };
-    voice.end(outcome)
+    reporter.end(outcome)
 }
 
 /// Refuses options and sizes before a simulation of `rows` rows, instead of after it.
@@ -69,11 +70,11 @@ pub fn write(
     out: &OutputDirectory,
     name: &str,
     args: &AnimationArgs,
-    voice: &mut Voice,
+    reporter: &mut StderrReporter,
     interrupt: &AtomicBool,
 ) -> Result<Outcome, Failure> {
     let pending = PendingFile::create(out, name)?;
-    let bar = progress_bar(0, "frames", voice.is_quiet());
+    let bar = progress_bar(0, "frames", reporter.is_quiet());
     let progress = |done, frames| {
         bar.set_length(frames);
         bar.set_position(done);
@@ -92,7 +93,7 @@ pub fn write(
     pending.write(&animation)?;
     let path = pending.publish()?;
     let megabytes = animation.len() as f64 / 1e6;
-    voice.say(&format!("wrote {} ({megabytes:.2} MB)\n", shown::path(&path)));
+    reporter.say(&format!("wrote {} ({megabytes:.2} MB)\n", shown::path(&path)));
     Ok(Outcome::Done)
 }
 

@@ -37,7 +37,7 @@ impl Live {
         check(args)?;
         let is_named_by_file = args.setup.scene.path().is_some();
         let scene = if is_named_by_file { scene } else { scene.with_native_solver() };
-        let program = Program::of_scene(scene, Arc::clone(end));
+        let program = Program::from_scene(scene, Arc::clone(end));
         let program = program.map_err(|why| Failure::Input(format!("--live: {why}")))?;
         let address = args.live.address.unwrap_or((Ipv4Addr::LOCALHOST, 0).into());
         let server = Server::bind(address, program).map_err(|error| cannot_serve(address, &error));
@@ -75,13 +75,13 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     while let Some(step) = recording.next_step()? {
         let index = step.row.index;
         moment = Some((index, step.states));
-        if args.live.at.is_some_and(|wanted| wanted <= index) {
+        if args.live.at.is_some_and(|requested| requested <= index) {
             break;
         }
     }
-    let (index, states) = moment.ok_or_else(|| recording.odd(&"it has no rows"))?;
-    if let Some(wanted) = args.live.at.filter(|wanted| *wanted != index) {
-        let why = format!("{} has no row k = {wanted}; give one of its rows", shown::path(path));
+    let (index, states) = moment.ok_or_else(|| recording.invalid(&"it has no rows"))?;
+    if let Some(requested) = args.live.at.filter(|requested| *requested != index) {
+        let why = format!("{} has no row k = {requested}; give one of its rows", shown::path(path));
         return Err(Failure::setting("at", why));
     }
     let mut model = scene.model.clone();

@@ -143,12 +143,12 @@ pub fn say(text: &str) -> Result<(), Failure> {
 
 /// Output of a command that still has files to write. A closed standard output does not prevent
 /// this.
-pub struct Voice {
+pub struct StderrReporter {
     quiet: bool,
     failure: Option<Failure>,
 }
 
-impl Voice {
+impl StderrReporter {
     pub fn new(quiet: bool) -> Self {
         Self { quiet, failure: None }
     }

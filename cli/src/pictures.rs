@@ -5,7 +5,7 @@ use super::directory::OutputDirectory;
 use super::file_names::{ANIMATION, PLOTS, VIEW};
 use super::film::film;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, Voice};
+use super::output::{PendingFile, StderrReporter};
 use super::plot::{self, PendingPlots};
 use super::recording::Recording;
 use super::{gif, view};
@@ -13,12 +13,12 @@ use std::sync::atomic::AtomicBool;
 
 /// Refuses options and sizes before a simulation of `rows` rows, instead of after it.
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
-    for (flag, asked, picture, most) in [
+    for (flag, requested, picture, most) in [
         ("--gif", args.pictures.gif, "an animation", gif::MOST_ROWS),
         ("--plot", args.pictures.plot, "a plot", plot::MOST_ROWS),
         ("--html", args.pictures.html, "a page", view::MOST_ROWS),
     ] {
-        if asked && rows > most as u64 {
+        if requested && rows > most as u64 {
             let why = format!("{flag}: {picture} can have at most {most} rows");
             return Err(Failure::Input(why));
         }
@@ -54,7 +54,7 @@ impl Pictures {
         self,
         open: impl FnOnce() -> Result<Recording<'a>, Failure>,
         animated: Option<(&SimulateArgs, &OutputDirectory)>,
-        voice: &mut Voice,
+        reporter: &mut StderrReporter,
         interrupt: &AtomicBool,
     ) -> Result<bool, Failure> {
         let Self { plots, page } = self;
@@ -65,15 +65,15 @@ impl Pictures {
         let Some(film) = film(open()?, usize::MAX, interrupt)? else { return Ok(false) };
         if let Some(plots) = plots {
             let Some(written) = plots.write(&film, 0, interrupt)? else { return Ok(false) };
-            voice.say(&plot::describe(&written));
+            reporter.say(&plot::describe(&written));
         }
         if let Some(page) = page {
             let Some(written) = view::write(page, &[&film], interrupt)? else { return Ok(false) };
-            voice.say(&written);
+            reporter.say(&written);
         }
         if let Some((args, out)) = animated {
             let made =
-                gif::write(&film, out, ANIMATION, &args.pictures.animation, voice, interrupt)?;
+                gif::write(&film, out, ANIMATION, &args.pictures.animation, reporter, interrupt)?;
             return Ok(!matches!(made, Outcome::Interrupted));
         }
         Ok(true)

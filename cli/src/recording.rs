@@ -14,8 +14,8 @@ use tumble_core::solver::native;
 use tumble_core::world::World;
 use tumble_model::names::FileKind;
 use tumble_model::shown;
-use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::{Streams, Table, TableStep, TablesReader};
+use tumble_scene::row_selection::{RowSelection, TableForm};
 use tumble_scene::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
 
 /// Files of a run being read.
@@ -47,11 +47,11 @@ impl<'a> Recording<'a> {
             ))
         })?;
         refuse_another_file(path, run.kept.form)?;
-        Self::of_run(path, run)
+        Self::from_run(path, run)
     }
 
     /// Opens the files of `run` through one of them, `path`.
-    pub fn of_run(path: &'a Path, run: RunFile) -> Result<Self, Failure> {
+    pub fn from_run(path: &'a Path, run: RunFile) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
         let wrong = |failure: Failure| match failure {
             Failure::Setting { name, why } => {
@@ -75,16 +75,17 @@ impl<'a> Recording<'a> {
             gears: some(Table::Gears, tied.1)?,
             ends: some(Table::Ends, 1)?,
         };
-        let rows = TablesReader::of_some(streams, world.bodies().len(), tied.0, tied.1)
-            .map_err(|error| odd_tables(path, &error))?
-            .from_index(run.start_index)
-            .every(kept.every);
+        let rows =
+            TablesReader::with_optional_tables(streams, world.bodies().len(), tied.0, tied.1)
+                .map_err(|error| invalid_tables(path, &error))?
+                .from_index(run.start_index)
+                .every(kept.every);
         Ok(Self { path, rows, run, world, loads, courses })
     }
 
     /// Reads the next step and checks its time and states; `None` after the last.
     pub fn next_step(&mut self) -> Result<Option<TableStep>, Failure> {
-        let step = self.rows.next_step().map_err(|error| odd_tables(self.path, &error))?;
+        let step = self.rows.next_step().map_err(|error| invalid_tables(self.path, &error))?;
         if let Some(step) = &step {
             self.check_time(step)?;
             self.check_states(step)?;
@@ -105,7 +106,7 @@ impl<'a> Recording<'a> {
             return Ok(());
         }
         let [time, h] = [time, h].map(shown::number);
-        Err(self.odd(&format!(
+        Err(self.invalid(&format!(
             "step {index} has t_s = {time}, which does not fit a time step of {h} s"
         )))
     }
@@ -124,7 +125,7 @@ impl<'a> Recording<'a> {
             let norm = state.attitude.norm();
             if (norm - 1.0).abs() > limit {
                 let (index, norm) = (step.row.index, shown::number(norm));
-                return Err(self.odd(&format!(
+                return Err(self.invalid(&format!(
                     "step {index}, {name}: norm of the attitude quaternion is {norm}; allowed: 1 \
                      to within {limit:e}"
                 )));
@@ -133,16 +134,16 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Index of the body with the name `wanted`, or else with this number. Default is the first.
-    pub fn body(&self, wanted: Option<&str>) -> Result<usize, Failure> {
-        let Some(wanted) = wanted else { return Ok(0) };
+    /// Index of the body with the name `requested`, or else with this number. Default is the first.
+    pub fn body(&self, requested: Option<&str>) -> Result<usize, Failure> {
+        let Some(requested) = requested else { return Ok(0) };
         let bodies = self.run.bodies();
-        let named = bodies.iter().position(|name| *name == wanted);
-        let numbered = || wanted.parse().ok().filter(|index| *index < bodies.len());
+        let named = bodies.iter().position(|name| *name == requested);
+        let numbered = || requested.parse().ok().filter(|index| *index < bodies.len());
         named.or_else(numbered).ok_or_else(|| {
             Failure::Input(format!(
                 "--body: unknown body {}; give a name, for example {}, or a number from 0 to {}",
-                shown::line(wanted),
+                shown::line(requested),
                 bodies[0],
                 bodies.len() - 1
             ))
@@ -150,7 +151,7 @@ impl<'a> Recording<'a> {
     }
 
     /// Selection of rows in the files.
-    pub fn kept(&self) -> KeptSteps {
+    pub fn row_selection(&self) -> RowSelection {
         self.run.kept.clone()
     }
 
@@ -168,8 +169,8 @@ impl<'a> Recording<'a> {
     }
 
     /// Failure to read the tables.
-    pub fn odd(&self, why: &dyn std::fmt::Display) -> Failure {
-        odd_tables(self.path, why)
+    pub fn invalid(&self, why: &dyn std::fmt::Display) -> Failure {
+        invalid_tables(self.path, why)
     }
 
     /// Directory of the tables, for messages.
@@ -214,20 +215,20 @@ impl<'a> Recording<'a> {
 
     /// File with a row for each step.
     pub fn steps_file(&self) -> PathBuf {
-        self.path.with_file_name(file_of(Table::Steps.name(), self.kept().form))
+        self.path.with_file_name(file_of(Table::Steps.name(), self.row_selection().form))
     }
 }
 
 /// Reads the run.json at `path`; `missing` is the failure if there is none.
 pub fn run_file(path: &Path, missing: impl FnOnce() -> Failure) -> Result<RunFile, Failure> {
     match input::text(path, run_file::LARGEST_FILE) {
-        Ok(text) => RunFile::of_text(&text, path),
+        Ok(text) => RunFile::from_text(&text, path),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Err(missing()),
         Err(error) => Err(Failure::Input(format!("{} cannot be read: {error}", shown::path(path)))),
     }
 }
 
-fn odd_tables(file: &Path, why: &dyn std::fmt::Display) -> Failure {
+fn invalid_tables(file: &Path, why: &dyn std::fmt::Display) -> Failure {
     let folder = shown::path(directory_of(None, file));
     Failure::Input(format!("the tables in {folder} cannot be read: {why}"))
 }
@@ -274,12 +275,13 @@ fn refuse_another_file(file: &Path, form: TableForm) -> Result<(), Failure> {
 /// does not have it, the solver's name must be known.
 fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
     if let Some(accepted) = settings.accepted_residual_m_s {
-        return match accepted >= 0.0 {
-            true => Ok(accepted),
-            false => Err(format!(
+        return if accepted >= 0.0 {
+            Ok(accepted)
+        } else {
+            Err(format!(
                 "solver.accepted_residual_m_s is {}; allowed: 0 or more",
                 shown::number(accepted)
-            )),
+            ))
         };
     }
     // Steps of several bodies that an earlier version solved by Ipopt have the ladder's limit, even

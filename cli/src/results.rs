@@ -6,7 +6,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::step::StepSolution;
 use tumble_core::world::World;
-use tumble_scene::joints_summary::{JointsSummary, Taut};
+use tumble_scene::joints_summary::{JointsSummary, StiffJointReport};
 use tumble_scene::run_file::RunEnd;
 
 /// Outcome in a checkpoint's run.json.
@@ -44,16 +44,16 @@ pub struct RunResults {
     /// Largest errors of joints; `None` without joints.
     pub joints: Option<JointsSummary>,
     /// Joints that are too stiff for the time step.
-    pub taut: Taut,
+    pub stiff_joints: StiffJointReport,
 }
 
 impl RunResults {
     /// Creates the results of a run of `scene` before its first step.
     pub fn new(scene: &Scene) -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
-        let taut = Taut::default();
+        let stiff_joints = StiffJointReport::default();
         let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
-        Self { end: RunOutcome::Complete, summary, elapsed, overlap: None, joints, taut }
+        Self { end: RunOutcome::Complete, summary, elapsed, overlap: None, joints, stiff_joints }
     }
 
     /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
@@ -68,7 +68,7 @@ impl RunResults {
             joints.add_residual(record.certificate.joint, record.certificate.joint_law);
             joints.add_stiffness(record.stiffness);
             let StepSolution { joints, gears, .. } = &record.solution;
-            self.taut.add(world, &record.states, joints, gears, record.stiffness);
+            self.stiff_joints.add(world, &record.states, joints, gears, record.stiffness);
         }
     }
 
@@ -80,7 +80,7 @@ impl RunResults {
             seconds: self.elapsed.as_secs_f64(),
             largest_overlap: self.overlap.map_or(0.0, |(_, overlap)| overlap),
             joints: self.joints,
-            taut: &self.taut,
+            stiff_joints: &self.stiff_joints,
         }
     }
 }

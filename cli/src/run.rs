@@ -53,10 +53,10 @@ pub fn run(
             RecordBuffers::new(scope, writer, checkpoints, (CHUNK / scene.bodies.len()).max(1));
         while left > 0 && run.end == RunOutcome::Complete {
             let Some(mut page) = pages.empty() else { break };
-            let wanted = page.records.len();
-            let wanted = usize::try_from(left).map_or(wanted, |left| left.min(wanted));
+            let requested = page.records.len();
+            let requested = usize::try_from(left).map_or(requested, |left| left.min(requested));
             let clock = Instant::now();
-            while page.count < wanted && run.end == RunOutcome::Complete {
+            while page.count < requested && run.end == RunOutcome::Complete {
                 run.end = advance(scene, simulation, interrupt, &mut page.records[page.count])?;
                 page.count += usize::from(run.end == RunOutcome::Complete);
             }
@@ -71,7 +71,7 @@ pub fn run(
             left -= page.count as u64;
             if checkpoints.is_some_and(|to| last_checkpoint.elapsed() >= to.every) {
                 page.checkpoint =
-                    Some((simulation.save(), ContinuedNotes::of(&run, RowsSoFar::default())));
+                    Some((simulation.save(), ContinuedNotes::new(&run, RowsSoFar::default())));
                 last_checkpoint = Instant::now();
             }
             pages.write(page);

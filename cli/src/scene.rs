@@ -16,17 +16,17 @@ use tumble_scene::tutorial::CubeChanges;
 const MANY_POINTS: usize = 100;
 
 /// Creates and checks the scene.
-pub fn of_args(args: &SetupArgs) -> Result<Scene, Failure> {
-    let (flags, cube) = (of_flags(args), of_cube(args)?);
+pub fn from_args(args: &SetupArgs) -> Result<Scene, Failure> {
+    let (flags, cube) = (settings_from_flags(args), cube_changes(args)?);
     let scene = match args.scene.path() {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
-            Scene::of_tutorial(name, flags, cube)?
+            Scene::from_tutorial(name, flags, cube)?
         }
         Some(path) => {
             cube.refuse("a scene file, which describes its bodies")?;
             let text = scenario::read_text(path)?;
-            let scene = Scene::told(&text, path, flags, &args.given(), &input::bytes)?;
+            let scene = Scene::parse_with(&text, path, flags, &args.given(), &input::bytes)?;
             let large = run_file::refuse_large(&scene.model);
             large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
             scene
@@ -69,7 +69,7 @@ pub fn note(scene: &Scene, args: &SetupArgs) -> Option<String> {
 }
 
 /// Settings from the flags of a simulation.
-fn of_flags(args: &SetupArgs) -> Settings {
+fn settings_from_flags(args: &SetupArgs) -> Settings {
     let physics = &args.physics;
     Settings {
         steps: args.scene.steps,
@@ -96,7 +96,7 @@ fn of_flags(args: &SetupArgs) -> Settings {
 }
 
 /// Changes of the tutorial's cube from the flags of a simulation.
-fn of_cube(args: &SetupArgs) -> Result<CubeChanges, Failure> {
+fn cube_changes(args: &SetupArgs) -> Result<CubeChanges, Failure> {
     let (physics, start) = (&args.physics, &args.start);
     Ok(CubeChanges {
         mass: physics.mass,

@@ -4,12 +4,12 @@ use super::args::SimulateArgs;
 use super::checkpoint::{CheckpointWriter, ContinuedNotes, state_bytes};
 use super::continued::Continued;
 use super::describe::describe;
-use super::directory::{self, Claims, OutputDirectory};
-use super::exported::{Exported, Wanted};
+use super::directory::{self, OutputClaims, OutputDirectory};
+use super::exported::{ExportPath, Exported};
 use super::file_names::{self, RUN_JSON, STATE};
 use super::live::{self, Live, Played};
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, Voice};
+use super::output::{PendingFile, StderrReporter};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
 use super::results::{RunOutcome, RunResults, UNFINISHED};
@@ -24,8 +24,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_core::simulation::Simulation;
 use tumble_model::shown;
-use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::Table;
+use tumble_scene::row_selection::RowSelection;
 use tumble_scene::run_file::RunFile;
 
 /// Runs the default command. A live run is played before its files are opened, and then computed
@@ -36,22 +36,22 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&prepared.interrupt)?;
     let out = prepared.claim_directory()?;
     let parts = prepared.play(&out)?;
-    let mut voice = Voice::new(args.output.quiet);
-    prepared.say_notes(&mut voice);
+    let mut reporter = StderrReporter::new(args.output.quiet);
+    prepared.say_notes(&mut reporter);
     let mut files = RunFiles::open(&mut prepared, parts, &out)?;
     let run = match prepared.simulate(&mut files) {
         Ok(run) => run,
         Err(failure) => return Err(left_to_continue(failure, files.writer, args.out())),
     };
     let WrittenRun { run_file, states, pictures, text } = files.publish(&prepared, &run)?;
-    voice.say(&text);
+    reporter.say(&text);
     // An interrupt of the run does not affect its pictures, but a later one does.
     prepared.interrupt.store(false, Ordering::Relaxed);
     let animated = args.pictures.gif && run.end != RunOutcome::Interrupted;
     let animated = animated.then_some((args, &out));
-    let open = || Recording::of_run(&states, run_file);
-    let drawn = pictures.draw(open, animated, &mut voice, &prepared.interrupt)?;
-    voice.end(match run.end {
+    let open = || Recording::from_run(&states, run_file);
+    let drawn = pictures.draw(open, animated, &mut reporter, &prepared.interrupt)?;
+    reporter.end(match run.end {
         RunOutcome::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,
         RunOutcome::Stopped => Outcome::Unconverged,
@@ -66,8 +66,8 @@ struct Prepared<'a> {
     interrupt: Arc<AtomicBool>,
     scene: Scene,
     simulation: Simulation<'static>,
-    kept: KeptSteps,
-    exported: Option<Wanted<'a>>,
+    kept: RowSelection,
+    exported: Option<ExportPath<'a>>,
     /// The earlier run that this one continues.
     continued: Option<Continued<'a>>,
     /// The live run that is still to be played.
@@ -84,7 +84,7 @@ impl<'a> Prepared<'a> {
                 (scene, Some(continued))
             }
             None => {
-                (live::taken_over(args)?.map_or_else(|| scene::of_args(&args.setup), Ok)?, None)
+                (live::taken_over(args)?.map_or_else(|| scene::from_args(&args.setup), Ok)?, None)
             }
         };
         let mut live = None;
@@ -96,7 +96,9 @@ impl<'a> Prepared<'a> {
         let exported = args.output.export_problems.as_deref();
         let exported =
             exported.map(|path| Exported::check(path, &scene, args.out())).transpose()?;
-        let kept = continued.as_ref().map_or_else(|| args.kept(), |run| run.kept().clone());
+        let kept = continued
+            .as_ref()
+            .map_or_else(|| args.row_selection(), |run| run.row_selection().clone());
         check_kept(args, &kept)?;
         let time_step = scene.world.time_step();
         pictures::check(args, kept.rows(scene.rows), kept.every as f64 * time_step)?;
@@ -121,9 +123,9 @@ impl<'a> Prepared<'a> {
         // How many parts a live run has is not known before its end.
         let parts = directory::names_in(out).into_iter();
         let parts = parts.filter(|name| self.live.is_some() && file_names::is_part(name));
-        let claims = Claims {
+        let claims = OutputClaims {
             files: self.names(),
-            alike: file_names::of_rows().chain(parts).collect(),
+            alike: file_names::row_files().chain(parts).collect(),
             overwrite: self.args.output.overwrite,
             continues: self.args.continued.as_deref() == Some(out),
         };
@@ -140,7 +142,7 @@ impl<'a> Prepared<'a> {
         self.simulation = scene.simulation(&self.interrupt)?;
         self.scene = scene;
         let written = parts.iter().enumerate().map(|(index, text)| {
-            let file = PendingFile::create(out, &file_names::of_part(index + 1))?;
+            let file = PendingFile::create(out, &file_names::part_directory(index + 1))?;
             file.write(text.as_bytes())?;
             Ok(file)
         });
@@ -148,12 +150,12 @@ impl<'a> Prepared<'a> {
     }
 
     /// Prints notes on the scene.
-    fn say_notes(&self, voice: &mut Voice) {
+    fn say_notes(&self, reporter: &mut StderrReporter) {
         if let Some(note) = scene::note(&self.scene, &self.args.setup) {
-            voice.say(&note);
+            reporter.say(&note);
         }
         for note in self.scene.notes() {
-            voice.say(&format!("{}\n", shown::line(&note)));
+            reporter.say(&format!("{}\n", shown::line(&note)));
         }
     }
 
@@ -161,7 +163,7 @@ impl<'a> Prepared<'a> {
     fn simulate(&mut self, files: &mut RunFiles<'_>) -> Result<RunResults, Failure> {
         let Self { args, scene, simulation, kept, interrupt, continued, .. } = self;
         let run = continued.take().map_or_else(|| RunResults::new(scene), Continued::into_run);
-        let mut run_file = RunFile::of(scene, &RunResults::new(scene).ended())?;
+        let mut run_file = RunFile::new(scene, &RunResults::new(scene).ended())?;
         (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
         let run_json = run_file.text()?;
         let directory = files.out;
@@ -206,8 +208,9 @@ impl<'a> RunFiles<'a> {
     ) -> Result<Self, Failure> {
         let Prepared { args, scene, simulation, kept, exported, continued, .. } = prepared;
         let from = continued.as_ref().map_or(0, |_| simulation.index());
-        let exported =
-            exported.take().map(|wanted| Exported::begin(wanted, from, args.output.overwrite));
+        let exported = exported
+            .take()
+            .map(|path_of_export| Exported::begin(path_of_export, from, args.output.overwrite));
         let exported = exported.transpose()?;
         let written = continued.as_ref().map(Continued::written);
         let writer = RunWriter::create(scene, kept, out, written)?;
@@ -221,12 +224,12 @@ impl<'a> RunFiles<'a> {
     fn publish(self, prepared: &Prepared<'_>, run: &RunResults) -> Result<WrittenRun, Failure> {
         let Prepared { args, scene, simulation, kept, .. } = prepared;
         let WrittenFiles { mut files, checksums, before_end } = self.writer.finish()?;
-        let mut run_file = RunFile::of(scene, &run.ended())?;
+        let mut run_file = RunFile::new(scene, &run.ended())?;
         (run_file.kept, run_file.checksums) = (kept.clone(), checksums);
         run_file.files = prepared.names();
         run_file.files.extend(self.parts.iter().map(PendingFile::name));
         self.run_json.write(run_file.text()?.as_bytes())?;
-        let notes = ContinuedNotes::of(run, before_end);
+        let notes = ContinuedNotes::new(run, before_end);
         self.state.write(&state_bytes(simulation.save(), &notes)?)?;
         files.extend([self.run_json, self.state]);
         files.extend(self.parts);
@@ -257,7 +260,7 @@ fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure 
 }
 
 /// Refuses the table ends for a run with all rows.
-fn check_kept(args: &SimulateArgs, kept: &KeptSteps) -> Result<(), Failure> {
+fn check_kept(args: &SimulateArgs, kept: &RowSelection) -> Result<(), Failure> {
     let asks_for_ends = args.output.tables.iter().flatten().any(|table| *table == Table::Ends);
     if asks_for_ends && kept.every <= 1 {
         let why = "the table ends needs a run that omits rows; add --every or --substeps";

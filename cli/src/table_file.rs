@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Cursor, IntoInnerError, Read, Write};
 use std::path::Path;
-use tumble_scene::kept::TableForm;
+use tumble_scene::row_selection::TableForm;
 use tumble_scene::run_file::Summed;
 use zstd::Decoder;
 use zstd::bulk::compress;

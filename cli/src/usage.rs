@@ -121,7 +121,7 @@ fn late_command(
     let late = &arguments.windows(2).find(is_late)?[1];
     let [first, late] = [arguments.first()?, late].map(|word| word.to_string_lossy());
     first.starts_with('-').then(|| {
-        format!("{first} stands before the command {late}; write tumble {late}, then its options")
+        format!("{first} is before the command {late}; write tumble {late}, then its options")
     })
 }
 

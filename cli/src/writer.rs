@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
-use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::{StepRow, Streams, Table, TablesWriter};
 use tumble_scene::output::trajectory::TrajectoryWriter;
+use tumble_scene::row_selection::RowSelection;
 use tumble_scene::run_file::Checksums;
 
 /// Writes the rows of a run to temporary files, which are renamed at the end.
@@ -59,7 +59,7 @@ impl RunWriter {
     /// copies the rows of an earlier run, `written`.
     pub fn create(
         scene: &Scene,
-        kept: &KeptSteps,
+        kept: &RowSelection,
         out: &OutputDirectory,
         written: Option<Written<'_>>,
     ) -> Result<Self, Failure> {
@@ -92,7 +92,7 @@ impl RunWriter {
             TablesWriter::new(streams, world).map_err(|error| files[0].failed(&error))?
         };
         let open = written.and_then(|written| written.rows.open.clone());
-        let tables = tables.goes_on(open).driven(scene.courses.clone()).every(every, first);
+        let tables = tables.continue_from(open).driven(scene.courses.clone()).every(every, first);
         let trajectory = trajectory.map(|stream| {
             let rows = if goes_on {
                 TrajectoryWriter::after(stream, world)
@@ -106,7 +106,7 @@ impl RunWriter {
     }
 
     /// Names of the files that [`RunWriter::create`] opens.
-    pub fn names(scene: &Scene, kept: &KeptSteps) -> Vec<String> {
+    pub fn names(scene: &Scene, kept: &RowSelection) -> Vec<String> {
         let tables = Table::ALL.into_iter().filter(|table| has(scene, kept, *table));
         let names = tables.map(Table::name).chain(scene.trajectory.then_some(TRAJECTORY));
         names.map(|name| file_of(name, kept.form)).collect()
@@ -196,7 +196,7 @@ pub fn publish(
 }
 
 /// True if a run of `scene` with the selection `kept` has the table.
-fn has(scene: &Scene, kept: &KeptSteps, table: Table) -> bool {
+fn has(scene: &Scene, kept: &RowSelection, table: Table) -> bool {
     kept.has(table)
         && match table {
             Table::Joints => !scene.joints.is_empty(),

@@ -10,9 +10,9 @@ use tumble_core::step::StepStatus;
 /// Numbers before those of the bodies.
 pub const HEAD: usize = 20;
 /// Numbers of a body: position (m) and attitude (w, x, y, z).
-pub const OF_BODY: usize = 7;
+pub const NUMBERS_OF_BODY: usize = 7;
 /// Numbers of a contact: body, partner, point (m), normal, force (N), slip (m/s), friction.
-pub const OF_CONTACT: usize = 15;
+pub const NUMBERS_OF_CONTACT: usize = 15;
 
 /// Appends the present moment to `numbers`: head with the body in a `hand`, bodies, and contacts on
 /// request.
@@ -63,7 +63,7 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
             numbers.extend(vectors.iter().flat_map(|vector| vector.iter().copied()));
             numbers.push(contact.law.friction);
         }
-        numbers[start + 12] = ((numbers.len() - before) / OF_CONTACT) as f64;
+        numbers[start + 12] = ((numbers.len() - before) / NUMBERS_OF_CONTACT) as f64;
     }
 }
 

@@ -12,17 +12,17 @@ const MOST_KEPT_BEFORE: usize = 600;
 const MOST_STATES: usize = 1000;
 
 /// A kept state.
-pub struct Kept {
+pub struct SavedState {
     /// The simulation.
     pub saved: Saved,
     /// Counts of the steps before.
     pub summary: RunSummary,
 }
 
-/// Kept states, the oldest first. Many bodies have fewer states, at shorter intervals.
+/// States kept for the way back, the oldest first. Many bodies have fewer states, at shorter intervals.
 #[derive(Default)]
 pub struct History {
-    kept: VecDeque<Kept>,
+    states: VecDeque<SavedState>,
 }
 
 impl History {
@@ -30,32 +30,32 @@ impl History {
     pub fn store(&mut self, simulation: &Simulation<'_>, summary: &RunSummary) {
         let bodies = simulation.states().len();
         let every = if bodies <= 4 { 64 } else { 8 };
-        let last = self.kept.back().map(|kept| kept.saved.index());
+        let last = self.states.back().map(|kept| kept.saved.index());
         if last.is_some_and(|last| simulation.index() < last + every) {
             return;
         }
-        self.kept.push_back(Kept { saved: simulation.save(), summary: summary.clone() });
+        self.states.push_back(SavedState { saved: simulation.save(), summary: summary.clone() });
         let most = (MOST_KEPT / bodies.max(1)).clamp(2, MOST_STATES);
-        while self.kept.len() > most {
-            self.kept.pop_front();
+        while self.states.len() > most {
+            self.states.pop_front();
         }
     }
 
     /// Last state before step `index`, or the first of all if that is at `index`.
-    pub fn before(&self, index: u64) -> Option<&Kept> {
-        let earlier = self.kept.iter().rev().find(|kept| kept.saved.index() < index);
-        earlier.or_else(|| self.kept.front().filter(|kept| kept.saved.index() == index))
+    pub fn before(&self, index: u64) -> Option<&SavedState> {
+        let earlier = self.states.iter().rev().find(|kept| kept.saved.index() < index);
+        earlier.or_else(|| self.states.front().filter(|kept| kept.saved.index() == index))
     }
 
     /// Forgets all but the last states of a simulation of as many `bodies`.
     pub fn shorten(&mut self, bodies: usize) {
         let most = (MOST_KEPT_BEFORE / bodies.max(1)).clamp(2, MOST_STATES);
-        let surplus = self.kept.len().saturating_sub(most);
-        self.kept.drain(..surplus);
+        let surplus = self.states.len().saturating_sub(most);
+        self.states.drain(..surplus);
     }
 
     /// Forgets the states after step `index`.
     pub fn forget_after(&mut self, index: u64) {
-        self.kept.retain(|kept| kept.saved.index() <= index);
+        self.states.retain(|kept| kept.saved.index() <= index);
     }
 }

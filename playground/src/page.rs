@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_is_whole_and_no_part_ends_its_element() {
+    fn playground_page_is_complete_and_closes_no_element_early() {
         let page = page(b"\0asm").unwrap();
         for mark in ["  // STAGE\n", "  // OVERLAYS\n"] {
             assert_eq!(SCENE.matches(mark).count(), 1);

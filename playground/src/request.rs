@@ -109,10 +109,10 @@ impl Program {
     /// Program in which a scene is open. Once `end` is true, it takes no more steps.
     ///
     /// # Errors
-    /// A scene that no text can hold, see [`Session::of_scene`].
-    pub fn of_scene(scene: Scene, end: Arc<AtomicBool>) -> Result<Self, String> {
+    /// A scene that no text can hold, see [`Session::from_scene`].
+    pub fn from_scene(scene: Scene, end: Arc<AtomicBool>) -> Result<Self, String> {
         let title = scene.name.clone();
-        let session = Session::of_scene(scene)?;
+        let session = Session::from_scene(scene)?;
         let first = First { title, text: session.text().to_owned() };
         let origin = Some(session.restarted()?);
         let parts = Parts::recorded();
@@ -336,7 +336,7 @@ fn drawing(session: &Session) -> Result<String, Failure> {
     let scene = session.scene();
     let mut end = StepRecord::new();
     session.simulation().end(&mut end);
-    let frames = vec![TableStep::of(&scene.world, &end)];
+    let frames = vec![TableStep::new(&scene.world, &end)];
     let floating = scene.contact.is_none();
     let mut film = Film::new(&scene.world, &scene.model, floating, frames)?;
     // A recorded run hides a ground that its bodies do not reach. Here they may still fall to it.

@@ -43,7 +43,7 @@ const FILES: [(&str, &[u8]); 1] =
 /// # Errors
 /// The first fault of the text, as on the command line.
 pub fn read(text: &str) -> Result<Scene, Failure> {
-    let scene = Scene::of_text(text, Path::new(PLACE), Settings::default(), &file)?;
+    let scene = Scene::from_text(text, Path::new(PLACE), Settings::default(), &file)?;
     run_file::refuse_large(&scene.model)?;
     Ok(scene)
 }

@@ -45,7 +45,7 @@ impl Session {
     ///
     /// # Errors
     /// A scene that no text can hold, or that asks for Ipopt.
-    pub fn of_scene(scene: Scene) -> Result<Self, String> {
+    pub fn from_scene(scene: Scene) -> Result<Self, String> {
         if scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt) {
             return Err("the scene names Ipopt; a live run has the native solver".to_owned());
         }
@@ -54,10 +54,10 @@ impl Session {
 
     /// Session that continues this one with a text of the page.
     pub(crate) fn continued(&self, text: String) -> Result<Self, String> {
-        Ok(Self { earlier: self.unsolved(), ..Self::of(text, true)? })
+        Ok(Self { earlier: self.unsolved(), ..Self::from_text(text, true)? })
     }
 
-    fn of(text: String, is_own: bool) -> Result<Self, String> {
+    fn from_text(text: String, is_own: bool) -> Result<Self, String> {
         let scene = scenes::read(&text).map_err(|failure| failure.to_string())?;
         Self::new(text, scene, is_own)
     }
@@ -105,7 +105,7 @@ impl Session {
     /// # Errors
     /// Never for a text that was opened.
     pub fn restarted(&self) -> Result<Self, String> {
-        Self::of(self.text.clone(), self.is_own)
+        Self::from_text(self.text.clone(), self.is_own)
     }
 
     /// Goes back by one step. Pulls after it are forgotten.
@@ -114,14 +114,14 @@ impl Session {
     /// The first step that is kept.
     pub fn back(&mut self) -> Result<(), String> {
         let first = || "There is no earlier step: older ones are not kept.".to_owned();
-        let wanted = self.simulation.index().checked_sub(1).ok_or_else(first)?;
-        let kept = self.history.before(wanted).ok_or_else(first)?;
+        let previous = self.simulation.index().checked_sub(1).ok_or_else(first)?;
+        let kept = self.history.before(previous).ok_or_else(first)?;
         self.simulation.restore(&kept.saved).map_err(|error| error.to_string())?;
         self.summary = kept.summary.clone();
         self.has_step = false;
         self.history.forget_after(self.simulation.index());
-        self.pulls.forget_from(wanted);
-        while self.simulation.index() < wanted {
+        self.pulls.forget_from(previous);
+        while self.simulation.index() < previous {
             self.advance()?;
         }
         Ok(())

@@ -8,7 +8,7 @@ use tumble_core::mechanics::State;
 use tumble_core::simulation::StepRecord;
 use tumble_playground::change::{Change, NewShape};
 use tumble_playground::export;
-use tumble_playground::frame::{HEAD, OF_BODY, OF_CONTACT};
+use tumble_playground::frame::{HEAD, NUMBERS_OF_BODY, NUMBERS_OF_CONTACT};
 use tumble_playground::pull::Hand;
 use tumble_playground::request::Program;
 use tumble_playground::scenes::{self, SCENES};
@@ -176,7 +176,7 @@ fn hard_throws_at_extreme_friction_stay_counted_and_finite() {
 }
 
 #[test]
-fn odd_values_are_refused_and_change_nothing() {
+fn invalid_values_are_rejected_and_change_nothing() {
     let session = Session::open(SCENES[1].text).unwrap();
     for change in [
         Change::Friction(-1.0),
@@ -217,7 +217,7 @@ fn answer_to(program: &mut Program, hand: Hand, request: &Value) -> Value {
 /// A live run of the tower, with a residual in its file.
 fn live() -> Program {
     let text = format!("{}\n[solver]\nname = \"native\"\nresidual = 1e-7\n", SCENES[5].text);
-    Program::of_scene(scenes::read(&text).unwrap(), Arc::default()).unwrap()
+    Program::from_scene(scenes::read(&text).unwrap(), Arc::default()).unwrap()
 }
 
 #[test]
@@ -229,7 +229,7 @@ fn two_windows_pull_two_bodies_and_the_record_has_both_pulls() {
     }
     let heights = |program: &mut Program, hand: Hand| {
         answer_to(program, hand, &json!({ "do": "step", "count": 1, "contacts": false }));
-        [9, 8].map(|body| program.numbers[HEAD + body * OF_BODY + 2])
+        [9, 8].map(|body| program.numbers[HEAD + body * NUMBERS_OF_BODY + 2])
     };
     let start = heights(&mut program, 1);
     assert_eq!(program.numbers[13], 9.0, "the body in the first hand");
@@ -284,7 +284,8 @@ fn a_change_ends_a_part_of_the_record_and_nothing_is_lost() {
     assert_eq!(rows, [41, 6]);
     let end = run(&program.parts()[0], 40);
     let end: Vec<_> = end.iter().flat_map(|state| state.position.iter().copied()).collect();
-    let shown: Vec<_> = before.chunks(OF_BODY).flat_map(|body| body[..3].to_vec()).collect();
+    let shown: Vec<_> =
+        before.chunks(NUMBERS_OF_BODY).flat_map(|body| body[..3].to_vec()).collect();
     assert_eq!(end, shown, "a part repeats its steps");
     for text in program.parts() {
         let contact = scenes::read(text).unwrap().contact.unwrap();
@@ -302,7 +303,7 @@ fn a_live_run_refuses_a_file_that_names_ipopt() {
         Err(failure) => return assert!(failure.to_string().contains("Ipopt"), "{failure}"),
     };
     scene.contact = Some(ipopt);
-    let refused = Program::of_scene(scene, Arc::default()).err().unwrap();
+    let refused = Program::from_scene(scene, Arc::default()).err().unwrap();
     assert!(refused.contains("Ipopt"), "{refused}");
 }
 
@@ -311,21 +312,22 @@ fn requests_have_the_answers_that_the_page_reads() {
     let mut program = Program::default();
     let list = answer(&mut program, &json!({ "do": "scenes" }));
     assert_eq!(list["scenes"].as_array().unwrap().len(), SCENES.len());
-    for odd in
+    for invalid in
         [json!({ "do": "step", "count": 1, "contacts": true }), json!({ "do": "dance" }), json!(3)]
     {
-        assert!(answer(&mut program, &odd)["error"].is_string(), "{odd}");
+        assert!(answer(&mut program, &invalid)["error"].is_string(), "{invalid}");
     }
     let opened = answer(&mut program, &json!({ "do": "open", "text": SCENES[5].text }));
     assert_eq!(opened["film"]["bodies"].as_array().unwrap().len(), 10);
-    assert_eq!(program.numbers.len(), HEAD + 10 * OF_BODY);
+    assert_eq!(program.numbers.len(), HEAD + 10 * NUMBERS_OF_BODY);
     answer(&mut program, &json!({ "do": "step", "count": 50, "contacts": true }));
     assert_eq!(program.numbers[0], 50.0);
-    let contacts = (program.numbers.len() - HEAD - 10 * OF_BODY) / OF_CONTACT;
+    let contacts = (program.numbers.len() - HEAD - 10 * NUMBERS_OF_BODY) / NUMBERS_OF_CONTACT;
     assert_eq!(contacts, 40, "four at each of ten boxes");
     assert_eq!(program.numbers[12], 40.0);
-    let weight: f64 =
-        (0..4).map(|k| program.numbers[HEAD + 10 * OF_BODY + k * OF_CONTACT + 10]).sum();
+    let weight: f64 = (0..4)
+        .map(|k| program.numbers[HEAD + 10 * NUMBERS_OF_BODY + k * NUMBERS_OF_CONTACT + 10])
+        .sum();
     assert!((weight - 98.1).abs() < 1e-6, "{weight}");
 
     let aim = json!({ "do": "grab", "origin": [5.0, 0.0, 1.9], "direction": [-1.0, 0.0, 0.0] });

@@ -106,7 +106,7 @@ impl ContactColumns {
         names: &Arc<PartnerNames>,
         others: Option<&Self>,
     ) -> Self {
-        let (all, rows) = (pairs(record).collect(), ContactRow::of(record));
+        let (all, rows) = (pairs(record).collect(), ContactRow::from_record(record));
         let mut columns = Self::of(py, all, rows, Arc::clone(names));
         if let Some(others) = others.filter(|others| others.pairs.all == columns.pairs.all) {
             columns.pairs = Arc::clone(&others.pairs);
@@ -130,7 +130,7 @@ impl ContactColumns {
             let memory = || PyBuffer::get(self.numbers.all.bind(py).as_any());
             // The borrow checks of numpy take longer than the copy.
             let memory = self.numbers.memory.get_or_try_init(py, memory)?;
-            fill(numbers, count, ContactRow::of(record));
+            fill(numbers, count, ContactRow::from_record(record));
             memory.copy_from_slice(py, numbers)?;
         }
         Ok(is_free)

@@ -33,7 +33,7 @@ impl PyLive {
     #[new]
     fn new(py: Python<'_>, scene: PyRef<'_, PyScene>, port: u16) -> PyResult<Self> {
         let (content, end) = ((*scene.content).clone(), Arc::new(AtomicBool::new(false)));
-        let program = py.detach(|| Program::of_scene(content, Arc::clone(&end)));
+        let program = py.detach(|| Program::from_scene(content, Arc::clone(&end)));
         let program = program.map_err(|why| refused(format!("live: {why}")))?;
         let address = (IpAddr::from(Ipv4Addr::LOCALHOST), port).into();
         let server = py.detach(|| Server::bind(address, program)).map_err(|error| {

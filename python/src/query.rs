@@ -154,7 +154,7 @@ impl Placed<'_> {
         within: f64,
         ignored: &[String],
     ) -> PyResult<Vec<(String, f64)>> {
-        let piece = Content::piece_of_text(text, path, &read).map_err(in_python)?;
+        let piece = Content::piece_from_text(text, path, &read).map_err(in_python)?;
         let ignored = self.all_named(ignored)?;
         let pose = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
         let keep = |of: Partner| ignored.binary_search(&of).is_err();

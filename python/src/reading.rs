@@ -36,7 +36,7 @@ pub fn of_tables(
         }
     }
     let reader = TablesReader::new(streams, world.bodies().len(), tied.0, tied.1);
-    let mut reader = reader.map_err(refused)?.of_part();
+    let mut reader = reader.map_err(refused)?.from_any_index();
     let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
     while let Some(row) = reader.next_step().map_err(refused)? {
         let (k, h) = (row.row.index, world.time_step());

@@ -106,7 +106,7 @@ impl PyRecording {
         let mut rows = rows.to_vec();
         if let Some(last) = rows.last_mut() {
             let record = StepRecord { index: last.row.index, ..StepRecord::new() };
-            let row = TableStep::of(&self.content.world, &record).row;
+            let row = TableStep::new(&self.content.world, &record).row;
             last.row = StepRow { time: last.row.time, energy: last.row.energy, ..row };
             last.contacts = Vec::new();
             let world = self.content.world_at(last.row.index);
@@ -136,7 +136,8 @@ impl PyRecording {
         let Some(is_of_scene) = self.is_of_scene.filter(|_| self.has_contacts) else {
             return Ok(None);
         };
-        let Some(mut file) = RunFile::of_rows(&self.content, &self.rows).map_err(in_python)? else {
+        let Some(mut file) = RunFile::from_rows(&self.content, &self.rows).map_err(in_python)?
+        else {
             return Ok(None);
         };
         file.pushed = !is_of_scene;

@@ -19,7 +19,7 @@ pub fn listed_files(text: &str) -> Vec<String> {
 /// # Errors
 /// A text that is not a run.json, or that has other bodies than the scene.
 pub fn is_of_scene(content: &Content, text: &str) -> PyResult<bool> {
-    let file = RunFile::of_text(text, Path::new("run.json")).map_err(in_python)?;
+    let file = RunFile::from_text(text, Path::new("run.json")).map_err(in_python)?;
     let (own, of_run) = (&content.model.bodies, &file.model.bodies);
     let other = own.iter().zip(of_run).find(|(own, of_run)| !is_same(own, of_run));
     let difference = match other {

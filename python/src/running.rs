@@ -138,7 +138,7 @@ impl Running {
             let (forces, targets) = (now(inputs.joint_forces), now(inputs.motors));
             driven.set(&mut self.simulation, forces, targets)?;
             self.simulation.step(self.last.change())?;
-            let mut row = TableStep::of(self.simulation.world(), self.last.record());
+            let mut row = TableStep::new(self.simulation.world(), self.last.record());
             add_forces(&row, &mut recording.forces);
             if !recording.has_contacts {
                 row.contacts = Vec::new();
@@ -154,6 +154,6 @@ impl Running {
     pub fn end(&self) -> TableStep {
         let mut end = StepRecord::new();
         self.simulation.end(&mut end);
-        TableStep::of(self.simulation.world(), &end)
+        TableStep::new(self.simulation.world(), &end)
     }
 }

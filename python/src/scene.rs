@@ -108,9 +108,9 @@ impl PyScene {
             },
             ..Settings::default()
         };
-        let mut content = Content::of_text(text, &path, flags, &read).map_err(in_python)?;
+        let mut content = Content::from_text(text, &path, flags, &read).map_err(in_python)?;
         if let Some(model) = model {
-            let model = Model::of_text(model).map_err(|why| refused(format!("model: {why}")))?;
+            let model = Model::from_text(model).map_err(|why| refused(format!("model: {why}")))?;
             content = content.with_model(model).map_err(in_python)?;
             content.start_index = start_index.unwrap_or(content.start_index);
         }

@@ -394,9 +394,10 @@ impl PySimulation {
         let mut end = StepRecord::new();
         simulation.end(&mut end);
         let world = simulation.world();
-        let now = JointRow::of(world, &end);
+        let now = JointRow::from_record(world, &end);
         // Before the first step there are no rates and forces.
-        let mut before = JointRow::of(world, last.record()).filter(|_| simulation.index() > 0);
+        let mut before =
+            JointRow::from_record(world, last.record()).filter(|_| simulation.index() > 0);
         let rows = now.map(|JointRow { place, turns, .. }| {
             let before = before.next().unwrap_or(NO_STEP);
             JointRow { place, turns, ..before }.vectors()

@@ -15,7 +15,7 @@ use tumble_scene::settings::Settings;
 /// Scene of a scenario's text.
 fn scene(text: &str) -> Scene {
     let none = |_: &Path, _| Err(io::ErrorKind::NotFound.into());
-    Scene::of_text(text, Path::new("elastic.toml"), Settings::default(), &none)
+    Scene::from_text(text, Path::new("elastic.toml"), Settings::default(), &none)
         .unwrap_or_else(|failure| panic!("{failure}"))
 }
 

@@ -55,7 +55,7 @@ fn unlagged(world: &World, states: &[State]) -> f64 {
 /// Scene of a file's text.
 pub fn scene(text: &str) -> Scene {
     let none = |_: &Path, _: u64| Err(io::ErrorKind::NotFound.into());
-    Scene::of_text(text, Path::new("scene.toml"), Settings::default(), &none).unwrap()
+    Scene::from_text(text, Path::new("scene.toml"), Settings::default(), &none).unwrap()
 }
 
 /// Steps of passive scenes.

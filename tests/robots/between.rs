@@ -30,7 +30,7 @@ const LATER: [f64; 3] = [0.1003512191, 0.1957096473, 0.3900754363];
 fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let read = |path: &Path, _: u64| std::fs::read(path);
     let settings = Settings { dt: h, ..Settings::default() };
-    Scene::of_text(text, Path::new("given.xml"), settings, &read)
+    Scene::from_text(text, Path::new("given.xml"), settings, &read)
         .map_err(|failure| failure.to_string())
 }
 

@@ -114,7 +114,7 @@ fn broken_files_are_refused_where_they_are_wrong() {
             }
         }
         let path = root.join(FILES[file]);
-        let scene = match Scene::of_text(&text, &path, Settings::default(), &read) {
+        let scene = match Scene::from_text(&text, &path, Settings::default(), &read) {
             Ok(scene) => scene,
             Err(failure) => {
                 let why = failure.to_string();

@@ -18,7 +18,7 @@ fn scene_with(text: &str, file: &str) -> Result<Scene, String> {
         true => Ok(file.as_bytes().to_vec()),
         false => std::fs::read(path),
     };
-    let scene = Scene::of_text(text, &data().join("scene.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(text, &data().join("scene.toml"), Settings::default(), &read);
     scene.map_err(|failure| failure.to_string())
 }
 

@@ -19,7 +19,7 @@ fn robot_of(text: &str, files: &[(&str, &[u8])]) -> Result<Robot, String> {
 fn scene_of(text: &str) -> Result<Scene, String> {
     let read = |path: &Path, _: u64| std::fs::read(path);
     let name = if text.contains("<mujoco") { "given.xml" } else { "given.urdf" };
-    Scene::of_text(text, Path::new(name), Settings::default(), &read)
+    Scene::from_text(text, Path::new(name), Settings::default(), &read)
         .map_err(|failure| failure.to_string())
 }
 

@@ -11,7 +11,7 @@ use tumble_scene::settings::Settings;
 
 fn read(path: &str, text: &str, arena: &str) -> Result<Scene, String> {
     let files = |_: &Path, _: u64| Ok(arena.as_bytes().to_vec());
-    let scene = Scene::of_text(text, Path::new(path), Settings::default(), &files);
+    let scene = Scene::from_text(text, Path::new(path), Settings::default(), &files);
     scene.map_err(|failure| failure.to_string())
 }
 

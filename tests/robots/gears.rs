@@ -26,7 +26,7 @@ fn text_of(name: &str) -> String {
 fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
     let name = if text.starts_with('<') { "given.xml" } else { "given.toml" };
     let path = root().join("data/robots").join(name);
-    Scene::of_text(text, &path, settings, &bytes).map_err(|failure| failure.to_string())
+    Scene::from_text(text, &path, settings, &bytes).map_err(|failure| failure.to_string())
 }
 
 fn simulation(scene: &Scene) -> Simulation<'static> {
@@ -90,7 +90,7 @@ fn a_coupled_arm_falls_as_mujocos() {
 fn an_arm_pushes_a_box_against_a_wall() {
     let text = text_of("scenarios/pusher.toml");
     let path = root().join("scenarios/pusher.toml");
-    let scene = Scene::of_text(&text, &path, Settings::default(), &bytes);
+    let scene = Scene::from_text(&text, &path, Settings::default(), &bytes);
     let scene = scene.unwrap_or_else(|why| panic!("{why}"));
     let body = |name: &str| scene.bodies.iter().position(|body| body == name).unwrap();
     let (crate_, fore) = (body("box"), body("fore"));
@@ -137,7 +137,7 @@ fn an_arm_pushes_a_box_against_a_wall() {
 fn a_crawler_lands_among_boxes() {
     let text = text_of("scenarios/crawler.toml");
     let path = root().join("scenarios/crawler.toml");
-    let scene = Scene::of_text(&text, &path, Settings::default(), &bytes);
+    let scene = Scene::from_text(&text, &path, Settings::default(), &bytes);
     let scene = scene.unwrap_or_else(|why| panic!("{why}"));
     let mut simulation = simulation(&scene);
     let mut record = StepRecord::new();
@@ -166,7 +166,7 @@ fn gears_and_driven_bodies_are_converted() {
         "scenarios/turntable.toml",
     ] {
         let path = root().join(file);
-        let scene = Scene::of_text(&text_of(file), &path, Settings::default(), &bytes);
+        let scene = Scene::from_text(&text_of(file), &path, Settings::default(), &bytes);
         let scene = scene.unwrap_or_else(|why| panic!("{file}: {why}"));
         let text = written::text(&scene).unwrap_or_else(|why| panic!("{file}: {why}"));
         let other = scene_of(&text, Settings::default());

@@ -26,7 +26,7 @@ fn scene_with(tables: &str) -> Result<Scene, String> {
          position = [1.0, 0.0, 0.25]\n[[robots]]\nfile = \"arm.urdf\"\nprefix = \"arm.\"\nfixed = true\n{tables}"
     );
     let read = |_: &Path, _: u64| Ok(ARM.as_bytes().to_vec());
-    let scene = Scene::of_text(&text, Path::new("held.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(&text, Path::new("held.toml"), Settings::default(), &read);
     scene.map_err(|failure| failure.to_string())
 }
 

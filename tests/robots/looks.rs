@@ -48,7 +48,7 @@ fn files(path: &Path, _: u64) -> io::Result<Vec<u8>> {
 }
 
 fn scene_of(text: &str) -> Scene {
-    Scene::of_text(text, Path::new("robots/robot.xml"), Settings::default(), &files).unwrap()
+    Scene::from_text(text, Path::new("robots/robot.xml"), Settings::default(), &files).unwrap()
 }
 
 fn model_of(scene: &Scene) -> &Model {
@@ -61,7 +61,7 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
     let simulation = Simulation::new(world, starts, Motion::Floating).unwrap();
     let mut end = StepRecord::new();
     simulation.end(&mut end);
-    let step = TableStep::of(&scene.world, &end);
+    let step = TableStep::new(&scene.world, &end);
     Film::new(&scene.world, model, false, vec![step]).unwrap()
 }
 
@@ -131,7 +131,7 @@ fn looks_are_read_back() {
     let visuals = r#"<visual><geometry><mesh filename="prism.obj"/></geometry></visual>
       <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
     let scene = scene_of(&one(visuals));
-    let model = Model::of_text(&model_of(&scene).text().unwrap()).unwrap();
+    let model = Model::from_text(&model_of(&scene).text().unwrap()).unwrap();
     let (film, again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
     assert_eq!(film.bodies, again.bodies);
     let core = Hull::point(Vector3::new(-0.3, 0.0, 2.0)).unwrap();
@@ -151,7 +151,7 @@ fn looks_are_written_down() {
     let scene = scene_of(&one(visuals));
     let text = written::text(&scene).unwrap();
     let read = |text: &str| {
-        Scene::of_text(text, Path::new("robots/robot.toml"), Settings::default(), &files)
+        Scene::from_text(text, Path::new("robots/robot.toml"), Settings::default(), &files)
     };
     let again = read(&text).unwrap();
     let films = [&scene, &again].map(|scene| film_of(scene, model_of(scene)));
@@ -182,7 +182,7 @@ fn looks_are_bounded() {
              copies = {{ count = [{count}, 1, 1], step = [1, 1, 1] }}\n"
         );
         let path = Path::new("robots/robot.toml");
-        let scene = Scene::of_text(&text, path, Settings::default(), &files);
+        let scene = Scene::from_text(&text, path, Settings::default(), &files);
         scene.map(|scene| scene.bodies.len()).map_err(|failure| failure.to_string())
     };
     let why = read(1, "").unwrap_err();
@@ -255,7 +255,7 @@ fn meshes_have_the_colours_of_their_file() {
         assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{text}");
         let written = written::text(&scene).unwrap();
         let again = Path::new("robots/robot.toml");
-        let again = Scene::of_text(&written, again, Settings::default(), &files).unwrap();
+        let again = Scene::from_text(&written, again, Settings::default(), &files).unwrap();
         let film = film_of(&again, model_of(&again));
         assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{written}");
     }

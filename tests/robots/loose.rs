@@ -26,7 +26,7 @@ fn scene(text: &str, files: &[(&str, &str)]) -> Result<Scene, String> {
         let file = files.get(name).ok_or_else(|| Error::from(ErrorKind::NotFound));
         file.map(|text| text.as_bytes().to_vec())
     };
-    let scene = Scene::of_text(text, Path::new("scene.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(text, Path::new("scene.toml"), Settings::default(), &read);
     scene.map_err(|failure| failure.to_string())
 }
 

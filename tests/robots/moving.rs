@@ -18,7 +18,7 @@ pub(super) fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let name = if text.trim_start().starts_with('<') { "given.xml" } else { "given.toml" };
     let read = |path: &Path, _: u64| std::fs::read(path);
     let settings = Settings { dt: h, ..Settings::default() };
-    Scene::of_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
+    Scene::from_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
 }
 
 pub(super) fn simulation(scene: &Scene) -> Simulation<'static> {
@@ -179,7 +179,7 @@ fn fall(name: &str, steps: usize) -> (f64, StepRecord) {
     let text = std::fs::read_to_string(&path).unwrap();
     let read = |path: &Path, _: u64| std::fs::read(path);
     let settings = Settings { dt: Some(0.005), ..Settings::default() };
-    let scene = Scene::of_text(&text, &path, settings, &read).unwrap();
+    let scene = Scene::from_text(&text, &path, settings, &read).unwrap();
     let (mut simulation, mut worst) = (simulation(&scene), 0.0_f64);
     let mut record = StepRecord::new();
     for _ in 0..steps {

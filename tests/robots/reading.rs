@@ -23,7 +23,7 @@ fn alone(
         found.map(|(_, bytes)| bytes.to_vec()).ok_or(io::ErrorKind::NotFound.into())
     };
     let settings = Settings { robot, ..Settings::default() };
-    Scene::of_text(text, Path::new(path), settings, &read).map_err(|failure| failure.to_string())
+    Scene::from_text(text, Path::new(path), settings, &read).map_err(|failure| failure.to_string())
 }
 
 const WITH_PACKAGE: &str = "<robot name='m'><link name='a'><inertial><mass value='1'/>\

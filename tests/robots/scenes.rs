@@ -23,7 +23,7 @@ fn bytes(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
 
 /// Scene of a text, as a file next to the robots of `data`.
 fn scene_of(text: &str, name: &str) -> Result<Scene, String> {
-    let scene = Scene::of_text(text, &data().join(name), Settings::default(), &bytes);
+    let scene = Scene::from_text(text, &data().join(name), Settings::default(), &bytes);
     scene.map_err(|failure| failure.to_string())
 }
 

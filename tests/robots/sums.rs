@@ -36,7 +36,7 @@ const LATER: [f64; 2] = [0.25926599, 1.03367005];
 fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
     let name = if text.starts_with('<') { "given.xml" } else { "given.toml" };
     let read = |path: &Path, _: u64| std::fs::read(path);
-    Scene::of_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
+    Scene::from_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
 }
 
 /// Checks that the forces on both coordinates are MuJoCo's.

@@ -23,7 +23,7 @@ fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
 fn scenario(name: &str, flags: Settings) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
-    Scene::of_text(&text, &path, flags, &read).unwrap()
+    Scene::from_text(&text, &path, flags, &read).unwrap()
 }
 
 fn scenarios() -> Vec<PathBuf> {
@@ -156,7 +156,7 @@ fn joints_along_any_axes_are_the_same_again() {
              [[bodies]]\nname = \"b\"\nbox = 0.2\nmass = 1.0\nposition = [1, 0, 0.6]\n\
              [[joints]]\nname = \"joint\"\ntype = \"{kind}\"\nbodies = [\"a\", \"b\"]\nanchor = [0.5, 0.1, 0.6]\n{axis}\n"
         );
-        let scene = Scene::of_text(&text, Path::new("scene.toml"), Settings::default(), &read);
+        let scene = Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &read);
         goes_on_alike(&scene.unwrap(), 50, &[0, 1, 30], 50);
     }
 }
@@ -164,7 +164,7 @@ fn joints_along_any_axes_are_the_same_again() {
 #[test]
 fn ipopt_goes_on_with_its_multipliers() {
     let scene =
-        Scene::of_tutorial(SceneName::Drop, Settings::default(), CubeChanges::default()).unwrap();
+        Scene::from_tutorial(SceneName::Drop, Settings::default(), CubeChanges::default()).unwrap();
     // The cube touches at step 193.
     goes_on_alike(&scene, 260, &[0, 192, 195, 201, 230], 60);
 }

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tumble_scene::AttitudeEntry;
 use tumble_scene::choices::{DetectionName, OnFailure, Preset, SceneName, SolverName, StartFrame};
-use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::Table;
+use tumble_scene::row_selection::{RowSelection, TableForm};
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
@@ -262,11 +262,11 @@ impl SimulateArgs {
     }
 
     /// Selection of rows to write.
-    pub fn kept(&self) -> KeptSteps {
+    pub fn row_selection(&self) -> RowSelection {
         let output = &self.output;
         let every =
             output.every.unwrap_or(1).saturating_mul(self.setup.solver.substeps.unwrap_or(1));
-        KeptSteps::new(every, output.tables.as_deref(), output.format.unwrap_or_default())
+        RowSelection::new(every, output.tables.as_deref(), output.format.unwrap_or_default())
     }
 
     /// Names of the settings flags that are set.

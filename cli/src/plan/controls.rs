@@ -25,9 +25,9 @@ fn columns(problem: &PlanProblem) -> Vec<(String, usize, usize)> {
 pub fn table(problem: &PlanProblem, controls: &[f64]) -> Result<Vec<u8>, Failure> {
     let columns = columns(problem);
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let odd = |error: csv::Error| Failure::Other(format!("controls.csv: {error}"));
+    let invalid = |error: csv::Error| Failure::Other(format!("controls.csv: {error}"));
     let names = ["k", "t"].into_iter().chain(columns.iter().map(|(name, ..)| name.as_str()));
-    writer.write_record(names).map_err(odd)?;
+    writer.write_record(names).map_err(invalid)?;
     let (first, h) = (problem.scene().start_index, problem.scene().world.time_step());
     for step in 0..problem.steps() {
         let k = first + step as u64;
@@ -36,7 +36,7 @@ pub fn table(problem: &PlanProblem, controls: &[f64]) -> Result<Vec<u8>, Failure
             let knot = problem.knot(*control, step);
             row.push(problem.numbers(*control, knot, controls).0[*component].to_string());
         }
-        writer.write_record(row).map_err(odd)?;
+        writer.write_record(row).map_err(invalid)?;
     }
     writer.into_inner().map_err(|error| Failure::Other(format!("controls.csv: {error}")))
 }
@@ -51,32 +51,32 @@ pub struct Read {
 
 /// Reads the controls of a table.
 pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
-    let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
+    let invalid = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let bytes = input::bytes(path, LARGEST)
-        .map_err(|error| odd(format!("cannot be read as controls: {error}")))?;
+        .map_err(|error| invalid(format!("cannot be read as controls: {error}")))?;
     let mut reader = csv::Reader::from_reader(&bytes[..]);
-    let headers = reader.headers().map_err(|error| odd(error.to_string()))?.clone();
+    let headers = reader.headers().map_err(|error| invalid(error.to_string()))?.clone();
     let columns = columns(problem);
     for (at, name) in headers.iter().enumerate() {
         let is_known =
             name == "k" || name == "t" || columns.iter().any(|(known, ..)| known == name);
         if !is_known || headers.iter().take(at).any(|other| other == name) {
             let why = if is_known { "is given twice" } else { "is not a control of the problem" };
-            return Err(odd(format!("column {name:?} {why}")));
+            return Err(invalid(format!("column {name:?} {why}")));
         }
     }
     let mut rows = Vec::new();
     for row in reader.records() {
-        rows.push(row.map_err(|error| odd(error.to_string()))?);
+        rows.push(row.map_err(|error| invalid(error.to_string()))?);
     }
     let (count, steps) = (rows.len(), problem.steps());
     if count != steps {
-        return Err(odd(format!("it has {count} rows; {steps} are needed, one per step")));
+        return Err(invalid(format!("it has {count} rows; {steps} are needed, one per step")));
     }
     let number = |step: usize, column: usize| {
         let text = rows[step].get(column).unwrap_or_default().trim();
         let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-        value.ok_or_else(|| odd(format!("row {}: {text:?} is not a number", step + 1)))
+        value.ok_or_else(|| invalid(format!("row {}: {text:?} is not a number", step + 1)))
     };
     let place = |name: &str| headers.iter().position(|header| header == name);
     let mut changed = Vec::new();
@@ -101,7 +101,7 @@ pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
     }
     let mut dropped = 0;
     for (name, control, _) in &columns {
-        let column = place(name).ok_or_else(|| odd(format!("column {name:?} is missing")))?;
+        let column = place(name).ok_or_else(|| invalid(format!("column {name:?} is missing")))?;
         for step in 0..steps {
             let piece = problem.steps_of(*control, problem.knot(*control, step));
             let differs = number(step, column)? != number(piece.start, column)?;
@@ -117,7 +117,7 @@ pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
         number(problem.steps_of(variable.control, variable.knot).start, column)
     };
     let given = problem.variables().iter().map(value).collect::<Result<Vec<_>, _>>()?;
-    let controls = problem.clipped(&given).map_err(|why| odd(why.to_string()))?;
+    let controls = problem.clipped(&given).map_err(|why| invalid(why.to_string()))?;
     let moved = given.iter().zip(&controls).filter(|(given, taken)| given != taken).count();
     change(moved, "numbers are beyond their bounds and are clipped");
     Ok(Read { controls, changed })

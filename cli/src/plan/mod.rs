@@ -9,10 +9,10 @@ mod report;
 
 use super::args::PlanArgs;
 use super::checkpoint::{ContinuedNotes, state_bytes};
-use super::directory::{Claims, OutputDirectory};
-use super::file_names::{self, OF_PLANS, RUN_JSON, STATE};
+use super::directory::{OutputClaims, OutputDirectory};
+use super::file_names::{self, PLAN_FILES, RUN_JSON, STATE};
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, Voice, spinner};
+use super::output::{PendingFile, StderrReporter, spinner};
 use super::results::RunResults;
 use super::run::{self, RunOutputs};
 use super::signals::raise_on_signals;
@@ -26,7 +26,7 @@ use std::time::Instant;
 use tumble_model::shown;
 use tumble_plan::file::{ProblemFile, SearchStart};
 use tumble_plan::{Plan, PlanError, PlanStatus, SearchProgress, SearchWatch, Stage};
-use tumble_scene::kept::KeptSteps;
+use tumble_scene::row_selection::RowSelection;
 use tumble_scene::run_file::RunFile;
 use tumble_scene::written;
 
@@ -57,23 +57,23 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     stages.iter().try_for_each(|stage| stage.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let usual = KeptSteps::default();
+    let usual = RowSelection::default();
     let mut names = RunWriter::names(problem.scene(), &usual);
-    names.extend([RUN_JSON, STATE].into_iter().chain(OF_PLANS).map(str::to_owned));
-    let claims = Claims {
+    names.extend([RUN_JSON, STATE].into_iter().chain(PLAN_FILES).map(str::to_owned));
+    let claims = OutputClaims {
         files: names.clone(),
-        alike: file_names::of_rows().collect(),
+        alike: file_names::row_files().collect(),
         overwrite: args.overwrite,
         continues: false,
     };
     let out = OutputDirectory::for_run(&args.out, claims)?;
-    let mut voice = Voice::new(args.quiet);
+    let mut reporter = StderrReporter::new(args.quiet);
     if let Some(note) = note {
-        voice.say(&format!("{note}\n"));
+        reporter.say(&format!("{note}\n"));
     }
     let Some((plan, costs)) = search(args, &file, &stages, &start, &interrupt)? else {
-        voice.say("interrupted before the first run was complete; nothing is written\n");
-        return voice.end(Outcome::Interrupted);
+        reporter.say("interrupted before the first run was complete; nothing is written\n");
+        return reporter.end(Outcome::Interrupted);
     };
     // An interrupt ends the search. The simulation that writes the plan ignores interrupts.
     let interrupted = interrupt.load(Ordering::Relaxed);
@@ -95,15 +95,15 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         files.push(file);
         Ok::<_, Failure>(())
     };
-    let mut run_file = RunFile::of(&scene, &run.ended())?;
+    let mut run_file = RunFile::new(&scene, &run.ended())?;
     // Some scenes cannot be written as a scenario. The problem file and controls.csv still describe
     // their plan.
-    let [csv, json, html, toml] = OF_PLANS;
+    let [csv, json, html, toml] = PLAN_FILES;
     let scenario = written::text(&scene).ok();
     names.retain(|name| name != toml || scenario.is_some());
     (run_file.files, run_file.checksums) = (names, checksums);
     file(RUN_JSON, run_file.text()?.as_bytes())?;
-    let notes = ContinuedNotes::of(&run, before_end);
+    let notes = ContinuedNotes::new(&run, before_end);
     file(STATE, &state_bytes(simulation.save(), &notes)?)?;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
@@ -112,8 +112,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         file(toml, text.as_bytes())?;
     }
     let (_, lines) = publish(files, &out)?;
-    voice.say(&(report::described(problem, &plan) + &lines));
-    voice.end(match plan.status {
+    reporter.say(&(report::described(problem, &plan) + &lines));
+    reporter.end(match plan.status {
         _ if interrupted => Outcome::Interrupted,
         PlanStatus::Replayed => Outcome::Done,
         PlanStatus::Missed | PlanStatus::Failed => Outcome::Unconverged,

@@ -195,7 +195,7 @@ mod tests {
     use tumble_core::contact::Partner;
 
     #[test]
-    fn names_of_others_are_no_markup() {
+    fn names_in_the_plan_page_are_escaped() {
         let stages = stages(&[StageReport {
             name: "sample",
             iterations: 3,

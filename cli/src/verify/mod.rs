@@ -1,15 +1,15 @@
 //! `tumble verify`: recomputes the residual of every step from the files of a run, and verifies
 //! every step.
 
-mod held;
 mod judge;
+mod run_file_check;
 
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
-use super::output::Voice;
+use super::output::StderrReporter;
 use super::recording::Recording;
-use held::StatusCounts;
 use judge::{StepJudge, Verified};
+use run_file_check::StatusCounts;
 use std::fmt::Write as _;
 use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::{Table, TableStep};
@@ -62,7 +62,7 @@ impl VerifyFindings {
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file)?;
     refuse_partial(&recording)?;
-    let (mut judge, kept) = (StepJudge::of(&recording)?, recording.kept());
+    let (mut judge, kept) = (StepJudge::new(&recording)?, recording.row_selection());
     let (mut findings, mut previous) = (VerifyFindings::default(), None::<TableStep>);
     let mut counts = StatusCounts::default();
     while let Some(step) = recording.next_step()? {
@@ -85,14 +85,14 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         findings.differing += 1;
         findings.keep(end, args.worst);
     }
-    report(&recording, &judge, &findings, &counts, Voice::new(args.quiet))
+    report(&recording, &judge, &findings, &counts, StderrReporter::new(args.quiet))
 }
 
 /// Refuses runs that lack data for the verification. A step needs its inputs, the states before and
 /// after it, and all its forces. Runs with omitted tables are refused. With omitted rows, the table
 /// `ends` has the states after each stored step.
 fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
-    let (kept, place) = (recording.kept(), recording.place());
+    let (kept, place) = (recording.row_selection(), recording.place());
     if recording.run.pushed {
         return Err(Failure::Input(format!(
             "{place} cannot be verified: wrenches, motors or states were set during the run \
@@ -117,12 +117,12 @@ fn report(
     judge: &StepJudge,
     findings: &VerifyFindings,
     counts: &StatusCounts,
-    mut voice: Voice,
+    mut reporter: StderrReporter,
 ) -> Result<Outcome, Failure> {
-    let differences = counts.differences(recording, &judge.taut);
+    let differences = counts.differences(recording, &judge.stiff_joints);
     let changed = recording.changed_files()?;
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
-    let every = recording.kept().every;
+    let every = recording.row_selection().every;
     if every > 1 {
         let _ = write!(text, " (--every {every})");
     }
@@ -191,8 +191,8 @@ fn report(
             None => writeln!(text),
         };
     }
-    voice.say(&text);
-    voice.end(if differing > 0 || !differences.is_empty() || !changed.is_empty() {
+    reporter.say(&text);
+    reporter.end(if differing > 0 || !differences.is_empty() || !changed.is_empty() {
         Outcome::Mismatch
     } else if findings.failed + findings.inexact + between > 0 {
         Outcome::Unconverged
@@ -207,7 +207,7 @@ mod tests {
     use tumble_core::step::StepStatus;
 
     #[test]
-    fn a_residual_that_is_not_a_number_is_the_worst_whatever_its_sign() {
+    fn nan_residual_ranks_as_worst() {
         let mut findings = VerifyFindings::default();
         for (index, residual) in [1.0, -f64::NAN, 2.0, f64::NAN].into_iter().enumerate() {
             let step = Verified {

@@ -83,7 +83,7 @@ fn the_terms_add_up_to_the_change_of_energy() {
 /// Rows of a run that omits steps have the energy terms of all steps up to the next row, and the most
 /// serious mark of these steps.
 #[test]
-fn the_balance_is_closed_over_rows_that_are_left_out() {
+fn energy_balance_includes_omitted_rows() {
     for (name, flags) in [
         ("four-bar", ["--every", "7"]),
         ("marbles", ["--every", "8"]),

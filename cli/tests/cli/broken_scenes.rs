@@ -159,7 +159,7 @@ fn flags_of_the_tutorials_solver_are_refused_by_their_names() {
 /// Flags for a single body and flags of pictures that are not requested are refused. Flags of the
 /// model apply.
 #[test]
-fn flags_of_one_body_and_of_pictures_that_are_not_asked_for_are_refused() {
+fn flags_without_effect_are_rejected() {
     for flags in [
         ["--mass", "1"].as_slice(),
         &["--box", "1"],
@@ -269,7 +269,7 @@ fn pieces_of_one_body_that_overlap_are_refused_with_their_depth() {
 }
 
 #[test]
-fn a_box_that_is_too_thin_is_called_a_box() {
+fn error_about_a_thin_box_names_the_box() {
     for table in ["[[fixed]]", "[[bodies]]\nmass = 1.0"] {
         let scene = format!(
             "steps = 2\n[ground]\nfriction = 0.5\n{table}\nbox = [3, 3, 1e-5]\n\

@@ -37,7 +37,7 @@ fn change(path: &Path, column: &str, row: usize, value: &str) {
 
 /// `verify` and `--continue` detect changed cells that satisfy every equation of motion.
 #[test]
-fn what_no_equation_notices_the_checksums_do() {
+fn checksums_detect_changes_that_satisfy_the_equations() {
     let (end, directory) = run_scenario(SCENE, &[]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let out = directory.path().join("out");

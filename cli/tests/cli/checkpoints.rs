@@ -41,7 +41,7 @@ fn killed(args: &[String], out: &Path, time: Duration, awaited: bool) -> bool {
     child.wait().unwrap().code().is_none()
 }
 
-fn goes_on(out: &Path) {
+fn assert_continues(out: &Path) {
     let out = out.to_str().unwrap();
     let end = run(&["--continue", out, "--quiet", "--checkpoint", "0.02"]);
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
@@ -61,7 +61,7 @@ fn assert_like(one: &Path, other: &Path) {
 /// Both table formats survive two kills and leave no temporary files.
 #[test]
 #[ignore = "slow"]
-fn a_killed_run_goes_on_from_its_checkpoint() {
+fn killed_run_continues_from_its_checkpoint() {
     for form in ["csv", "zstd"] {
         let places = tempfile::tempdir().unwrap();
         let [whole, parts] = ["whole", "parts"].map(|name| places.path().join(name));
@@ -77,7 +77,7 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
         other.assert_refused(2, &["checkpoint", "--continue", "--overwrite"]);
         let again = ["--continue", parts.to_str().unwrap(), "--quiet", "--checkpoint", "0.02"];
         killed(&again.map(str::to_owned), &parts, Duration::from_millis(150), false);
-        goes_on(&parts);
+        assert_continues(&parts);
         assert_like(&whole, &parts);
         let verified = run(&[
             "verify",
@@ -120,7 +120,7 @@ fn a_hundred_kills_lose_nothing() {
             kills += u32::from(was_running);
         }
         if parts.join("checkpoint.bin").exists() {
-            goes_on(&parts);
+            assert_continues(&parts);
         }
         assert_like(&whole, &parts);
         fs::remove_dir_all(&parts).unwrap();

@@ -63,7 +63,7 @@ fn scenario(name: &str) -> String {
 }
 
 /// Asserts that `rows` rows of a run with `args` are equal in one go and in parts.
-fn goes_on(args: &[&str], parts: &[&str], rows: &str) {
+fn assert_continues(args: &[&str], parts: &[&str], rows: &str) {
     let places = Places::new();
     places.run(&[args, &["--steps", rows]].concat(), "whole");
     places.run(&[args, &["--steps", parts[0]]].concat(), "parts");
@@ -79,48 +79,52 @@ fn goes_on(args: &[&str], parts: &[&str], rows: &str) {
 
 #[test]
 #[ignore = "slow"]
-fn every_scenario_in_parts_is_the_scenario_in_one_go() {
+fn every_scenario_continued_equals_one_run() {
     for entry in fs::read_dir(Path::new(ROOT).join("scenarios")).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
-            goes_on(&["--scenario", path.to_str().unwrap()], &["2", "90", "91"], "150");
+            assert_continues(&["--scenario", path.to_str().unwrap()], &["2", "90", "91"], "150");
         }
     }
 }
 
 #[test]
-fn ipopt_in_parts_is_ipopt_in_one_go() {
-    goes_on(&["--height", "1.75"], &["20", "45"], "60");
-    goes_on(&["--seed", "3"], &["215", "228"], "240");
-    goes_on(&["--preset", "tutorial", "--height", "1.75"], &["30"], "50");
-    goes_on(&["--on-failure", "record", "--height", "1.75"], &["30"], "50");
+fn continued_ipopt_run_equals_one_run() {
+    assert_continues(&["--height", "1.75"], &["20", "45"], "60");
+    assert_continues(&["--seed", "3"], &["215", "228"], "240");
+    assert_continues(&["--preset", "tutorial", "--height", "1.75"], &["30"], "50");
+    assert_continues(&["--on-failure", "record", "--height", "1.75"], &["30"], "50");
 }
 
 /// Loads, tilted planes, restitution, the floating scene and start indices continue correctly.
 #[test]
-fn loads_slopes_and_bounces_go_on() {
+fn loads_slopes_and_bounces_continue_exactly() {
     let native = ["--solver", "native", "--height", "1.8"];
     let with = |more: &[&'static str]| [&native[..], more].concat();
-    goes_on(&with(&["--plane", "17.3", "--inertia", "solid"]), &["60"], "200");
-    goes_on(&with(&["--plane", "0.3,0.2,0.9,-0.1", "--restitution", "0.7"]), &["60", "77"], "200");
-    goes_on(
+    assert_continues(&with(&["--plane", "17.3", "--inertia", "solid"]), &["60"], "200");
+    assert_continues(
+        &with(&["--plane", "0.3,0.2,0.9,-0.1", "--restitution", "0.7"]),
+        &["60", "77"],
+        "200",
+    );
+    assert_continues(
         &with(&["--force", "0:0,0,0", "--force", "0.4:300,0,20", "--force-at", "0,0,0.2"]),
         &["50"],
         "250",
     );
-    goes_on(&["--scene", "floating"], &["1", "7"], "40");
-    goes_on(
+    assert_continues(&["--scene", "floating"], &["1", "7"], "40");
+    assert_continues(
         &with(&["--start-index", "700", "--force", "1.5:0,0,0", "--force", "2:90,0,0"]),
         &["60"],
         "250",
     );
     let pile = scenario("door");
-    goes_on(&["--scenario", &pile, "--start-index", "123456"], &["60"], "150");
+    assert_continues(&["--scenario", &pile, "--start-index", "123456"], &["60"], "150");
 }
 
 /// `--continue` without `--steps` completes the number of rows in run.json.
 #[test]
-fn without_steps_the_rows_that_were_asked_for_are_made() {
+fn continue_without_steps_completes_the_requested_rows() {
     let places = Places::new();
     places.run(&["--solver", "native", "--steps", "300"], "whole");
     // A run that ended early has fewer rows than its run.json requests.
@@ -140,7 +144,7 @@ fn without_steps_the_rows_that_were_asked_for_are_made() {
 
 /// `--continue` with another `--out` writes the whole run there and keeps the first one.
 #[test]
-fn with_another_out_the_whole_run_is_there_and_the_first_one_stays() {
+fn continue_into_new_directory_keeps_old_run() {
     let places = Places::new();
     let pile = scenario("bricks");
     places.run(&["--scenario", &pile, "--steps", "80"], "first");
@@ -171,7 +175,7 @@ fn with_another_out_the_whole_run_is_there_and_the_first_one_stays() {
 
 /// `--continue` refuses changed settings, a damaged state and rows that do not fit the state.
 #[test]
-fn what_cannot_be_continued_is_refused_in_a_sentence() {
+fn invalid_continuations_are_rejected_in_one_sentence() {
     let places = Places::new();
     let native = ["--solver", "native", "--steps", "40"];
     places.run(&native, "run");

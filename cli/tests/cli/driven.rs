@@ -26,7 +26,7 @@ fn verified(done: &Simulated) {
 }
 
 /// Runs a scenario with the content `text`. The run may be refused.
-fn of_text(text: &str, more: &[&str]) -> Simulated {
+fn simulated_text(text: &str, more: &[&str]) -> Simulated {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.toml");
     fs::write(&file, text).unwrap();
@@ -36,7 +36,7 @@ fn of_text(text: &str, more: &[&str]) -> Simulated {
 /// A parcel on the belt accelerates by μ g until it has the belt's speed, after the time v/(μ g).
 /// The tray and the pusher follow the linear interpolation of their knots to rounding.
 #[test]
-fn the_belt_takes_a_parcel_to_its_speed_and_the_tray_keeps_its_way() {
+fn belt_accelerates_a_parcel_and_tray_follows_its_motion() {
     let done = scene("tray-and-conveyor", &[]);
     assert_eq!(done.run_json()["summary"]["failed"], 0);
     verified(&done);
@@ -126,7 +126,7 @@ fn the_turntable_carries_pucks_as_far_as_friction_reaches() {
 /// Runs with prescribed motion continue to the same bytes. They may start at a later index if the
 /// initial position fits.
 #[test]
-fn driven_runs_go_on_and_begin_later() {
+fn driven_runs_continue_exactly_and_may_start_later() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("parts");
     let out = out.to_str().unwrap();
@@ -162,7 +162,7 @@ fn driven_runs_go_on_and_begin_later() {
 /// `verify` rejects tables after a change of the prescribed motion, a belt's velocity or a
 /// stiffness.
 #[test]
-fn a_changed_way_or_belt_does_not_verify() {
+fn changed_prescribed_motion_or_belt_fails_verify() {
     let done = scene("tray-and-conveyor", &["--steps", "300"]);
     let text = fs::read_to_string(done.path("run.json")).unwrap();
     let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -214,7 +214,7 @@ position = [3, 0, 0.5]
 /// Invalid prescribed motions and moving surfaces are refused, also with Ipopt or with a single
 /// body.
 #[test]
-fn ways_and_surfaces_that_cannot_be_are_refused() {
+fn invalid_prescribed_motions_and_surfaces_are_rejected() {
     let driven = |fields: &str| format!("{TWO}\n[[driven]]\n{fields}\n");
     let tray = |fields: &str| driven(&format!("body = \"tray\"\n{fields}"));
     let way = "times = [0, 1]\npositions = [[0, 0, 0.5], [1, 0, 0.5]]";
@@ -281,7 +281,7 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
         ),
     ];
     for (text, words) in refused {
-        let done = of_text(&text, &["--steps", "3"]);
+        let done = simulated_text(&text, &["--steps", "3"]);
         assert_eq!(done.end.code, Some(2), "{words}: {:?}", done.end);
         assert!(done.end.stderr.contains(words), "{words}: {:?}", done.end);
         assert!(!done.path("states.csv").exists());
@@ -294,7 +294,7 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
             "does not support moving surfaces",
         ),
     ] {
-        let done = of_text(&format!("{TWO}{more}"), &["--steps", "3", "--solver", "ipopt"]);
+        let done = simulated_text(&format!("{TWO}{more}"), &["--steps", "3", "--solver", "ipopt"]);
         done.end.assert_refused(2, &["--solver", what, "native solver"]);
     }
 }
@@ -324,7 +324,7 @@ about = [1, 0, 1]
 of = "ground"
 velocity = [0, -0.5, 0]
 "#;
-    let done = of_text(text, &[]);
+    let done = simulated_text(text, &[]);
     assert_eq!(done.end.code, Some(0), "{:?}", done.end);
     verified(&done);
     for (k, (place, _)) in body(&done, 0).iter().enumerate() {
@@ -341,7 +341,7 @@ velocity = [0, -0.5, 0]
 /// too little room. The report names the bodies and the overlap.
 #[test]
 #[ignore = "slow"]
-fn who_squeezes_whom_is_said() {
+fn bodies_without_room_are_reported_by_name() {
     const PINCHED: &str = r#"
 steps = 129
 [ground]
@@ -372,7 +372,7 @@ velocity = [0.2, 0, 0]
 body = "right"
 velocity = [-0.2, 0, 0]
 "#;
-    let done = of_text(PINCHED, &[]);
+    let done = simulated_text(PINCHED, &[]);
     assert_eq!(done.end.code, Some(3), "{:?}", done.end);
     // A gap of 0.1 m closes at 0.4 m/s. It is zero after 125 steps of 2 ms. After 126 steps the
     // overlap is 0.8 mm.
@@ -386,7 +386,7 @@ velocity = [-0.2, 0, 0]
         .replace("position = [0.0, 3.0, 0.5]", "position = [0.38, 0.0, 0.5]")
         .replace("[[driven]]\nbody = \"right\"\nvelocity = [-0.2, 0, 0]\n", "")
         .replace("steps = 129", "steps = 204");
-    let done = of_text(&pile, &[]);
+    let done = simulated_text(&pile, &[]);
     assert_eq!(done.end.code, Some(3), "{:?}", done.end);
     let lines = done.end.stdout.lines();
     let said = lines.filter(|line| line.contains("left and wall leave block")).count();

@@ -124,7 +124,7 @@ fn an_ipopt_opt_in_the_working_directory_changes_nothing() {
 /// Both solvers report failure. The certificate allows rounding in proportion to speed. The huge
 /// speed of this body must not make its residual pass as rounding.
 #[test]
-fn a_runaway_step_is_failed_whoever_solves_it() {
+fn runaway_step_fails_with_every_solver() {
     for solver in ["ipopt", "native"] {
         let simulated = simulate(&[&FAILING_RUN[..], &["--solver", solver]].concat());
         assert_eq!(simulated.end.code, Some(3), "{solver}: {}", simulated.end.stdout);

@@ -213,7 +213,7 @@ fn every_bad_value_is_refused_in_one_line_that_names_its_flag_and_nothing_is_wri
 }
 
 #[test]
-fn no_refusal_is_longer_than_a_few_lines_of_a_terminal() {
+fn error_messages_fit_a_few_terminal_lines() {
     // 1e300 written out has 301 digits.
     for args in [["--spin", "1e300,0,0"], ["--mass", "1e300"], ["--height", "-1e300"]] {
         let end = run(&args);

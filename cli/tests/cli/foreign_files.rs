@@ -35,7 +35,7 @@ fn simulate_in(directory: &Path, flags: &[&str]) -> super::support::End {
 }
 
 #[test]
-fn files_that_no_run_json_lists_stay() {
+fn unlisted_files_are_not_overwritten() {
     for name in NAMES {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join(name);

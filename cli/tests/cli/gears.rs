@@ -80,7 +80,7 @@ fn gears_of_files_follow_and_verify() {
 }
 
 #[test]
-fn what_is_wrong_with_a_gear_is_said_in_one_sentence() {
+fn invalid_gears_are_rejected_in_one_sentence() {
     let broken: &[(&str, &str, &[&str])] = &[
         ("\"rail\", \"shaft\"]", "\"rail\", \"leg\"]", &["gears[0] (rail, leg).joints", "leg"]),
         ("\"rail\", \"shaft\"]", "\"rail\"]", &["gears[0] (rail).joints", "two"]),

@@ -11,7 +11,7 @@ const GAIN: f64 = 1e-3;
 
 /// A ball joint at its cone limit, a cone with a motor on the ground, and a mass ratio of 1e5.
 #[test]
-fn steps_that_are_not_solved_at_once_make_no_energy() {
+fn retried_steps_gain_no_energy() {
     let mut substepped = 0;
     // The motion at the cone limit is chaotic. Rounding decides if 1 or 2 of its 240 steps fail.
     for (name, most_failed) in [("cone31", 2), ("fail9081", 0), ("ratio623", 0)] {

@@ -34,7 +34,7 @@ fn pipes_and_devices_are_refused_and_not_waited_for() {
 
 #[cfg(unix)]
 #[test]
-fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
+fn run_json_that_is_a_pipe_or_device_is_rejected() {
     for command in READERS {
         let directory = contact_files();
         let json = directory.path().join("run.json");
@@ -111,7 +111,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
 /// Control and direction characters in paths and arguments are escaped in all output.
 #[cfg(unix)]
 #[test]
-fn what_is_not_for_the_eye_is_shown_escaped() {
+fn control_characters_are_escaped_in_all_output() {
     let evil = "a\u{1b}]0;owned\u{7}\u{1b}[31m\u{202e}b";
     let directory = tempfile::tempdir().unwrap();
     let place = directory.path().join(evil);
@@ -131,13 +131,13 @@ fn what_is_not_for_the_eye_is_shown_escaped() {
     assert_eq!(done.code, Some(0), "{done:?}");
     assert!(done.stdout.contains("\\u{1b}"), "{done:?}");
     for end in ends.iter().chain([&done, &run(&["--mass", evil]), &run(&[evil])]) {
-        let odd = ['\u{1b}', '\u{7}', '\u{202e}'];
-        assert!(!end.stderr.contains(odd) && !end.stdout.contains(odd), "{end:?}");
+        let invalid = ['\u{1b}', '\u{7}', '\u{202e}'];
+        assert!(!end.stderr.contains(invalid) && !end.stdout.contains(invalid), "{end:?}");
     }
 }
 
 #[test]
-fn a_flag_that_lacks_its_value_is_named() {
+fn flag_without_its_value_is_named() {
     for args in [
         ["--steps", "--out", "x"].as_slice(),
         &["--mass", "--steps", "5"],
@@ -183,7 +183,7 @@ fn a_tolerance_that_rounding_cannot_reach_is_refused_with_the_reason() {
 
 /// Changed settings appear in the summary, in run.json and in pictures.
 #[test]
-fn titles_name_what_was_changed() {
+fn titles_name_the_changed_settings() {
     for (flags, title) in [
         ([].as_slice(), "drop scene, seed 42, "),
         (&["--mu", "0.3", "--height", "2.5", "--plane", "0"], "drop scene, seed 42, "),
@@ -215,7 +215,7 @@ fn titles_name_what_was_changed() {
 
 /// Error messages shorten long input and still name the file.
 #[test]
-fn no_refusal_repeats_a_file() {
+fn error_messages_shorten_long_input() {
     let directory = tempfile::tempdir().unwrap();
     let long = "x".repeat(500_000);
     for (name, text) in [

@@ -195,7 +195,7 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
 
 /// An interrupted run continues to the same tables as an uninterrupted run.
 #[test]
-fn what_a_signal_ended_goes_on_as_if_it_had_never_come() {
+fn interrupted_run_continues_to_the_same_tables() {
     let pile = &format!("{ROOT}/scenarios/pile.toml");
     for (args, bytes) in
         [(["--scene", "drop"], INTO_CONTACT), (["--scenario", pile], 20 * INTO_CONTACT)]
@@ -221,7 +221,7 @@ fn what_a_signal_ended_goes_on_as_if_it_had_never_come() {
 }
 
 #[test]
-fn a_quiet_run_with_a_step_that_fails_is_interrupted_with_code_130_and_no_word() {
+fn interrupted_quiet_run_prints_nothing_and_exits_with_130() {
     let hasty = ["--max-iter", "3", "--on-failure", "record", "--quiet"];
     let mut running = Running::start(&[IPOPT.as_slice(), &hasty].concat());
     running.wait_for(INTO_CONTACT);
@@ -364,7 +364,7 @@ fn rungs(json: &Value, names: &[&str]) -> u64 {
 }
 
 #[test]
-fn the_ladder_solves_every_step_and_says_from_which_rung() {
+fn ladder_solves_every_step_and_reports_the_rung() {
     for args in [&HASTY, &["--steps", "400", "--seed", "0"], &["--steps", "400", "--seed", "2"]] {
         let run = simulate(args);
         assert_eq!((run.end.code, run.end.stderr.as_str()), (Some(0), ""), "{args:?}");
@@ -394,7 +394,7 @@ fn the_ladder_solves_every_step_and_says_from_which_rung() {
 
 /// Choices of `--on-failure` that the solver or scene does not support are refused.
 #[test]
-fn a_choice_for_failures_that_cannot_be_had_is_refused() {
+fn unsupported_failure_choices_are_rejected() {
     for (args, words) in [
         (["--solver", "native", "--on-failure", "ladder"], ["--on-failure ladder", "native"]),
         (["--scene", "floating", "--on-failure", "record"], ["--on-failure", "floating"]),

@@ -111,7 +111,7 @@ fn tables_of_joints_verify() {
 
 /// The rows contain positions, speeds and loads of the joints from the start to the end.
 #[test]
-fn the_table_says_where_joints_are_and_what_they_carry() {
+fn joints_table_has_coordinates_and_forces() {
     let joints = Table::parse(&files()[3]);
     let (k, h) = (joints.numbers("k"), 0.002);
     assert_eq!(k.len(), 4 * 40);
@@ -400,7 +400,7 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
 ];
 
 #[test]
-fn what_is_wrong_with_a_joint_is_said_in_one_sentence() {
+fn invalid_joints_are_rejected_in_one_sentence() {
     for (old, new, words) in BROKEN {
         assert!(SCENE.contains(old), "{old}");
         let (end, directory) = run_scenario(&SCENE.replacen(old, new, 1), &[]);

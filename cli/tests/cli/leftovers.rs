@@ -42,7 +42,7 @@ fn tables_that_a_run_does_not_have_are_removed_and_named() {
 }
 
 #[test]
-fn temporary_files_of_a_killed_run_are_cleared_and_no_others() {
+fn only_temporary_files_of_killed_runs_are_removed() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path();
     let others = [".tumble-notes.tmp", ".tumble-.tmp", "tumble-a1B2c3.tmp", ".tumble-a1B2c3.csv"];

@@ -15,7 +15,7 @@ use tungstenite::{Message, WebSocket};
 
 /// Numbers of a frame before those of the bodies, and numbers of a body.
 const HEAD: usize = 20;
-const OF_BODY: usize = 7;
+const NUMBERS_OF_BODY: usize = 7;
 /// Time for an answer.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -161,7 +161,7 @@ fn a_pull_is_recorded_and_the_run_is_verified() {
     assert_eq!(live.end(), 0);
 
     let table = Table::parse(&std::fs::read_to_string(live.states()).unwrap());
-    let bodies = &shown[HEAD..HEAD + 10 * OF_BODY];
+    let bodies = &shown[HEAD..HEAD + 10 * NUMBERS_OF_BODY];
     assert_eq!(last_states(&table, 10), bodies, "each number has the digits of its bits");
     let verified = run(&["verify", live.states().to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
@@ -172,7 +172,7 @@ fn a_pull_is_recorded_and_the_run_is_verified() {
 }
 
 #[test]
-fn a_change_ends_a_part_that_is_written_beside_the_run() {
+fn change_of_a_live_run_starts_a_new_part() {
     let mut live = Live::start();
     let mut socket = live.socket();
     let step = |count: u32| json!({ "do": "step", "count": count, "contacts": false });
@@ -223,12 +223,12 @@ fn a_live_run_takes_over_at_a_row_of_an_earlier_run() {
     assert!(apart < 1e-6, "{apart}");
     assert_eq!(live.end(), 0);
     assert_eq!(run(&["verify", live.states().to_str().unwrap()]).code, Some(0));
-    let odd = ["run", "--live", "--from", table, "--at", "400"];
-    run(&odd).assert_refused(2, &["at", "k = 400"]);
+    let invalid = ["run", "--live", "--from", table, "--at", "400"];
+    run(&invalid).assert_refused(2, &["at", "k = 400"]);
 }
 
 #[test]
-fn strangers_and_odd_messages_are_refused_and_the_run_goes_on() {
+fn strangers_and_invalid_messages_are_rejected_and_the_run_continues() {
     let mut live = Live::start();
     let token = live.token.clone();
     let get = |path: &str| format!("GET /{path}");
@@ -254,8 +254,8 @@ fn strangers_and_odd_messages_are_refused_and_the_run_goes_on() {
     assert!(live.answered(foreign.as_bytes()).starts_with("HTTP/1.1 421 "));
 
     let mut socket = live.socket();
-    for odd in ["", "{", "[]", r#"{"do":"dance"}"#, r#"{"do":"step","count":-1}"#] {
-        assert!(socket.answer(odd).0["error"].is_string(), "{odd}");
+    for invalid in ["", "{", "[]", r#"{"do":"dance"}"#, r#"{"do":"step","count":-1}"#] {
+        assert!(socket.answer(invalid).0["error"].is_string(), "{invalid}");
     }
     socket.asked(&json!({ "do": "step", "count": 7, "contacts": false }));
     // A frame announces 16 MB.
@@ -276,7 +276,7 @@ fn strangers_and_odd_messages_are_refused_and_the_run_goes_on() {
 }
 
 #[test]
-fn flags_that_a_live_run_lacks_are_refused() {
+fn flags_without_effect_on_a_live_run_are_rejected() {
     // Ipopt's program has one body.
     let scene = format!("{ROOT}/scenarios/drop.toml");
     let refused = |flags: &[&str], words: &[&str]| {

@@ -169,7 +169,7 @@ anchor_a = [0.0, 0.0, 0.05]
 /// time step and a time step that suffices. The estimate is ω² = 12 T/(m L), and `verify`
 /// recomputes it.
 #[test]
-fn joints_too_stiff_for_the_time_step_are_named_with_one_that_does() {
+fn stiff_joints_are_reported_with_a_suitable_time_step() {
     const TAUT: &str = r#"
 steps = 12
 time_step = 0.007

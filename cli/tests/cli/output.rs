@@ -71,7 +71,7 @@ fn a_long_run(out: &Path) -> Child {
 
 #[cfg(unix)]
 #[test]
-fn two_runs_do_not_write_to_one_directory_at_once() {
+fn second_run_into_a_busy_directory_is_rejected() {
     let earlier = simulate(&["--steps", "5"]);
     let out = earlier.path("");
     let mut running = a_long_run(&out);
@@ -107,7 +107,7 @@ fn pictures_of_one_run_can_be_made_at_once() {
 }
 
 #[test]
-fn a_standard_output_that_is_closed_costs_no_picture() {
+fn pictures_are_written_with_closed_standard_output() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out");
     let (reader, writer) = std::io::pipe().unwrap();

@@ -10,13 +10,13 @@ struct Draws(Mt);
 
 impl Draws {
     /// Number from `low` to `high`.
-    fn of(&mut self, low: f64, high: f64) -> f64 {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
     }
 
     /// List of `count` numbers up to `size`.
     fn list(&mut self, count: usize, size: f64) -> Vec<f64> {
-        (0..count).map(|_| self.of(-size, size)).collect()
+        (0..count).map(|_| self.between(-size, size)).collect()
     }
 }
 
@@ -25,7 +25,7 @@ const SHAPES: [&str; 8] =
     ["box", "sphere", "capsule", "cylinder", "cone", "hull", "rounded hull", "ellipsoid"];
 
 fn shape(name: &str, draws: &mut Draws) -> String {
-    let mut sizes = || [(); 3].map(|()| draws.of(0.05, 0.15));
+    let mut sizes = || [(); 3].map(|()| draws.between(0.05, 0.15));
     let [a, b, c] = sizes();
     let mut corners = |count: usize| (0..count).map(|_| draws.list(3, 0.15)).collect::<Vec<_>>();
     match name {
@@ -45,7 +45,7 @@ fn pair(first: &str, second: &str, draws: &mut Draws) -> String {
     let way = draws.list(3, 1.0);
     let length = way.iter().map(|x| x * x).sum::<f64>().sqrt().max(0.1);
     let along = |by: f64| way.iter().map(|x| by * x / length).collect::<Vec<_>>();
-    let (speed, friction) = (draws.of(1.0, 6.0), draws.of(-0.3, 0.9).max(0.0));
+    let (speed, friction) = (draws.between(1.0, 6.0), draws.between(-0.3, 0.9).max(0.0));
     let mut text = format!(
         "steps = 90\ntime_step = 0.002\ngravity = 0\n[ground]\nnone = true\nfriction = {friction}\n"
     );

@@ -80,7 +80,7 @@ struct Done {
 }
 
 impl Done {
-    fn of(flags: &[&str]) -> Self {
+    fn run(flags: &[&str]) -> Self {
         let (end, directory) = run_scenario(SCENE, flags);
         Self { end, directory }
     }
@@ -119,7 +119,7 @@ fn names(names: &[&str]) -> Vec<PathBuf> {
 
 #[test]
 fn a_run_draws_what_its_tables_draw() {
-    let done = Done::of(&["--plot", "--html", "--gif", "--gif-size", "100"]);
+    let done = Done::run(&["--plot", "--html", "--gif", "--gif-size", "100"]);
     assert_eq!((done.end.code, done.end.stderr.as_str()), (Some(0), ""), "{:?}", done.end);
     for name in PICTURES {
         assert!(done.end.stdout.contains(name), "{name}: {:?}", done.end);
@@ -159,8 +159,8 @@ fn drops(svg: &Svg, id: &str) -> Vec<f64> {
 /// `--body` selects the plotted body. The ball falls by z_k = z_0 − g h² k (k+1)/2 and the slab
 /// rests.
 #[test]
-fn the_plots_are_of_the_body_that_is_asked_for() {
-    let done = Done::of(&["--plot", "--quiet"]);
+fn plots_show_the_requested_body() {
+    let done = Done::run(&["--plot", "--quiet"]);
     assert_eq!((done.end.code, done.end.stdout.as_str()), (Some(0), ""));
     let slab = Svg::read(&done.path("plot.svg"));
     assert!(slab.text.contains("Motion and contact of slab: test"), "the first is the default");
@@ -186,8 +186,8 @@ fn the_plots_are_of_the_body_that_is_asked_for() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
-    let done = Done::of(&[]);
+fn pictures_that_cannot_be_drawn_are_rejected_before_writing() {
+    let done = Done::run(&[]);
     for body in ["3", "-1", "bal", ""] {
         done.draw("plot", &["--body", body]).assert_refused(2, &["--body", "slab", "0 to 2"]);
     }
@@ -206,14 +206,14 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
     done.draw("gif", &[]).assert_refused(2, &["states, line 2", "t_s"]);
     assert_eq!(done.files(), names(&TABLES));
     // Too many frames are refused at the start.
-    let slow = Done::of(&["--gif", "--gif-speed", "0.001", "--steps", "400"]);
+    let slow = Done::run(&["--gif", "--gif-speed", "0.001", "--steps", "400"]);
     slow.end.assert_refused(2, &["frames", "--gif-speed"]);
     assert!(!slow.path("").exists());
 }
 
 #[test]
 fn a_failed_step_is_seen_in_the_exit_code() {
-    let done = Done::of(&[]);
+    let done = Done::run(&[]);
     done.change("steps.csv", ",converged,", ",failed,");
     assert_eq!(done.draw("gif", &["--gif-size", "100", "--quiet"]).code, Some(3));
     assert_eq!(done.draw("view", &["--quiet"]).code, Some(3));
@@ -233,8 +233,8 @@ fn a_ground_out_of_reach_is_not_drawn() {
 }
 
 #[test]
-fn a_run_of_several_beside_one_of_one_on_a_page() {
-    let done = Done::of(&[]);
+fn page_compares_runs_with_several_and_one_body() {
+    let done = Done::run(&[]);
     let one = super::support::simulate(&["--steps", "21", "--solver", "native"]);
     let files = [done.path("states.csv"), one.path("states.csv")];
     let end = run(&["view", text(&files[0]), text(&files[1])]);
@@ -257,7 +257,7 @@ fn colours_and_labels_are_in_every_picture() {
     assert!(page.contains("#e010f0") && page.contains("Würfel \\u0026 \\u003cb\\u003e"));
     assert!(!page.contains("Würfel & <b>"));
     let gif = fs::read(done.path("animation.gif")).unwrap();
-    assert!(gif != fs::read(Done::of(&flags).path("animation.gif")).unwrap());
+    assert!(gif != fs::read(Done::run(&flags).path("animation.gif")).unwrap());
     let again = done.directory.path().join("again");
     let end = done.draw("gif", &["--gif-size", "100", "--out", text(&again)]);
     assert_eq!(end.code, Some(0), "{end:?}");

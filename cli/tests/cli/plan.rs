@@ -105,7 +105,7 @@ damping = 0.01
 /// The written scene has the same joint frames to the last bit, for joints about general axes of
 /// rotated bodies.
 #[test]
-fn a_plan_by_a_motor_is_a_scene_too() {
+fn plan_by_a_motor_runs_as_a_scene() {
     let directory = tempfile::tempdir().unwrap();
     fs::write(directory.path().join("arm.toml"), ARM).unwrap();
     let file = directory.path().join("problem.toml");
@@ -129,7 +129,7 @@ fn a_plan_by_a_motor_is_a_scene_too() {
 /// The plan of a single `[body]` is a scene. The body is a point mass with a force and an initial
 /// velocity.
 #[test]
-fn a_plan_of_one_body_is_a_scene_too() {
+fn plan_of_one_body_runs_as_a_scene() {
     let directory = tempfile::tempdir().unwrap();
     let out = |name: &str| directory.path().join(name);
     let text_of = |name: &str, table: &str| text(out(name).join(table));
@@ -175,7 +175,7 @@ fn threads_do_not_change_a_plan() {
 
 /// A target out of reach ends with status `missed` and exit code 3.
 #[test]
-fn what_cannot_be_reached_is_missed() {
+fn unreachable_target_is_reported_as_missed() {
     let (directory, problem) = problem(&SLIDE.replace("[-20, 20]", "[-3, 3]"));
     let out = directory.path().join("out");
     let end = run(&["plan", &problem, "--out", out.to_str().unwrap()]);
@@ -189,7 +189,7 @@ fn what_cannot_be_reached_is_missed() {
 /// The shipped problem `stop.toml` finds the initial velocity with which the box stops at its
 /// target.
 #[test]
-fn the_start_that_stops_is_found_from_the_command_line() {
+fn plan_command_finds_the_velocity_that_stops_at_the_target() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out");
     let end = run(&["plan", &shipped("stop.toml"), "--out", out.to_str().unwrap()]);
@@ -251,7 +251,7 @@ fn table(controls: impl Fn(usize) -> f64) -> String {
 
 /// A table of controls that does not fit causes a note in a search and an error in a replay.
 #[test]
-fn controls_that_do_not_fit_are_said_or_refused() {
+fn controls_that_do_not_fit_are_reported_or_rejected() {
     let (directory, problem) = problem(&SLIDE.replace("runs = 300", "stages = []"));
     let (pieces, out) = (directory.path().join("pieces.toml"), directory.path().join("out"));
     fs::write(
@@ -286,7 +286,7 @@ fn controls_that_do_not_fit_are_said_or_refused() {
 
 /// The stages `shoot` and `sample` refuse 100 000 variables.
 #[test]
-fn more_numbers_than_can_be_sought_are_refused() {
+fn plans_with_too_many_variables_are_rejected() {
     let fields = SLIDE.replace("steps = 30", "steps = 100000");
     for (stage, words) in
         [("shoot", "shoot: there are 100000 variables; allowed: up to"), ("sample", "sample:")]

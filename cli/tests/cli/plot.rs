@@ -29,7 +29,7 @@ fn plot(file: &Path, args: &[&str]) -> End {
 
 /// The force axis shows both an impact of 20 000 N and the weight of 98 N.
 #[test]
-fn impacts_do_not_flatten_the_weight() {
+fn plot_with_impacts_still_resolves_the_weight() {
     let (_, motion, _) = simulate_and_plot(&["--steps", "1000", "--solver", "native"]);
     let label = motion.panel("force").label;
     assert!(label.contains("symlog axis, linear below 100 N"), "{label}");
@@ -59,7 +59,7 @@ fn the_sheets_have_their_panels_labels_and_curves() {
 }
 
 #[test]
-fn two_impacts_in_200_000_rows_are_seen() {
+fn two_impacts_in_200_000_rows_are_plotted() {
     let directory = two_impacts(200_000, "converged");
     let end = plot(&directory.path().join("states.csv"), &[]);
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
@@ -145,7 +145,7 @@ fn a_title_from_a_file_cannot_break_the_picture() {
 /// A long name is shortened in the middle and characters without a glyph are counted. The SVG's
 /// title keeps the full name.
 #[test]
-fn names_that_do_not_fit_are_cut_and_said() {
+fn long_names_are_shortened_and_missing_glyphs_counted() {
     let simulated = simulate(&["--steps", "3"]);
     let text = fs::read_to_string(simulated.path("run.json")).unwrap();
     let name = format!("立方体 {}", "W".repeat(76));

@@ -7,7 +7,7 @@ const DROP: [&str; 6] = ["--solver", "native", "--steps", "700", "--seed", "42"]
 
 /// A larger requested residual is stored in run.json, reached by the solver and used by `verify`.
 #[test]
-fn a_run_is_held_to_what_was_asked_for() {
+fn requested_residual_is_stored_reached_and_verified() {
     let of = |residual: &str| simulate(&[&DROP[..], &["--residual", residual]].concat());
     let (usual, exact, less) = (simulate(&DROP), of("1e-9"), of("1e-4"));
     assert_eq!(usual.csv(), exact.csv(), "the usual residual is 1e-9");
@@ -29,7 +29,7 @@ fn a_run_is_held_to_what_was_asked_for() {
 
 /// `residual` in a scenario is used, continued and checked for its range.
 #[test]
-fn it_may_stand_in_the_scenario_and_is_gone_on_with() {
+fn residual_of_a_scenario_is_used_and_continued() {
     let text = "steps = 60\n[body]\nbox = 1.0\nmass = 1.0\n[ground]\nfriction = 0.3\n[start]\n\
                 position = [0, 0, 0.6]\n[solver]\nname = \"native\"\nresidual = 1e-5\n";
     let (end, directory) = run_scenario(text, &[]);
@@ -49,7 +49,7 @@ fn it_may_stand_in_the_scenario_and_is_gone_on_with() {
 }
 
 #[test]
-fn residuals_that_mean_nothing_are_refused() {
+fn residual_is_rejected_where_it_has_no_effect() {
     for residual in ["0", "-1e-6", "1e-10", "0.1"] {
         let end = run(&[&DROP[..], &["--residual", residual]].concat());
         end.assert_refused(2, &["--residual", "1e-9 to 1e-2"]);

@@ -108,7 +108,7 @@ ratio = 2.0
 "#;
 
 #[test]
-fn gears_moving_surfaces_and_a_later_start_are_written_down() {
+fn converted_scene_has_gears_surfaces_and_start_index() {
     let directory = tempfile::tempdir().unwrap();
     let [first, written, twice] =
         ["first.toml", "written.toml", "twice.toml"].map(|name| directory.path().join(name));
@@ -177,7 +177,7 @@ fn packages_have_a_flag() {
 
 /// Broken robot files and unsuitable flags are refused in one sentence.
 #[test]
-fn what_cannot_be_is_said_in_one_sentence() {
+fn invalid_robot_options_are_rejected_in_one_sentence() {
     let directory = tempfile::tempdir().unwrap();
     let broken = directory.path().join("broken.urdf");
     fs::write(&broken, "<robot name='a'>\n<link name='b'/>\n<joint name='c' type='bent'><parent link='b'/><child link='d'/></joint></robot>").unwrap();

@@ -25,7 +25,7 @@ name = "native"
 /// the tutorial's form. `verify` reads the form from run.json and assumes the tutorial's form if it
 /// is missing.
 #[test]
-fn files_and_flags_say_by_which_equation_bodies_turn() {
+fn files_and_flags_select_the_rotation_equation() {
     let own = format!("rotation = \"tutorial\"{BOX}");
     let [plain, named, flagged] = [(BOX, &[][..]), (&own, &[]), (BOX, &["--rotation", "tutorial"])]
         .map(|(text, flags)| run_scenario(text, flags));
@@ -67,7 +67,7 @@ fn files_and_flags_say_by_which_equation_bodies_turn() {
 
 /// A scene without ground has no choice of form, and unknown names are refused.
 #[test]
-fn a_rotation_that_means_nothing_is_refused() {
+fn rotation_is_rejected_where_it_has_no_effect() {
     let floating = run(&["--scene", "floating", "--rotation", "momentum"]);
     floating.assert_refused(2, &["--rotation", "floating"]);
     let free = BOX.replace("[ground]\nfriction = 0.5\n", "");
@@ -81,7 +81,7 @@ fn a_rotation_that_means_nothing_is_refused() {
 /// Several bodies: run.json names the form, and the energy in the table is conserved only by the
 /// momentum form.
 #[test]
-fn the_energy_of_a_spinning_pair_is_that_which_its_steps_keep() {
+fn energy_column_is_the_one_that_the_steps_conserve() {
     let text = |form: &str| {
         format!(
             "steps = 500\nrotation = \"{form}\"\n[ground]\nnone = true\nfriction = 0.5\n\

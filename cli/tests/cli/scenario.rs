@@ -86,7 +86,7 @@ position = [0.3, 0.1, 0.05]
 /// Friction holds a box with sides 10:1 on a tilted plane with a slope of 6.4°. The box does not
 /// move. Its contact forces in the world frame add up to its weight.
 #[test]
-fn a_block_on_an_odd_plane_stays_and_its_weight_is_carried() {
+fn block_on_an_inclined_plane_stays_and_its_weight_is_carried() {
     for solver in ["native", "ipopt"] {
         let (end, directory) = run_scenario(BLOCK, &["--solver", solver, "--steps", "200"]);
         assert_eq!(end.code, Some(0), "{end:?}");
@@ -141,7 +141,7 @@ fn a_slope_far_from_the_origin_verifies() {
 
 /// Rounding of the change of frame does not excuse unphysical positions.
 #[test]
-fn a_place_out_of_this_world_does_not_verify_on_a_slope() {
+fn position_out_of_range_fails_verify_on_a_slope() {
     let (end, directory) = run_scenario(BLOCK, &["--solver", "native", "--steps", "20"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     unseal(&directory.path().join("out/run.json"));
@@ -167,7 +167,7 @@ fn a_place_out_of_this_world_does_not_verify_on_a_slope() {
 
 /// A load that adds more speed in a step than any state may have is refused.
 #[test]
-fn a_load_that_throws_the_body_out_of_the_world_is_refused() {
+fn load_that_throws_the_body_out_of_range_is_rejected() {
     for flags in [["--force", "1e9,0,0"], ["--torque", "1e7,0,0"]] {
         let end: End = tumble().args(flags).output().unwrap().into();
         end.assert_refused(2, &["--force or --torque", "allowed: up to 1e4"]);
@@ -420,7 +420,7 @@ fn a_flag_beside_a_scenario_is_named_as_a_flag() {
 }
 
 #[test]
-fn flags_that_mean_nothing_to_a_scenario_are_refused() {
+fn flags_without_effect_on_a_scenario_are_rejected() {
     let seed = run_scenario(BLOCK, &["--seed", "3"]).0;
     seed.assert_refused(2, &["--seed", "random"]);
     let floating = BLOCK

@@ -126,7 +126,7 @@ fn moved(done: &Simulated) -> Vec<f64> {
 /// A stack, a pyramid, a mass ratio of 1 : 10⁴, a card house and an arch stand still up to
 /// rounding.
 #[test]
-fn what_stands_stays() {
+fn standing_structures_do_not_move() {
     for name in ["stack", "pyramid", "mass-ratio", "card-house", "arch"] {
         let moved = moved(&scene(name, &[]));
         assert!(moved.iter().all(|moved| *moved < 1e-11), "{name}: {moved:?}");

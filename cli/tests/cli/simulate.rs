@@ -86,7 +86,7 @@ fn assert_summary(run: &Simulated, rows: usize) {
     sorted.sort_by(f64::total_cmp);
     let median = match (sorted.len(), sorted.len() / 2) {
         (0, _) => Value::Null,
-        (odd, middle) if odd % 2 == 1 => json!(sorted[middle]),
+        (invalid, middle) if invalid % 2 == 1 => json!(sorted[middle]),
         (_, middle) => json!(0.5 * (sorted[middle - 1] + sorted[middle])),
     };
     let largest = certificates[..rows - 1].iter().copied().fold(f64::NEG_INFINITY, f64::max);

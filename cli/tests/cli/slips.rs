@@ -12,7 +12,7 @@ const STACK: &str = "steps = 20\n[ground]\nfriction = 0.5\n[[bodies]]\nname = \"
      position = [0.0, 0.0, 0.1]\n[[bodies]]\nname = \"high\"\nbox = 0.2\nmass = 1.0\nposition = [0.0, 0.0, 0.3]\n";
 
 #[test]
-fn a_path_that_is_no_table_or_directory_is_answered_with_the_right_one() {
+fn wrong_paths_are_answered_with_the_right_one() {
     let directory = tempfile::tempdir().unwrap();
     let here = directory.path();
     fs::write(here.join("stack.toml"), STACK).unwrap();
@@ -92,7 +92,7 @@ fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
 /// steps are taken in shorter ones. The summary has the largest gain of all steps, which no energy in
 /// the table exceeds, and its place.
 #[test]
-fn the_largest_gain_of_energy_is_said() {
+fn largest_energy_gain_is_reported() {
     let rod = |name: &str, y: f64, spin: f64| {
         format!(
             "[[bodies]]\nname = \"{name}\"\nbox = [0.1, 0.5, 0.1]\nmass = 1.0\nposition = [0, {y}, 2]\n\

@@ -52,7 +52,7 @@ fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
 
 /// Without loads nothing depends on time. Only the columns k and t differ between start indices.
 #[test]
-fn a_scenario_says_where_it_begins() {
+fn start_index_of_a_scenario_changes_only_k_and_t() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("later.toml");
     let text = fs::read_to_string(format!("{ROOT}/scenarios/door.toml"));
@@ -84,9 +84,9 @@ fn a_scenario_says_where_it_begins() {
 
 /// Start indices outside 0 to 9e15 and other text are refused.
 #[test]
-fn an_index_that_is_none_is_refused() {
-    for odd in ["-1", "1.5", "9000000000000001", "x"] {
-        let end = run(&["--start-index", odd]);
+fn invalid_start_indices_are_rejected() {
+    for invalid in ["-1", "1.5", "9000000000000001", "x"] {
+        let end = run(&["--start-index", invalid]);
         assert_eq!(end.code, Some(2), "{end:?}");
         let why = "a whole number from 0 to 9000000000000000 is needed";
         assert!(end.stderr.contains(why), "{end:?}");

@@ -88,7 +88,7 @@ fn a_quiet_run_needs_no_standard_output() {
 }
 
 #[test]
-fn no_progress_bar_is_drawn_where_no_terminal_is() {
+fn progress_bar_needs_a_terminal() {
     let end = simulate(&["--steps", "230"]).end;
     assert_eq!(end.stderr, "");
     assert!(!end.stdout.contains(['\r', '\u{1b}']), "{:?}", end.stdout);

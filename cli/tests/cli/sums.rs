@@ -58,12 +58,11 @@ fn laws_on_sums_run_and_verify() {
         let (now, next) = (sum(k), sum(k + 1));
         let pull = -50.0 * next - 2.0 * (next - now) / 0.002;
         // Rounding of positions divided by the time step.
-        match next > -0.3 + 1e-9 {
-            true => assert!((force[2 * k] - pull).abs() < 1e-9, "{k}: {} {pull}", force[2 * k]),
-            false => {
-                assert!(next >= -0.3 - 1e-12 && force[2 * k] >= pull - 1e-9, "{k}");
-                stopped += 1;
-            }
+        if next > -0.3 + 1e-9 {
+            assert!((force[2 * k] - pull).abs() < 1e-9, "{k}: {} {pull}", force[2 * k])
+        } else {
+            assert!(next >= -0.3 - 1e-12 && force[2 * k] >= pull - 1e-9, "{k}");
+            stopped += 1;
         }
         assert!(force[2 * k + 1].abs() <= 30.0);
     }
@@ -84,7 +83,7 @@ fn laws_on_sums_run_and_verify() {
 }
 
 #[test]
-fn what_is_wrong_with_a_law_on_a_sum_is_said_in_one_sentence() {
+fn invalid_gear_laws_are_rejected_in_one_sentence() {
     let broken: &[(&str, &str, &[&str])] = &[
         ("damping = 2.0", "start = 2.0", &["gears[0] (first, second).drive.start", "leave it out"]),
         ("damping = 2.0", "damping = -2.0", &["gears[0] (first, second)", "damping", "0 to 1e12"]),

@@ -77,7 +77,7 @@ fn row(table: &Table, k: u64, count: usize) -> usize {
 }
 
 #[test]
-fn tables_as_they_were_written_verify() {
+fn unchanged_tables_verify() {
     let end = verify_changed("states.csv", |_| ());
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
     assert!(end.stdout.contains("29 steps of 3 bodies"), "{end:?}");
@@ -110,7 +110,7 @@ fn a_changed_number_is_found_and_its_step_named() {
 
 /// A contact that does not follow from the shapes is reported.
 #[test]
-fn contacts_that_the_bodies_do_not_have_are_named() {
+fn contacts_that_contradict_the_bodies_are_reported() {
     let cases: [(&str, &str, &str); 6] = [
         ("body", "7", "does not exist"),
         ("partner", "fixed", "contact 4"),
@@ -174,7 +174,7 @@ fn a_key_of_other_features_is_found() {
 /// A change in any column is found in the first, middle and last row. The column `start` is
 /// excluded, because any start method of the solver is plausible.
 #[test]
-fn no_column_can_be_changed_unnoticed() {
+fn every_changed_column_fails_verify() {
     for name in &READ[..3] {
         let place = READ.iter().position(|file| file == name).unwrap();
         let table = Table::parse(&files()[place]);
@@ -197,7 +197,7 @@ fn no_column_can_be_changed_unnoticed() {
 }
 
 #[test]
-fn numbers_that_overflow_the_certificate_are_a_mismatch_and_no_crash() {
+fn numbers_that_overflow_the_certificate_are_reported_as_mismatch() {
     for value in ["1e308", "-1e308", "1e200"] {
         for (file, column) in [
             ("states.csv", "z_m"),
@@ -261,7 +261,7 @@ fn fields_that_cannot_be_read_are_refused_with_table_line_and_column() {
 }
 
 #[test]
-fn a_table_or_run_file_that_is_not_there_is_named() {
+fn missing_table_or_run_file_is_named() {
     for name in ["states.csv", "contacts.csv"] {
         let directory = tempfile::tempdir().unwrap();
         for (file, text) in READ.iter().zip(files()).filter(|(file, _)| **file != name) {
@@ -325,7 +325,7 @@ fn a_line_of_a_table_without_end_is_refused() {
 
 /// `verify` compares the statuses and counts of the tables with their rows and run.json.
 #[test]
-fn a_status_that_the_rows_do_not_have_is_named() {
+fn status_that_contradicts_the_rows_is_reported() {
     for (status, words) in [
         ("free", "`free`, but it has forces"),
         ("fallback", "summary.fallback is 0; the rows have 1"),
@@ -352,7 +352,7 @@ fn a_status_that_the_rows_do_not_have_is_named() {
 
 /// The column `start` accepts only the start methods of tumble's solvers.
 #[test]
-fn a_start_that_no_solver_has_is_named() {
+fn unknown_start_method_is_reported() {
     for (start, code) in [("magic", 1), ("previous ", 1), ("zero", 0)] {
         let end = verify_changed("steps.csv", |table| {
             let column = table.column("start");
@@ -380,7 +380,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     assert_eq!(done.end.code, Some(0), "{:?}", done.end);
 
     let read = |_: &Path, _: u64| Err(std::io::ErrorKind::NotFound.into());
-    let scene = Scene::of_text(SCENE, &file, Settings::default(), &read);
+    let scene = Scene::from_text(SCENE, &file, Settings::default(), &read);
     let scene = scene.unwrap_or_else(|_| panic!("the scene was run"));
     let mut simulation = scene.simulation(&Arc::default()).unwrap_or_else(|_| panic!("as before"));
     let create = |table: RunTable| fs::File::create(done.path(&format!("{table}.csv"))).unwrap();

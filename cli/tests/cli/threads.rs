@@ -53,7 +53,7 @@ fn the_files_are_the_same_on_any_number_of_threads() {
 
 /// `--threads` is refused with a single body.
 #[test]
-fn threads_that_would_do_nothing_are_refused() {
+fn threads_are_rejected_where_they_have_no_effect() {
     let two = "[[bodies]]\nbox = 1.0\nmass = 1.0\nposition = [0, 0, 1]\n";
     let two = format!("steps = 5\n[ground]\nfriction = 0.1\n{two}{}", two.replace("0, 0", "3, 0"));
     let one = two.rsplit_once("[[bodies]]").unwrap().0;

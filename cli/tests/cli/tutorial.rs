@@ -107,7 +107,7 @@ fn the_product_preset_is_another_program_of_the_same_cube() {
 
 /// run.json contains the settings of the preset, and the run continues after failed steps.
 #[test]
-fn the_preset_says_what_it_is_and_keeps_failed_steps() {
+fn preset_is_recorded_and_run_continues_after_failed_steps() {
     let run = tutorial(42, 260);
     assert_eq!(run.end.code, Some(3), "{:?}", run.end);
     let file = run.run_json();

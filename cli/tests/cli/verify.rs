@@ -21,7 +21,7 @@ pub fn verify(directory: &Path, flags: &[&str]) -> End {
 }
 
 #[test]
-fn a_file_as_it_was_written_verifies() {
+fn unchanged_files_verify() {
     for args in [
         ["--steps", "240"].as_slice(),
         &["--scene", "floating", "--steps", "300"],
@@ -80,7 +80,7 @@ fn the_number_of_worst_steps_can_be_chosen() {
 }
 
 #[test]
-fn files_that_are_no_tables_are_refused() {
+fn other_files_are_rejected_as_tables() {
     for content in [
         b"".as_slice(),
         b"\n",

@@ -34,7 +34,7 @@ const SHAPES: [&str; 4] = [
 ];
 
 #[test]
-fn honest_runs_upon_leaning_things_verify() {
+fn unchanged_runs_on_inclined_fixed_bodies_verify() {
     for seed in 1..=6 {
         let bodies = (0..8).map(|number: usize| {
             let shape = SHAPES[number % SHAPES.len()];

@@ -327,7 +327,7 @@ fn the_parameters_and_counts_are_those_of_run_json() {
 }
 
 #[test]
-fn two_impacts_in_200_000_rows_stay() {
+fn two_impacts_in_200_000_rows_are_kept_in_the_page() {
     let directory = two_impacts(200_000, "converged");
     let end = view(&[&directory.path().join("states.csv")], &[]);
     // One of the steps failed.

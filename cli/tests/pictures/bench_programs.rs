@@ -49,7 +49,7 @@ fn a_scene_is_timed() {
 /// accepted residual. In a stack of n boxes the normal impulses add up to m g h (1 + 2 + … + n).
 /// Their error is the accepted residual for that number of unit masses.
 #[test]
-fn a_local_problem_is_that_of_the_step() {
+fn local_problem_equals_the_problem_of_its_step() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("problems");
     let request = request("stack.json", json!({ "steps": 8, "first": 5, "stride": 2 }));
@@ -84,7 +84,7 @@ fn a_local_problem_is_that_of_the_step() {
 /// Problems of a directory are solved in order of their names. Spatial problems are also written
 /// out, planar ones are not.
 #[test]
-fn bare_problems_are_solved_and_handed_on() {
+fn bare_problems_are_solved_and_exported() {
     let folder = tempfile::tempdir().unwrap();
     // Contact point of 2 kg with 1 m/s downwards and 0.3 m/s tangentially.
     let (w, free, friction) = (0.5, [-1.0, 0.3, 0.0], 0.25);

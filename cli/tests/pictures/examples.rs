@@ -56,7 +56,7 @@ fn the_thrown_cube_lies_on_the_mark() {
 /// The sensitivities to push and mass are opposite and agree with finite differences. On its edge
 /// the tower is an inverted pendulum.
 #[test]
-fn the_fall_of_a_tower_depends_on_what_it_must() {
+fn tower_tilt_depends_on_push_and_mass_and_not_on_friction() {
     let text = printed("tower", &[], 0);
     let pushed = numbers(line(&text, "  10.00"));
     let [_, tilt, by_push, difference, by_mass, friction, ..] = pushed[..] else {
@@ -80,7 +80,7 @@ fn rollouts_have_the_numbers_of_a_loop() {
 
 /// Two short runs of ten boxes are counted by step status, and all steps are solved.
 #[test]
-fn heaps_are_counted() {
+fn heaps_program_prints_its_counts() {
     let text = printed("heaps", &["2", "400", "7", "boxes"], 0);
     let first = numbers(text.lines().nth(1).unwrap());
     let [bodies, friction, contact, wild, failed, ..] = first[..] else { panic!("{text}") };
@@ -101,7 +101,7 @@ fn islands_have_the_same_numbers_on_threads() {
 /// Friction is at most μ times the normal force. The cube has no vertical speed at the start and at
 /// rest, so the normal impulse is m g T. Hence 3 m/s are not lost earlier than T = v/(μ g).
 #[test]
-fn the_swept_cubes_come_to_rest_on_a_face_and_no_sooner_than_friction_can() {
+fn swept_cubes_rest_on_a_face_not_earlier_than_friction_allows() {
     let text = printed("friction_sweep", &["1"], 0);
     let rows: Vec<_> = text.lines().skip(1).map(numbers).collect();
     assert_eq!(rows.len(), 12);
@@ -190,7 +190,7 @@ fn the_program_at_a_point_has_casadis_values() {
 }
 
 #[test]
-fn bad_numbers_are_refused_in_a_sentence() {
+fn examples_reject_bad_numbers_in_one_sentence() {
     for (example, argument) in
         [("friction_sweep", "0"), ("friction_sweep", "x"), ("react_to_failure", "-1")]
     {

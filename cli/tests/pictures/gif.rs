@@ -121,7 +121,7 @@ fn a_drop_is_thirty_frames_a_second_at_real_speed_and_small() {
 }
 
 #[test]
-fn speed_size_and_camera_are_what_was_asked_for() {
+fn gif_has_the_requested_speed_size_and_camera() {
     let directory = TempDir::new().unwrap();
     let here = directory.path();
     done(&["--steps", "101", "--solver", "native", "--quiet"], here);
@@ -154,7 +154,7 @@ fn speed_size_and_camera_are_what_was_asked_for() {
 
 /// Without ground only the background is behind the body.
 #[test]
-fn a_body_that_falls_without_a_ground_is_drawn_on_none() {
+fn gif_without_ground_draws_no_ground() {
     let directory = TempDir::new().unwrap();
     let here = directory.path();
     let flags = ["--gif", "--gif-size", "400", "--steps", "100", "--quiet"];

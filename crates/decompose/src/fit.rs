@@ -25,7 +25,7 @@ impl Fit {
     ///
     /// # Errors
     /// A mesh whose surface cannot be searched.
-    pub fn of(pieces: &[Piece], mesh: &Mesh) -> Result<Self, Error> {
+    pub fn new(pieces: &[Piece], mesh: &Mesh) -> Result<Self, Error> {
         let solid = Solid::new(mesh)?;
         let spacing = solid.extent() / SAMPLES;
         let volume: f64 = pieces.iter().map(|piece| MassProperties::of(piece).volume).sum();

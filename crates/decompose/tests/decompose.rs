@@ -86,7 +86,7 @@ fn is_in(pieces: &[Piece], point: &Vector3<f64>, tolerance: f64) -> bool {
 fn an_angle_becomes_a_few_boxes() {
     let pieces = decompose(&angle(), &settings(16)).unwrap();
     assert!((2..=4).contains(&pieces.len()), "{}", pieces.len());
-    let fit = Fit::of(&pieces, &angle()).unwrap();
+    let fit = Fit::new(&pieces, &angle()).unwrap();
     // A piece may exceed its parts by 0.002 of the hull, 3.5 m³. A cut misses the inner corner by
     // up to a voxel or two, of 2/63 m.
     let allowed = pieces.len() as f64 * 0.002 * 3.5 / 3.0;
@@ -100,7 +100,7 @@ fn a_torus_keeps_its_hole_and_its_volume() {
     for count in [8, 16, 32] {
         let pieces = decompose(&mesh, &settings(count)).unwrap();
         assert!((8..=count as usize).contains(&pieces.len()), "{}", pieces.len());
-        let fit = Fit::of(&pieces, &mesh).unwrap();
+        let fit = Fit::new(&pieces, &mesh).unwrap();
         // The hull of an arc of the inner circle, of angle a and radius 0.7, reaches
         // 0.7 (1 − cos(a/2)) into the hole. No arc is longer than twice the mean.
         let sagitta = 0.7 * (1.0 - (TAU / pieces.len() as f64).cos());
@@ -216,7 +216,7 @@ fn every_resolution_and_attitude_has_pieces() {
             let mut settings = settings(8);
             settings.resolution = 32 + 5 * turn;
             let pieces = decompose(&mesh, &settings).unwrap();
-            let fit = Fit::of(&pieces, &mesh).unwrap();
+            let fit = Fit::new(&pieces, &mesh).unwrap();
             assert!((0.95..1.6).contains(&fit.volume_ratio), "{number} {turn}: {fit:?}");
         }
     }

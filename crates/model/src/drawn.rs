@@ -79,7 +79,7 @@ impl Model {
 
     /// Name of the first body whose start differs from the draw of `seed`.
     #[must_use]
-    pub fn drawn_otherwise(&self, seed: u32) -> Option<&str> {
+    pub fn seed_mismatch(&self, seed: u32) -> Option<&str> {
         let plane = self.plane.as_ref();
         let plane = plane.and_then(|plane| Plane::new(plane.normal.0.into(), plane.offset).ok());
         let mut draws = Draws::new(seed);
@@ -102,8 +102,8 @@ impl Model {
     /// Removes the descriptions of the random starts unless all starts equal the draws of `seed`.
     ///
     /// They differ after a body was removed or a state was set.
-    pub fn keep_draws_of(&mut self, seed: u32) {
-        if self.drawn_otherwise(seed).is_some() {
+    pub fn drop_draws_unless_from(&mut self, seed: u32) {
+        if self.seed_mismatch(seed).is_some() {
             self.bodies.iter_mut().for_each(|body| body.drawn = None);
         }
     }

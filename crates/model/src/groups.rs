@@ -79,23 +79,25 @@ impl Model {
     pub(crate) fn grouped(&self, mut world: World) -> Result<World, Failure> {
         for (index, body) in self.bodies.iter().enumerate() {
             if !body.groups.are_usual() {
-                let odd = |why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name));
-                let masks = self.masks(&body.groups).map_err(odd)?;
+                let invalid =
+                    |why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name));
+                let masks = self.masks(&body.groups).map_err(invalid)?;
                 world = world.with_groups(Partner::Body(index), masks)?;
             }
         }
         for (index, fixed) in self.fixed.iter().enumerate() {
             if !fixed.groups.are_usual() {
-                let odd = |why| Failure::Input(format!("fixed[{index}] ({}): {why}", fixed.name));
-                let masks = self.masks(&fixed.groups).map_err(odd)?;
+                let invalid =
+                    |why| Failure::Input(format!("fixed[{index}] ({}): {why}", fixed.name));
+                let masks = self.masks(&fixed.groups).map_err(invalid)?;
                 world = world.with_groups(Partner::Fixed(index), masks)?;
             }
         }
         for (index, terrain) in self.terrains.iter().enumerate() {
             if !terrain.groups.are_usual() {
-                let odd =
+                let invalid =
                     |why| Failure::Input(format!("terrain[{index}] ({}): {why}", terrain.name));
-                let masks = self.masks(&terrain.groups).map_err(odd)?;
+                let masks = self.masks(&terrain.groups).map_err(invalid)?;
                 world = world.with_groups(Partner::Fixed(self.fixed.len() + index), masks)?;
             }
         }
@@ -150,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn letters_are_counted() {
+    fn edit_distance_counts_letters() {
         for (from, to, count) in
             [("", "abc", 3), ("kitten", "sitting", 3), ("debri", "debris", 1), ("a", "a", 0)]
         {

@@ -17,13 +17,13 @@ impl HeightGrid {
     ///
     /// # Errors
     /// Rows of different lengths, or none.
-    pub fn of_rows<R: AsRef<[f64]>>(rows: &[R]) -> Result<Self, String> {
+    pub fn from_rows<R: AsRef<[f64]>>(rows: &[R]) -> Result<Self, String> {
         let columns = rows.first().map_or(0, |row| row.as_ref().len());
-        if let Some(odd) = rows.iter().position(|row| row.as_ref().len() != columns) {
-            let count = rows[odd].as_ref().len();
+        if let Some(invalid) = rows.iter().position(|row| row.as_ref().len() != columns) {
+            let count = rows[invalid].as_ref().len();
             return Err(format!(
                 "row {} has {count} heights and row 1 has {columns}; all rows need the same number",
-                odd + 1
+                invalid + 1
             ));
         }
         let values = rows.iter().flat_map(|row| row.as_ref()).copied().collect();
@@ -34,12 +34,12 @@ impl HeightGrid {
     ///
     /// # Errors
     /// A file in another format, or one that is damaged.
-    pub fn of_file(name: &str, bytes: &[u8]) -> Result<Self, String> {
+    pub fn from_file(name: &str, bytes: &[u8]) -> Result<Self, String> {
         let ending = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
         match &*ending {
-            "png" => Self::of_png(bytes),
-            "npy" => Self::of_npy(bytes),
-            "csv" | "txt" => Self::of_text(bytes),
+            "png" => Self::from_png(bytes),
+            "npy" => Self::from_npy(bytes),
+            "csv" | "txt" => Self::from_text(bytes),
             _ => Err("a file name that ends in .png, .npy or .csv is needed".to_owned()),
         }
     }
@@ -49,7 +49,7 @@ impl HeightGrid {
     ///
     /// # Errors
     /// Another image.
-    pub fn of_png(bytes: &[u8]) -> Result<Self, String> {
+    pub fn from_png(bytes: &[u8]) -> Result<Self, String> {
         let no_png = |error: png::DecodingError| format!("it is not a PNG image: {error}");
         let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(no_png)?;
         let (colour, depth) = reader.output_color_type();
@@ -87,7 +87,7 @@ impl HeightGrid {
     ///
     /// # Errors
     /// Another array.
-    pub fn of_npy(bytes: &[u8]) -> Result<Self, String> {
+    pub fn from_npy(bytes: &[u8]) -> Result<Self, String> {
         let none = || "it is not a NumPy file; save it with `numpy.save`".to_owned();
         let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(none)?;
         let (&[major, _], rest) = rest.split_first_chunk::<2>().ok_or_else(none)?;
@@ -117,11 +117,15 @@ impl HeightGrid {
         let count = count.ok_or_else(|| format!("it has more than {MOST_HEIGHTS} numbers"))?;
         let numbers = numbers_of(kind, data)?;
         if numbers.len() < count {
-            return Err(format!("it has {} numbers of {count}; it is cut off", numbers.len()));
+            return Err(format!(
+                "it has {} of {count} numbers: the file is truncated",
+                numbers.len()
+            ));
         }
-        let values = match by_columns {
-            true => (0..count).map(|at| numbers[at % columns * rows + at / columns]).collect(),
-            false => numbers[..count].to_vec(),
+        let values = if by_columns {
+            (0..count).map(|at| numbers[at % columns * rows + at / columns]).collect()
+        } else {
+            numbers[..count].to_vec()
         };
         Self { values, columns }.checked()
     }
@@ -131,7 +135,7 @@ impl HeightGrid {
     ///
     /// # Errors
     /// A field that is not a number.
-    pub fn of_text(bytes: &[u8]) -> Result<Self, String> {
+    pub fn from_text(bytes: &[u8]) -> Result<Self, String> {
         let text = std::str::from_utf8(bytes).map_err(|_| "it is not text".to_owned())?;
         let lines = || text.lines().filter(|line| !line.trim_start().starts_with('#'));
         let has = |separator: &u8| lines().any(|line| line.as_bytes().contains(separator));
@@ -145,7 +149,7 @@ impl HeightGrid {
             let rows =
                 text.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with('#'));
             let rows: Vec<_> = rows.map(of_line).collect::<Result<_, _>>()?;
-            return Self::of_rows(
+            return Self::from_rows(
                 &rows.into_iter().filter(|row| !row.is_empty()).collect::<Vec<_>>(),
             );
         };
@@ -164,14 +168,14 @@ impl HeightGrid {
                 rows.push(row);
             }
         }
-        Self::of_rows(&rows)
+        Self::from_rows(&rows)
     }
 
     /// Grid of packed heights: little-endian bytes, compressed by deflate, in Base64.
     ///
     /// # Errors
     /// Another text.
-    pub fn of_packed(text: &str, columns: usize) -> Result<Self, String> {
+    pub fn from_packed(text: &str, columns: usize) -> Result<Self, String> {
         let values = crate::packed::unpack_floats(text)?;
         if columns == 0 || !values.len().is_multiple_of(columns) {
             return Err(format!("{} heights are not rows of {columns}", values.len()));
@@ -252,9 +256,9 @@ mod tests {
 
     #[test]
     fn text_has_rows_and_comments() {
-        let grid = HeightGrid::of_text(b"# heights\n0, 1, 2\n3,4,5e-1,\n").unwrap();
+        let grid = HeightGrid::from_text(b"# heights\n0, 1, 2\n3,4,5e-1,\n").unwrap();
         assert_eq!(grid, HeightGrid { values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 0.5], columns: 3 });
-        for (text, wanted) in [
+        for (text, expected) in [
             ("1,2\n3\n", "row 2 has 1 heights and row 1 has 2; all rows need the same number"),
             ("x,y\n1,2\n", "line 1: \"x\" is not a number; remove headings"),
             ("1\t2\n\n3\t\t4\n", "line 3: \"\" is not a number; remove headings"),
@@ -263,13 +267,13 @@ mod tests {
             ("0;1\n2,3\n", "line 2: \"2,3\" is not a number; write 2.3"),
             ("1,2\n3,nan\n", "the height in row 2, column 2 is NaN; finite numbers are needed"),
         ] {
-            assert_eq!(HeightGrid::of_text(text.as_bytes()).unwrap_err(), wanted);
+            assert_eq!(HeightGrid::from_text(text.as_bytes()).unwrap_err(), expected);
         }
         for text in ["0  0.5\n\n 1 2 \n", "0;0.5;\n1; 2;\n", "0\t0.5\n1\t2\n"] {
-            let grid = HeightGrid::of_text(text.as_bytes()).unwrap();
+            let grid = HeightGrid::from_text(text.as_bytes()).unwrap();
             assert_eq!(grid, HeightGrid { values: vec![0.0, 0.5, 1.0, 2.0], columns: 2 });
         }
-        assert!(HeightGrid::of_text(b"1,2\n").unwrap_err().contains("2 × 2 or more"));
+        assert!(HeightGrid::from_text(b"1,2\n").unwrap_err().contains("2 × 2 or more"));
     }
 
     /// An array as `numpy.save` writes it.
@@ -283,16 +287,16 @@ mod tests {
 
     #[test]
     fn arrays_have_both_orders_and_several_types() {
-        let wanted = HeightGrid { values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], columns: 3 };
+        let expected = HeightGrid { values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], columns: 3 };
         let bytes = npy("|u1", false, "(2, 3)", &[0, 1, 2, 3, 4, 5]);
-        assert_eq!(HeightGrid::of_file("a.npy", &bytes).unwrap(), wanted);
+        assert_eq!(HeightGrid::from_file("a.npy", &bytes).unwrap(), expected);
         let floats: Vec<u8> = [0.0, 3.0, 1.0, 4.0, 2.0, 5.0_f32].map(f32::to_le_bytes).concat();
         let bytes = npy("<f4", true, "(2, 3)", &floats);
-        assert_eq!(HeightGrid::of_file("a.npy", &bytes).unwrap(), wanted);
+        assert_eq!(HeightGrid::from_file("a.npy", &bytes).unwrap(), expected);
         for bytes in [npy("|u1", false, "(6,)", &[0; 6]), npy("<c16", false, "(2, 2)", &[0; 64])] {
-            assert!(HeightGrid::of_npy(&bytes).is_err());
+            assert!(HeightGrid::from_npy(&bytes).is_err());
         }
-        assert!(HeightGrid::of_npy(&npy("|u1", false, "(2, 3)", &[0; 5])).is_err());
+        assert!(HeightGrid::from_npy(&npy("|u1", false, "(2, 3)", &[0; 5])).is_err());
     }
 
     #[test]
@@ -305,8 +309,8 @@ mod tests {
         let pixels: Vec<u8> = [0, 1, 2, 3, 4, 65535_u16].map(u16::to_be_bytes).concat();
         writer.write_image_data(&pixels).unwrap();
         writer.finish().unwrap();
-        let grid = HeightGrid::of_file("a.PNG", &bytes).unwrap();
-        let wanted = [4.0, 65535.0, 2.0, 3.0, 0.0, 1.0].map(|grey| grey / 65535.0);
-        assert_eq!(grid, HeightGrid { values: wanted.to_vec(), columns: 2 });
+        let grid = HeightGrid::from_file("a.PNG", &bytes).unwrap();
+        let expected = [4.0, 65535.0, 2.0, 3.0, 0.0, 1.0].map(|grey| grey / 65535.0);
+        assert_eq!(grid, HeightGrid { values: expected.to_vec(), columns: 2 });
     }
 }

@@ -95,7 +95,7 @@ impl JointKind {
 
     /// True if the rotation is unrestricted and the type has no joint angles.
     #[must_use]
-    pub fn turns_in_any_way(self) -> bool {
+    pub fn turns_freely(self) -> bool {
         matches!(self, Self::Free | Self::Spherical)
     }
 
@@ -209,35 +209,41 @@ impl JointModel {
 }
 
 impl JointModel {
-    /// Index into the joint's drives of the axis `wanted`; without a name, of the only axis.
+    /// Index into the joint's drives of the axis `axis_name`; without a name, of the only axis.
     ///
     /// # Errors
     /// An unknown name, or no name for a joint with several driven axes.
-    pub fn driven_place(&self, wanted: Option<&str>) -> Result<usize, String> {
+    pub fn driven_place(&self, axis_name: Option<&str>) -> Result<usize, String> {
         let driven = self.kind.driven();
         let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
-        match wanted {
+        match axis_name {
             None if driven.len() == 1 => Ok(0),
             None => Err(format!(
                 "{:?} has several axes; one of {} is needed",
                 self.name,
                 names.join(", ")
             )),
-            Some(wanted) => driven.iter().position(|(name, _)| *name == wanted).ok_or_else(|| {
-                format!("{wanted:?} is not an axis of {:?}; it has {}", self.name, names.join(", "))
-            }),
+            Some(axis_name) => {
+                driven.iter().position(|(name, _)| *name == axis_name).ok_or_else(|| {
+                    format!(
+                        "{axis_name:?} is not an axis of {:?}; it has {}",
+                        self.name,
+                        names.join(", ")
+                    )
+                })
+            }
         }
     }
 
-    /// Index from 0 to 5 of the driven axis `wanted`.
+    /// Index from 0 to 5 of the driven axis `axis_name`.
     ///
     /// # Errors
     /// The errors of [`JointModel::driven_place`], and a joint without driven axes.
-    pub fn driven_axis(&self, wanted: Option<&str>) -> Result<usize, String> {
+    pub fn driven_axis(&self, axis_name: Option<&str>) -> Result<usize, String> {
         let driven = self.kind.driven();
         if driven.is_empty() {
             return Err(format!("{:?} is {}", self.name, self.kind.name()));
         }
-        self.driven_place(wanted).map(|place| driven[place].1)
+        self.driven_place(axis_name).map(|place| driven[place].1)
     }
 }

@@ -266,8 +266,8 @@ impl Model {
         let courses =
             joints.filter_map(|(index, joint)| Some((index, joint, joint.course.as_ref()?)));
         let knots = courses.map(|(index, joint, course)| {
-            let odd = |why| Failure::Input(format!("joints[{index}] ({}): {why}", joint.name));
-            Ok((index, course.knots().map_err(odd)?))
+            let invalid = |why| Failure::Input(format!("joints[{index}] ({}): {why}", joint.name));
+            Ok((index, course.knots().map_err(invalid)?))
         });
         knots.collect()
     }
@@ -276,10 +276,10 @@ impl Model {
     /// `time` (s).
     pub fn start_at(&mut self, states: &[State], time: f64) -> Result<(), Failure> {
         for (body, state) in self.bodies.iter_mut().zip(states) {
-            body.start = BodyStart::of(state);
+            body.start = BodyStart::from_state(state);
         }
         for (joint, knots) in self.courses()? {
-            self.joints[joint].frames[1] = ModelPlace::of(&knots.at(time));
+            self.joints[joint].frames[1] = ModelPlace::from_frame(&knots.at(time));
         }
         Ok(())
     }
@@ -320,7 +320,10 @@ impl Model {
                 continue;
             }
             let shape = self.shapes.get(model.shape).ok_or_else(|| {
-                Failure::Input(format!("model.bodies[{index}].shape: there is no such shape"))
+                Failure::Input(format!(
+                    "model.bodies[{index}].shape: shape {} does not exist",
+                    model.shape
+                ))
             })?;
             let body = model
                 .rigid_body(shape)
@@ -335,7 +338,7 @@ impl Model {
     ///
     /// # Errors
     /// A text that is not a model.
-    pub fn of_text(text: &str) -> Result<Self, String> {
+    pub fn from_text(text: &str) -> Result<Self, String> {
         fields::json(text)
     }
 
@@ -411,7 +414,7 @@ impl Model {
 
 impl BodyStart {
     /// Initial state equal to `state`.
-    pub fn of(state: &State) -> Self {
+    pub fn from_state(state: &State) -> Self {
         Self {
             position: state.position.into(),
             attitude: state.attitude.into(),

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn swapped_neighbours_are_one_slip() {
+    fn swapped_neighbouring_letters_count_as_one_edit() {
         let commands = ["verify", "view", "run", "plan"];
         assert_eq!(nearest("rnu", commands), Some("run"));
         assert_eq!(nearest("veiw", commands), Some("view"));

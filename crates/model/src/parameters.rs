@@ -45,7 +45,7 @@ impl Default for PlaneParameters {
 
 impl LoadParameters {
     /// Parameters of a `load`.
-    pub fn of(load: &Load) -> Self {
+    pub fn from_load(load: &Load) -> Self {
         let knots = |line: &Polyline| {
             line.knots().iter().map(|(time, v)| Exactly([*time, v[0], v[1], v[2]])).collect()
         };

@@ -177,7 +177,7 @@ impl ModelPlace {
 
     /// Place of the frame of a joint.
     #[must_use]
-    pub fn of(frame: &JointFrame) -> Self {
+    pub fn from_frame(frame: &JointFrame) -> Self {
         Self { position: frame.anchor.into(), attitude: frame.attitude.into() }
     }
 
@@ -239,7 +239,7 @@ pub struct SolidModel {
 impl SolidModel {
     /// Solid with these properties.
     #[must_use]
-    pub fn of(properties: &MassProperties) -> Self {
+    pub fn from_properties(properties: &MassProperties) -> Self {
         let (volume, centre) = (properties.volume, properties.centre);
         let inertia = properties.inertia / volume;
         // Restores the symmetry lost by rounding.
@@ -260,7 +260,7 @@ impl ModelShape {
     /// Mass properties, with the pieces taken as disjoint; `None` for points.
     pub fn solid(&self) -> Result<Option<SolidModel>, Error> {
         let Self::Pieces(placed) = self else { return Ok(None) };
-        let mut solid = SolidModel::of(&MassProperties::of_all(&self.pieces()?)?);
+        let mut solid = SolidModel::from_properties(&MassProperties::of_all(&self.pieces()?)?);
         if let [PlacedForm { form, place: ModelPlace::ORIGIN }] = &placed[..] {
             // Exact values known by symmetry.
             match form {

@@ -68,14 +68,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_for_the_eye_is_escaped() {
+    fn control_and_direction_characters_are_escaped() {
         assert_eq!(escaped("a\u{1b}[31mb\u{202e}c"), "a\\u{1b}[31mb\\u{202e}c");
         assert_eq!(escaped("it's a \"größe\" \\ 長い"), "it's a \"größe\" \\ 長い");
         assert_eq!(line("one\ntwo\u{7}"), "one two\\u{7}");
     }
 
     #[test]
-    fn a_long_line_keeps_its_ends() {
+    fn long_lines_are_shortened_in_the_middle() {
         let long = line(&format!("head{}tail", "ä".repeat(100_000)));
         assert!(long.starts_with("head") && long.ends_with("tail") && long.contains(" … "));
         assert!(long.len() <= LONGEST + 5, "{}", long.len());

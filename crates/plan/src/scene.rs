@@ -60,7 +60,7 @@ fn rewrite(model: &mut Model, world: &World, starts: &[State], loads: &[Load]) {
     for (of, ((body, start), load)) in model.bodies.iter_mut().zip(bodies) {
         of.mass = body.mass();
         of.inertia = body.inertia().transpose().into();
-        of.start = BodyStart::of(start);
-        of.load = (!load.is_none()).then(|| LoadParameters::of(load));
+        of.start = BodyStart::from_state(start);
+        of.load = (!load.is_none()).then(|| LoadParameters::from_load(load));
     }
 }

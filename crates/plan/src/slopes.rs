@@ -471,7 +471,7 @@ pub(super) mod tests {
     pub(crate) fn pushed_box(steps: usize) -> (PlanProblem, Vec<f64>) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
         let path = Path::new("box.toml");
-        let scene = Scene::of_text(SCENE, path, Settings::default(), &read).unwrap();
+        let scene = Scene::from_text(SCENE, path, Settings::default(), &read).unwrap();
         let problem =
             ProblemFile::of_scene_text(scene, &PROBLEM.replace("STEPS", &steps.to_string()));
         let problem = problem.unwrap().problem;

@@ -47,7 +47,7 @@ fn bring_together(
     // If the loops do not close, the world reports all violated joints later.
     let Ok((found, change)) = world.assemble(&states) else { return Ok(()) };
     for (body, state) in model.bodies.iter_mut().zip(&found) {
-        body.start = BodyStart::of(state);
+        body.start = BodyStart::from_state(state);
     }
     for robot in robots {
         let is_tied = has_odd(robot);

@@ -65,7 +65,7 @@ pub struct ParsedScene {
 
 impl ScenarioFile {
     /// Converts the fields. Settings of the ground stay `None` without a `[ground]` table.
-    pub fn said(self) -> Result<ParsedScene, String> {
+    pub fn into_parsed(self) -> Result<ParsedScene, String> {
         self.refuse_idle_and_missing()?;
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {

@@ -93,7 +93,7 @@ const MARGIN: f64 = 0.95;
 /// Detects joints that are too stiff in two consecutive steps. An impact can cause a single such
 /// step.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Taut {
+pub struct StiffJointReport {
     /// Stiffness number h ω of each joint in the last step; empty if all were below the limit.
     before: Vec<f64>,
     /// Largest h ω that each joint had in two consecutive steps.
@@ -102,7 +102,7 @@ pub struct Taut {
 
 /// Joint that was too stiff for the time step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TautJoint {
+pub struct StiffJoint {
     /// Index of the joint.
     pub joint: usize,
     /// Largest h ω over two consecutive steps.
@@ -111,7 +111,7 @@ pub struct TautJoint {
     pub time_step_s: f64,
 }
 
-impl Taut {
+impl StiffJointReport {
     /// Adds a step of `world` from `states` with the forces of its joints and gears.
     ///
     /// `stiffness` is the largest h ω of the step.
@@ -136,11 +136,11 @@ impl Taut {
 
     /// Joints that were too stiff for steps of `h` (s).
     #[must_use]
-    pub fn joints(&self, h: f64) -> Vec<TautJoint> {
+    pub fn joints(&self, h: f64) -> Vec<StiffJoint> {
         let lasting = self.lasting.iter().enumerate();
         let of = |(joint, stiffness): (usize, &f64)| {
             let time_step_s = MARGIN * STIFFEST * h / stiffness;
-            TautJoint { joint, stiffness: *stiffness, time_step_s }
+            StiffJoint { joint, stiffness: *stiffness, time_step_s }
         };
         lasting.filter(|(_, most)| **most > STIFFEST).map(of).collect()
     }

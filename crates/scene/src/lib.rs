@@ -16,17 +16,17 @@ mod bodies;
 pub mod choices;
 mod file;
 pub mod joints_summary;
-pub mod kept;
 pub mod label;
 mod locks;
 mod naming;
 pub mod output;
+pub mod row_selection;
 pub mod run_file;
 pub mod scene;
+mod scene_text;
 pub mod settings;
 pub mod solver_choice;
 mod tables;
-mod told;
 pub mod tutorial;
 pub mod written;
 
@@ -52,14 +52,14 @@ pub const LARGEST_FILE: u64 = 4 << 20;
 /// # Errors
 /// The first fault of the text, with the name of the file.
 fn read(text: &str, path: &Path) -> Result<(String, ParsedScene), Failure> {
-    let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
-    let mut file: ScenarioFile = parse(text).map_err(odd)?;
+    let invalid = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
+    let mut file: ScenarioFile = parse(text).map_err(invalid)?;
     let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = file.name.take().or_else(stem).unwrap_or_default();
     if !shown::is_name(&name) {
-        return Err(odd("name: 1 to 80 characters in one line are needed".to_owned()));
+        return Err(invalid("name: 1 to 80 characters in one line are needed".to_owned()));
     }
-    Ok((name, file.said().map_err(odd)?))
+    Ok((name, file.into_parsed().map_err(invalid)?))
 }
 
 /// Closed mesh of an OBJ or STL file, with its lengths multiplied by `scale`.

@@ -51,8 +51,7 @@ impl Scene {
                     }
                 }
                 Finding::Redundant { locks, rows } => notes.push(format!(
-                    "{} hold {rows} of their directions more than once: their individual forces \
-                     are not unique",
+                    "{} have {rows} redundant constraints: their individual forces are not unique",
                     self.listed(locks)
                 )),
                 _ => {}

@@ -63,7 +63,7 @@ impl SolverChoice {
         if settings.name == Some(SolverName::Ipopt) {
             let flags = [("--residual", settings.residual.is_some())];
             refuse_flags("Ipopt, which has --tol; use --solver native", &flags)?;
-            return ipopt::of(settings, detection);
+            return ipopt::choice(settings, detection);
         }
         let ladder = settings.on_failure == Some(OnFailure::Ladder);
         let mut flags = ipopt_flags(settings);
@@ -210,7 +210,7 @@ mod ipopt {
         }
     }
 
-    pub fn of(settings: &SolverTable, detection: Detection) -> Result<SolverChoice, Failure> {
+    pub fn choice(settings: &SolverTable, detection: Detection) -> Result<SolverChoice, Failure> {
         let tolerance = settings.tolerance.unwrap_or(TOLERANCE);
         if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
             return Err(Failure::setting(
@@ -284,7 +284,7 @@ mod ipopt {
         match *options {}
     }
 
-    pub fn of(_: &SolverTable, _: Detection) -> Result<SolverChoice, Failure> {
+    pub fn choice(_: &SolverTable, _: Detection) -> Result<SolverChoice, Failure> {
         Err(Failure::setting("solver", MISSING))
     }
 

@@ -143,7 +143,7 @@ impl Sides {
 
 impl InertiaValue {
     /// This inertia, in numbers, of a box with the given mass (kg) and sides (m).
-    pub fn of_box(self, mass: f64, sides: &Vector3<f64>) -> Self {
+    pub fn for_box(self, mass: f64, sides: &Vector3<f64>) -> Self {
         match self {
             Self::Word(SolidInertia::Solid) => {
                 let moments = solid_box_inertia(mass, &(0.5 * sides)).diagonal();
@@ -171,7 +171,7 @@ impl BodyTable {
         let inertia = match &sides {
             Some(sides) => {
                 let given = self.inertia.unwrap_or(InertiaValue::Word(SolidInertia::Solid));
-                Some(given.of_box(self.mass, sides))
+                Some(given.for_box(self.mass, sides))
             }
             None => self.inertia,
         };
@@ -242,7 +242,7 @@ impl LoadTable {
     }
 
     /// Table of a load.
-    pub fn of(load: &Load) -> Self {
+    pub fn from_load(load: &Load) -> Self {
         let knots = |line: &Polyline| {
             let knots = line.knots().iter().map(|(t, v)| Exactly([*t, v[0], v[1], v[2]]));
             (!line.knots().is_empty()).then(|| LoadValue::Knots(knots.collect()))

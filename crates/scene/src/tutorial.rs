@@ -92,7 +92,7 @@ impl Scene {
     ///
     /// # Errors
     /// The first invalid value.
-    pub fn of_tutorial(
+    pub fn from_tutorial(
         name: SceneName,
         flags: Settings,
         cube: CubeChanges,
@@ -117,7 +117,7 @@ impl Scene {
         let files = Files { folder: Path::new(""), read: &none };
         let title = name.scene().name.to_owned();
         let scene = bodies::scene(title, floats, &flags.over(below), entries, files);
-        Ok(Self { changed: changed.0, trajectory: true, ..scene.map_err(of_flag)? })
+        Ok(Self { changed: changed.0, trajectory: true, ..scene.map_err(as_flag_failure)? })
     }
 }
 
@@ -179,10 +179,10 @@ fn entry(
     changed.set("frame", &mut frame, cube.frame);
     let entry = BodyEntry {
         name: Some(BODY.to_owned()),
-        inertia: Some(inertia.of_box(mass, &sides)),
+        inertia: Some(inertia.for_box(mass, &sides)),
         cuboid: Some(Sides::Box(numbers(&sides))),
         mass: Some(mass),
-        load: Some(LoadTable::of(&load)),
+        load: Some(LoadTable::from_load(&load)),
         position: numbers(&position),
         attitude: Some(attitude),
         velocity: Some(numbers(&velocity)),
@@ -194,7 +194,7 @@ fn entry(
 }
 
 /// Failure of the flag that set a field of the body.
-fn of_flag(failure: Failure) -> Failure {
+fn as_flag_failure(failure: Failure) -> Failure {
     let Failure::Input(text) = &failure else { return failure };
     let Some(text) = text.strip_prefix("body.") else { return failure };
     let is_of_word = |letter: char| letter.is_ascii_lowercase() || letter == '_';

@@ -143,7 +143,8 @@ fn pieces<'a>(placed: impl Iterator<Item = &'a PlacedForm>) -> Result<String, St
 }
 
 fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), String> {
-    let shape = model.shapes.get(body.shape).ok_or_else(|| "shape: there is none".to_owned())?;
+    let shape =
+        model.shapes.get(body.shape).ok_or_else(|| "shape: it does not exist".to_owned())?;
     let start = body.start.state();
     let centre = Vector3::from(body.centre);
     let origin = start.position - start.pose().rotation * centre;

@@ -244,13 +244,14 @@ fn shapes(
     body: &BodyModel,
     rigid: &RigidBody,
 ) -> Result<Vec<Shape>, Failure> {
-    let Some(look) = body.look else { return Ok(Shape::of_body(rigid)) };
-    let odd =
+    let Some(look) = body.look else { return Ok(Shape::from_body(rigid)) };
+    let invalid =
         |why: &dyn std::fmt::Display| Failure::Input(format!("model.bodies[{index}].look: {why}"));
-    let look = model.looks.get(look).ok_or_else(|| odd(&"there is no such look"))?;
+    let parts = model.looks.get(look);
+    let look = parts.ok_or_else(|| invalid(&format!("look {look} does not exist")))?;
     let centre = Vector3::from(body.centre);
     let shapes: Result<_, _> = look.iter().map(|part| part_of(part, &centre)).collect();
-    shapes.map_err(|error| odd(&error))
+    shapes.map_err(|error| invalid(&error))
 }
 
 /// Part of a look, relative to the centre of mass.
@@ -331,7 +332,7 @@ mod tests {
     use nalgebra::Point3;
 
     #[test]
-    fn the_ground_s_frame_has_heights_for_z() {
+    fn z_in_the_ground_frame_is_height() {
         let place = Vector3::new(1.0, -2.0, 0.5);
         for normal in [[0.3, -0.2, 0.9], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-9, 0.0, -1.0]] {
             let ground = Plane::new(Vector3::from(normal), -1.5).unwrap();
@@ -344,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slope_is_an_angle() {
+    fn slope_of_the_ground_is_an_angle() {
         let ground = Plane::new(Vector3::new(0.6, 0.0, 0.8), 0.0).unwrap();
         assert!((slope(&ground) - 36.869_897_645_844).abs() < 1e-9);
         let place = frame_of(&ground) * Point3::new(0.8, 0.0, -0.6);

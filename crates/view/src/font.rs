@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_are_drawn_where_they_are_measured() {
+    fn letters_are_drawn_within_their_measured_width() {
         let font = Font::bold().unwrap();
         let path = font.path("t = 0123456789.s ×", 20.0, [100.0, 50.0]).unwrap().bounds();
         let width = font.width("t = 0123456789.s ×", 20.0) as f32;
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_font_lacks_is_counted() {
+    fn characters_without_a_glyph_are_counted() {
         let font = Font::bold().unwrap();
         let heading = font.heading("Würfel 立方体 Ωμ", 17.0, 1080.0);
         assert_eq!((heading.text.as_str(), heading.missing), ("Würfel ??? Ωμ", 3));

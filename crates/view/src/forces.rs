@@ -25,7 +25,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    pub fn of(film: &Film) -> Self {
+    pub fn from_film(film: &Film) -> Self {
         let count = film.bodies.len() as f64;
         let mass = film.world.bodies().iter().map(|body| body.mass()).sum::<f64>() / count;
         let reach = film.bodies.iter().map(Object::reach).sum::<f64>() / count;
@@ -78,7 +78,7 @@ mod tests {
     use crate::samples::{falling_cube, floating_cube};
 
     #[test]
-    fn larger_forces_have_longer_arrows_of_limited_length() {
+    fn arrow_length_grows_with_force_up_to_a_limit() {
         let scale = Scale { weight: 100.0, longest: 2.0 };
         let length = |force: f64| scale.arrow(&Vector3::new(0.0, 0.0, force)).norm();
         assert!((length(100.0) - 1.0).abs() < 1e-12);
@@ -88,9 +88,9 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_is_shown_is_the_mean_of_the_steps() {
+    fn drawn_force_is_the_mean_over_the_steps() {
         let film = falling_cube(500);
-        let scale = Scale::of(&film);
+        let scale = Scale::from_film(&film);
         assert!((scale.weight - 98.1).abs() < 1e-12);
         let landed = film.frames.iter().position(|frame| !frame.contacts.is_empty()).unwrap();
         assert_eq!(scale.means(&film.frames[..landed]), []);
@@ -99,6 +99,6 @@ mod tests {
         // The force acts in one of four steps, with a quarter of the weight at each corner.
         assert!(means.iter().all(|mean| (mean.force.norm() - 98.1 / 16.0).abs() < 1e-12));
         let floating = floating_cube(3);
-        assert_eq!(Scale::of(&floating).means(&floating.frames), []);
+        assert_eq!(Scale::from_film(&floating).means(&floating.frames), []);
     }
 }

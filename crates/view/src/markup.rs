@@ -21,7 +21,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_is_harmless_in_markup() {
+    fn markup_characters_in_text_are_escaped() {
         assert_eq!(escape("a<b>&\"\n\u{ffff}"), "a&lt;b&gt;&amp;&quot;  ");
     }
 }

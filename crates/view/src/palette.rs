@@ -84,7 +84,7 @@ pub const BASE: Rgb = BODIES[0];
 pub const STILL: Rgb = [0x8a, 0x94, 0xa1];
 
 /// Colour of each body: its own, or that of its place in a robot, or one of [`BODIES`].
-pub fn of_bodies(film: &Film) -> Vec<Rgb> {
+pub fn body_colours(film: &Film) -> Vec<Rgb> {
     let depths = skeleton::robot_depths(film);
     // The base of a robot has the first colour.
     let mut free = usize::from(depths.iter().any(Option::is_some));
@@ -182,7 +182,7 @@ mod tests {
 
     /// The distances are several times a just noticeable difference, which is 2.3.
     #[test]
-    fn bodies_are_told_apart_by_any_colour_vision() {
+    fn body_colours_differ_for_every_colour_vision() {
         let least = least_distance(&BODIES);
         assert!(least > 15.0, "{least}");
         let robots = least_distance(&[LINKS[0], LINKS[1], BASE]);
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn robots_are_grey_with_an_accent_and_others_have_colours_in_turn() {
+    fn robots_are_grey_with_an_accent_and_other_bodies_cycle_the_palette() {
         let mut film = floating_cube(1);
         copies(&mut film, 7);
         // Bodies 1 to 4 are a robot with base 1. Bodies 0, 5 and 6 are not.
@@ -212,8 +212,8 @@ mod tests {
             vec![joint(2, Some(1)), joint(3, Some(2)), joint(4, Some(1)), joint(6, Some(5))];
         tie(&mut film, joints);
         let expected = [BODIES[1], BASE, LINKS[1], LINKS[0], LINKS[1], BODIES[2], BODIES[3]];
-        assert_eq!(of_bodies(&film), expected);
+        assert_eq!(body_colours(&film), expected);
         film.bodies[3].colour = Some([1, 2, 3]);
-        assert_eq!(of_bodies(&film)[3], [1, 2, 3]);
+        assert_eq!(body_colours(&film)[3], [1, 2, 3]);
     }
 }

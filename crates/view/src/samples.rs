@@ -122,7 +122,7 @@ pub fn floating_cube(steps: u64) -> Film {
 }
 
 fn film(title: &str, world: World, frames: Vec<TableStep>) -> Film {
-    let shapes = Shape::of_body(&world.bodies()[0]);
+    let shapes = Shape::from_body(&world.bodies()[0]);
     Film {
         title: title.to_owned(),
         facts: Vec::new(),
@@ -148,7 +148,7 @@ fn step(
     let [x, y, z, w] = attitude.coords.into();
     let state = State { position, attitude: [w, x, y, z].into(), velocity, spin };
     let record = StepRecord { index, states: vec![state], ..StepRecord::new() };
-    let mut step = TableStep::of(world, &record);
+    let mut step = TableStep::new(world, &record);
     step.row.status = status;
     step
 }

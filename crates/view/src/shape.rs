@@ -78,16 +78,16 @@ pub(crate) type Side = (Vec<usize>, Vector3<f64>);
 impl Shape {
     /// Shapes of the pieces of a body. Without pieces they are its contact points, or the box whose
     /// corners these are.
-    pub(crate) fn of_body(body: &RigidBody) -> Vec<Self> {
+    pub(crate) fn from_body(body: &RigidBody) -> Vec<Self> {
         if body.pieces().is_empty() {
             let points = body.contact_points().iter().map(|point| point.position);
-            return vec![Self::of_points(points.collect())];
+            return vec![Self::from_points(points.collect())];
         }
         body.pieces().iter().map(Self::from).collect()
     }
 
     /// Box with the corners `points`, x fastest, or else the points.
-    pub(crate) fn of_points(points: Vec<Vector3<f64>>) -> Self {
+    pub(crate) fn from_points(points: Vec<Vector3<f64>>) -> Self {
         let hull = if is_box(&points) { Hull::from_points(&points).ok() } else { None };
         match hull {
             Some(core) => Self::Convex { core, radius: 0.0, name: None },
@@ -148,9 +148,11 @@ impl Shape {
         if radius == 0.0 {
             return core.to_vec();
         }
-        let count = (MOST_WAYS / core.len().max(1)).max(LEAST_WAYS);
-        let ways: Vec<_> = ways(count).collect();
-        core.iter().flat_map(|core| ways.iter().map(move |way| core + way * radius)).collect()
+        let count = (MAX_DIRECTIONS / core.len().max(1)).max(MIN_DIRECTIONS);
+        let directions: Vec<_> = directions(count).collect();
+        core.iter()
+            .flat_map(|core| directions.iter().map(move |direction| core + direction * radius))
+            .collect()
     }
 }
 
@@ -177,7 +179,7 @@ pub(crate) struct SurfaceFace {
 }
 
 impl Surface {
-    pub fn of(shape: &Shape) -> Self {
+    pub fn from_shape(shape: &Shape) -> Self {
         let (vertices, sides) = (shape.core(), shape.sides());
         let mut around: Vec<Vec<(Vector3<f64>, f64)>> = vec![Vec::new(); vertices.len()];
         let mut edges = BTreeMap::<[usize; 2], Vec<usize>>::new();
@@ -185,8 +187,8 @@ impl Surface {
             let count = corners.len();
             for k in 0..count {
                 let (here, next) = (corners[k], corners[(k + 1) % count]);
-                let way = |to: usize| vertices[to] - vertices[here];
-                let angle = way(corners[(k + count - 1) % count]).angle(&way(next));
+                let direction = |to: usize| vertices[to] - vertices[here];
+                let angle = direction(corners[(k + count - 1) % count]).angle(&direction(next));
                 around[here].push((*normal, angle));
                 edges.entry([here.min(next), here.max(next)]).or_default().push(index);
             }
@@ -224,11 +226,11 @@ impl Mesh {
 
 /// Number of points on a round piece, shared by the points of its core, and least number for each.
 /// The outline of a ball then deviates by less than 3 % of its radius.
-const MOST_WAYS: usize = 128;
-const LEAST_WAYS: usize = 16;
+const MAX_DIRECTIONS: usize = 128;
+const MIN_DIRECTIONS: usize = 16;
 
 /// Directions spread evenly over the sphere, on a spiral by the golden angle.
-fn ways(count: usize) -> impl Iterator<Item = Vector3<f64>> {
+fn directions(count: usize) -> impl Iterator<Item = Vector3<f64>> {
     let turn = PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |k| {
         let z = 1.0 - (2 * k + 1) as f64 / count as f64;
@@ -261,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_are_told_from_other_bodies() {
+    fn boxes_are_recognised_among_other_bodies() {
         let edges = [Vector3::x(), Vector3::y() * 2.0, Vector3::z() * 0.1];
         let mut points = corners(edges);
         assert!(is_box(&points));
@@ -277,16 +279,17 @@ mod tests {
         let centre = Vector3::new(1.0, -2.0, 0.5);
         let ball = ball(centre, 0.3);
         let points = ball.surface_points();
-        for way in ways(500) {
-            let extent = points.iter().map(|point| (point - centre).dot(&way)).fold(0.0, f64::max);
-            assert!((0.97 * 0.3..=0.3 + 1e-12).contains(&extent), "{way}: {extent}");
+        for direction in directions(500) {
+            let extent =
+                points.iter().map(|point| (point - centre).dot(&direction)).fold(0.0, f64::max);
+            assert!((0.97 * 0.3..=0.3 + 1e-12).contains(&extent), "{direction}: {extent}");
         }
     }
 
     /// Three triangles form a right-angled corner and one more extends a face in its plane. Every
     /// edge is visible except the one between coplanar triangles.
     #[test]
-    fn meshes_have_lines_where_they_are_folded_or_end() {
+    fn mesh_lines_are_folds_and_borders() {
         let at = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
         let vertices = vec![
             at(0.0, 0.0, 0.0),
@@ -299,7 +302,7 @@ mod tests {
         let mesh = Shape::Mesh(Mesh { vertices, triangles, colour: None });
         let normals: Vec<_> = mesh.sides().into_iter().map(|side| side.1).collect();
         assert_eq!(normals, [Vector3::z(), Vector3::z(), Vector3::x()]);
-        let surface = Surface::of(&mesh);
+        let surface = Surface::from_shape(&mesh);
         let creases: Vec<_> = surface.creases.iter().map(|crease| crease.0).collect();
         assert_eq!(creases, [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);
     }
@@ -315,7 +318,7 @@ mod tests {
         };
         let vertices: Vec<_> = (0..2 * sides).map(corner).collect();
         let core = Hull::from_points(&vertices).unwrap();
-        let surface = Surface::of(&Shape::Convex { core, radius: 0.0, name: None });
+        let surface = Surface::from_shape(&Shape::Convex { core, radius: 0.0, name: None });
         for face in &surface.faces {
             for (corner, normal) in face.corners.iter().zip(&face.normals) {
                 let radial = Vector3::new(vertices[*corner].x, vertices[*corner].y, 0.0);
@@ -328,7 +331,7 @@ mod tests {
 
     /// Every face has the corners that lie in its plane, whatever the piece is.
     #[test]
-    fn pieces_are_drawn_as_they_are() {
+    fn each_piece_has_the_shape_of_its_geometry() {
         let cuboid = Shape::from(&Piece::cuboid(Vector3::new(0.3, 0.2, 0.1)).unwrap());
         let sides = cuboid.sides();
         assert_eq!((cuboid.core().len(), sides.len(), cuboid.radius()), (8, 6, 0.0));

@@ -28,8 +28,8 @@ pub fn parents(film: &Film) -> Vec<Option<usize>> {
     for joint in film.world.joints() {
         let body = joint.body();
         let (Some(other), None) = (joint.other(), above[body]) else { continue };
-        let mut ways = std::iter::successors(Some(other), |place| above[*place]);
-        if ways.all(|place| place != body) {
+        let mut ancestors = std::iter::successors(Some(other), |place| above[*place]);
+        if ancestors.all(|place| place != body) {
             above[body] = Some(other);
         }
     }
@@ -39,13 +39,13 @@ pub fn parents(film: &Film) -> Vec<Option<usize>> {
 /// Depth of each body in the tree of its robot. `None` for bodies of other groups.
 pub fn robot_depths(film: &Film) -> Vec<Option<usize>> {
     let above = parents(film);
-    let ways: Vec<Vec<usize>> = (0..above.len())
+    let ancestors: Vec<Vec<usize>> = (0..above.len())
         .map(|body| std::iter::successors(Some(body), |place| above[*place]).collect())
         .collect();
-    let root = |body: usize| ways[body][ways[body].len() - 1];
+    let root = |body: usize| ancestors[body][ancestors[body].len() - 1];
     let mut sizes = vec![0; above.len()];
     (0..above.len()).for_each(|body| sizes[root(body)] += 1);
-    let depth = |body: usize| (sizes[root(body)] >= ROBOT).then(|| ways[body].len() - 1);
+    let depth = |body: usize| (sizes[root(body)] >= ROBOT).then(|| ancestors[body].len() - 1);
     (0..above.len()).map(depth).collect()
 }
 
@@ -79,8 +79,8 @@ const ROUNDS: usize = 20;
 /// bounding box.
 fn nearest(shape: &Shape, place: &Vector3<f64>) -> Vector3<f64> {
     let within = |core: Vector3<f64>, radius: f64| {
-        let way = place - core;
-        core + way * (radius / way.norm()).min(1.0)
+        let offset = place - core;
+        core + offset * (radius / offset.norm()).min(1.0)
     };
     match shape {
         Shape::Convex { core, radius, .. } => match *core.vertices() {
@@ -119,7 +119,7 @@ mod tests {
     use tumble_core::joint::{Joint, JointFrame};
 
     #[test]
-    fn joints_are_a_tree_whatever_rings_they_close() {
+    fn joints_that_close_loops_form_a_tree() {
         let mut film = floating_cube(1);
         copies(&mut film, 4);
         let mut joints = vec![

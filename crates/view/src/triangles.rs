@@ -39,7 +39,7 @@ pub fn triangles(film: &Film) -> FilmTriangles {
         };
         solid.map(triangles).collect()
     };
-    let bodies = film.bodies.iter().zip(palette::of_bodies(film));
+    let bodies = film.bodies.iter().zip(palette::body_colours(film));
     FilmTriangles {
         bodies: bodies.map(|(body, colour)| of(body, colour)).collect(),
         fixed: film.fixed.iter().map(|fixed| of(fixed, STILL)).collect(),
@@ -52,7 +52,7 @@ type Mesh = (Vec<Vector3<f64>>, Vec<[usize; 3]>);
 /// that average normals at a vertex show sharp edges.
 fn polyhedron(shape: &Shape) -> Mesh {
     let (core, mut vertices, mut triangles) = (shape.core(), Vec::new(), Vec::new());
-    for face in Surface::of(shape).faces {
+    for face in Surface::from_shape(shape).faces {
         let first = vertices.len();
         vertices.extend(face.corners.iter().map(|corner| core[*corner]));
         for corner in first + 1..vertices.len().saturating_sub(1) {

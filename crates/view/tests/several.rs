@@ -45,7 +45,7 @@ fn a_hundred_bodies_are_animated() {
 }
 
 #[test]
-fn the_plots_are_of_the_body_that_is_asked_for() {
+fn plots_show_the_requested_body() {
     let film = pile::film(50);
     let svg = plot::svg(&film, PlotSheet::Motion, 60);
     assert!(svg.contains("Motion and contact of ball 60: a hundred bodies"));

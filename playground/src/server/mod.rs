@@ -104,11 +104,11 @@ impl Server {
         stream.set_read_timeout(Some(PAUSE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
         let head = busy.map_or_else(|| Head::read(&mut stream, end), Err);
-        match head.and_then(|head| self.wanted(&head)) {
-            Ok(Wanted::Page) => http::send_page(&mut stream, &self.page),
-            Ok(Wanted::Socket { key }) => {
+        match head.and_then(|head| self.target_of(&head)) {
+            Ok(RequestTarget::Page) => http::send_page(&mut stream, &self.page),
+            Ok(RequestTarget::Socket { key }) => {
                 http::accept_socket(&mut stream, &key)?;
-                self.converse(stream, end)
+                self.serve_requests(stream, end)
             }
             Err(refusal) => {
                 http::refuse(&mut stream, refusal)?;
@@ -118,7 +118,7 @@ impl Server {
     }
 
     /// Requested content, if the request is allowed.
-    fn wanted(&self, head: &Head) -> Result<Wanted, Refusal> {
+    fn target_of(&self, head: &Head) -> Result<RequestTarget, Refusal> {
         if head.method != "GET" {
             return Err(http::NOT_A_GET);
         }
@@ -132,7 +132,7 @@ impl Server {
             return Err(http::NO_TOKEN);
         };
         match place {
-            "" => Ok(Wanted::Page),
+            "" => Ok(RequestTarget::Page),
             "live" => {
                 if head.field("origin") != Some(&format!("http://{host}")) {
                     return Err(http::FOREIGN_ORIGIN);
@@ -142,7 +142,7 @@ impl Server {
                 let key = key.filter(|_| head.field("upgrade").is_some_and(is_socket));
                 let key = key.filter(|_| head.field("sec-websocket-version") == Some("13"));
                 let key = key.ok_or(http::NO_UPGRADE)?.to_owned();
-                Ok(Wanted::Socket { key })
+                Ok(RequestTarget::Socket { key })
             }
             _ => Err(http::NOT_FOUND),
         }
@@ -150,7 +150,7 @@ impl Server {
 }
 
 /// Content of the server.
-enum Wanted {
+enum RequestTarget {
     Page,
     Socket { key: String },
 }

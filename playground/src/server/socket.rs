@@ -15,14 +15,14 @@ pub const LARGEST_MESSAGE: usize = 8 << 20;
 
 impl Server {
     /// Answers requests until the page goes or `end` is true. Then the page holds no body.
-    pub(super) fn converse(&self, stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
+    pub(super) fn serve_requests(&self, stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
         let hand = self.sockets.fetch_add(1, Ordering::Relaxed) + 1;
-        let done = self.converse_as(hand, stream, end);
+        let done = self.serve_requests_as(hand, stream, end);
         self.program().leave(hand);
         done
     }
 
-    fn converse_as(&self, hand: Hand, stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
+    fn serve_requests_as(&self, hand: Hand, stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
         stream.set_read_timeout(Some(PAUSE))?;
         let config = WebSocketConfig::default()
             .max_message_size(Some(LARGEST_MESSAGE))

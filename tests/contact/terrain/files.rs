@@ -43,7 +43,7 @@ fn file(path: &Path, _: u64) -> io::Result<Vec<u8>> {
 
 fn scene(table: &str) -> Result<Scene, String> {
     let text = format!("{BALL}{table}");
-    let scene = Scene::of_text(&text, Path::new("scene.toml"), Settings::default(), &file);
+    let scene = Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &file);
     scene.map_err(|failure| failure.to_string())
 }
 
@@ -79,11 +79,11 @@ fn run_json_has_the_whole_terrain() {
     ] {
         let scene = scene(table).unwrap();
         let text = scene.model.text().unwrap();
-        assert_eq!(Model::of_text(&text).unwrap().world().unwrap(), scene.world);
+        assert_eq!(Model::from_text(&text).unwrap().world().unwrap(), scene.world);
         let odd = text
             .replace("\"heights\":\"", "\"heights\":\"!")
             .replace("\"vertices\":\"", "\"vertices\":\"!");
-        assert!(Model::of_text(&odd).unwrap_err().contains("Base64"));
+        assert!(Model::from_text(&odd).unwrap_err().contains("Base64"));
     }
 }
 
@@ -142,7 +142,8 @@ fn nearly_equal_vertices_of_a_file_are_one() {
              mass = 1.0\nposition = [-0.5, 0.5, 0.05]\nvelocity = [1.5, 0, 0]\n[[terrain]]\n\
              name = \"floor\"\nmesh = \"{mesh}\"\n"
         );
-        let scene = Scene::of_text(&text, Path::new("s.toml"), Settings::default(), &file).unwrap();
+        let scene =
+            Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &file).unwrap();
         let mut simulation = scene.simulation(&Arc::default()).unwrap();
         let mut record = StepRecord::new();
         (0..300).for_each(|_| simulation.step(&mut record).unwrap());

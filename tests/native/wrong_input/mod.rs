@@ -314,7 +314,7 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 panics.look("TrajectoryWriter::write", || {
                     TrajectoryWriter::new(Vec::new(), &world).write(&record)
                 });
-                panics.look("TableStep::of", || TableStep::of(&world, &record));
+                panics.look("TableStep::new", || TableStep::new(&world, &record));
                 panics.look("TablesWriter::write", || {
                     let streams = Streams {
                         states: vec![],

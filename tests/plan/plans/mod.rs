@@ -29,7 +29,8 @@ fn shipped(name: &str) -> ProblemFile {
 
 /// Problem of a scene, both given as texts.
 fn told(scene: &str, problem: &str) -> ProblemFile {
-    let scene = Scene::of_text(scene, Path::new("scene.toml"), Settings::default(), &read).unwrap();
+    let scene =
+        Scene::from_text(scene, Path::new("scene.toml"), Settings::default(), &read).unwrap();
     ProblemFile::of_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
 }
 
@@ -409,7 +410,7 @@ fn an_interrupted_search_has_the_best_so_far() {
 
 #[test]
 fn problems_that_are_none_are_refused() {
-    let scene = Scene::of_text(BOX, Path::new("box.toml"), Settings::default(), &read).unwrap();
+    let scene = Scene::from_text(BOX, Path::new("box.toml"), Settings::default(), &read).unwrap();
     let force = "[[controls]]\nkind = \"force\"\n";
     let target = "[target]\nx = 1\n";
     let started = |name: &str, axis: &str| {

@@ -51,7 +51,7 @@ const ARM: &str = "
 
 fn scene(text: &str) -> Scene {
     let read = |_: &Path, _: u64| Ok(Vec::new());
-    Scene::of_text(text, Path::new("arm.toml"), Settings::default(), &read).unwrap()
+    Scene::from_text(text, Path::new("arm.toml"), Settings::default(), &read).unwrap()
 }
 
 /// Inputs of a batch of the arm.

@@ -18,7 +18,7 @@ use tumble_scene::settings::Settings;
 fn scene(text: &str) -> (World, Vec<State>) {
     let read = |path: &Path, _: u64| std::fs::read(path);
     let settings = Settings::default();
-    let scene = Scene::of_text(text, Path::new("scene.toml"), settings, &read).unwrap();
+    let scene = Scene::from_text(text, Path::new("scene.toml"), settings, &read).unwrap();
     let run = scene.simulation(&Default::default()).unwrap();
     (run.world().clone(), run.states().to_vec())
 }

@@ -39,7 +39,7 @@ fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     let read = |path: &Path, _: u64| std::fs::read(path);
-    Scene::of_text(&text, &path, Settings::default(), &read).unwrap()
+    Scene::from_text(&text, &path, Settings::default(), &read).unwrap()
 }
 
 /// One step from the given states, or `None` if it is not solved at full length.

@@ -30,7 +30,7 @@ fn two_capsules_on_a_ball_joint_that_slide() {
         capsule("b", 0.3, 0.7),
     );
     let none = |_: &Path, _: u64| Ok(Vec::new());
-    let scene = Scene::of_text(&text, Path::new("s.toml"), Settings::default(), &none).unwrap();
+    let scene = Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none).unwrap();
     let (world, states) = (&scene.world, &scene.starts[..]);
     let (simulation, base) = step(world, states, &[]).unwrap();
     let mut derivative = StepDerivative::new();
@@ -67,7 +67,7 @@ fn links_of_a_chain_on_the_ground() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/chain.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let none = |_: &Path, _: u64| Ok(Vec::new());
-    let scene = Scene::of_text(&text, &path, Settings::default(), &none).unwrap();
+    let scene = Scene::from_text(&text, &path, Settings::default(), &none).unwrap();
     let world = &scene.world;
     let motion = Motion::native(world);
     let mut simulation = Simulation::new(world.clone(), scene.starts.clone(), motion).unwrap();

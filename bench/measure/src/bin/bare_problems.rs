@@ -56,8 +56,9 @@ fn run(folder: &Path, file: &Path) -> Result<(), BareFailure> {
     let mut written = BufWriter::new(std::fs::File::create(file)?);
     let (mut found, mut count) = (Vec::new(), 0);
     for path in &paths {
-        let odd = |why: String| format!("{}: {why}", path.display());
-        let problem = dat::read(&std::fs::read_to_string(path)?).map_err(|e| odd(e.to_string()))?;
+        let invalid = |why: String| format!("{}: {why}", path.display());
+        let problem =
+            dat::read(&std::fs::read_to_string(path)?).map_err(|e| invalid(e.to_string()))?;
         let (any, rule) =
             (solved(&problem, Selection::Any)?, solved(&problem, Selection::Compliance)?);
         let place = problem.dimension() == Some(3);

@@ -103,7 +103,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for file in &files {
         let text = std::fs::read_to_string(file)?;
         let read = |path: &Path, _: u64| std::fs::read(path);
-        let scene = Scene::of_text(&text, Path::new(file), Settings::default(), &read)
+        let scene = Scene::from_text(&text, Path::new(file), Settings::default(), &read)
             .map_err(|failure| failure.to_string())?;
         if let Some((_, work)) = one {
             timed(&scene, *work)?;

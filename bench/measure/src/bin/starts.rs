@@ -112,10 +112,10 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         "{:24} {:>9} {:>9} {:>5} {:>5} {:>5} {:>9} {:>9} {:>9}  starts",
         "campaign", "steps", "contact", "fail", "sub", "wild", "worst m/s", "iter/step", "µs/step"
     );
-    let said = |failure: Failure| failure.to_string();
+    let text_of = |failure: Failure| failure.to_string();
     let interrupt = Arc::new(AtomicBool::new(false));
     let of_scene = |scene: &Scene, counts: &mut StartCounts| -> Result<(), Box<dyn Error>> {
-        let mut simulation = scene.simulation(&interrupt).map_err(said)?;
+        let mut simulation = scene.simulation(&interrupt).map_err(text_of)?;
         counts.run(&mut simulation, (scene.rows - 1) * scene.substeps)
     };
     if throws > 0 {
@@ -124,8 +124,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             let solver = SolverTable { name: Some(SolverName::Native), ..SolverTable::default() };
             let flags =
                 Settings { seed: Some(seed), steps: Some(1000), solver, ..Settings::default() };
-            let scene =
-                Scene::of_tutorial(SceneName::Drop, flags, CubeChanges::default()).map_err(said)?;
+            let scene = Scene::from_tutorial(SceneName::Drop, flags, CubeChanges::default())
+                .map_err(text_of)?;
             of_scene(&scene, &mut counts)?;
         }
         counts.print("throws");
@@ -143,7 +143,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let path = Path::new(file);
         let text = std::fs::read_to_string(path)?;
         let read = |path: &Path, _: u64| std::fs::read(path);
-        let scene = Scene::of_text(&text, path, Settings::default(), &read).map_err(said)?;
+        let scene = Scene::from_text(&text, path, Settings::default(), &read).map_err(text_of)?;
         let mut counts = StartCounts::default();
         of_scene(&scene, &mut counts)?;
         counts.print(&path.file_stem().unwrap_or_default().to_string_lossy());

@@ -29,7 +29,7 @@ use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::Stiffness;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
-use tumble_scene::joints_summary::Taut;
+use tumble_scene::joints_summary::StiffJointReport;
 use tumble_scene::output::tables::{JointRow, TableStep};
 
 /// Relative tolerance of recomputed values, in addition to the rounding error of an exact step.
@@ -81,7 +81,7 @@ pub struct StepJudge {
     /// True if rows between steps are omitted.
     has_gaps: bool,
     /// Joints that were too stiff for the time step.
-    pub taut: Taut,
+    pub stiff_joints: StiffJointReport,
 }
 
 /// Contacts of a step and their forces.
@@ -101,7 +101,7 @@ fn is_near(found: f64, column: f64, lost: f64) -> bool {
 }
 
 impl StepJudge {
-    pub fn of(recording: &Recording<'_>) -> Result<Self, Failure> {
+    pub fn new(recording: &Recording<'_>) -> Result<Self, Failure> {
         Ok(Self {
             world: recording.world.clone(),
             loads: recording.loads.clone(),
@@ -113,8 +113,8 @@ impl StepJudge {
             accepted: recording.accepted()?,
             angles: Vec::new(),
             turned_before: recording.run.start_index > 0,
-            has_gaps: recording.kept().every > 1,
-            taut: Taut::default(),
+            has_gaps: recording.row_selection().every > 1,
+            stiff_joints: StiffJointReport::default(),
         })
     }
 
@@ -145,12 +145,13 @@ impl StepJudge {
         self.world.follow(&self.courses, (row.index + 1) as f64 * self.world.time_step());
         self.count(step);
         let wrenches = self.wrenches(row.index, states);
-        let touching = self.of_rows(step, next, &wrenches);
+        let touching = self.compare_rows(step, next, &wrenches);
         let StepContacts { contacts, forces, joints, gears, wrong } = &touching;
         let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
-        let certificate = match self.floating {
-            true => certify_rk4_step(&self.world, &claim),
-            false => self.certifier.contact_step(&self.world, &claim, forces.iter().copied()),
+        let certificate = if self.floating {
+            certify_rk4_step(&self.world, &claim)
+        } else {
+            self.certifier.contact_step(&self.world, &claim, forces.iter().copied())
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(contacts, states, next);
@@ -268,7 +269,7 @@ impl StepJudge {
         }
         let stiffness =
             self.stiffness.of_step(&self.world, states, &touching.joints, &touching.gears);
-        self.taut.add(&self.world, states, &touching.joints, &touching.gears, stiffness);
+        self.stiff_joints.add(&self.world, states, &touching.joints, &touching.gears, stiffness);
         if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
             differ(format!(
                 "its stiffness in the table is {:.3e}, not {stiffness:.3e}",

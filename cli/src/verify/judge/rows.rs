@@ -11,7 +11,7 @@ use tumble_scene::output::tables::{Misplaced, TableStep};
 
 impl StepJudge {
     /// Contacts and joint forces in the tables.
-    pub(super) fn of_rows(
+    pub(super) fn compare_rows(
         &self,
         step: &TableStep,
         next: &[State],
@@ -52,12 +52,12 @@ impl StepJudge {
         let free = self.free_flight(&step.states, wrenches);
         let pairs = step.states.iter().zip(next).chain(step.states.iter().zip(&free));
         let pairs = pairs.zip(self.world.bodies().iter().cycle());
-        let ways = pairs.map(|((from, to), body)| {
+        let travels = pairs.map(|((from, to), body)| {
             let (from, to) = (from.pose(), to.pose());
             let turned = (to.rotation - from.rotation).norm();
             (to.position - from.position).norm() + body.reach() * turned
         });
-        2.0 * ways.fold(0.0, f64::max)
+        2.0 * travels.fold(0.0, f64::max)
     }
 }
 

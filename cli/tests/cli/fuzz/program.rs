@@ -168,7 +168,7 @@ const ODD: [&str; 44] = [
 
 #[test]
 #[ignore = "slow"]
-fn every_flag_with_every_odd_value_ends_in_one_of_the_documented_ways() {
+fn invalid_flag_values_end_with_documented_exit_codes() {
     for flag in FLAGS.into_iter().chain(["--on-failure", "--worst", "--quiet", "--wrong"]) {
         for value in ODD {
             // Both forms of a flag, alternating: separate and joined with `=`.
@@ -211,7 +211,7 @@ fn is_long_run(flag: &str, value: &str) -> bool {
 
 #[test]
 #[ignore = "slow"]
-fn any_values_of_the_flags_end_in_one_of_the_documented_ways() {
+fn random_flag_values_end_with_documented_exit_codes() {
     let flags = proptest::collection::vec((select(FLAGS.to_vec()), value()), 1..3);
     each(500, flags, |flags| {
         let long = flags.iter().any(|(flag, value)| is_long_run(flag, value));
@@ -231,7 +231,7 @@ fn any_values_of_the_flags_end_in_one_of_the_documented_ways() {
 #[cfg(unix)]
 #[test]
 #[ignore = "slow"]
-fn arguments_that_are_no_text_end_in_one_of_the_documented_ways() {
+fn non_unicode_arguments_end_with_documented_exit_codes() {
     use std::os::unix::ffi::OsStringExt;
     let bytes = proptest::collection::vec(1..=255_u8, 0..12);
     each(200, (select(FLAGS.to_vec()), bytes), |(flag, mut bytes)| {

@@ -96,7 +96,7 @@ fn the_native_solver_takes_any_valid_world() {
 }
 
 #[test]
-fn the_ladder_takes_any_valid_state() {
+fn ladder_accepts_any_valid_state() {
     let seen = Seen::default();
     let check = |world: &World, start| {
         // Fewer iterations than the default of 300 keep unsolvable steps short.

@@ -41,7 +41,7 @@ fn step_columns(points: usize, record: &StepRecord, written: &[f64]) -> Vec<f64>
 }
 
 #[test]
-fn what_is_written_is_read_back_bit_for_bit() {
+fn written_tables_read_back_bit_for_bit() {
     each(2000, runs(), |run| {
         let bytes = write(&run);
         let rows: Vec<_> = csv::Reader::from_reader(&bytes[..]).into_records().collect();

@@ -34,21 +34,21 @@ fn assert_names(error: &dyn std::fmt::Display, field: &str) {
 fn a_body_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
     let seen = Seen::default();
     let numbers = (0..3_usize, vec(wild(), 1 + 9 + 24), any::<bool>());
-    each(10_000, numbers, |(odd, numbers, diagonal)| {
-        let mass = if odd == 0 { numbers[0] } else { 10.0 };
+    each(10_000, numbers, |(invalid, numbers, diagonal)| {
+        let mass = if invalid == 0 { numbers[0] } else { 10.0 };
         let full = Matrix3::from_row_slice(&numbers[1..10]);
-        let inertia = match (odd, diagonal) {
+        let inertia = match (invalid, diagonal) {
             (1, true) => Matrix3::from_diagonal(&full.diagonal()),
             (1, false) => full + full.transpose(),
             _ => Matrix3::from_diagonal_element(0.01),
         };
-        let points: Vec<_> = if odd == 2 {
+        let points: Vec<_> = if invalid == 2 {
             numbers[10..].chunks(3).map(Vector3::from_column_slice).collect()
         } else {
             tutorial_parameters().bodies[0].contact_points().iter().map(|c| c.position).collect()
         };
         match RigidBody::new(mass, inertia, &points) {
-            Err(error) => assert_names(&error, ["mass", "inertia", "contact point"][odd]),
+            Err(error) => assert_names(&error, ["mass", "inertia", "contact point"][invalid]),
             Ok(body) => {
                 let parameters = Parameters { bodies: vec![body], ..tutorial_parameters() };
                 let world = World::new(parameters).unwrap();
@@ -88,15 +88,15 @@ fn a_box_of_any_sides_is_refused_by_name_or_can_be_simulated() {
 fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
     let seen = Seen::default();
     let fields = ["time step", "friction", "gravity", "gravity", "gravity"];
-    each(10_000, (0..5_usize, wild()), |(odd, number)| {
+    each(10_000, (0..5_usize, wild()), |(invalid, number)| {
         let mut parameters = tutorial_parameters();
-        match odd {
+        match invalid {
             0 => parameters.time_step = number,
             1 => parameters.friction = number,
             axis => parameters.gravity[axis - 2] = number,
         }
         match World::new(parameters) {
-            Err(error) => assert_names(&error, fields[odd]),
+            Err(error) => assert_names(&error, fields[invalid]),
             Ok(world) => check_run(&world, state(&ordinary()), native(&world), STEPS, &seen)?,
         }
         Ok(())
@@ -110,10 +110,10 @@ fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
 fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
     let seen = Seen::default();
     let world = tutorial_world();
-    each(10_000, (0..13_usize, wild()), |(odd, number)| {
+    each(10_000, (0..13_usize, wild()), |(invalid, number)| {
         let mut numbers = ordinary();
-        numbers[odd] = number;
-        let field = match odd {
+        numbers[invalid] = number;
+        let field = match invalid {
             0..=2 => "position",
             3..=6 => "quaternion",
             7..=9 => "velocity",
@@ -140,7 +140,7 @@ fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
 fn odd_options() -> impl Strategy<Value = (Options, &'static str)> {
     let integer = prop_oneof![0..12_u32, any::<u32>()];
     (0..6_usize, wild(), integer, any::<[bool; 3]>()).prop_map(
-        |(odd, number, integer, [barrier, multipliers, scaling])| {
+        |(invalid, number, integer, [barrier, multipliers, scaling])| {
             let mut options = Options { max_iterations: 200, ..Options::default() };
             if barrier {
                 options.barrier = BarrierStrategy::Adaptive;
@@ -151,7 +151,7 @@ fn odd_options() -> impl Strategy<Value = (Options, &'static str)> {
             if scaling {
                 options.scaling = Scaling::None;
             }
-            let (real, whole) = match odd {
+            let (real, whole) = match invalid {
                 0 => (Some(&mut options.tolerance), None),
                 1 => (Some(&mut options.initial_barrier), None),
                 2 => (Some(&mut options.bound_push), None),
@@ -167,7 +167,7 @@ fn odd_options() -> impl Strategy<Value = (Options, &'static str)> {
             }
             let names = ["tol", "mu_init", "bound_push", "mumps_pivot_order"];
             let more = ["mumps_mem_percent", "min_refinement_steps"];
-            (options, names.into_iter().chain(more).nth(odd).unwrap())
+            (options, names.into_iter().chain(more).nth(invalid).unwrap())
         },
     )
 }

@@ -172,7 +172,7 @@ fn two_windows_draw_and_pull_in_one_live_run() {
 
 #[test]
 #[ignore = "a browser"]
-fn a_hidden_window_of_a_live_run_goes_on_without_a_jump() {
+fn hidden_window_of_a_live_run_resumes_without_a_jump() {
     let live = Live::start();
     let browser = Browser::start(1000, 700);
     live.open(&browser);

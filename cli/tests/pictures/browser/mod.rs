@@ -31,7 +31,7 @@ const IMPACT: f64 = 0.472;
 
 #[test]
 #[ignore = "a browser"]
-fn it_plays_pauses_scrubs_and_obeys_the_keys() {
+fn page_plays_pauses_scrubs_and_obeys_keys() {
     let pages = Pages::new();
     let page = pages.retried();
     let browser = Browser::start(1280, 800);
@@ -100,7 +100,7 @@ fn it_plays_pauses_scrubs_and_obeys_the_keys() {
 
 #[test]
 #[ignore = "a browser"]
-fn it_orbits_zooms_and_shows_what_is_asked_for() {
+fn page_orbits_zooms_and_shows_selected_layers() {
     let pages = Pages::new();
     let page = pages.drop();
     let browser = Browser::start(1280, 800);
@@ -158,7 +158,7 @@ fn it_orbits_zooms_and_shows_what_is_asked_for() {
 /// The screenshots in docs/pictures, which `scripts/pictures` copies.
 #[test]
 #[ignore = "a browser"]
-fn the_documents_show_these_pages() {
+fn pictures_in_the_documents_match_the_pages() {
     let pages = Pages::new();
     let arch = format!("{}/scenarios/arch.toml", crate::ROOT);
     let arch = pages.simulate("arch", &["--scenario", &arch, "--solver", "native"], 0);
@@ -292,7 +292,7 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
 
 #[test]
 #[ignore = "a browser"]
-fn a_phone_shows_it_in_one_column_and_takes_fingers() {
+fn page_has_one_column_and_touch_on_a_phone() {
     let pages = Pages::new();
     let (pair, single) = (pages.pair(), pages.path("drop").join("view.html"));
     let browser = Browser::start(360, 740);

@@ -197,7 +197,7 @@ fn a_body_is_thrown_in_the_playground_and_the_file_repeats_it() {
 
 #[test]
 #[ignore = "a browser, and a build for WebAssembly"]
-fn the_playground_survives_odd_addresses_and_hard_throws() {
+fn playground_survives_invalid_addresses_and_hard_throws() {
     let browser = Browser::start(1280, 800);
     // A megabyte as the browser encodes it.
     let noise = "x%zé=9".repeat(90_000);
@@ -250,7 +250,7 @@ fn the_playground_survives_odd_addresses_and_hard_throws() {
 
 #[test]
 #[ignore = "a browser, and a build for WebAssembly"]
-fn a_hidden_playground_goes_on_without_a_jump() {
+fn hidden_playground_resumes_without_a_jump() {
     let browser = Browser::start(1000, 700);
     browser.open_playground("");
     browser.choose_scene(5);
@@ -390,7 +390,7 @@ fn picture_times(browser: &Browser) -> [f64; 2] {
 /// --include-ignored --nocapture pictures_of_the_playground`.
 #[test]
 #[ignore = "a browser, and a build for WebAssembly"]
-fn pictures_of_the_playground_go_on_while_many_bodies_move() {
+fn playground_keeps_drawing_while_many_bodies_move() {
     let browser = Browser::start(1400, 900);
     for (name, before, steps) in [("fifty", 100, 999), ("thousand", 10, 299)] {
         let [page, native] = step_times(&browser, name, steps);

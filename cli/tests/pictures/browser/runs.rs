@@ -11,7 +11,7 @@ use std::fs;
 /// A body of 1 mm is shown with enough digits. A floating body has no friction and no ground.
 #[test]
 #[ignore = "a browser"]
-fn a_small_body_and_a_free_one_read_well() {
+fn small_and_floating_bodies_have_readable_pages() {
     let pages = Pages::new();
     let side = ["--box", "0.001", "--position", "0,0,0.001", "--velocity", "0.01,0,0"];
     let time = ["--dt", "1e-5", "--steps", "50", "--solver", "native"];
@@ -166,10 +166,10 @@ fn a_slow_machine_keeps_pace() {
 
 #[test]
 #[ignore = "a browser"]
-fn odd_runs_have_working_pages_too() {
+fn unusual_runs_have_working_pages() {
     let pages = Pages::new();
     let failing = ["--steps", "300", "--max-iter", "1", "--on-failure", "record"];
-    let odd = [
+    let unusual = [
         ("failing", pages.simulate("failing", &failing, 3)),
         ("floating", pages.simulate("floating", &["--scene", "floating"], 0)),
         ("row", pages.simulate("row", &["--steps", "1"], 0)),
@@ -196,7 +196,7 @@ fn odd_runs_have_working_pages_too() {
     tumble(&["view", points.join("states.csv").to_str().unwrap()], 0);
 
     let browser = Browser::start(1000, 700);
-    for (name, page) in odd {
+    for (name, page) in unusual {
         browser.open(&page);
         browser.run("document.querySelectorAll('details').forEach((plot) => { plot.open = true })");
         browser.press(RIGHT, None);

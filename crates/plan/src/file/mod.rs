@@ -93,7 +93,7 @@ impl ProblemFile {
         })?;
         let text = String::from_utf8(bytes)
             .map_err(|_| odd(format!("scene: {} is not UTF-8 text", shown::path(&scene))))?;
-        let scene = Scene::of_text(&text, &scene, Settings::default(), read)?;
+        let scene = Scene::from_text(&text, &scene, Settings::default(), read)?;
         Self::of_scene(scene, file, folder).map_err(odd)
     }
 

@@ -47,7 +47,7 @@ impl Assembled {
                 ));
             }
             self.bodies[place].centre = mass.centre;
-            let start = BodyStart::of(&self.state_of(place, motion.links()));
+            let start = BodyStart::from_state(&self.state_of(place, motion.links()));
             let share = 1.0 / self.bodies[place].parts.len() as f64;
             let held = self.held_up(place, model.gravity.into(), share);
             // The first body of a group carries its visual geometry.
@@ -124,7 +124,7 @@ impl Assembled {
             moment / mass - self.bodies[place].centre,
         )
         .ok()?;
-        Some(LoadParameters::of(&force))
+        Some(LoadParameters::from_load(&force))
     }
 
     /// Collision shapes of a group of links, partitioned into sets with the same contact rules.

@@ -65,7 +65,7 @@ impl Assembled {
                 ));
             }
             let index = model.joints.len();
-            let counted = kind.driven().iter().zip(&axes).filter(|_| !kind.turns_in_any_way());
+            let counted = kind.driven().iter().zip(&axes).filter(|_| !kind.turns_freely());
             for ((_, axis), joint) in counted {
                 self.axes[first + joint] = Some((index, *axis));
             }

@@ -46,7 +46,7 @@ impl MjcfReader<'_> {
                 let bytes =
                     (self.reading.read)(&path, LARGEST_FILE).map_err(|error| odd(&error))?;
                 match file.to_ascii_lowercase().ends_with(".png") {
-                    true => HeightGrid::of_png(&bytes),
+                    true => HeightGrid::from_png(&bytes),
                     false => of_binary(&bytes),
                 }
                 .map_err(|why| odd(&why))?
@@ -69,7 +69,7 @@ impl MjcfReader<'_> {
                 }
                 let rows: Vec<&[f64]> = values.chunks(columns).collect();
                 // The first row is the farthest, as in an image.
-                HeightGrid::of_rows(&rows)?.upside_down()
+                HeightGrid::from_rows(&rows)?.upside_down()
             }
         };
         let HeightGrid { mut values, columns } = grid;
@@ -111,5 +111,5 @@ fn of_binary(bytes: &[u8]) -> Result<HeightGrid, String> {
     }
     let values: Vec<f64> =
         numbers.iter().map(|bytes| f64::from(f32::from_le_bytes(*bytes))).collect();
-    HeightGrid::of_rows(&values.chunks(columns).collect::<Vec<_>>())
+    HeightGrid::from_rows(&values.chunks(columns).collect::<Vec<_>>())
 }

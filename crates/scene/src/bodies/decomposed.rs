@@ -17,7 +17,7 @@ pub struct DecomposedMesh {
 
 impl DecomposedMesh {
     /// Decomposes the mesh of `fields`.
-    pub fn of(
+    pub fn new(
         mut fields: FormFields,
         settings: &DecompositionSettings,
         files: &Files<'_>,
@@ -45,7 +45,7 @@ impl DecomposedMesh {
         });
         Ok(Self {
             pieces: pieces.collect(),
-            solid: SolidModel::of(&MassProperties::of_mesh(&mesh)),
+            solid: SolidModel::from_properties(&MassProperties::of_mesh(&mesh)),
             surface: here(surface(&mesh, 0.0)),
         })
     }

@@ -37,7 +37,7 @@ pub struct SurfaceEntry {
 
 impl DrivenEntry {
     /// Name of the driven body as an addition to error messages.
-    pub fn called(&self) -> String {
+    pub fn error_suffix(&self) -> String {
         format!(" ({})", self.body)
     }
 
@@ -67,14 +67,14 @@ impl DrivenEntry {
         }
         self.refuse_idle()?;
         let of = &bodies[body];
-        let side = JointSide::of(Some(of));
+        let side = JointSide::new(Some(of));
         let (origin, attitude) = (Vector3::zeros(), ModelPlace::ORIGIN.attitude.into());
         let mut anchor = side.placed(&origin, &attitude);
         if let Some(about) = &self.about {
             anchor_in_range("about", Some(about))?;
             anchor.anchor = about.0.into();
         }
-        let (there, own) = (JointSide::of(None).seen(&anchor), side.seen(&anchor));
+        let (there, own) = (JointSide::new(None).to_local(&anchor), side.to_local(&anchor));
         let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", of.name));
         let joint = JointModel {
             name,
@@ -101,9 +101,12 @@ impl DrivenEntry {
             return Ok(CourseModel { times: vec![start], places: vec![*there], velocity, spin });
         };
         let count = times.len();
-        let fits = |field: &str, given: usize| match given == count {
-            true => Ok(()),
-            false => Err(format!("{field} has {given} entries, but times has {count}")),
+        let fits = |field: &str, given: usize| {
+            if given == count {
+                Ok(())
+            } else {
+                Err(format!("{field} has {given} entries, but times has {count}"))
+            }
         };
         let mut places = vec![*there; count];
         if let Some(positions) = &self.positions {

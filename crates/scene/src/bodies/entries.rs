@@ -146,14 +146,15 @@ impl SurfaceTable {
             let count = triangles.len();
             return Err(format!("triangles: {count} given; allowed: 1 to {MOST_TRIANGLES}"));
         }
-        if let Some(odd) = vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
+        if let Some(invalid) =
+            vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
         {
-            return Err(format!("vertices: a coordinate is {odd} m; allowed: -1e6 to 1e6"));
+            return Err(format!("vertices: a coordinate is {invalid} m; allowed: -1e6 to 1e6"));
         }
-        if let Some(odd) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
+        if let Some(invalid) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
             let count = vertices.len();
             return Err(format!(
-                "triangles: vertex {odd} does not exist; there are {count} vertices"
+                "triangles: vertex {invalid} does not exist; there are {count} vertices"
             ));
         }
         Ok(ModelForm::Mesh { vertices, triangles, radius: 0.0, colour: self.colour })
@@ -372,16 +373,16 @@ pub fn in_mesh(files: &Files<'_>, name: &str, why: &dyn std::fmt::Display) -> St
 /// Closed mesh of a file.
 pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, String> {
     let path = &files.folder.join(name);
-    let odd = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
-    let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| odd(&error))?;
+    let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
+    let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| invalid(&error))?;
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     let mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
         Some("obj") => {
-            let text = String::from_utf8(bytes).map_err(|_| odd(&"it is not text"))?;
+            let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
             parse_obj(&text)
         }
         Some("stl") => parse_stl(&bytes),
-        _ => return Err(odd(&"a file name that ends in .obj or .stl is needed")),
+        _ => return Err(invalid(&"a file name that ends in .obj or .stl is needed")),
     };
-    mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))
+    mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| invalid(&error))
 }

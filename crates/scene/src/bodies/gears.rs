@@ -21,7 +21,7 @@ pub struct GearEntry {
 
 impl GearEntry {
     /// Names of the joints as an addition to error messages.
-    pub fn called(&self) -> String {
+    pub fn error_suffix(&self) -> String {
         format!(" ({})", self.joints.join(", "))
     }
 

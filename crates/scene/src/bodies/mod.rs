@@ -54,24 +54,24 @@ pub fn scene(
                    `friction` for all bodies";
         return Err(Failure::Input(why.to_owned()));
     }
-    of_built(name, floats, settings, built)
+    scene_from_built(name, floats, settings, built)
 }
 
 /// Makes the scene of a single robot file.
 ///
 /// # Errors
 /// The first invalid value.
-pub fn scene_of_robot(
+pub fn scene_from_robot(
     name: String,
     settings: &Settings,
     robot: &tumble_robot::model::Robot,
 ) -> Result<Scene, Failure> {
     let built = robots::alone(robot, settings).map_err(Failure::Input)?;
-    of_built(name, false, settings, built)
+    scene_from_built(name, false, settings, built)
 }
 
 /// Makes the scene of a built model and checks its initial state.
-fn of_built(
+fn scene_from_built(
     name: String,
     floats: bool,
     settings: &Settings,
@@ -105,7 +105,7 @@ fn of_built(
         trajectory: settings.solver.preset.is_some(),
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
-    refuse_odd_start(&scene)?;
+    refuse_violent_start(&scene)?;
     scene.refuse_contradiction()?;
     Ok(scene)
 }
@@ -176,7 +176,7 @@ fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
 const MOST_GAINED: f64 = 1e4;
 
 /// Rejects a start that the first step would correct at high speed.
-fn refuse_odd_start(scene: &Scene) -> Result<(), Failure> {
+fn refuse_violent_start(scene: &Scene) -> Result<(), Failure> {
     scene.world.check_start(&scene.starts).map_err(|error| {
         let why = error.display(scene);
         match error {

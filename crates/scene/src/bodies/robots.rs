@@ -53,9 +53,9 @@ impl RobotEntry {
     /// Adds the robot to `model`.
     pub fn add(&self, files: &Files<'_>, model: &mut Model) -> Result<Assembled, String> {
         let path = files.folder.join(&self.file);
-        let odd = |why: &dyn std::fmt::Display| format!("file: {}: {why}", shown::path(&path));
-        let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| odd(&error))?;
-        let text = String::from_utf8(bytes).map_err(|_| odd(&"it is not text"))?;
+        let invalid = |why: &dyn std::fmt::Display| format!("file: {}: {why}", shown::path(&path));
+        let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| invalid(&error))?;
+        let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
         let packages = self.packages.as_ref().map(|packages| files.folder.join(packages));
         let reading = Reading {
             folder: path.parent().unwrap_or(Path::new("")),
@@ -66,7 +66,7 @@ impl RobotEntry {
             is_fixed: self.fixed.unwrap_or(false),
             points_rub: self.point_contacts.unwrap_or(false),
         };
-        let robot = read(&text, &reading).map_err(|why| odd(&why))?;
+        let robot = read(&text, &reading).map_err(|why| invalid(&why))?;
         if self.fixed.is_some() && robot.options.has_world {
             return Err(
                 "fixed: only for URDF, an MJCF file defines which bodies are free; leave it out"
@@ -93,7 +93,7 @@ impl RobotEntry {
         if robot.links.len() > room + 1 {
             return Err(format!("file: with its links there are more than {MOST_BODIES} bodies"));
         }
-        Assembled::new(robot, &placing, model).map_err(|why| odd(&why))
+        Assembled::new(robot, &placing, model).map_err(|why| invalid(&why))
     }
 }
 
@@ -116,20 +116,20 @@ pub fn settings_of(robot: &Robot) -> Settings {
 pub fn read_alone(
     text: &str,
     path: &Path,
-    said: &RobotSettings,
+    requested: &RobotSettings,
     read_file: tumble_model::ReadFile<'_>,
 ) -> Result<(Robot, String), Failure> {
-    let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
+    let invalid = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let folder = path.parent().unwrap_or(Path::new(""));
     let reading = Reading {
         folder,
         read: read_file,
-        packages: said.packages.as_deref(),
-        left_out: &said.leave_out,
-        points_rub: said.point_contacts,
+        packages: requested.packages.as_deref(),
+        left_out: &requested.leave_out,
+        points_rub: requested.point_contacts,
         ..Reading::none()
     };
-    let robot = read(text, &reading).map_err(odd)?;
+    let robot = read(text, &reading).map_err(invalid)?;
     let stem =
         || path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
     let name = if shown::is_name(&robot.name) { robot.name.clone() } else { stem() };
@@ -143,12 +143,13 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
     let mut placing = Placing { has_ground: robot.options.has_world, ..Placing::default() };
     let empty = || empty_model(settings, USUAL_FRICTION);
     if robot.joints.is_empty() {
-        let way = match robot.options.has_world {
-            true => "add a <freejoint/> or a joint",
-            false => "give the root a mass and do not fix it",
+        let remedy = if robot.options.has_world {
+            "add a <freejoint/> or a joint"
+        } else {
+            "give the root a mass and do not fix it"
         };
         return Err(format!(
-            "nothing in it can move; {way}, or use it with other bodies by [[robots]]"
+            "nothing in it can move; {remedy}, or use it with other bodies by [[robots]]"
         ));
     }
     let mut model = empty();

@@ -95,13 +95,13 @@ impl TerrainEntry {
         let terrain = match (&self.heights, &self.mesh, &self.surface) {
             (Some(heights), None, None) => self.field(heights, scale, &turn, &place, files)?,
             (None, Some(name), None) => {
-                let odd = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
+                let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
                 let facets = facets_of(files, name)?;
                 let facets: Vec<_> =
                     facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
                 let mesh = Surface::from_facets(&facets);
                 let mesh = mesh.and_then(|mesh| mesh.moved_by(&turn, &place));
-                mesh.map(Terrain::from).map_err(|error| odd(&error))?
+                mesh.map(Terrain::from).map_err(|error| invalid(&error))?
             }
             (None, None, Some(table)) => {
                 let vertices = table.vertices.iter().map(|at| Vector3::from(at.0) * scale);
@@ -131,20 +131,21 @@ impl TerrainEntry {
         };
         let grid = match heights {
             HeightsEntry::Rows(rows) => {
-                HeightGrid::of_rows(rows).map_err(|why| format!("heights: {why}"))?
+                HeightGrid::from_rows(rows).map_err(|why| format!("heights: {why}"))?
             }
             HeightsEntry::Packed(PackedTable { columns, packed }) => {
-                HeightGrid::of_packed(packed, *columns).map_err(|why| format!("heights: {why}"))?
+                HeightGrid::from_packed(packed, *columns)
+                    .map_err(|why| format!("heights: {why}"))?
             }
             HeightsEntry::File(name) => {
                 let path = files.folder.join(name);
-                let odd =
+                let invalid =
                     |why: &dyn std::fmt::Display| format!("heights: {}: {why}", shown::path(&path));
-                let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| odd(&error))?;
-                HeightGrid::of_file(name, &bytes).map_err(|why| odd(&why))?
+                let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| invalid(&error))?;
+                HeightGrid::from_file(name, &bytes).map_err(|why| invalid(&why))?
             }
         };
-        let odd = |error: Error| match &error {
+        let invalid = |error: Error| match &error {
             Error::OutOfRange { field, .. } if field.starts_with("spacing") => {
                 format!("spacing: {error}")
             }
@@ -153,7 +154,7 @@ impl TerrainEntry {
         field_in_the_middle(grid, spacing, scale)
             .and_then(|field| field.moved_by(turn, place))
             .map(Terrain::from)
-            .map_err(odd)
+            .map_err(invalid)
     }
 }
 
@@ -176,16 +177,16 @@ fn field_in_the_middle(
 /// Facets of an OBJ or STL file.
 fn facets_of(files: &Files<'_>, name: &str) -> Result<Vec<[Vector3<f64>; 3]>, String> {
     let path = &files.folder.join(name);
-    let odd = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
-    let bytes = (files.read)(path, LARGEST_FILE).map_err(|error| odd(&error))?;
+    let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
+    let bytes = (files.read)(path, LARGEST_FILE).map_err(|error| invalid(&error))?;
     let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
     let facets = match ending.as_ref().and_then(|ending| ending.to_str()) {
         Some("obj") => {
-            let text = String::from_utf8(bytes).map_err(|_| odd(&"it is not text"))?;
+            let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
             facets_of_obj(&text)
         }
         Some("stl") => facets_of_stl(&bytes),
-        _ => return Err(odd(&"a file name that ends in .obj or .stl is needed")),
+        _ => return Err(invalid(&"a file name that ends in .obj or .stl is needed")),
     };
-    facets.map_err(|error| odd(&error))
+    facets.map_err(|error| invalid(&error))
 }

@@ -1,8 +1,8 @@
 //! Runs as CSV: the [`tables`] of every run, and the tutorial's [`trajectory`].
 
+mod csv_reader;
 mod rows;
-mod sheet;
 pub mod tables;
 pub mod trajectory;
 
-pub use sheet::{MOST_ROW_BYTES, RowsError};
+pub use csv_reader::{MOST_ROW_BYTES, RowsError};

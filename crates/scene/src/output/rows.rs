@@ -164,7 +164,7 @@ mod tests {
 
     /// The csv crate's writer, with another algorithm for the digits, writes the same bytes.
     #[test]
-    fn cells_are_those_of_another_writer() {
+    fn cells_equal_those_of_the_csv_crate() {
         let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
         let mut next = || {
             seed ^= seed << 13;
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_has_rows_by_its_count_from_the_first_and_the_last_state_always() {
+    fn every_tenth_step_and_the_last_state_have_rows() {
         let kept = RowChoice::new(10, 7);
         let has = |index| kept.has(index, StepStatus::Free);
         assert!((7..60).all(|index| has(index) == (index % 10 == 7)));

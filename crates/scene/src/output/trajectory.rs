@@ -62,16 +62,16 @@ impl<W: Write> TrajectoryWriter<W> {
             .chain(of_points)
             .chain(fixed(&REPORT_COLUMNS));
         let columns: Vec<_> = columns.collect();
-        Self::of(RowWriter::new(stream, columns.iter().map(String::as_str)), world)
+        Self::with_writer(RowWriter::new(stream, columns.iter().map(String::as_str)), world)
     }
 
     /// Continues a trajectory that already has a header, and possibly rows.
     #[must_use]
     pub fn after(stream: W, world: &World) -> Self {
-        Self::of(RowWriter::after(stream), world)
+        Self::with_writer(RowWriter::after(stream), world)
     }
 
-    fn of(rows: RowWriter<W>, world: &World) -> Self {
+    fn with_writer(rows: RowWriter<W>, world: &World) -> Self {
         let count = points(world);
         let numbers = vec![0.0; (POINT_COLUMNS.len() - 1) * count];
         let carrying = vec![false; count];

@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_sealed_is_whole_until_it_is_changed() {
+    fn sealed_text_passes_until_a_byte_changes() {
         let text = sealed("{\n  \"seed\": 42\n}\n");
         assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok(), "{text}");
         assert_eq!(seal_of(&text), Seal::Whole);
@@ -126,7 +126,7 @@ mod tests {
 
     /// The standard check value of CRC-32 is the checksum of the digits 1 to 9.
     #[test]
-    fn the_checksum_is_the_standards() {
+    fn crc32_matches_the_standard_check_value() {
         assert_eq!(checksum_of(&b"123456789"[..]).unwrap(), "cbf43926");
         let mut stream = Summed::new(Vec::new());
         stream.write_all(b"1234").unwrap();

@@ -7,8 +7,8 @@ mod solver;
 pub use checksums::{Checksums, Seal, Summed, checksum_of};
 pub use solver::SolverSettings;
 
-use super::joints_summary::{JointsSummary, Taut, TautJoint};
-use super::kept::KeptSteps;
+use super::joints_summary::{JointsSummary, StiffJoint, StiffJointReport};
+use super::row_selection::RowSelection;
 use super::scene::Scene;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
 use crate::output::tables::{JointRow, StepRow, TableStep};
@@ -34,7 +34,7 @@ pub struct RunEnd<'a> {
     /// Summary of the joints, for a scene with joints.
     pub joints: Option<JointsSummary>,
     /// Joints that were too stiff for the time step.
-    pub taut: &'a Taut,
+    pub stiff_joints: &'a StiffJointReport,
 }
 
 /// Content of a run.json.
@@ -76,8 +76,8 @@ pub struct RunFile {
     /// Bodies, fixed pieces, constants and initial states.
     pub model: Model,
     /// Selection of rows in the files.
-    #[serde(default, skip_serializing_if = "KeptSteps::is_all")]
-    pub kept: KeptSteps,
+    #[serde(default, skip_serializing_if = "RowSelection::is_all")]
+    pub kept: RowSelection,
     /// Solver and its settings.
     pub solver: SolverSettings,
     /// Summary of the steps.
@@ -89,7 +89,7 @@ pub struct RunFile {
     pub joints: Option<JointsSummary>,
     /// Joints that were too stiff in two consecutive steps, with a suitable time step.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub taut_joints: Vec<TautJoint>,
+    pub taut_joints: Vec<StiffJoint>,
     /// Names of the run's files. The next run may replace or remove these files.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
@@ -164,7 +164,7 @@ pub fn heading(scene: &str, changed: &[String]) -> String {
 
 impl SummaryFile {
     /// Summary of a run. With `climbs` it includes the rungs of Ipopt's ladder.
-    fn of(run: &RunEnd<'_>, climbs: bool) -> Self {
+    fn new(run: &RunEnd<'_>, climbs: bool) -> Self {
         let summary = run.summary;
         let starts = summary.starts.iter().filter(|_| climbs);
         let rungs = starts.map(|(start, count)| (start.to_string(), *count)).collect();
@@ -196,10 +196,10 @@ impl RunFile {
     ///
     /// # Errors
     /// A solver that does not support the scene.
-    pub fn of(scene: &Scene, run: &RunEnd<'_>) -> Result<Self, Failure> {
+    pub fn new(scene: &Scene, run: &RunEnd<'_>) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(SolverChoice::climbs);
         let mut model = scene.model.clone();
-        model.keep_draws_of(scene.seed);
+        model.drop_draws_unless_from(scene.seed);
         Ok(Self {
             outcome: run.outcome.to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -212,14 +212,14 @@ impl RunFile {
             steps: scene.rows,
             substeps: scene.substeps,
             start_index: scene.start_index,
-            kept: KeptSteps::default(),
-            solver: SolverSettings::of(scene.contact.as_ref(), &scene.world)?,
-            summary: SummaryFile::of(run, climbs),
+            kept: RowSelection::default(),
+            solver: SolverSettings::new(scene.contact.as_ref(), &scene.world)?,
+            summary: SummaryFile::new(run, climbs),
             largest_overlap_m: run.largest_overlap,
             trajectory: scene.trajectory,
             model,
             joints: run.joints,
-            taut_joints: run.taut.joints(scene.world.time_step()),
+            taut_joints: run.stiff_joints.joints(scene.world.time_step()),
             files: Vec::new(),
             checksums: Checksums::new(),
             seal: Seal::None,
@@ -232,12 +232,12 @@ impl RunFile {
     /// has no trajectory.csv. Returns `None` without rows.
     ///
     /// # Errors
-    /// The errors of [`RunFile::of`].
-    pub fn of_rows(scene: &Scene, rows: &[TableStep]) -> Result<Option<Self>, Failure> {
+    /// The errors of [`RunFile::new`].
+    pub fn from_rows(scene: &Scene, rows: &[TableStep]) -> Result<Option<Self>, Failure> {
         let Some(first) = rows.first() else { return Ok(None) };
         let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
         let (mut largest_overlap, mut world) = (0.0_f64, scene.world.clone());
-        let mut taut = Taut::default();
+        let mut stiff_joints = StiffJointReport::default();
         for (place, step) in rows.iter().enumerate() {
             let StepRow { index, status, iterations, residual, restitution_share, .. } = step.row;
             let part = "";
@@ -264,30 +264,37 @@ impl RunFile {
             world.follow(&scene.courses, (index + 1) as f64 * world.time_step());
             let forces: Vec<_> = step.joints.iter().map(JointRow::forces).collect();
             let gears: Vec<_> = step.gears.iter().map(|gear| gear.force).collect();
-            taut.add(&world, &step.states, &forces, &gears, step.row.stiffness);
+            stiff_joints.add(&world, &step.states, &forces, &gears, step.row.stiffness);
         }
         let joints = (!scene.joints.is_empty()).then_some(joints);
         let (outcome, summary, seconds) = ("complete", &summary, 0.0);
-        let mut file = Self::of(
+        let mut file = Self::new(
             scene,
-            &RunEnd { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
+            &RunEnd {
+                outcome,
+                summary,
+                seconds,
+                largest_overlap,
+                joints,
+                stiff_joints: &stiff_joints,
+            },
         )?;
         file.trajectory = false;
         file.start_index = first.row.index;
         file.steps = rows.len() as u64;
         file.model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
-        file.model.keep_draws_of(scene.seed);
+        file.model.drop_draws_unless_from(scene.seed);
         file.drawn = file.model.is_drawn();
         Ok(Some(file))
     }
 
     /// Error message if the seed does not reproduce the random starts of the bodies.
     #[must_use]
-    pub fn drawn_otherwise(&self) -> Option<String> {
+    pub fn seed_mismatch(&self) -> Option<String> {
         if self.drawn != self.model.is_drawn() {
             return Some("drawn contradicts the starts of the bodies".to_owned());
         }
-        let (seed, body) = (self.seed, shown::line(self.model.drawn_otherwise(self.seed)?));
+        let (seed, body) = (self.seed, shown::line(self.model.seed_mismatch(self.seed)?));
         Some(format!("the seed {seed} draws a different start of {body}"))
     }
 
@@ -306,7 +313,7 @@ impl RunFile {
     /// Text of the file, with its checksum.
     ///
     /// # Errors
-    /// None for a value made by [`RunFile::of`].
+    /// None for a value made by [`RunFile::new`].
     pub fn text(&self) -> Result<String, Failure> {
         Ok(checksums::sealed(&json(self)?))
     }

@@ -14,19 +14,19 @@ impl RunFile {
     ///
     /// # Errors
     /// A text that is not a run.json.
-    pub fn of_text(text: &str, path: &Path) -> Result<Self, Failure> {
-        let odd = |why: &dyn std::fmt::Display| {
+    pub fn from_text(text: &str, path: &Path) -> Result<Self, Failure> {
+        let invalid = |why: &dyn std::fmt::Display| {
             Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        let mut file: Self = fields::json(text).map_err(|why| odd(&why))?;
+        let mut file: Self = fields::json(text).map_err(|why| invalid(&why))?;
         file.seal = seal_of(text);
         if let Some(field) = file.missing() {
-            return Err(odd(&format!("missing field `{field}`")));
+            return Err(invalid(&format!("missing field `{field}`")));
         }
         match file.long_word() {
             None => Ok(file),
             Some(field) => {
-                Err(odd(&format!("{field}: it has more than {LONGEST_WORD} characters")))
+                Err(invalid(&format!("{field}: it has more than {LONGEST_WORD} characters")))
             }
         }
     }

@@ -36,7 +36,7 @@ impl SolverSettings {
     ///
     /// # Errors
     /// A solver that does not support the world.
-    pub fn of(contact: Option<&SolverChoice>, world: &World) -> Result<Self, Failure> {
+    pub fn new(contact: Option<&SolverChoice>, world: &World) -> Result<Self, Failure> {
         let limits = contact.and_then(SolverChoice::limits);
         let solver = contact.map(|contact| contact.solver(world)).transpose()?;
         Ok(Self {

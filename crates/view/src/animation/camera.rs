@@ -105,8 +105,8 @@ impl Camera {
     /// view is 1.
     pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
         let ([right, up], scale) = (self.window.middle, self.scale());
-        let way = [right + (x - self.middle) / scale, up + (self.middle - y) / scale];
-        self.axes.transpose() * Vector3::new(way[0], way[1], 1.0)
+        let offset = [right + (x - self.middle) / scale, up + (self.middle - y) / scale];
+        self.axes.transpose() * Vector3::new(offset[0], offset[1], 1.0)
     }
 
     /// Unit vector along the view, in the ground's frame.
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn everything_is_in_the_picture_and_something_is_at_its_edge() {
+    fn camera_frames_all_points_and_touches_the_margin() {
         let points: Vec<_> = (0..8)
             .map(|i| {
                 let bit = |k: u32| f64::from(i >> k & 1);
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_goes_to_the_point_whose_spot_it_starts_from() {
+    fn ray_through_a_projected_point_hits_the_point() {
         let points = [Vector3::new(-4.0, 1.0, 0.0), Vector3::new(2.0, 3.0, 1.5), Vector3::x()];
         let camera = Camera::fit(View::default(), &Rotation3::identity(), 800, &points);
         for point in points {

@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_rectangle_that_changed_is_kept() {
+    fn frames_contain_only_the_changed_rectangle() {
         let before = vec![5; 16];
         let mut now = before.clone();
         (now[4 + 1], now[8 + 3]) = (7, 8);

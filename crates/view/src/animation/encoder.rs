@@ -29,7 +29,7 @@ impl<'a> Encoder<'a> {
         settings: &AnimationSettings,
     ) -> Result<Self, AnimationError> {
         let size = settings.size;
-        let palette = Palette::of(film, settings.theme());
+        let palette = Palette::new(film, settings.theme());
         let mut encoder = gif::Encoder::new(bytes, size, size, &palette.bytes())?;
         encoder.set_repeat(Repeat::Infinite)?;
         let title: Vec<&[u8]> = film.title.as_bytes().chunks(255).collect();

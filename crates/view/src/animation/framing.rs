@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_straight_on_is_in_the_middle_from_beginning_to_end() {
+    fn camera_centres_uniform_motion() {
         for frames in [1, 2, 9, 40] {
             let places: Vec<_> = (0..frames).map(|k| [0.3 * f64::from(k) - 1.0, 0.2]).collect();
             for (at, to) in places.iter().zip(smooth(&places)) {
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_way_is_followed_without_jerks_and_nothing_leaves_the_picture() {
+    fn camera_follows_long_motion_smoothly_and_loses_no_point() {
         // Along a line, then abruptly along another, as after an impact.
         let place = |k: usize| [0.002 * k as f64 - 0.2, 0.003 * (k as f64 - 100.0).abs() - 0.1];
         let places: Vec<_> = (0..200).map(place).collect();
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stays_in_a_corner_is_shown_through_a_smaller_window_that_stands_still() {
+    fn motion_in_a_corner_gets_a_small_fixed_window() {
         let places: Vec<_> = (0..60).map(|k| [0.1 + 0.0005 * f64::from(k), -0.1]).collect();
         let (moving, near) = (squares(&places, 0.01), windows_of(&places, 0.01, true));
         assert_eq!(near.len(), 1);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn without_need_or_without_ground_the_camera_stands_still() {
+    fn camera_is_fixed_for_short_motion_or_without_ground() {
         let places: Vec<_> = (0..60).map(|k| [0.007 * f64::from(k) - 0.2, 0.0]).collect();
         assert_eq!(windows_of(&places, 0.06, true), [Window::WHOLE]);
         assert_eq!(windows_of(&places, 0.005, false), [Window::WHOLE]);

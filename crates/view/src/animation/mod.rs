@@ -45,7 +45,7 @@ use encoder::Encoder;
 use nalgebra::{Isometry3, Point3, Vector3};
 use pins::DrawnJoint;
 use settings::FARTHEST;
-use stage::{Backdrop, Moment, SKETCHES};
+use stage::{Backdrop, FrameState, SKETCHES};
 use std::ops::ControlFlow;
 use tumble_core::contact::Partner;
 use tumble_scene::output::tables::TableStep;
@@ -113,7 +113,7 @@ pub(crate) fn usual_view(film: &Film) -> View {
     let mut frames: Vec<_> = film.frames.iter().step_by(stride).cloned().collect();
     frames.iter_mut().for_each(|frame| frame.contacts.clear());
     let film = film.with_frames(frames);
-    let (scale, to_ground) = (Scale::of(&film), film.to_ground());
+    let (scale, to_ground) = (Scale::from_film(&film), film.to_ground());
     let moments: Result<Vec<_>, _> =
         film.frames.iter().map(|frame| moment(&film, frame, &[], &scale, &to_ground)).collect();
     let found = moments
@@ -123,9 +123,9 @@ pub(crate) fn usual_view(film: &Film) -> View {
 }
 
 /// Content of the frames.
-fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<Moment>, AnimationError> {
+fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<FrameState>, AnimationError> {
     let duration = (film.frames.len() - 1) as f64 * film.frame_time();
-    let scale = Scale::of(film);
+    let scale = Scale::from_film(film);
     let to_ground = film.to_ground();
     let mut before = 0;
     let mut moments = Vec::new();
@@ -145,7 +145,7 @@ fn moment(
     steps: &[TableStep],
     scale: &Scale,
     to_ground: &Isometry3<f64>,
-) -> Result<Moment, AnimationError> {
+) -> Result<FrameState, AnimationError> {
     let is_near = |place: &Vector3<f64>, room: f64| {
         // The comparison also rejects NaN.
         place.iter().all(|coordinate| coordinate.abs() + room <= FARTHEST)
@@ -161,17 +161,17 @@ fn moment(
     let mut arrows = Vec::new();
     for mean in scale.means(steps) {
         let from = (to_ground * Point3::from(mean.point)).coords;
-        let way = to_ground.rotation * scale.arrow(&mean.force);
-        if !is_near(&from, way.norm()) {
+        let vector = to_ground.rotation * scale.arrow(&mean.force);
+        if !is_near(&from, vector.norm()) {
             return Err(AnimationError::TooFar);
         }
-        let mut add = |body: usize, way: Vector3<f64>| {
+        let mut add = |body: usize, vector: Vector3<f64>| {
             let reach = film.bodies.get(body).map_or(0.0, Object::reach);
-            arrows.push(Arrow { from, to: from + way, reach });
+            arrows.push(Arrow { from, to: from + vector, reach });
         };
-        add(mean.site.body, way);
+        add(mean.site.body, vector);
         if let Partner::Body(other) = mean.site.partner {
-            add(other, -way);
+            add(other, -vector);
         }
     }
     let joints = film.world.joints().iter();
@@ -184,5 +184,5 @@ fn moment(
         }
     });
     let pins = pins.collect();
-    Ok(Moment { time: shown.row.time, poses, arrows, pins })
+    Ok(FrameState { time: shown.row.time, poses, arrows, pins })
 }

@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hull_leaves_out_what_is_inside() {
+    fn convex_hull_omits_interior_points() {
         let spot = |[x, y]: [f64; 2]| [x, y, 1.0];
         let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]].map(spot);
         let mut points = square.to_vec();

@@ -36,7 +36,7 @@ fn encoded(light: f32) -> u8 {
 
 impl Hue {
     /// Shades of `colour`.
-    pub fn of(colour: Rgb) -> Self {
+    pub fn from_rgb(colour: Rgb) -> Self {
         let full = colour.map(linear);
         let shade = |level: usize| {
             let light = DARKEST + (BRIGHTEST - DARKEST) * level as f32 / (LEVELS - 1) as f32;
@@ -116,16 +116,16 @@ pub struct Palette {
 
 impl Palette {
     /// Palette for the bodies and fixed objects of a film.
-    pub fn of(film: &Film, theme: &Theme) -> Self {
+    pub fn new(film: &Film, theme: &Theme) -> Self {
         let still = (!film.fixed.is_empty()).then_some(STILL);
         let meshes = film.bodies.iter().flat_map(|body| &body.shapes).filter_map(Shape::colour);
         let mut own: Vec<Rgb> = Vec::new();
-        for colour in still.into_iter().chain(palette::of_bodies(film)).chain(meshes) {
+        for colour in still.into_iter().chain(palette::body_colours(film)).chain(meshes) {
             if !own.contains(&colour) {
                 own.push(colour);
             }
         }
-        let hues: Vec<_> = own.into_iter().map(Hue::of).collect();
+        let hues: Vec<_> = own.into_iter().map(Hue::from_rgb).collect();
         Self { colours: colours(theme, &hues), table: vec![None; 1 << (3 * BITS)] }
     }
 
@@ -152,9 +152,9 @@ impl Palette {
     }
 }
 
-fn nearest(colours: &[Rgb], wanted: [i32; 3]) -> u8 {
+fn nearest(colours: &[Rgb], target: [i32; 3]) -> u8 {
     let distance = |colour: &Rgb| -> i32 {
-        colour.iter().zip(wanted).map(|(&have, want)| (i32::from(have) - want).pow(2)).sum()
+        colour.iter().zip(target).map(|(&have, want)| (i32::from(have) - want).pow(2)).sum()
     };
     let mut best = (i32::MAX, 0);
     for (index, colour) in (0u8..).zip(colours) {
@@ -181,12 +181,12 @@ mod tests {
             if bodies > 1 {
                 film.fixed = vec![Object::default()];
             }
-            let mut palette = Palette::of(&film, &theme);
+            let mut palette = Palette::new(&film, &theme);
             assert!(palette.colours.len() <= usize::from(palette.transparent()));
             assert_eq!(palette.transparent(), if bodies == 1 { 127 } else { 255 });
             let Theme { sky, ground, grid, ink, seam, joint, force, .. } = theme;
             let flat = [sky, ground, grid, ink, seam, joint, force];
-            for colour in flat.into_iter().chain(palette::of_bodies(&film)) {
+            for colour in flat.into_iter().chain(palette::body_colours(&film)) {
                 let index = palette.index(colour);
                 let found = palette.colours[usize::from(index)];
                 let far = (0..3).map(|k| found[k].abs_diff(colour[k])).max().unwrap();
@@ -198,8 +198,8 @@ mod tests {
     }
 
     #[test]
-    fn shades_are_in_linear_light() {
-        let grey = Hue::of([188; 3]);
+    fn shades_are_computed_in_linear_light() {
+        let grey = Hue::from_rgb([188; 3]);
         // Half of the light of white.
         assert!(grey.lit(1.0)[0].abs_diff(188) <= 2, "{:?}", grey.lit(1.0));
         assert!(grey.lit(0.5)[0].abs_diff(137) <= 2, "{:?}", grey.lit(0.5));
@@ -208,12 +208,12 @@ mod tests {
     }
 
     #[test]
-    fn a_palette_holds_no_more_than_a_gif_has() {
+    fn palette_of_300_bodies_has_256_colours() {
         let mut film = falling_cube(0);
         copies(&mut film, 300);
         for (b, body) in (0u8..=255).zip(&mut film.bodies) {
             body.colour = Some([b, b.wrapping_mul(7), 255 - b]);
         }
-        assert_eq!(Palette::of(&film, &LIGHT).bytes().len(), 3 * 256);
+        assert_eq!(Palette::new(&film, &LIGHT).bytes().len(), 3 * 256);
     }
 }

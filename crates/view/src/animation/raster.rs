@@ -205,12 +205,12 @@ fn about(line: [Spot; 2], margin: f64) -> impl Fn(f64) -> (f64, f64) {
 /// Parameter from 0 to 1 of the nearest point on the line from a to b, and squared distance to it
 /// (pixels²).
 fn nearest(a: Spot, b: Spot) -> impl Fn(f64, f64) -> (f64, f64) {
-    let way = [b[0] - a[0], b[1] - a[1]];
-    let square = way[0] * way[0] + way[1] * way[1];
+    let edge = [b[0] - a[0], b[1] - a[1]];
+    let square = edge[0] * edge[0] + edge[1] * edge[1];
     move |x, y| {
-        let along = (x - a[0]) * way[0] + (y - a[1]) * way[1];
+        let along = (x - a[0]) * edge[0] + (y - a[1]) * edge[1];
         let share = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
-        let (dx, dy) = (x - a[0] - share * way[0], y - a[1] - share * way[1]);
+        let (dx, dy) = (x - a[0] - share * edge[0], y - a[1] - share * edge[1]);
         (share, dx * dx + dy * dy)
     }
 }
@@ -235,15 +235,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearer_of_two_crossing_faces_is_seen_on_either_side() {
+    fn depth_test_shows_the_nearer_of_crossing_faces() {
         let mut raster = Raster::new(20);
         raster.clear();
         let face = |left: f64, right: f64| {
             [[2.0, 2.0, left], [18.0, 2.0, right], [18.0, 18.0, right], [2.0, 18.0, left]]
         };
         let (red, blue) = ([255, 0, 0], [0, 0, 255]);
-        raster.polygon(&face(1.0, 2.0), &Hue::of(red), &[1.0; 4]);
-        raster.polygon(&face(2.0, 1.0), &Hue::of(blue), &[1.0; 4]);
+        raster.polygon(&face(1.0, 2.0), &Hue::from_rgb(red), &[1.0; 4]);
+        raster.polygon(&face(2.0, 1.0), &Hue::from_rgb(blue), &[1.0; 4]);
         let mut canvas = Canvas::new(20, [255; 3]).unwrap();
         raster.compose(&mut canvas);
         let pixels: Vec<_> = canvas.colours().collect();
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_as_wide_as_asked() {
+    fn lines_have_the_requested_width() {
         let mut raster = Raster::new(20);
         raster.clear();
         raster.line([2.0, 10.0, 1.0], [18.0, 10.0, 1.0], 4.0, [0; 3]);

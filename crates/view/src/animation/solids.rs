@@ -28,13 +28,13 @@ pub struct Look {
 }
 
 impl Look {
-    pub fn of(shape: Shape) -> Self {
-        Self { surface: Surface::of(&shape), hue: shape.colour().map(Hue::of), shape }
+    pub fn new(shape: Shape) -> Self {
+        Self { surface: Surface::from_shape(&shape), hue: shape.colour().map(Hue::from_rgb), shape }
     }
 }
 
 /// Context for painting one body.
-pub struct Easel<'a> {
+pub struct Canvas3d<'a> {
     pub raster: &'a mut Raster,
     pub camera: &'a Camera,
     pub light: Light,
@@ -45,7 +45,7 @@ pub struct Easel<'a> {
     pub reach: f64,
 }
 
-impl<'a> Easel<'a> {
+impl<'a> Canvas3d<'a> {
     /// Paints a shape at `pose` in the ground's frame.
     pub fn look(&mut self, look: &'a Look, pose: &Isometry3<f64>) {
         let usual = self.hue;
@@ -72,7 +72,7 @@ impl<'a> Easel<'a> {
         let eye = self.camera.eye();
         let places = placed(vertices, pose);
         let mut lights = vec![None; surface.faces.len()];
-        for (face, seen) in surface.faces.iter().zip(&mut lights) {
+        for (face, light_of_face) in surface.faces.iter().zip(&mut lights) {
             let normal = pose.rotation * face.normal;
             let out = normal * radius;
             if normal.dot(&(eye - places[face.corners[0]] - out)) <= 0.0 {
@@ -87,7 +87,7 @@ impl<'a> Easel<'a> {
                 .map(|smooth| if radius > 0.0 { normal } else { pose.rotation * smooth });
             let shades: Vec<_> = normals.map(|normal| self.lit(&normal)).collect();
             self.raster.polygon(&spots, self.hue, &shades);
-            *seen = Some(self.lit(&normal));
+            *light_of_face = Some(self.lit(&normal));
         }
         if radius > 0.0 {
             for face in &surface.faces {
@@ -102,8 +102,8 @@ impl<'a> Easel<'a> {
             return;
         }
         for ([a, b], faces) in &surface.creases {
-            let seen = faces.iter().filter_map(|face| lights[*face]);
-            let Some(light) = seen.reduce(f32::min) else { continue };
+            let light_of_face = faces.iter().filter_map(|face| lights[*face]);
+            let Some(light) = light_of_face.reduce(f32::min) else { continue };
             let ends = [self.lifted(&places[*a]), self.lifted(&places[*b])];
             self.raster.line(ends[0], ends[1], 1.3 * self.unit, self.hue.lit(EDGE_SHADE * light));
         }
@@ -205,14 +205,14 @@ fn lit(normal: &Vector3<f64>, light: Light) -> f32 {
     (0.68 * lamp + 0.65 * (0.45 + 0.55 * sky)) as f32
 }
 
-/// First point of the ray eye + t · way, t > 0, on the capsule of `radius` about the segment from a
+/// First point of the ray eye + t · direction, t > 0, on the capsule of `radius` about the segment from a
 /// to b. Returns t and the nearest point of the segment.
 ///
 /// The candidates are the cylinder between the ends and the balls at the ends. The smallest t
 /// counts, since the capsule is convex and the eye is outside.
 fn capsule_hit(
     eye: &Vector3<f64>,
-    way: &Vector3<f64>,
+    direction: &Vector3<f64>,
     a: &Vector3<f64>,
     b: &Vector3<f64>,
     radius: f64,
@@ -224,14 +224,14 @@ fn capsule_hit(
         (root >= 0.0 && square > 0.0).then(|| (-half - root.sqrt()) / square).filter(|t| *t > 0.0)
     };
     let mut hits = [None; 3];
-    hits[0] = first(eye - a, *way).map(|t| (t, *a));
+    hits[0] = first(eye - a, *direction).map(|t| (t, *a));
     let axis = b - a;
-    if let Some(axis_way) = axis.try_normalize(0.0) {
-        hits[1] = first(eye - b, *way).map(|t| (t, *b));
-        let across = |v: Vector3<f64>| v - axis_way * axis_way.dot(&v);
-        hits[2] = first(across(eye - a), across(*way)).and_then(|t| {
-            let along = axis_way.dot(&(eye + way * t - a));
-            (0.0..=axis.norm()).contains(&along).then(|| (t, a + axis_way * along))
+    if let Some(axis_direction) = axis.try_normalize(0.0) {
+        hits[1] = first(eye - b, *direction).map(|t| (t, *b));
+        let across = |v: Vector3<f64>| v - axis_direction * axis_direction.dot(&v);
+        hits[2] = first(across(eye - a), across(*direction)).and_then(|t| {
+            let along = axis_direction.dot(&(eye + direction * t - a));
+            (0.0..=axis.norm()).contains(&along).then(|| (t, a + axis_direction * along))
         });
     }
     hits.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))
@@ -254,18 +254,18 @@ mod tests {
         for i in 0..40 {
             for k in 0..20 {
                 let aim = Vector3::new(-2.4 + 0.12 * f64::from(i), 0.0, -1.0 + 0.12 * f64::from(k));
-                let way = aim - eye;
-                let nearest = (0..4000).map(|n| eye + way * (f64::from(n) / 2000.0));
+                let direction = aim - eye;
+                let nearest = (0..4000).map(|n| eye + direction * (f64::from(n) / 2000.0));
                 let nearest = nearest.map(|p| apart(&p)).fold(f64::INFINITY, f64::min);
-                let hit = capsule_hit(&eye, &way, &a, &b, radius);
+                let hit = capsule_hit(&eye, &direction, &a, &b, radius);
                 if (nearest - radius).abs() > 1e-3 {
                     assert_eq!(hit.is_some(), nearest < radius, "{aim}");
                 }
                 let Some((t, core)) = hit else { continue };
-                let point = eye + way * t;
+                let point = eye + direction * t;
                 assert!((apart(&point) - radius).abs() < 1e-9 && t > 0.0);
                 assert!(((point - core).norm() - radius).abs() < 1e-9);
-                let before = (0..100).map(|n| eye + way * (t * f64::from(n) / 100.0));
+                let before = (0..100).map(|n| eye + direction * (t * f64::from(n) / 100.0));
                 assert!(before.into_iter().all(|p| apart(&p) > radius - 1e-9), "the first one");
                 hits += 1;
             }

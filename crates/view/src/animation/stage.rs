@@ -10,7 +10,7 @@ use super::palette::Hue;
 use super::pins::{self, DrawnJoint};
 use super::raster::Raster;
 use super::settings::AnimationSettings;
-use super::solids::{Easel, Look};
+use super::solids::{Canvas3d, Look};
 use crate::film::{Film, Object};
 use crate::font::Font;
 use crate::palette::{self, Rgb, Theme};
@@ -44,7 +44,7 @@ pub const SKETCHES: usize = 12;
 const SKETCH: u16 = 200;
 
 /// Content of a frame, in the ground's frame.
-pub struct Moment {
+pub struct FrameState {
     /// Time (s).
     pub time: f64,
     /// Pose of each body.
@@ -54,7 +54,7 @@ pub struct Moment {
 }
 
 /// Drawing of a body.
-struct Actor {
+struct DrawnBody {
     looks: Vec<Look>,
     /// Points that span each outline.
     spans: Vec<Vec<Vector3<f64>>>,
@@ -74,7 +74,7 @@ pub struct Backdrop {
     floor: Option<Floor>,
     light: Light,
     /// Bodies, then all fixed objects as one.
-    actors: Vec<Actor>,
+    drawn: Vec<DrawnBody>,
     /// Transform of fixed objects from the world to the ground's frame.
     to_ground: Isometry3<f64>,
     speed: f64,
@@ -91,25 +91,25 @@ pub struct Backdrop {
 impl Backdrop {
     /// Prepares drawing of all `moments`. The camera aims at the first one. Without a requested
     /// view it is placed such that moving bodies are visible. `None` if the picture has size 0.
-    pub fn new(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<Self> {
+    pub fn new(film: &Film, settings: &AnimationSettings, moments: &[FrameState]) -> Option<Self> {
         let view = settings.view.map_or_else(|| open_view(film, settings, moments), Some)?;
-        let backdrop = Self::seen_from(view, film, settings, moments)?;
+        let backdrop = Self::camera_from(view, film, settings, moments)?;
         Some(Self { font: Font::bold(), ..backdrop })
     }
 
     /// Backdrop for pictures without text: a page that needs only the view has no font.
-    fn seen_from(
+    fn camera_from(
         view: View,
         film: &Film,
         settings: &AnimationSettings,
-        moments: &[Moment],
+        moments: &[FrameState],
     ) -> Option<Self> {
         let light = Light::for_azimuth(view.azimuth);
         let to_ground = film.to_ground();
-        let actors = actors(film);
+        let drawn = drawn(film);
         let mut points = Vec::new();
         for moment in moments {
-            for (actor, pose) in actors.iter().zip(moment.poses.iter().chain([&to_ground])) {
+            for (actor, pose) in drawn.iter().zip(moment.poses.iter().chain([&to_ground])) {
                 points.extend(actor.places(pose));
             }
         }
@@ -120,7 +120,7 @@ impl Backdrop {
         points.extend(more);
         let turn = to_ground.rotation.to_rotation_matrix();
         let mut camera = Camera::fit(view, &turn, settings.size, &points);
-        let (windows, distance) = framed(&camera, &actors, moments, floor.is_some());
+        let (windows, distance) = framed(&camera, &drawn, moments, floor.is_some());
         camera.window = windows[0];
         if camera.window.half < Window::WHOLE.half {
             let width = 2.0 * camera.window.half * distance;
@@ -134,7 +134,7 @@ impl Backdrop {
             camera,
             floor,
             light,
-            actors,
+            drawn,
             to_ground,
             speed,
             theme,
@@ -177,12 +177,12 @@ impl Backdrop {
     }
 
     /// Paints `moment` and overwrites `canvas`.
-    pub fn paint(&mut self, canvas: &mut Canvas, moment: &Moment) {
+    pub fn paint(&mut self, canvas: &mut Canvas, moment: &FrameState) {
         canvas.copy_from(&self.empty);
         let unit = f64::from(canvas.size()) / 800.0;
         let poses = || moment.poses.iter().chain([&self.to_ground]);
         if let Some(floor) = &self.floor {
-            let casters = self.actors.iter().zip(poses()).flat_map(|(actor, pose)| {
+            let casters = self.drawn.iter().zip(poses()).flat_map(|(actor, pose)| {
                 let places = |caster: &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
                     caster.iter().map(|point| (pose * Point3::from(*point)).coords).collect()
                 };
@@ -195,13 +195,13 @@ impl Backdrop {
             self.paint_actor(place, &pose, unit);
         }
         // Order: arrows hidden by bodies, the bodies, arrows in front of them.
-        let (hidden, seen): (Vec<_>, Vec<_>) = moment.arrows.iter().partition(|arrow| {
+        let (hidden, visible): (Vec<_>, Vec<_>) = moment.arrows.iter().partition(|arrow| {
             self.raster.hides(self.camera.spot(&arrow.from), BEHIND * arrow.reach)
         });
         arrows::paint(canvas, &self.camera, &hidden, self.theme);
         self.raster.compose(canvas);
         pins::paint(canvas, &self.camera, &moment.pins, self.theme);
-        arrows::paint(canvas, &self.camera, &seen, self.theme);
+        arrows::paint(canvas, &self.camera, &visible, self.theme);
         if let Some(font) = &self.font {
             self.paint_labels(canvas, font, moment);
             self.paint_clock(canvas, font, moment.time);
@@ -209,30 +209,30 @@ impl Backdrop {
     }
 
     fn paint_actor(&mut self, place: usize, pose: &Isometry3<f64>, unit: f64) {
-        let (camera, raster, actor) = (&self.camera, &mut self.raster, &self.actors[place]);
+        let (camera, raster, actor) = (&self.camera, &mut self.raster, &self.drawn[place]);
         let (hue, reach) = (&actor.hue, actor.reach);
-        let mut easel = Easel { raster, camera, light: self.light, unit, hue, reach };
+        let mut canvas = Canvas3d { raster, camera, light: self.light, unit, hue, reach };
         for look in &actor.looks {
-            easel.look(look, pose);
+            canvas.look(look, pose);
         }
         for bone in &actor.bones {
-            easel.rod([bone.from, bone.to], pose, self.theme.trail);
+            canvas.rod([bone.from, bone.to], pose, self.theme.trail);
         }
     }
 
     /// Fraction of moving bodies whose centres are hidden by fixed objects, over some of the
     /// moments.
-    pub(super) fn hidden(&mut self, moments: &[Moment]) -> f64 {
-        let moving = moving(&self.actors, moments);
+    pub(super) fn hidden(&mut self, moments: &[FrameState]) -> f64 {
+        let moving = moving(&self.drawn, moments);
         let (mut hidden, mut all) = (0.0, 0.0);
         for k in (0..moments.len()).step_by(moments.len().div_ceil(SKETCHES)) {
             self.aim(k);
             self.raster.clear();
-            let (still, pose) = (self.actors.len() - 1, self.to_ground);
+            let (still, pose) = (self.drawn.len() - 1, self.to_ground);
             self.paint_actor(still, &pose, 1.0);
             for &body in &moving {
                 let spot = self.camera.spot(&moments[k].poses[body].translation.vector);
-                let room = BEHIND * self.actors[body].reach;
+                let room = BEHIND * self.drawn[body].reach;
                 hidden += f64::from(u8::from(self.raster.hides(spot, room)));
                 all += 1.0;
             }
@@ -241,9 +241,9 @@ impl Backdrop {
     }
 
     /// Paints the labels above their bodies.
-    fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &Moment) {
+    fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &FrameState) {
         let height = LABEL * canvas.size() / 800.0;
-        let labelled = self.actors.iter().zip(&moment.poses);
+        let labelled = self.drawn.iter().zip(&moment.poses);
         let labelled = labelled.filter(|(actor, _)| !actor.label.is_empty());
         let words = labelled.map(|(actor, pose)| {
             let [x, _] = self.camera.project(&pose.translation.vector);
@@ -270,7 +270,7 @@ impl Backdrop {
     }
 }
 
-impl Actor {
+impl DrawnBody {
     /// Points that span it at a pose, in the ground's frame.
     fn places(&self, pose: &Isometry3<f64>) -> impl Iterator<Item = Vector3<f64>> {
         self.spans.iter().flatten().map(move |point| (pose * Point3::from(*point)).coords)
@@ -280,7 +280,11 @@ impl Actor {
 /// View with the lowest elevation from which moving bodies are visible, or else the elevation with
 /// the smallest hidden fraction. Flat scenes are seen from higher up, and scenes that are longer
 /// along x from the side. `None` if there is no picture.
-pub fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
+pub fn open_view(
+    film: &Film,
+    settings: &AnimationSettings,
+    moments: &[FrameState],
+) -> Option<View> {
     let extent = extent(film, moments);
     let azimuth =
         if extent.x > LONGER * extent.y { AZIMUTH_ALONG_X } else { View::default().azimuth };
@@ -294,7 +298,7 @@ pub fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) 
     let settings = AnimationSettings { size: SKETCH, ..*settings };
     let (mut best, mut least) = (views[0], f64::INFINITY);
     for view in views {
-        let hidden = Backdrop::seen_from(view, film, &settings, moments)?.hidden(moments);
+        let hidden = Backdrop::camera_from(view, film, &settings, moments)?.hidden(moments);
         if hidden < least {
             (best, least) = (view, hidden);
         }
@@ -306,11 +310,11 @@ pub fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) 
 }
 
 /// Size along x, y and z of everything that is drawn, in the ground's frame.
-fn extent(film: &Film, moments: &[Moment]) -> Vector3<f64> {
-    let (actors, to_ground) = (actors(film), film.to_ground());
+fn extent(film: &Film, moments: &[FrameState]) -> Vector3<f64> {
+    let (drawn, to_ground) = (drawn(film), film.to_ground());
     let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     for moment in moments {
-        for (actor, pose) in actors.iter().zip(moment.poses.iter().chain([&to_ground])) {
+        for (actor, pose) in drawn.iter().zip(moment.poses.iter().chain([&to_ground])) {
             for place in actor.places(pose) {
                 (low, high) = (low.inf(&place), high.sup(&place));
             }
@@ -320,16 +324,16 @@ fn extent(film: &Film, moments: &[Moment]) -> Vector3<f64> {
 }
 
 /// Indices of the moving bodies, or of all if none moves.
-fn moving(actors: &[Actor], moments: &[Moment]) -> Vec<usize> {
+fn moving(drawn: &[DrawnBody], moments: &[FrameState]) -> Vec<usize> {
     let first = &moments[0].poses;
     let moves = |b: &usize| {
-        let way = |moment: &Moment| {
+        let travel = |moment: &FrameState| {
             let (from, to) = (&first[*b], &moment.poses[*b]);
             let turn = 2.0 * (from.rotation.angle_to(&to.rotation) / 2.0).sin();
-            let way = (to.translation.vector - from.translation.vector).norm();
-            way + turn * actors[*b].reach
+            let shift = (to.translation.vector - from.translation.vector).norm();
+            shift + turn * drawn[*b].reach
         };
-        moments.iter().any(|moment| way(moment) > UNMOVED * actors[*b].reach)
+        moments.iter().any(|moment| travel(moment) > UNMOVED * drawn[*b].reach)
     };
     let moving: Vec<usize> = (0..first.len()).filter(moves).collect();
     if moving.is_empty() { (0..first.len()).collect() } else { moving }
@@ -338,11 +342,11 @@ fn moving(actors: &[Actor], moments: &[Moment]) -> Vec<usize> {
 /// Window of each frame for the moving bodies, and their mean distance from the camera (m).
 fn framed(
     camera: &Camera,
-    actors: &[Actor],
-    moments: &[Moment],
+    drawn: &[DrawnBody],
+    moments: &[FrameState],
     has_ground: bool,
 ) -> (Vec<Window>, f64) {
-    let moving = moving(actors, moments);
+    let moving = moving(drawn, moments);
     let (mut reach, mut distance) = (0.0f64, 0.0);
     let extents: Vec<_> = moments
         .iter()
@@ -350,15 +354,15 @@ fn framed(
             moving.iter().fold(ViewExtent::NONE, |extent, &b| {
                 let pose = &moment.poses[b];
                 let (_, w) = camera.slopes(&pose.translation.vector);
-                reach = reach.max(actors[b].reach * w);
+                reach = reach.max(drawn[b].reach * w);
                 distance += 1.0 / w;
-                let places = actors[b].places(pose).map(|place| camera.slopes(&place).0);
+                let places = drawn[b].places(pose).map(|place| camera.slopes(&place).0);
                 places.fold(extent, ViewExtent::with)
             })
         })
         .collect();
     // Smoothed in space, since perspective bends straight motion in the view.
-    let middle = |moment: &Moment| -> [f64; 3] {
+    let middle = |moment: &FrameState| -> [f64; 3] {
         let places = moving.iter().map(|&b| moment.poses[b].translation.vector);
         (places.sum::<Vector3<f64>>() / moving.len() as f64).into()
     };
@@ -371,18 +375,18 @@ fn framed(
 }
 
 /// Bodies, then all fixed objects as one.
-fn actors(film: &Film) -> Vec<Actor> {
+fn drawn(film: &Film) -> Vec<DrawnBody> {
     let actor = |shapes: Vec<Shape>, colour: Rgb, reach, label: &str| {
         let spans = shapes.iter().map(Shape::span).collect();
         let casters = shapes.iter().map(Shape::surface_points).collect();
-        let looks = shapes.into_iter().map(Look::of).collect();
-        let (hue, label) = (Hue::of(colour), label.to_owned());
-        Actor { looks, spans, casters, hue, bones: Vec::new(), reach, label }
+        let looks = shapes.into_iter().map(Look::new).collect();
+        let (hue, label) = (Hue::from_rgb(colour), label.to_owned());
+        DrawnBody { looks, spans, casters, hue, bones: Vec::new(), reach, label }
     };
     let bodies = film
         .bodies
         .iter()
-        .zip(palette::of_bodies(film))
+        .zip(palette::body_colours(film))
         .map(|(body, colour)| actor(body.shapes.clone(), colour, body.reach(), &body.label));
     let still: Vec<_> = film.fixed.iter().flat_map(|fixed| &fixed.shapes).cloned().collect();
     let points: Vec<Vector3<f64>> = still.iter().flat_map(Shape::span).collect();

@@ -46,7 +46,7 @@ fn has(picture: &[Rgb], colour: Rgb) -> bool {
 }
 
 #[test]
-fn the_body_is_where_the_trajectory_has_it() {
+fn body_is_drawn_at_its_trajectory_position() {
     let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     for (film, floating) in [(falling_cube(500), false), (floating_cube(500), true)] {
         let moments = moments(&film, &settings).unwrap();
@@ -83,7 +83,7 @@ fn the_body_is_where_the_trajectory_has_it() {
 }
 
 #[test]
-fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
+fn body_hides_only_the_arrow_behind_it() {
     let film = falling_cube(0);
     let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     let mut moments = moments(&film, &settings).unwrap();
@@ -143,12 +143,12 @@ fn other_views_and_other_bodies_are_drawn_too() {
         &bytes(&film, &AnimationSettings { size: 400, ..AnimationSettings::default() }),
         400,
     );
-    let dot = super::palette::Hue::of(crate::palette::BODIES[0]).lit(0.3);
+    let dot = super::palette::Hue::from_rgb(crate::palette::BODIES[0]).lit(0.3);
     assert!(has(&pictures[0], dot));
 }
 
 #[test]
-fn what_cannot_be_drawn_is_an_error() {
+fn animations_too_far_too_long_or_interrupted_are_errors() {
     let settings = AnimationSettings { size: 120, ..AnimationSettings::default() };
     let mut far = falling_cube(0);
     far.frames[0].states[0].position.x = 1e200;
@@ -204,7 +204,7 @@ fn shares(film: &Film) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn what_moves_among_much_that_stands_still_fills_a_tenth_of_the_picture_at_least() {
+fn moving_body_among_resting_ones_fills_a_tenth_of_the_picture() {
     for [whole, shown] in shares(&board()) {
         assert!(whole < 0.04, "{whole}");
         assert!((0.1..0.25).contains(&shown), "{shown}");
@@ -214,7 +214,7 @@ fn what_moves_among_much_that_stands_still_fills_a_tenth_of_the_picture_at_least
 /// A wall between the camera and a falling body hides the body at 20 degrees elevation, but not
 /// higher up. A requested view is not changed.
 #[test]
-fn what_stands_still_does_not_hide_what_moves() {
+fn default_view_rises_until_resting_bodies_hide_no_moving_one() {
     let mut film = falling_cube(300);
     let View { azimuth, .. } = View::default();
     let (sin, cos) = azimuth.to_radians().sin_cos();
@@ -237,7 +237,7 @@ fn what_stands_still_does_not_hide_what_moves() {
 }
 
 #[test]
-fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
+fn camera_follows_a_long_throw_and_shows_the_grid() {
     let mut film = falling_cube(1500);
     for frame in &mut film.frames {
         let time = frame.row.time;

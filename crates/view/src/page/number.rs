@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_as_many_digits_as_say_something() {
+    fn numbers_have_only_significant_digits() {
         for (value, text) in [
             (0.0, "0"),
             (1.529_051_987, "1.52905"),

@@ -54,8 +54,8 @@ fn lowest_point(film: &Film) -> Panel {
         let heights = (0..film.bodies.len()).map(|b| film.lowest_height(b, frame));
         heights.fold(f64::INFINITY, f64::min)
     });
-    let said = (("z", "min"), "m", "height of the lowest point");
-    Panel::of_curve("height", said, 110.0, 0, values)
+    let title = (("z", "min"), "m", "height of the lowest point");
+    Panel::from_curve("height", title, 110.0, 0, values)
 }
 
 fn residual(film: &Film) -> Panel {
@@ -67,24 +67,24 @@ fn residual(film: &Film) -> Panel {
         Marks { status, colour, values: film.steps().iter().map(value).collect() }
     };
     let is_there = |marks: &Marks| marks.values.iter().any(|value| !value.is_nan());
-    let said = (("residual", ""), "m/s", "violation of the exact laws in each step");
+    let title = (("residual", ""), "m/s", "violation of the exact laws in each step");
     Panel {
         kind: ScaleKind::Log,
         marks: MARKED.into_iter().map(marks).filter(is_there).collect(),
         nothing: Some("0 in every step"),
-        ..Panel::of_curve("residual", said, 190.0, 0, values)
+        ..Panel::from_curve("residual", title, 190.0, 0, values)
     }
 }
 
 fn iterations(film: &Film) -> Panel {
     let values = film.steps().iter().map(|frame| f64::from(frame.row.iterations));
-    let said = (("iterations", ""), "", "of the solver in each step");
+    let title = (("iterations", ""), "", "of the solver in each step");
     Panel {
         nothing: Some(if film.steps().iter().all(|frame| frame.row.status == StepStatus::Free) {
             "no contact problem was solved in this run"
         } else {
             "0 in every step"
         }),
-        ..Panel::of_curve("iterations", said, 110.0, 7, values)
+        ..Panel::from_curve("iterations", title, 110.0, 7, values)
     }
 }

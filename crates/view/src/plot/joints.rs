@@ -15,41 +15,41 @@ pub const PANELS: [PanelMaker; 10] = {
 };
 
 fn angles(film: &Film, body: usize) -> Panel {
-    let said = (("θ", ""), "rad", "angle of the hinges of the body");
+    let title = (("θ", ""), "rad", "angle of the hinges of the body");
     let nothing = "no hinge on this body, or none that turns";
     let of = |joint: &Joint| slides_and_turns(joint)[1];
-    let named = Panel { least_range: NEGLIGIBLE, ..named("angle", nothing, said) };
+    let named = Panel { least_range: NEGLIGIBLE, ..named("angle", nothing, title) };
     panel(film, body, of, |row| row.turns.z, &film.frames, named)
 }
 
 fn places(film: &Film, body: usize) -> Panel {
-    let said = (("l", ""), "m", "position along the slides of the body");
+    let title = (("l", ""), "m", "position along the slides of the body");
     let nothing = "no slide on this body, or none that moves";
     let of = |joint: &Joint| slides_and_turns(joint)[0];
     let least_range = NEGLIGIBLE * largest_reach(film);
-    let named = Panel { least_range, ..named("slide", nothing, said) };
+    let named = Panel { least_range, ..named("slide", nothing, title) };
     panel(film, body, of, |row| row.place.z, &film.frames, named)
 }
 
 fn torques(film: &Film, body: usize) -> Panel {
-    let said = (
+    let title = (
         ("M", ""),
         "N m",
         "torque of motors, friction, springs and stops about the hinges of the body",
     );
     let nothing = "no hinge on this body, or nothing that drives one";
     let of = |joint: &Joint| slides_and_turns(joint)[1];
-    let least_range = NEGLIGIBLE * Scale::of(film).weight * largest_reach(film);
-    let named = Panel { least_range, ..named("torque", nothing, said) };
+    let least_range = NEGLIGIBLE * Scale::from_film(film).weight * largest_reach(film);
+    let named = Panel { least_range, ..named("torque", nothing, title) };
     panel(film, body, of, |row| row.torque.z, film.steps(), named)
 }
 
 fn forces(film: &Film, body: usize) -> Panel {
-    let said = (("|F|", "joint"), "N", "force of the joints of the body");
+    let title = (("|F|", "joint"), "N", "force of the joints of the body");
     let nothing = "no joint on this body, or none that carries a load";
     let force = |row: &JointRow| row.force.norm();
-    let least_range = NEGLIGIBLE * Scale::of(film).weight;
-    let named = Panel { least_range, ..named("reaction", nothing, said) };
+    let least_range = NEGLIGIBLE * Scale::from_film(film).weight;
+    let named = Panel { least_range, ..named("reaction", nothing, title) };
     panel(film, body, |_| true, force, film.steps(), named)
 }
 

@@ -18,8 +18,8 @@ pub const PANELS: [PanelMaker; 6] = [
 
 fn speed(film: &Film, body: usize) -> Panel {
     let values = film.frames.iter().map(|frame| frame.states[body].velocity.norm());
-    let said = (("|v|", ""), "m/s", "speed of the centre of mass");
-    Panel::of_curve("speed", said, 100.0, 2, values)
+    let title = (("|v|", ""), "m/s", "speed of the centre of mass");
+    Panel::from_curve("speed", title, 100.0, 2, values)
 }
 
 /// Force of a contact on one of its bodies (N).
@@ -33,28 +33,28 @@ fn force(film: &Film, body: usize) -> Panel {
         let contacts = step.contacts.iter().filter(|contact| is_of(contact, body));
         contacts.map(|contact| force_on(contact, body)).sum::<Vector3<f64>>().norm()
     };
-    let said = (("|F|", ""), "N", "sum of all contact forces on the body");
+    let title = (("|F|", ""), "N", "sum of all contact forces on the body");
     Panel {
         kind: ScaleKind::Spikes,
         nothing: Some("no contact force on this body"),
-        ..Panel::of_curve("force", said, 170.0, 5, film.steps().iter().map(sum))
+        ..Panel::from_curve("force", title, 170.0, 5, film.steps().iter().map(sum))
     }
 }
 
 fn contacts(film: &Film, body: usize) -> Panel {
     let is_own = |contact: &&ContactRow| is_of(contact, body);
     let count = |step: &TableStep| step.contacts.iter().filter(is_own).count() as f64;
-    let said = (("contacts", ""), "", "of the body that carry a force");
+    let title = (("contacts", ""), "", "of the body that carry a force");
     Panel {
         nothing: Some("no contact of this body"),
-        ..Panel::of_curve("contacts", said, 84.0, 7, film.steps().iter().map(count))
+        ..Panel::from_curve("contacts", title, 84.0, 7, film.steps().iter().map(count))
     }
 }
 
 fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
     let values = film.frames.iter().map(|frame| frame.states[body].position[axis]);
-    let said = ((id, ""), "m", "centre of mass");
-    Panel { kind: ScaleKind::Linear, ..Panel::of_curve(id, said, 84.0, 0, values) }
+    let title = ((id, ""), "m", "centre of mass");
+    Panel { kind: ScaleKind::Linear, ..Panel::from_curve(id, title, 84.0, 0, values) }
 }
 
 #[cfg(test)]

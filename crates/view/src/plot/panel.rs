@@ -62,7 +62,7 @@ pub const LARGEST: f64 = 1e150;
 
 impl Panel {
     /// Panel with one curve.
-    pub fn of_curve(
+    pub fn from_curve(
         id: &'static str,
         (symbol, unit, words): AxisTitle,
         height: f64,

@@ -114,14 +114,14 @@ impl PlotAxis {
 
     fn symlog(low: f64, high: f64, threshold: f64, ticks: usize) -> Self {
         let transform = Transform::Symlog(threshold);
-        let (bottom, top) = (transform.of(low), transform.of(high));
+        let (bottom, top) = (transform.apply(low), transform.apply(high));
         let room = MARGIN * (top - bottom);
         let first = threshold.log10().round() as i32;
         let decades = (0..).take_while(|k| threshold * 10f64.powi(*k) <= high.max(-low)).count();
         let stride = decades.div_ceil(ticks).max(1);
         let mut marks = vec![(0.0, "0".to_owned())];
         // The tick at the threshold may be too close to the tick at 0.
-        let crowded = transform.of(threshold) < CROWDED * (top - bottom) / ticks as f64;
+        let crowded = transform.apply(threshold) < CROWDED * (top - bottom) / ticks as f64;
         let skipped = usize::from(crowded);
         for exponent in (first..).take(decades).skip(skipped).step_by(stride) {
             let value = 10f64.powi(exponent);
@@ -154,7 +154,7 @@ impl PlotAxis {
 
     /// Relative position of `value`: 0 at the low end, 1 at the high end.
     pub fn fraction(&self, value: f64) -> f64 {
-        ((self.transform.of(value) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+        ((self.transform.apply(value) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
     /// Map from values to axis coordinates.
@@ -187,7 +187,7 @@ impl PlotAxis {
 }
 
 impl Transform {
-    fn of(self, value: f64) -> f64 {
+    fn apply(self, value: f64) -> f64 {
         match self {
             Self::Identity => value,
             Self::Symlog(threshold) => (value / threshold).asinh(),
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn rounding_errors_look_like_zero() {
+    fn axis_shows_rounding_errors_as_zero() {
         let noise = [1e-13, -3e-13, 2e-13];
         let axis = PlotAxis::with_least_range(ScaleKind::Linear, noise.into_iter(), 1e-4, 5);
         assert!(noise.iter().all(|value| (axis.fraction(*value) - 0.5).abs() < 1e-6));
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impact_does_not_flatten_the_weight() {
+    fn axis_with_an_impact_still_resolves_the_weight() {
         let forces = std::iter::repeat_n(25.0, 400).chain([20_000.0, 0.0]);
         let axis = PlotAxis::new(ScaleKind::Spikes, forces, 8);
         assert_eq!(labels(&axis), ["0", "10", "100", "1000", power_of_ten(4).as_str()]);

@@ -272,7 +272,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_curves_have_one_width_and_few_are_told_apart_where_they_coincide() {
+    fn few_curves_have_different_widths_and_many_have_one() {
         let widths = |count: usize| -> Vec<f64> {
             let series: Vec<_> =
                 (0..count).map(|i| PlotSeries::new("", i, [1.0].into_iter())).collect();

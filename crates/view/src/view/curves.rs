@@ -113,14 +113,14 @@ pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
         words: first.words,
         open: OPEN.contains(&first.id) && !blank,
         nothing: nothing.filter(|_| blank),
-        axis: AxisData::of(&axis),
+        axis: AxisData::new(&axis),
         series: series.collect(),
         marks: marks.collect(),
     }
 }
 
 impl AxisData {
-    fn of(axis: &PlotAxis) -> Self {
+    fn new(axis: &PlotAxis) -> Self {
         let (scale, threshold) = match axis.transform() {
             Transform::Identity => ("linear", None),
             Transform::Symlog(threshold) => ("symlog", Some(threshold)),
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn level_stretches_keep_their_ends_and_gaps_a_row_inside() {
+    fn thinned_curves_keep_ends_of_level_parts_and_a_row_in_gaps() {
         let gap = f64::NAN;
         let found = points(&[0.0, 0.0, 0.0, 0.0, 7.0, gap, gap, 2.0, 1e99, 3.0]);
         let rows: Vec<_> = found.iter().map(|point| point.0).collect();

@@ -125,9 +125,9 @@ struct SheetData {
 }
 
 impl PageData {
-    pub fn of(version: &str, films: &[&Film]) -> Self {
+    pub fn new(version: &str, films: &[&Film]) -> Self {
         let mut sheets: Vec<_> =
-            [PlotSheet::Motion, PlotSheet::Energy].map(|sheet| SheetData::of(sheet, films)).into();
+            [PlotSheet::Motion, PlotSheet::Energy].map(|sheet| SheetData::new(sheet, films)).into();
         if let [a, b] = films {
             let plots = vec![super::distance::plot(a, b)];
             let others = Vec::new();
@@ -136,7 +136,7 @@ impl PageData {
         Self {
             version: version.to_owned(),
             statuses: StepStatus::ALL.map(StepStatus::name).into(),
-            runs: films.iter().map(|film| RunData::of(film)).collect(),
+            runs: films.iter().map(|film| RunData::new(film)).collect(),
             sheets,
         }
     }
@@ -144,7 +144,7 @@ impl PageData {
 
 impl SheetData {
     /// Sheet for one or two films, with the panels of the first.
-    fn of(sheet: PlotSheet, films: &[&Film]) -> Self {
+    fn new(sheet: PlotSheet, films: &[&Film]) -> Self {
         let makers = sheet.panels(films[0]);
         let of_body = sheet.is_of_one_body();
         let fewest = films.iter().map(|film| film.bodies.len()).min().unwrap_or(1);
@@ -159,7 +159,7 @@ impl SheetData {
 }
 
 impl PageBody {
-    fn of(name: String, facts: Vec<Fact>, shapes: &[Shape]) -> Self {
+    fn new(name: String, facts: Vec<Fact>, shapes: &[Shape]) -> Self {
         let mut body = Self {
             name,
             facts,
@@ -172,7 +172,7 @@ impl PageBody {
         for shape in shapes {
             match shape {
                 Shape::Points(points) => body.points.extend(points.iter().map(arrayed)),
-                solid => body.pieces.push(PieceData::of(solid)),
+                solid => body.pieces.push(PieceData::new(solid)),
             }
         }
         body
@@ -184,9 +184,9 @@ fn arrayed(place: &Vector3<f64>) -> [f64; 3] {
 }
 
 impl PieceData {
-    fn of(shape: &Shape) -> Self {
+    fn new(shape: &Shape) -> Self {
         if let Shape::Mesh(mesh) = shape {
-            let (mesh, colour) = (Some(MeshData::of(mesh)), mesh.colour.map(css));
+            let (mesh, colour) = (Some(MeshData::new(mesh)), mesh.colour.map(css));
             return Self { vertices: Vec::new(), faces: Vec::new(), radius: 0.0, mesh, colour };
         }
         let face = |(vertices, normal): Side| FaceData { vertices, normal: normal.into() };
@@ -201,7 +201,7 @@ impl PieceData {
 }
 
 impl MeshData {
-    fn of(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let largest = mesh.vertices.iter().map(|vertex| vertex.amax()).fold(0.0, f64::max);
         let along = (0..3).flat_map(|axis| mesh.vertices.iter().map(move |vertex| vertex[axis]));
         // Triangles of zero area have no normal.
@@ -214,29 +214,29 @@ impl MeshData {
 }
 
 impl RunData {
-    pub fn of(film: &Film) -> Self {
+    pub fn new(film: &Film) -> Self {
         let steps = StepStatus::ALL.iter().filter(|status| **status != StepStatus::End);
         let counts = steps.map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.row.status == *status).count())
         });
-        let (above, colours) = (skeleton::parents(film), palette::of_bodies(film));
+        let (above, colours) = (skeleton::parents(film), palette::body_colours(film));
         let body = |b: usize| {
             let body = &film.bodies[b];
             PageBody {
                 colour: css(colours[b]),
                 is_labelled: !body.label.is_empty(),
                 above: above[b],
-                ..PageBody::of(film.name(b), facts::of_body(film, b), &body.shapes)
+                ..PageBody::new(film.name(b), facts::body_facts(film, b), &body.shapes)
             }
         };
-        let fixed = |fixed: &Object| PageBody::of(fixed.name.clone(), Vec::new(), &fixed.shapes);
+        let fixed = |fixed: &Object| PageBody::new(fixed.name.clone(), Vec::new(), &fixed.shapes);
         let joint = |(name, joint): (&String, &Joint)| JointData {
             name: name.clone(),
             body: joint.body(),
             anchor: joint.frames()[0].anchor.into(),
             axis: axis(joint).map(Into::into),
         };
-        let scale = Scale::of(film);
+        let scale = Scale::from_film(film);
         let ground = film.ground.as_ref();
         let ground = ground
             .map(|plane| PageGround { normal: arrayed(plane.normal()), offset: plane.offset() });
@@ -252,7 +252,7 @@ impl RunData {
             fixed: film.fixed.iter().map(fixed).collect(),
             joints: film.joints.iter().zip(film.world.joints()).map(joint).collect(),
             bones: skeleton::bones(film),
-            frames: EncodedPoses::of(film, &scale),
+            frames: EncodedPoses::new(film, &scale),
             arrows: scale,
             ground,
             view: animation::usual_view(film),
@@ -274,11 +274,11 @@ mod tests {
     use crate::samples::ball;
 
     #[test]
-    fn meshes_are_rounded_and_nothing_else_is() {
+    fn only_meshes_are_rounded_in_page_data() {
         let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) / 3.0;
         let vertices = vec![corner(1.0, 0.0, 0.0), corner(0.0, 2.0, 0.0), corner(0.0, 0.0, 1.0)];
         let triangles = vec![[0, 1, 2]];
-        let mesh = PieceData::of(&Shape::Mesh(Mesh {
+        let mesh = PieceData::new(&Shape::Mesh(Mesh {
             vertices: vertices.clone(),
             triangles,
             colour: Some([1, 2, 255]),
@@ -291,7 +291,7 @@ mod tests {
         assert_eq!(steps, [33333, 0, 0, 0, 66667, 0, 0, 0, 33333]);
         let corners: Vec<_> = packed.triangles.unpacked().into_iter().flatten().collect();
         assert_eq!(corners, [0, 1, 2]);
-        let ball = PieceData::of(&ball(vertices[0], 0.1));
+        let ball = PieceData::new(&ball(vertices[0], 0.1));
         assert!(ball.mesh.is_none() && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
     }
 }

@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_come_back_to_half_a_step() {
+    fn encoded_values_decode_to_within_half_a_step() {
         let fall = |i: u32| 2.5 - 9.81 * f64::from(i * i) * 2e-6;
         let values: Vec<f64> = (0..500).map(fall).chain([1e300, -3.0, f64::NAN, 0.0]).collect();
         let packed = packed(values.iter().copied(), 1e-4);
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rests_takes_no_room() {
+    fn constant_values_take_at_most_12_bytes() {
         let rests = packed([0.1; 10_000].into_iter(), 1e-5);
         assert!(rests.bytes.len() <= 12, "{}", rests.bytes);
         assert!(rests.unpacked().iter().all(|whole| *whole == Some(10_000)));
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bytes_are_as_documented() {
+    fn encoding_matches_the_documented_bytes() {
         // Code sequence: 3 steps above 0; as predicted twice; 1 lower; NaN; 100 higher.
         let values = [0.3, 0.3, 0.3, 0.2, f64::INFINITY, 10.2];
         let packed = packed(values.into_iter(), 0.1);

@@ -33,7 +33,7 @@ pub fn facts(film: &Film) -> Vec<Fact> {
 }
 
 /// Parameters and initial state of body `b`.
-pub fn of_body(film: &Film, b: usize) -> Vec<Fact> {
+pub fn body_facts(film: &Film, b: usize) -> Vec<Fact> {
     let (body, look) = (&film.world.bodies()[b], &film.bodies[b]);
     let mut facts = Vec::new();
     let mut add = |name, value| facts.push(Fact::new(name, value));
@@ -179,7 +179,7 @@ mod tests {
     use tumble_core::geometry::Piece;
 
     #[test]
-    fn rounding_is_no_part_of_an_inertia() {
+    fn inertia_is_shown_without_rounding_errors() {
         let mut matrix = Matrix3::from_diagonal(&Vector3::new(2.0, 1.5, 1.0));
         (matrix[(0, 1)], matrix[(1, 0)]) = (8e-19, 8e-19);
         assert_eq!(inertia(&matrix), "diag(2, 1.5, 1)");
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn rounding_is_no_part_of_a_start() {
+    fn start_is_shown_without_rounding_errors() {
         assert_eq!(cleaned(&Vector3::new(1.2e-17, -0.3, 2.5), 1.0), "(0, -0.3, 2.5)");
         assert_eq!(cleaned(&Vector3::new(1e-17, 0.0, 0.0), 1.0), "(0, 0, 0)");
         assert_eq!(cleaned(&Vector3::new(1e-17, 0.0, 0.0), 0.0), "(1e-17, 0, 0)");
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn matrices_and_bodies_are_as_short_as_they_can_be() {
+    fn diagonal_matrices_and_boxes_are_shown_in_short_form() {
         assert_eq!(inertia(&(Matrix3::identity() * 0.01)), "0.01 E₃");
         assert_eq!(inertia(&Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0))), "diag(1, 2, 3)");
         let full = Matrix3::new(1.0, 0.5, -0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 3.0);

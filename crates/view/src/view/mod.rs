@@ -36,9 +36,10 @@ const STILL: u16 = 560;
 /// # Errors
 /// Failure to serialise the data, in words.
 pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
-    let data = serde_json::to_string(&data::PageData::of(version, films))
+    let data = serde_json::to_string(&data::PageData::new(version, films))
         .map_err(|error| error.to_string())?;
-    let scripts = format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts::of_page().join("\n"));
+    let scripts =
+        format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts::page_scripts().join("\n"));
     let mut page =
         String::with_capacity(data.len() + scripts.len() + DRAWER.len() + 2 * PLOTTER.len());
     let mut rest = TEMPLATE;
@@ -74,7 +75,7 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
 /// # Errors
 /// Failure to serialise the data, in words.
 pub fn drawing(film: &Film) -> Result<String, String> {
-    serde_json::to_string(&data::RunData::of(film)).map_err(|error| error.to_string())
+    serde_json::to_string(&data::RunData::new(film)).map_err(|error| error.to_string())
 }
 
 /// First frame of a run as an image, hidden unless the page shows it.
@@ -83,7 +84,7 @@ fn still(run: usize, film: &Film) -> String {
     let source = picture.map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png)));
     format!(
         "<img class=\"still\" id=\"still-{run}\" alt=\"{}\" src=\"{}\">",
-        escape(&format!("The first moment: {}", known(film))),
+        escape(&format!("The first moment: {}", display_name(film))),
         source.as_deref().unwrap_or("data:,"),
     )
 }
@@ -99,13 +100,13 @@ fn title(films: &[&Film]) -> String {
 /// Heading of the page.
 fn heading(films: &[&Film]) -> String {
     match films {
-        [a, b] => format!("A {}, B {}", known(a), known(b)),
-        [film] => known(film).to_owned(),
+        [a, b] => format!("A {}, B {}", display_name(a), display_name(b)),
+        [film] => display_name(film).to_owned(),
         _ => String::new(),
     }
 }
 
-fn known(film: &Film) -> &str {
+fn display_name(film: &Film) -> &str {
     if film.title.is_empty() { "untitled" } else { &film.title }
 }
 
@@ -126,8 +127,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_part_ends_the_element_it_stands_in() {
-        for script in scripts::of_page().into_iter().chain([PLOTTER, DRAWER]) {
+    fn scripts_and_styles_do_not_close_their_element() {
+        for script in scripts::page_scripts().into_iter().chain([PLOTTER, DRAWER]) {
             assert!(!script.contains("</script") && !script.contains("<!--"));
         }
         for style in STYLES {
@@ -136,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn json_is_harmless_in_html() {
+    fn json_in_html_is_escaped() {
         let text = "</script><!-- & \u{2028}";
         let json = escape_json(&serde_json::to_string(text).unwrap());
         assert!(!json.contains(['<', '>', '&', '\u{2028}']));

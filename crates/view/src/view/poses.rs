@@ -68,7 +68,7 @@ struct DrawnForce {
 }
 
 impl EncodedPoses {
-    pub fn of(film: &Film, scale: &Scale) -> Self {
+    pub fn new(film: &Film, scale: &Scale) -> Self {
         let frames = &film.frames;
         let flat = film.world.bodies().iter().filter(|body| body.pieces().is_empty());
         let points = flat.map(|body| body.contact_points().len()).max().unwrap_or(0);
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn poses_are_even_and_few_and_have_the_last_frame() {
+    fn sampled_poses_are_evenly_spaced_and_include_the_last_frame() {
         for rows in [1, 2, 5, 6000, 6001, 100_000, 1_000_000] {
             let every = spacing(rows, MOST_FRAMES);
             let shown: Vec<_> = shown(rows, every).collect();

@@ -44,6 +44,6 @@ pub const RECORDED: [&str; 6] = [
 ];
 
 /// All scripts of a recorded page.
-pub fn of_page() -> Vec<&'static str> {
+pub fn page_scripts() -> Vec<&'static str> {
     [&BASE[..], &[RUNS], &STAGE, &RECORDED].concat()
 }

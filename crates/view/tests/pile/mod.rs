@@ -180,7 +180,8 @@ pub fn film(steps: u64) -> Film {
             contact(b, Partner::Fixed(0), 0, point, up * (GRAVITY * SLOPE.cos()))
         };
         let states = (0..100).map(|b| state_at(b, time)).collect();
-        let mut step = TableStep::of(&world, &StepRecord { index: k, states, ..StepRecord::new() });
+        let mut step =
+            TableStep::new(&world, &StepRecord { index: k, states, ..StepRecord::new() });
         if k < steps {
             step.contacts = standing.iter().cloned().chain((60..75).map(rolls)).collect();
             (step.row.status, step.row.iterations) = (StepStatus::Converged, 3);

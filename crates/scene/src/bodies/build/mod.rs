@@ -39,7 +39,7 @@ use tumble_model::{DrawnModel, state_at};
 /// Largest tested ratio of two masses.
 const LARGEST_MASS_RATIO: f64 = 1e6;
 /// Maximum number of triangles of all visual shapes.
-const MOST_SEEN: usize = 2_000_000;
+const MAX_LOOK_TRIANGLES: usize = 2_000_000;
 /// Error message for a missing shape of a fixed object or piece.
 const ONE_SHAPE: &str =
     "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull or mesh";
@@ -146,26 +146,26 @@ pub fn build(
         let apart = pairs.into_iter().map(|(body, partner)| ApartModel { body, partner });
         builder.model.apart.extend(apart);
     }
-    let mut joints = JointEntries::of(std::mem::take(&mut builder.model.joints));
+    let mut joints = JointEntries::new(std::mem::take(&mut builder.model.joints));
     for (index, entry) in file.joints.iter().enumerate() {
-        let named = |why: String| format!("joints[{index}]{}.{why}", entry.called());
+        let named = |why: String| format!("joints[{index}]{}.{why}", entry.error_suffix());
         if let Some(name) = entry.name() {
             checked_name(name).map_err(named)?;
         }
         joints.add(entry, &builder.model.bodies, |name| builder.bodies(name)).map_err(named)?;
     }
     for (index, entry) in file.motors.iter().enumerate() {
-        let named = |why: String| format!("motors[{index}]{}.{why}", entry.called());
+        let named = |why: String| format!("motors[{index}]{}.{why}", entry.error_suffix());
         joints.add_motor(entry).map_err(named)?;
     }
     for (index, entry) in file.gears.iter().enumerate() {
-        let named = |why: String| format!("gears[{index}]{}.{why}", entry.called());
+        let named = |why: String| format!("gears[{index}]{}.{why}", entry.error_suffix());
         let gear = entry.model(&joints, index).map_err(named)?;
         builder.model.gears.push(gear);
     }
     let start = settings.start_index.unwrap_or(0) as f64 * builder.model.dt;
     for (index, entry) in file.driven.iter().enumerate() {
-        let named = |why: String| format!("driven[{index}]{}.{why}", entry.called());
+        let named = |why: String| format!("driven[{index}]{}.{why}", entry.error_suffix());
         if let Some(name) = entry.name() {
             checked_name(name).map_err(named)?;
         }
@@ -276,7 +276,7 @@ impl Builder<'_> {
                 self.model.looks.len() - 1
             }),
             label: entry.label.take(),
-            start: BodyStart::of(&State::from_vector(&SVector::zeros())),
+            start: BodyStart::from_state(&State::from_vector(&SVector::zeros())),
             drawn: None,
         };
         template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
@@ -302,7 +302,7 @@ impl Builder<'_> {
             let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
             let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
             start.checked().map_err(|error| named(field_of(&error)))?;
-            let start = BodyStart::of(&start);
+            let start = BodyStart::from_state(&start);
             let usual = ("body", self.model.bodies.len());
             let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
             partners.push(PartnerModel::Body(self.model.bodies.len()));
@@ -318,7 +318,7 @@ impl Builder<'_> {
         let pieces = match entry.decompose.take() {
             Some(_) if entry.pieces.is_some() => return Err(named(NO_PIECES.to_owned())),
             Some(settings) => {
-                DecomposedMesh::of(fields, &settings, &self.files).map_err(named)?.pieces
+                DecomposedMesh::new(fields, &settings, &self.files).map_err(named)?.pieces
             }
             None => {
                 self.pieces(at, fields.form(&self.files).map_err(named)?, entry.pieces.take())?
@@ -359,8 +359,8 @@ impl Builder<'_> {
     /// Adds the terrain of one `[[terrain]]` table.
     fn add_terrain(&mut self, index: usize, mut entry: TerrainEntry) -> Result<(), String> {
         let terrain = entry.terrain(&self.files)?;
-        if let Some(odd) = entry.friction.filter(|friction| !(0.0..=10.0).contains(friction)) {
-            return Err(format!("friction is {odd:?}; allowed: 0 to 10"));
+        if let Some(invalid) = entry.friction.filter(|friction| !(0.0..=10.0).contains(friction)) {
+            return Err(format!("friction is {invalid:?}; allowed: 0 to 10"));
         }
         let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
@@ -419,7 +419,7 @@ impl Builder<'_> {
         if entry.pieces.is_some() || entry.points.is_some() || entry.point_mass == Some(true) {
             return Err(named(NO_PIECES.to_owned()));
         }
-        DecomposedMesh::of(entry.take_form(), settings, &self.files).map_err(named)
+        DecomposedMesh::new(entry.take_form(), settings, &self.files).map_err(named)
     }
 
     /// Convex pieces: a single one at the origin, or the entries of the list `pieces`.
@@ -501,11 +501,12 @@ impl Builder<'_> {
             self.model.looks.iter().map(|look| look.iter().map(count).sum()).collect();
         let looks = self.model.bodies.iter().filter_map(|body| body.look);
         let sum: usize = looks.filter_map(|look| counts.get(look)).sum();
-        match sum > MOST_SEEN {
-            true => Err(format!(
-                "look: all bodies together have {sum} triangles; allowed: up to {MOST_SEEN}"
-            )),
-            false => Ok(()),
+        if sum > MAX_LOOK_TRIANGLES {
+            Err(format!(
+                "look: all bodies together have {sum} triangles; allowed: up to {MAX_LOOK_TRIANGLES}"
+            ))
+        } else {
+            Ok(())
         }
     }
 
@@ -540,7 +541,7 @@ fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
         return Err("load.at has no meaning without load.force; leave it out".to_owned());
     }
     let load = table.load()?;
-    Ok((!load.is_none()).then(|| LoadParameters::of(&load)))
+    Ok((!load.is_none()).then(|| LoadParameters::from_load(&load)))
 }
 
 /// Piece of a table at the place `at` of the file.

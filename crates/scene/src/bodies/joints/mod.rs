@@ -32,7 +32,7 @@ pub struct JointEntries {
 
 impl JointEntries {
     /// Starts with existing joints.
-    pub fn of(models: Vec<JointModel>) -> Self {
+    pub fn new(models: Vec<JointModel>) -> Self {
         Self { models, entries: Vec::new() }
     }
 
@@ -56,7 +56,8 @@ impl JointEntries {
             let index = self.models.len();
             let usual = ("joint", index);
             let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
-            let sides = [Some(&bodies[body]), other.map(|other| &bodies[other])].map(JointSide::of);
+            let sides =
+                [Some(&bodies[body]), other.map(|other| &bodies[other])].map(JointSide::new);
             self.push(JointModel {
                 name,
                 kind: entry.kind,
@@ -124,7 +125,7 @@ impl JointEntries {
 
 impl JointEntry {
     /// Name as an addition to error messages.
-    pub fn called(&self) -> String {
+    pub fn error_suffix(&self) -> String {
         self.name.as_ref().map_or(String::new(), |name| format!(" ({name})"))
     }
 
@@ -171,9 +172,10 @@ impl JointEntry {
                 let at = |of: &[usize], number: usize| of[number.min(of.len() - 1)];
                 let pairs = (0..count).map(|k| (at(&first, k), Some(at(&second, k))));
                 let pairs: Vec<_> = pairs.collect();
-                match pairs.iter().any(|(a, b)| Some(*a) == *b) {
-                    true => Err("bodies: two different bodies are needed".to_owned()),
-                    false => Ok(pairs),
+                if pairs.iter().any(|(a, b)| Some(*a) == *b) {
+                    Err("bodies: two different bodies are needed".to_owned())
+                } else {
+                    Ok(pairs)
                 }
             }
             _ => Err("bodies: two names are needed, or one for a joint with the world".to_owned()),
@@ -223,7 +225,7 @@ impl JointEntry {
             }
         }
         let turns = self.tables().into_iter().filter(|(name, _)| name.starts_with("turn_"));
-        for (name, table) in turns.filter(|_| kind.turns_in_any_way()) {
+        for (name, table) in turns.filter(|_| kind.turns_freely()) {
             let given = table.as_ref().map(DriveEntry::drive);
             let given =
                 given.map_or((false, false), |of| (of.start.is_some(), of.limits.is_some()));
@@ -256,8 +258,8 @@ impl JointEntry {
             return vec![self.drive()];
         }
         let tables = self.tables();
-        let of = |wanted: &str| {
-            tables.iter().find(|(name, _)| *name == wanted).and_then(|(_, table)| table.as_ref())
+        let of = |axis_name: &str| {
+            tables.iter().find(|(name, _)| *name == axis_name).and_then(|(_, table)| table.as_ref())
         };
         let none = DriveEntry {
             start: None,
@@ -347,10 +349,11 @@ impl JointEntry {
                        placed,
                        anchor: Option<&Numbers<3>>,
                        attitude: Option<Vector4<f64>>| {
-            let seen = side.seen(placed);
+            let local = side.to_local(placed);
             ModelPlace {
-                position: anchor.map_or(seen.position, |anchor| side.relative_to_centre(&anchor.0)),
-                attitude: attitude.map_or(seen.attitude, Vector4::into),
+                position: anchor
+                    .map_or(local.position, |anchor| side.relative_to_centre(&anchor.0)),
+                attitude: attitude.map_or(local.attitude, Vector4::into),
             }
         };
         Ok([

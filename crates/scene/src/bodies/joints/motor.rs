@@ -22,7 +22,7 @@ pub struct MotorEntry {
 
 impl MotorEntry {
     /// Name of the joint as an addition to error messages.
-    pub fn called(&self) -> String {
+    pub fn error_suffix(&self) -> String {
         format!(" ({})", self.joint)
     }
 

@@ -26,7 +26,7 @@ pub struct JointSide<'a> {
 }
 
 impl<'a> JointSide<'a> {
-    pub fn of(body: Option<&'a BodyModel>) -> Self {
+    pub fn new(body: Option<&'a BodyModel>) -> Self {
         match body {
             Some(body) => {
                 let start = body.start.state();
@@ -54,7 +54,7 @@ impl<'a> JointSide<'a> {
     }
 
     /// Converts a frame from the world to the body frame.
-    pub fn seen(&self, placed: &JointStartFrame) -> ModelPlace {
+    pub fn to_local(&self, placed: &JointStartFrame) -> ModelPlace {
         let position =
             rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
         let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;

@@ -1,8 +1,8 @@
 //! Rows of the tables. Each field is declared with its columns; writer and reader follow from it.
 
 use super::KeyText;
+use crate::output::csv_reader::{CsvReader, RowsError};
 use crate::output::rows::RowWriter;
-use crate::output::sheet::{RowsError, TableReader};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
@@ -19,14 +19,14 @@ pub(super) trait Cells: Sized {
 
 /// Cells of a row in their order.
 pub(super) struct RowCells<'a, R: Read> {
-    sheet: &'a TableReader<R>,
+    reader: &'a CsvReader<R>,
     next: usize,
 }
 
 impl<'a, R: Read> RowCells<'a, R> {
     /// Cells of the row just read, from the column `next`.
-    pub fn from(sheet: &'a TableReader<R>, next: usize) -> Self {
-        Self { sheet, next }
+    pub fn from(reader: &'a CsvReader<R>, next: usize) -> Self {
+        Self { reader, next }
     }
 
     /// Index of the next column.
@@ -194,11 +194,11 @@ macro_rules! cells {
 }
 
 cells! {
-    u64: |value, row| row.whole(*value), |row| row.sheet.whole(row.column());
-    u32: |value, row| row.whole((*value).into()), |row| row.sheet.whole(row.column());
-    usize: |value, row| row.whole(*value as u64), |row| row.sheet.whole(row.column());
-    f64: |value, row| row.number(*value), |row| row.sheet.number(row.column());
-    String: |text, row| row.text(text), |row| Ok(row.sheet.text(row.column()).to_owned());
+    u64: |value, row| row.whole(*value), |row| row.reader.whole(row.column());
+    u32: |value, row| row.whole((*value).into()), |row| row.reader.whole(row.column());
+    usize: |value, row| row.whole(*value as u64), |row| row.reader.whole(row.column());
+    f64: |value, row| row.number(*value), |row| row.reader.number(row.column());
+    String: |text, row| row.text(text), |row| Ok(row.reader.text(row.column()).to_owned());
     Vector3<f64>: |vector, row| row.numbers(vector.as_slice()),
         |row| <[f64; 3]>::read(row).map(Vector3::from);
     State: |state, row| row.numbers(state.to_vector().as_slice()),
@@ -206,9 +206,9 @@ cells! {
     JointResidual: |residual, row| row.numbers(&[residual.locked, residual.drive]),
         |row| <[f64; 2]>::read(row).map(|[locked, drive]| Self { locked, drive });
     StepStatus: |status, row| row.text(status.name()),
-        |row| row.sheet.field(row.column(), "a status", Self::from_name);
+        |row| row.reader.field(row.column(), "a status", Self::from_name);
     KeyText: |key, row| row.word(key),
-        |row| row.sheet.field(row.column(), "a key of a contact", Self::parse);
+        |row| row.reader.field(row.column(), "a key of a contact", Self::parse);
     Partner: |partner, row| write_partner(*partner, row), |row| read_partner(row);
 }
 
@@ -219,7 +219,7 @@ impl<const N: usize> Cells for [f64; N] {
     }
 
     fn read<R: Read>(row: &mut RowCells<'_, R>) -> Result<Self, RowsError> {
-        let numbers = row.sheet.numbers(row.next);
+        let numbers = row.reader.numbers(row.next);
         row.next += N;
         numbers
     }
@@ -237,8 +237,8 @@ fn write_partner<W: Write>(partner: Partner, row: &mut RowWriter<W>) {
 
 fn read_partner<R: Read>(row: &mut RowCells<'_, R>) -> Result<Partner, RowsError> {
     let (name, index) = (row.column(), row.column());
-    let place = row.sheet.whole(index)?;
-    row.sheet.field(name, "ground with the index 0, fixed or body", |text| match text {
+    let place = row.reader.whole(index)?;
+    row.reader.field(name, "ground with the index 0, fixed or body", |text| match text {
         "ground" if place == 0 => Some(Partner::Ground),
         "fixed" => Some(Partner::Fixed(place)),
         "body" => Some(Partner::Body(place)),

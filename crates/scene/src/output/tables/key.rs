@@ -36,7 +36,7 @@ impl KeyText {
     /// Text form of a key.
     #[must_use]
     #[inline]
-    pub fn of(key: &ContactKey) -> Self {
+    pub fn new(key: &ContactKey) -> Self {
         Self { point: key.point, pair: key.pair }
     }
 
@@ -155,7 +155,7 @@ mod tests {
         for key in keys.into_iter().chain([KeyText { point: 7, pair: None }]) {
             assert_eq!(KeyText::parse(&key.to_string()), Some(key));
         }
-        for odd in [
+        for invalid in [
             "",
             "a",
             "1.2",
@@ -167,7 +167,7 @@ mod tests {
             "1.2.3.Rv1.0",
             "1.2.3.Rv1xf2.0",
         ] {
-            assert_eq!(KeyText::parse(odd), None, "{odd}");
+            assert_eq!(KeyText::parse(invalid), None, "{invalid}");
         }
     }
 }

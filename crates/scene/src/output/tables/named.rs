@@ -149,9 +149,10 @@ fn check_point(
         CorePart::End(end) => Some(body.ellipsoid_point(pair.pieces.0, end as usize)),
     };
     let named = parts(key, pair).0.map_or(Some(point_of(0)), first);
-    match named == Some(key.point) || may_be_first && key.point == point_of(0) {
-        true => Ok(()),
-        false => Err("has a key with a different contact point than its features"),
+    if named == Some(key.point) || may_be_first && key.point == point_of(0) {
+        Ok(())
+    } else {
+        Err("has a key with a different contact point than its features")
     }
 }
 
@@ -173,9 +174,10 @@ pub(super) fn check_round(
     // A plane that may be the body's contains the corner or edge of the fixed piece.
     let is_corner = |part: &CorePart| matches!(part, CorePart::Vertex(_) | CorePart::Edge(_));
     let corner = of_theirs.filter(is_corner).filter(|_| may_be_turned(key, pair));
-    match corner.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
-        true => Err(ELSEWHERE),
-        false => Ok(()),
+    if corner.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
+        Err(ELSEWHERE)
+    } else {
+        Ok(())
     }
 }
 
@@ -194,21 +196,22 @@ pub(super) fn is_sharp(piece: &Piece) -> bool {
 
 /// Checks the feature of the plane's owner against the touching point at the start of the step.
 ///
-/// `seen` is the touching point in the frame of the plane's owner (m). `moved` is the motion of the
+/// `local` is the touching point in the frame of the plane's owner (m). `moved` is the motion of the
 /// bodies in the step (m).
 pub(super) fn check_start(
     key: &ContactKey,
     pair: &PairFeatures,
     features: &Features,
     (own, theirs): ContactPieces<'_>,
-    seen: &Vector3<f64>,
+    local: &Vector3<f64>,
     moved: f64,
 ) -> Result<(), Misplaced> {
     let near = BAND * size(own).min(size(theirs)) + moved;
     let normal = features.frame.column(2);
-    let foot = seen - normal * (normal.dot(seen) - features.offset + theirs.radius());
-    match parts(key, pair).1.is_some_and(|part| distance(theirs, part, &foot) > near) {
-        true => Err(ELSEWHERE),
-        false => Ok(()),
+    let foot = local - normal * (normal.dot(local) - features.offset + theirs.radius());
+    if parts(key, pair).1.is_some_and(|part| distance(theirs, part, &foot) > near) {
+        Err(ELSEWHERE)
+    } else {
+        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::columns::{Cells, ContactRow, GearTableRow, JointRow, RowCells, StepRow};
 use super::{Streams, Table};
-use crate::output::sheet::{RowsError, Steps, TableReader};
+use crate::output::csv_reader::{CsvReader, RowsError, Steps};
 use std::io::Read;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::State;
@@ -39,7 +39,7 @@ const TOO_LONG: &str = "there are rows after the step with status `end`";
 
 /// Reads the tables of a run step by step. It keeps one step in memory.
 pub struct TablesReader<R: Read> {
-    sheets: Streams<TableReader<R>>,
+    readers: Streams<CsvReader<R>>,
     counts: [usize; 3],
     order: Steps,
     ended: bool,
@@ -57,18 +57,18 @@ impl<R: Read> TablesReader<R> {
         joints: usize,
         gears: usize,
     ) -> Result<Self, RowsError> {
-        let reader = Self::of_some(streams, bodies, joints, gears)?;
-        let sheets = &reader.sheets;
+        let reader = Self::with_optional_tables(streams, bodies, joints, gears)?;
+        let readers = &reader.readers;
         for (table, is_missing, why) in [
-            (Table::Contacts, sheets.contacts.is_none(), "it is missing"),
+            (Table::Contacts, readers.contacts.is_none(), "it is missing"),
             (
                 Table::Joints,
-                sheets.joints.is_none() && joints > 0,
+                readers.joints.is_none() && joints > 0,
                 "it is missing, but the run has joints",
             ),
             (
                 Table::Gears,
-                sheets.gears.is_none() && gears > 0,
+                readers.gears.is_none() && gears > 0,
                 "it is missing, but the run has gears",
             ),
         ] {
@@ -83,15 +83,15 @@ impl<R: Read> TablesReader<R> {
     ///
     /// # Errors
     /// [`RowsError::Header`], or the errors of a stream.
-    pub fn of_some(
+    pub fn with_optional_tables(
         streams: Streams<R>,
         bodies: usize,
         joints: usize,
         gears: usize,
     ) -> Result<Self, RowsError> {
         let tied = joints > 0;
-        let sheets = streams.each(|table, stream| sheet(table, stream, tied))?;
-        Ok(Self { sheets, counts: [bodies, joints, gears], order: Steps::default(), ended: false })
+        let readers = streams.each(|table, stream| reader(table, stream, tied))?;
+        Ok(Self { readers, counts: [bodies, joints, gears], order: Steps::default(), ended: false })
     }
 
     /// Requires `index` as the first k.
@@ -103,7 +103,7 @@ impl<R: Read> TablesReader<R> {
 
     /// Accepts any first k, for a part of a run.
     #[must_use]
-    pub fn of_part(mut self) -> Self {
+    pub fn from_any_index(mut self) -> Self {
         self.order.begin_anywhere();
         self
     }
@@ -120,11 +120,11 @@ impl<R: Read> TablesReader<R> {
     /// # Errors
     /// The first fault, with table, line and column.
     pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
-        let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = &mut self.sheets;
+        let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = &mut self.readers;
         if self.ended {
             let some = [contacts, joints, gears, ends].into_iter().flatten();
-            for sheet in [of_bodies, steps].into_iter().chain(some) {
-                sheet.need_end(TOO_LONG)?;
+            for reader in [of_bodies, steps].into_iter().chain(some) {
+                reader.need_end(TOO_LONG)?;
             }
             return Ok(None);
         }
@@ -136,20 +136,20 @@ impl<R: Read> TablesReader<R> {
         // Grows with the rows in the file: the requested number is not trustworthy.
         let states = rows_of(of_bodies, &row, bodies)?;
         let ends = match ends {
-            Some(sheet) if status != StepStatus::End => rows_of(sheet, &row, bodies)?,
+            Some(reader) if status != StepStatus::End => rows_of(reader, &row, bodies)?,
             _ => Vec::new(),
         };
         let mut of_contacts = Vec::new();
-        if let Some(sheet) = contacts {
+        if let Some(reader) = contacts {
             for number in 0..row.contacts {
-                sheet.need_row(CUT_OFF)?;
-                sheet.expect(0, index)?;
-                sheet.expect(1, number as u64)?;
-                of_contacts.push(Cells::read(&mut RowCells::from(sheet, 2))?);
+                reader.need_row(CUT_OFF)?;
+                reader.expect(0, index)?;
+                reader.expect(1, number as u64)?;
+                of_contacts.push(Cells::read(&mut RowCells::from(reader, 2))?);
             }
         }
-        let joints = joints.as_mut().map(|sheet| rows_of(sheet, &row, joints_in_all));
-        let gears = gears.as_mut().map(|sheet| rows_of(sheet, &row, gears_in_all));
+        let joints = joints.as_mut().map(|reader| rows_of(reader, &row, joints_in_all));
+        let gears = gears.as_mut().map(|reader| rows_of(reader, &row, gears_in_all));
         let (joints, gears) = (joints.transpose()?, gears.transpose()?);
         let (joints, gears) = (joints.unwrap_or_default(), gears.unwrap_or_default());
         self.ended = status == StepStatus::End;
@@ -159,24 +159,24 @@ impl<R: Read> TablesReader<R> {
 
 /// Reads the rows of all bodies, joints or gears of a step, and checks their first three columns.
 fn rows_of<R: Read, T: Cells>(
-    sheet: &mut TableReader<R>,
+    reader: &mut CsvReader<R>,
     step: &StepRow,
     count: usize,
 ) -> Result<Vec<T>, RowsError> {
     let mut rows = Vec::with_capacity(count.min(1 << 12));
     for number in 0..count {
-        sheet.need_row(CUT_OFF)?;
-        sheet.expect(0, step.index)?;
-        sheet.expect(2, number as u64)?;
-        if sheet.number(1)? != step.time {
-            return Err(sheet.odd(1, "the time of the same step in the table steps"));
+        reader.need_row(CUT_OFF)?;
+        reader.expect(0, step.index)?;
+        reader.expect(2, number as u64)?;
+        if reader.number(1)? != step.time {
+            return Err(reader.invalid(1, "the time of the same step in the table steps"));
         }
-        rows.push(T::read(&mut RowCells::from(sheet, 3))?);
+        rows.push(T::read(&mut RowCells::from(reader, 3))?);
     }
     Ok(rows)
 }
 
 /// Reader of one table, for a run with or without joints.
-fn sheet<R: Read>(table: Table, stream: R, joints: bool) -> Result<TableReader<R>, RowsError> {
-    TableReader::new(table.name(), stream, table.columns(joints))
+fn reader<R: Read>(table: Table, stream: R, joints: bool) -> Result<CsvReader<R>, RowsError> {
+    CsvReader::new(table.name(), stream, table.columns(joints))
 }

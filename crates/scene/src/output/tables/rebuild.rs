@@ -104,8 +104,8 @@ impl ContactRow {
         if !named::is_sharp(pieces.0) || !named::is_sharp(pieces.1) {
             return Ok(());
         }
-        let seen = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
-        let point = seen(pose.position + contact.arm);
+        let local = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
+        let point = local(pose.position + contact.arm);
         named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
     }
 
@@ -190,9 +190,10 @@ impl ContactRow {
         {
             let normal = other_pose.rotation.tr_mul(&self.normal);
             if let Some(features) = round([own, theirs], [part, other], &normal) {
-                return match features.radius == self.radius {
-                    true => self.named(world, features, (own, theirs)),
-                    false => Err("refers to features that its pieces do not have"),
+                return if features.radius == self.radius {
+                    self.named(world, features, (own, theirs))
+                } else {
+                    Err("refers to features that its pieces do not have")
                 };
             }
         }
@@ -214,8 +215,8 @@ impl ContactRow {
             let nearest = one.centre - one.farthest(&pose.rotation.tr_mul(&self.normal));
             pose.position + pose.rotation * nearest
         });
-        let seen = other.rotation.tr_mul(&(lowest - other.position));
-        let offset = normal.dot(&seen) - self.radius - self.gap;
+        let local = other.rotation.tr_mul(&(lowest - other.position));
+        let offset = normal.dot(&local) - self.radius - self.gap;
         let turned = named::may_be_turned(&key, &pair);
         if matches!(pair.feature, Feature::Ellipsoid(..)) && one.is_none() && !turned {
             return Err("refers to features that its pieces do not have");

@@ -34,17 +34,17 @@ impl<W: Write> TablesWriter<W> {
         let tied = !world.joints().is_empty();
         let csv =
             |table: Table, stream| Ok::<_, io::Error>(RowWriter::new(stream, table.columns(tied)));
-        Ok(Self::of(streams.each(csv)?, world))
+        Ok(Self::with_writers(streams.each(csv)?, world))
     }
 
     /// Continues tables that already have headers, and possibly rows.
     #[must_use]
     pub fn after(streams: Streams<W>, world: &World) -> Self {
         let Ok(tables) = streams.each(|_, stream| Ok::<_, Infallible>(RowWriter::after(stream)));
-        Self::of(tables, world)
+        Self::with_writers(tables, world)
     }
 
-    fn of(tables: Streams<RowWriter<W>>, world: &World) -> Self {
+    fn with_writers(tables: Streams<RowWriter<W>>, world: &World) -> Self {
         Self { tables, world: world.clone(), courses: Vec::new(), kept: RowChoice::ALL, open: None }
     }
 
@@ -67,7 +67,7 @@ impl<W: Write> TablesWriter<W> {
     /// Sets the row of the table `steps` that [`TablesWriter::open`] returned at the end of the
     /// existing rows.
     #[must_use]
-    pub fn goes_on(mut self, open: Option<StepRow>) -> Self {
+    pub fn continue_from(mut self, open: Option<StepRow>) -> Self {
         self.open = open;
         self
     }
@@ -94,7 +94,7 @@ impl<W: Write> TablesWriter<W> {
             return Ok(());
         }
         self.end_open()?;
-        let mut step = TableStep::of(&self.world, record);
+        let mut step = TableStep::new(&self.world, record);
         if self.tables.ends.is_some() && !is_end {
             step.ends.extend_from_slice(&record.solution.states);
         }
@@ -205,7 +205,7 @@ impl TableStep {
     /// step. A record without the state of a body gives NaN for its contact points and joint
     /// coordinates. Records of a simulation have all states.
     #[must_use]
-    pub fn of(world: &World, record: &StepRecord) -> Self {
+    pub fn new(world: &World, record: &StepRecord) -> Self {
         let is_end = record.report.status == StepStatus::End;
         let certificate = if is_end { Default::default() } else { record.certificate };
         let row = StepRow {
@@ -225,9 +225,9 @@ impl TableStep {
             works: if is_end { [0.0; 6] } else { works(world, record) },
             stiffness: if is_end { 0.0 } else { record.stiffness },
         };
-        let contacts = ContactRow::of(record).collect();
-        let joints = JointRow::of(world, record).collect();
-        let gears = GearTableRow::of(world, record).collect();
+        let contacts = ContactRow::from_record(record).collect();
+        let joints = JointRow::from_record(world, record).collect();
+        let gears = GearTableRow::from_record(world, record).collect();
         Self { row, states: record.states.clone(), ends: Vec::new(), contacts, joints, gears }
     }
 }
@@ -255,8 +255,11 @@ fn works(world: &World, record: &StepRecord) -> [f64; 6] {
 }
 
 impl JointRow {
-    /// Rows of the joints of `world` in a step; see [`TableStep::of`].
-    pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
+    /// Rows of the joints of `world` in a step; see [`TableStep::new`].
+    pub fn from_record<'a>(
+        world: &'a World,
+        record: &'a StepRecord,
+    ) -> impl Iterator<Item = Self> + 'a {
         let is_end = record.report.status == StepStatus::End;
         world.joints().iter().enumerate().map(move |(index, joint)| {
             let force = record.solution.joints.get(index);
@@ -305,8 +308,11 @@ impl JointRow {
 }
 
 impl GearTableRow {
-    /// Rows of the gears of `world` in a step; see [`TableStep::of`].
-    pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
+    /// Rows of the gears of `world` in a step; see [`TableStep::new`].
+    pub fn from_record<'a>(
+        world: &'a World,
+        record: &'a StepRecord,
+    ) -> impl Iterator<Item = Self> + 'a {
         let (solution, is_end) = (&record.solution, record.report.status == StepStatus::End);
         world.gears().iter().enumerate().map(move |(index, gear)| {
             let force = solution.gears.get(index).copied().unwrap_or(0.0);
@@ -338,9 +344,9 @@ impl GearTableRow {
 }
 
 impl ContactRow {
-    /// Rows of the contacts of a step, in the order of its solution; see [`TableStep::of`].
+    /// Rows of the contacts of a step, in the order of its solution; see [`TableStep::new`].
     #[inline]
-    pub fn of(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
+    pub fn from_record(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
         let point = |contact: &Contact| {
             let state = record.states.get(contact.key.body);
             state.map_or(Vector3::repeat(f64::NAN), |state| state.position + contact.arm)
@@ -356,7 +362,7 @@ impl ContactRow {
             gap: contact.gap,
             radius: contact.features.radius,
             rebound: contact.rebound,
-            key: KeyText::of(&contact.key),
+            key: KeyText::new(&contact.key),
         })
     }
 }

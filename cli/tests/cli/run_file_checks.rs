@@ -26,7 +26,7 @@ fn first_contact() -> usize {
 
 /// Contact statuses without possible contact, and `free` with forces, are reported.
 #[test]
-fn a_status_that_its_row_cannot_have_is_named() {
+fn status_that_contradicts_its_row_is_reported() {
     let touching = first_contact();
     for (k, status, words) in [
         (3, "converged", "nothing can touch"),
@@ -45,7 +45,7 @@ fn a_status_that_its_row_cannot_have_is_named() {
 
 /// A changed but plausible status contradicts the counts in run.json.
 #[test]
-fn a_status_that_its_row_could_have_is_found_by_the_counts() {
+fn plausible_changed_status_is_found_by_the_counts() {
     for status in ["fallback", "retried", "wild", "failed"] {
         let directory = changed("steps.csv", |table| {
             let column = table.column("status");
@@ -59,7 +59,7 @@ fn a_status_that_its_row_could_have_is_found_by_the_counts() {
 }
 
 #[test]
-fn run_json_of_other_rows_is_found_and_named() {
+fn run_json_of_other_rows_is_reported_with_its_field() {
     type Change = fn(&mut Value);
     let cases: [(&str, Change); 8] = [
         ("the start differs from the first row", |json| {
@@ -158,7 +158,7 @@ fn a_seed_of_several_bodies_draws_their_starts() {
 
 /// `verify` names solver settings and counts in run.json that the solver cannot have.
 #[test]
-fn settings_that_the_solver_does_not_have_are_named() {
+fn settings_of_another_solver_are_reported() {
     type Change = fn(&mut Value);
     let cases: [(&str, Change); 5] = [
         ("accepted_residual_m_s is 0.01; the limit of this solver is", |json| {
@@ -185,7 +185,7 @@ fn settings_that_the_solver_does_not_have_are_named() {
 }
 
 #[test]
-fn the_run_json_of_another_seed_is_found() {
+fn run_json_with_another_seed_fails_verify() {
     let other = simulate(&["--steps", "240", "--seed", "43"]);
     let directory = contact_files();
     fs::copy(other.path("run.json"), directory.path().join("run.json")).unwrap();
@@ -196,7 +196,7 @@ fn the_run_json_of_another_seed_is_found() {
 
 /// Tables that are cut, with an inserted `end`, contradict the number of rows in run.json.
 #[test]
-fn rows_cut_with_an_end_put_in_are_found() {
+fn truncated_tables_with_an_inserted_end_fail_verify() {
     // Free flight, so that no contact is cut.
     let directory = changed("states.csv", |table| table.rows.truncate(101));
     let empty = Table { rows: Vec::new(), ..Table::parse(&contact_run()[1]) };
@@ -218,7 +218,7 @@ fn rows_cut_with_an_end_put_in_are_found() {
 /// `verify` reads the accepted residual from run.json. Without it, the solver's name must be a
 /// known one.
 #[test]
-fn the_promise_is_read_from_run_json() {
+fn accepted_residual_is_read_from_run_json() {
     let json: Value = serde_json::from_str(&contact_run()[3]).unwrap();
     let promise = json["solver"]["accepted_residual_m_s"].as_f64().unwrap();
     assert!(promise > 0.0 && promise < 0.1, "{promise}");

@@ -130,10 +130,10 @@ impl Steps {
     /// Checks and returns the k of the row just read, which has the given status.
     pub fn next<R: Read>(
         &mut self,
-        sheet: &TableReader<R>,
+        reader: &CsvReader<R>,
         status: StepStatus,
     ) -> Result<u64, RowsError> {
-        let found = sheet.whole(0)?;
+        let found = reader.whole(0)?;
         let next = self.at.saturating_add(self.every);
         let fits = match (self.begun, status) {
             (false, _) => self.anywhere || found == self.at,
@@ -141,7 +141,7 @@ impl Steps {
             (true, _) => found == next,
         };
         if !fits {
-            sheet.expect(0, if self.begun { next } else { self.at })?;
+            reader.expect(0, if self.begun { next } else { self.at })?;
         }
         (self.at, self.begun) = (found, true);
         Ok(found)
@@ -149,14 +149,14 @@ impl Steps {
 }
 
 /// Reader of one table. A row is limited to [`MOST_ROW_BYTES`], so that memory is bounded.
-pub struct TableReader<R: Read> {
+pub struct CsvReader<R: Read> {
     table: &'static str,
     columns: Vec<&'static str>,
     csv: csv::Reader<Bounded<R>>,
     record: csv::StringRecord,
 }
 
-impl<R: Read> TableReader<R> {
+impl<R: Read> CsvReader<R> {
     /// Reads the header and compares it with the expected names `columns`.
     pub fn new(
         table: &'static str,
@@ -246,11 +246,11 @@ impl<R: Read> TableReader<R> {
         expected: &'static str,
         parse: impl Fn(&str) -> Option<T>,
     ) -> Result<T, RowsError> {
-        parse(self.text(column)).ok_or_else(|| self.odd(column, expected))
+        parse(self.text(column)).ok_or_else(|| self.invalid(column, expected))
     }
 
     /// Error for a column that is not `expected`.
-    pub fn odd(&self, column: usize, expected: &'static str) -> RowsError {
+    pub fn invalid(&self, column: usize, expected: &'static str) -> RowsError {
         RowsError::Field {
             table: self.table,
             line: self.line(),

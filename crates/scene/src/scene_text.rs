@@ -18,13 +18,13 @@ impl Scene {
     ///
     /// # Errors
     /// The first invalid value; a seed for a scene without random parts.
-    pub fn of_text(
+    pub fn from_text(
         text: &str,
         path: &Path,
         flags: Settings,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        Self::told(text, path, flags, &[], read)
+        Self::parse_with(text, path, flags, &[], read)
     }
 
     /// Scene of the scenario file `path` with the content `text`, for the command line.
@@ -33,8 +33,8 @@ impl Scene {
     /// so that an error about such a value names its flag.
     ///
     /// # Errors
-    /// The errors of [`Scene::of_text`].
-    pub fn told(
+    /// The errors of [`Scene::from_text`].
+    pub fn parse_with(
         text: &str,
         path: &Path,
         flags: Settings,
@@ -42,7 +42,7 @@ impl Scene {
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
         if super::is_robot(text, path) {
-            return Self::of_robot(text, path, flags, given, read);
+            return Self::from_robot(text, path, flags, given, read);
         }
         flags.robot.refuse()?;
         let (name, ParsedScene { settings: below, floats, entries }) = super::read(text, path)?;
@@ -60,7 +60,7 @@ impl Scene {
     }
 
     /// Scene of a single robot file: with the file's world, or else on level ground.
-    fn of_robot(
+    fn from_robot(
         text: &str,
         path: &Path,
         flags: Settings,
@@ -73,7 +73,7 @@ impl Scene {
         refuse_flags("a scene without random values", &[("--seed", flags.seed.is_some())])?;
         let below = bodies::robots::settings_of(&robot);
         let changed = flags.changed(&below);
-        let scene = bodies::scene_of_robot(name, &flags.over(below), &robot);
+        let scene = bodies::scene_from_robot(name, &flags.over(below), &robot);
         let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
         Ok(Self { changed, ..scene })
     }
@@ -96,7 +96,7 @@ impl Scene {
     ///
     /// # Errors
     /// The first invalid value.
-    pub fn piece_of_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Piece, Failure> {
+    pub fn piece_from_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Piece, Failure> {
         let entry = super::parse(text).map_err(Failure::Input)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         bodies::piece(entry, Files { folder, read })

@@ -66,7 +66,7 @@ fn thinned(lines: &[String], every: u64, first: u64) -> Vec<String> {
 }
 
 #[test]
-fn each_nth_step_has_the_rows_that_it_has_among_all() {
+fn every_nth_step_has_the_rows_of_the_full_run() {
     let runs = Runs::new();
     let drop = ["--solver", "native", "--steps", "342", "--start-index", "5"];
     runs.run("all", &drop);
@@ -103,7 +103,7 @@ fn each_nth_step_has_the_rows_that_it_has_among_all() {
 /// Runs with `--every` and `--tables` continue to the same tables and can be drawn. Tables that
 /// `verify` lacks are named.
 #[test]
-fn what_is_kept_is_drawn_and_gone_on_with() {
+fn runs_with_selected_rows_continue_and_are_drawn() {
     let runs = Runs::new();
     let scene = scenario("marbles");
     let scene = ["--scenario", &scene, "--every", "8", "--tables", "contacts"];
@@ -150,7 +150,7 @@ fn what_is_kept_is_drawn_and_gone_on_with() {
 /// Each selected step is verified against its final states in ends.csv. Joint turns are counted
 /// from the step's own row.
 #[test]
-fn steps_that_are_kept_are_verified_by_themselves() {
+fn selected_rows_verify_alone() {
     let runs = Runs::new();
     for name in ["four-bar", "marbles"] {
         let scene = scenario(name);
@@ -188,7 +188,7 @@ fn steps_that_are_kept_are_verified_by_themselves() {
 /// The counts in run.json include the steps that are left out. They cannot be smaller than the
 /// counts of the rows. The state after the last step equals the last row.
 #[test]
-fn run_json_is_held_against_the_steps_that_are_kept() {
+fn counts_in_run_json_are_checked_against_selected_rows() {
     let runs = Runs::new();
     let scene = scenario("marbles");
     runs.run("some", &["--scenario", &scene, "--steps", "16", "--every", "7"]);
@@ -246,7 +246,7 @@ fn run_json_is_held_against_the_steps_that_are_kept() {
 /// A run with 4 substeps writes the same bytes as a run with a quarter of the time step and
 /// `--every 4`.
 #[test]
-fn substeps_are_shorter_steps_of_which_some_are_kept() {
+fn substeps_are_short_steps_with_selected_rows() {
     let runs = Runs::new();
     let drop = ["--solver", "native", "--start-index", "0"];
     runs.run("substeps", &[&drop[..], &["--steps", "50", "--substeps", "4"]].concat());
@@ -272,7 +272,7 @@ fn substeps_are_shorter_steps_of_which_some_are_kept() {
 
 /// Invalid values of `--every`, `--substeps`, `--tables` and `--format` are refused.
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_row_selections_are_rejected() {
     let runs = Runs::new();
     let out = runs.text("out", "");
     let refused = |args: &[&str], words: &[&str]| {
@@ -307,7 +307,7 @@ fn what_cannot_be_is_refused() {
 
 /// Compressed tables contain the plain text, and every command reads them.
 #[test]
-fn compressed_tables_are_the_plain_ones() {
+fn compressed_tables_equal_plain_ones() {
     let runs = Runs::new();
     let marbles = scenario("marbles");
     let bar = scenario("four-bar");

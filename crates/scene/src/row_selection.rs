@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Rows that are written to files. By default all, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with the selection of rows")]
-pub struct KeptSteps {
+pub struct RowSelection {
     /// Row interval (steps): every `every`-th step has rows. The last state is always written.
     #[serde(default = "one")]
     pub every: u64,
@@ -30,7 +30,7 @@ pub enum TableForm {
     Zstd,
 }
 
-impl Default for KeptSteps {
+impl Default for RowSelection {
     fn default() -> Self {
         Self { every: 1, tables: None, form: TableForm::Csv }
     }
@@ -40,7 +40,7 @@ fn one() -> u64 {
     1
 }
 
-impl KeptSteps {
+impl RowSelection {
     /// Rows of every `every`-th step, of the given tables only or of all.
     #[must_use]
     pub fn new(every: u64, tables: Option<&[Table]>, form: TableForm) -> Self {
