@@ -71,7 +71,7 @@ fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
     for shape in &scene.model.shapes {
         pieces.extend(shape.pieces()?);
     }
-    let fit = Fit::of(&pieces, mesh)?;
+    let fit = Fit::new(&pieces, mesh)?;
     let corners: usize = pieces.iter().map(|piece| piece.core().vertices().len()).sum();
     Ok(format!(
         "{}: {} pieces with {corners} corners; their volumes add up to {:.4} of the mesh's; they \

@@ -45,7 +45,7 @@ impl DecomposedMesh {
         });
         Ok(Self {
             pieces: pieces.collect(),
-            solid: SolidModel::of(&MassProperties::of_mesh(&mesh)),
+            solid: SolidModel::of(&MassProperties::from_mesh(&mesh)),
             surface: here(surface(&mesh, 0.0)),
         })
     }
