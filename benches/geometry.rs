@@ -6,7 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::hint::black_box;
 use tumble_core::geometry::{
-    Aabb, Hint, PairScratch, Piece, PieceSide, Sweep, manifold, separation,
+    Aabb, Hint, PairScratch, Piece, PieceSide, Sweep, manifold, signed_distance,
 };
 use tumble_core::mechanics::Pose;
 
@@ -68,7 +68,7 @@ fn pairs(criterion: &mut Criterion) {
         criterion.bench_function(&format!("separation/{name}"), |bencher| {
             bencher.iter(|| {
                 let (a, b) = ((*a, black_box(&ground)), (*b, black_box(pose)));
-                black_box(separation(a, b, &mut hint, &mut scratch))
+                black_box(signed_distance(a, b, &mut hint, &mut scratch))
             });
         });
     }
@@ -80,7 +80,7 @@ fn sweep(criterion: &mut Criterion) {
     for side in [5, 10, 20] {
         let place = |k: i32| {
             let at = [k % side, k / side % side, k / side / side].map(f64::from);
-            Aabb::of(&cube, &pose(at.map(|x| 1.3 * x), [0.1 * f64::from(k); 3]))
+            Aabb::from_piece(&cube, &pose(at.map(|x| 1.3 * x), [0.1 * f64::from(k); 3]))
         };
         let boxes: Vec<Aabb> = (0..side.pow(3)).map(place).collect();
         let mut sweep = Sweep::new();

@@ -50,7 +50,7 @@ fn places(guess: [f64; 2]) -> Result<(Vector2<f64>, Matrix2<f64>), Error> {
             let constants = [(Constant::Friction, &[friction][..])];
             let mut next = Vec::new();
             let change = StepChange { states, wrenches: &[], constants: &constants };
-            derivative.push(&change, &mut next)?;
+            derivative.jvp(&change, &mut next)?;
             *states = next;
         }
         if let Some(row) = TIMES.iter().position(|time| *time == k) {
@@ -90,7 +90,7 @@ fn main() -> Result<(), Error> {
             if differentiates {
                 simulation.linearise(&record, &mut derivative)?;
                 let mut gradient = Default::default();
-                derivative.pull(&[StateChange::zero()], &[Constant::Friction], &mut gradient)?;
+                derivative.vjp(&[StateChange::zero()], &[Constant::Friction], &mut gradient)?;
             }
         }
         let each = begun.elapsed().as_secs_f64() / TIMES[1] as f64;

@@ -82,7 +82,7 @@ fn parts(force: f64, steps: u64) -> Result<([f64; 5], f64), Error> {
     })?;
     let pushed = &found.wrenches[..PUSHED as usize];
     let by_push: f64 = pushed.iter().map(|wrenches| wrenches[0].force[0]).sum();
-    let own = CONSTANTS.map(|constant| constant.of(simulation.world()));
+    let own = CONSTANTS.map(|constant| constant.values(simulation.world()));
     let part = |k: usize| -> f64 {
         found.constants[k].iter().zip(&own[k]).map(|(by, own)| by * own).sum()
     };

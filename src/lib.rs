@@ -76,7 +76,8 @@ pub use tumble_core::simulation::random::random_attitude;
 pub use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
 pub use tumble_core::simulation::summary::RunSummary;
 pub use tumble_core::simulation::{
-    Assembly, EnergyBalance, Motion, Simulation, Squeeze, StepRecord, Stiffness, UnphysicalCause,
+    Assembly, EnergyBalance, InfeasibleGap, Motion, Simulation, StepRecord, Stiffness,
+    UnphysicalCause,
 };
 #[cfg(feature = "save")]
 pub use tumble_core::simulation::{Checkpoints, Run, RunGradient, Saved};

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use tumble_core::contact::Partner;
 use tumble_core::simulation::summary::{FailedStep, RunSummary};
 use tumble_core::simulation::wild::LARGEST_TURN;
-use tumble_core::simulation::{EnergyGain, Squeeze, UnphysicalCause};
+use tumble_core::simulation::{EnergyGain, InfeasibleGap, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::joints_summary::StiffJoint;

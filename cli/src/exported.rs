@@ -64,7 +64,7 @@ impl Exported {
             return Ok(());
         }
         let failed = |error| Failure::Other(format!("step {}: {error}", record.index));
-        let (problem, _) = ContactProblem::of_step(world, record).map_err(failed)?;
+        let (problem, _) = ContactProblem::from_step(world, record).map_err(failed)?;
         let text = dat::write(&problem).map_err(failed)?;
         let file = PendingFile::create(&self.directory, &name_of(record.index))?;
         file.write(text.as_bytes())?;

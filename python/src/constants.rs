@@ -28,7 +28,7 @@ pub struct ConstantNumbers {
 pub fn constant_numbers(name: &str, scene: PyRef<'_, PyScene>) -> PyResult<ConstantNumbers> {
     let (constant, world) = (parameter(name)?, &scene.content.world);
     Ok(ConstantNumbers {
-        own: constant.of(world),
+        own: constant.values(world),
         names: names(&scene, constant),
         whole: constant.one_number(world),
         at_zero: constant.from_one_number(world, 0.0),

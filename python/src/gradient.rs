@@ -45,7 +45,7 @@ fn wrenches(numbers: &[f64]) -> impl Iterator<Item = Wrench> + '_ {
 /// World constants with these names.
 pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
     let of_name = |name: &String| {
-        Constant::of_name(name).ok_or_else(|| {
+        Constant::from_name(name).ok_or_else(|| {
             let all = Constant::ALL.map(Constant::name).join(", ");
             refused(format!("by: {name:?} is unknown; use states, wrenches, {all}"))
         })
@@ -78,7 +78,8 @@ pub fn jacobian<'py>(
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
     // Refuses constants that cannot be set.
-    let values: Vec<_> = constants.iter().map(|constant| (*constant, constant.of(world))).collect();
+    let values: Vec<_> =
+        constants.iter().map(|constant| (*constant, constant.values(world))).collect();
     let values: Vec<_> = values.iter().map(|(constant, value)| (*constant, &value[..])).collect();
     world.with_constants(&values).map_err(|error| of_step(&error))?;
     let index = index.unwrap_or(content.start_index);
@@ -99,7 +100,7 @@ pub fn jacobian<'py>(
     let mut by_states = vec![0.0; width * width];
     let mut blocks = Vec::new();
     for body in 0..bodies {
-        derivative.by_state(body, &mut blocks).map_err(|error| of_step(&error))?;
+        derivative.jacobian_wrt_state(body, &mut blocks).map_err(|error| of_step(&error))?;
         for (of, block) in blocks.iter().enumerate() {
             for (row, numbers) in block.row_iter().enumerate() {
                 let first = (StateChange::LEN * of + row) * width + StateChange::LEN * body;
@@ -117,7 +118,7 @@ pub fn jacobian<'py>(
             let constants: Vec<_> =
                 numbers.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
             let change = StepChange { states: &[], wrenches: &wrenches, constants: &constants };
-            derivative.push(&change, &mut end).map_err(|error| of_step(&error))?;
+            derivative.jvp(&change, &mut end).map_err(|error| of_step(&error))?;
             let numbers = end.iter().flat_map(StateChange::to_array);
             for (row, number) in numbers.enumerate() {
                 all[row * count + column] = number;

@@ -36,7 +36,7 @@ pub fn plan<'py>(
         model.start_at(&states, time).map_err(in_python)?;
         content = content.with_model(model).map_err(in_python)?;
     }
-    let file = ProblemFile::of_scene_text(content, text).map_err(refused)?;
+    let file = ProblemFile::from_scene_text(content, text).map_err(refused)?;
     let problem = &file.problem;
     let start = match &start {
         Some(array) => numbers("start", array)?.to_vec(),

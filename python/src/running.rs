@@ -124,7 +124,7 @@ impl Running {
         done: &AtomicU64,
     ) -> Result<(), Error> {
         recording.rows.reserve(steps.min(1 << 20) + 1);
-        let driven = Driven::of(self.simulation.world());
+        let driven = Driven::new(self.simulation.world());
         if inputs.motors.is_some() || inputs.joint_forces.is_some() {
             self.is_of_scene = Some(false);
         }

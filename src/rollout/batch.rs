@@ -130,7 +130,7 @@ impl Batch<'_> {
             varied(self.world, self.parameters, rollout)?
         };
         let motion = (self.motion)(&world)?;
-        let driven = Driven::of(&world);
+        let driven = Driven::new(&world);
         let mut simulation = Simulation::new(world, self.start(rollout), motion)?;
         for (body, load) in self.loads.iter().enumerate() {
             simulation.set_load(body, load.clone())?;
@@ -147,7 +147,7 @@ impl Batch<'_> {
 
     /// Initial states of `rollout`.
     fn start(&self, rollout: usize) -> impl Iterator<Item = State> + '_ {
-        let states = of(self.starts, 13 * self.bodies(), rollout).chunks_exact(13);
+        let states = rollout_slice(self.starts, 13 * self.bodies(), rollout).chunks_exact(13);
         states.map(|numbers| State::from_vector(&SVector::<f64, 13>::from_column_slice(numbers)))
     }
 
@@ -178,13 +178,13 @@ impl Batch<'_> {
 
     /// The `width` numbers of `step` of `rollout`; none of an empty array.
     fn now<'n>(&self, numbers: &'n [f64], width: usize, rollout: usize, step: usize) -> &'n [f64] {
-        let all = of(numbers, self.steps * width, rollout);
+        let all = rollout_slice(numbers, self.steps * width, rollout);
         if all.is_empty() { all } else { &all[step * width..][..width] }
     }
 }
 
 /// Slice of `width` numbers of `rollout`, or the shared slice. An empty array stays empty.
-pub(super) fn of(numbers: &[f64], width: usize, rollout: usize) -> &[f64] {
+pub(super) fn rollout_slice(numbers: &[f64], width: usize, rollout: usize) -> &[f64] {
     match numbers.len() {
         0 => numbers,
         length if length == width => numbers,

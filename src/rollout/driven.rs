@@ -17,7 +17,7 @@ pub struct Driven {
 impl Driven {
     /// Driven axes and motors of `world`.
     #[must_use]
-    pub fn of(world: &World) -> Self {
+    pub fn new(world: &World) -> Self {
         Self {
             own: world.clone(),
             axes: world.driven_axes(),

@@ -4,7 +4,7 @@
 //! Each is the [`Simulation::gradient`](tumble_core::simulation::Simulation::gradient) of its
 //! rollout. Its definitions and limits hold here too.
 
-use super::batch::{Batch, of};
+use super::batch::{Batch, rollout_slice};
 use super::run::{RolloutError, hand_out};
 use super::watch::RolloutWatch;
 use std::num::NonZeroUsize;
@@ -185,9 +185,9 @@ fn one(
         each.map(change).collect()
     };
     let mut by_states = |k: u64, _: &[State]| match cotangents {
-        Cotangents::Ends(all) => (k == steps).then(|| changes(of(all, width, rollout))),
+        Cotangents::Ends(all) => (k == steps).then(|| changes(rollout_slice(all, width, rollout))),
         Cotangents::States(all) => (k > 0).then(|| {
-            let of_rollout = of(all, width * batch.steps, rollout);
+            let of_rollout = rollout_slice(all, width * batch.steps, rollout);
             changes(&of_rollout[(k as usize - 1) * width..][..width])
         }),
     };
@@ -199,14 +199,14 @@ fn one(
     // inertia.
     let is_varied = |constant| batch.parameters.iter().any(|given| given.constant == constant);
     let held = is_varied(Constant::Inertia) && by.contains(&Constant::Mass);
-    let asked: Vec<Constant> =
+    let requested: Vec<Constant> =
         by.iter().copied().chain(held.then_some(Constant::Inertia)).collect();
     let inputs = inputs(batch);
     let mut run = Run {
         steps,
         before: &mut before,
         by_states: &mut by_states,
-        constants: &asked,
+        constants: &requested,
         inputs: &inputs,
         checkpoints: Checkpoints::default(),
         smoothing,

@@ -230,7 +230,8 @@ impl RolloutReport {
     }
 
     fn count(&mut self, rollout: usize, step: usize, record: &StepRecord) {
-        let (status, residual) = (record.report.status, record.certificate.residual());
+        let status = record.report.status;
+        let residual = record.certificate.residual();
         let mut statuses = [0; StepStatus::ALL.len()];
         statuses[usize::from(place(status))] = 1;
         let tempered = u64::from(record.restitution_share < 1.0);

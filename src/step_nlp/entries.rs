@@ -29,7 +29,7 @@ pub(super) struct PatternSink(SparsityPattern);
 
 impl PatternSink {
     /// Sparsity pattern of the entries that `emit` adds.
-    pub(super) fn of(emit: impl FnOnce(&mut Self)) -> SparsityPattern {
+    pub(super) fn collect(emit: impl FnOnce(&mut Self)) -> SparsityPattern {
         let mut sink = Self::default();
         emit(&mut sink);
         sink.0

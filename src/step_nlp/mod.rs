@@ -182,8 +182,8 @@ impl StepNlp {
         nlp.set_step(&state, &Wrench::zero(), std::iter::repeat_n(0.0, n));
         let x = vec![0.0; layout.variables()];
         let y = vec![0.0; layout.constraints()];
-        nlp.jacobian_pattern = PatternSink::of(|sink| nlp.emit_jacobian(&x, sink));
-        nlp.hessian_pattern = PatternSink::of(|sink| nlp.emit_hessian(&x, 0.0, &y, sink));
+        nlp.jacobian_pattern = PatternSink::collect(|sink| nlp.emit_jacobian(&x, sink));
+        nlp.hessian_pattern = PatternSink::collect(|sink| nlp.emit_hessian(&x, 0.0, &y, sink));
         Ok(nlp)
     }
 
@@ -226,7 +226,8 @@ impl StepNlp {
         let h = self.world.time_step();
         let body = &self.world.bodies()[BODY];
         let frame = self.ground.frame();
-        let (position, rotation) = (state.position, rotation(&state.attitude));
+        let position = state.position;
+        let rotation = rotation(&state.attitude);
         let step = &mut self.step;
         step.state = *state;
         step.wrench = *wrench;

@@ -220,7 +220,7 @@ proptest! {
     /// Checks that contact forces and the equal external wrench have the same effect in the
     /// dynamics rows, to rounding.
     #[test]
-    fn contact_forces_and_their_wrench_do_the_same(
+    fn contact_forces_and_their_wrench_have_equal_effect(
         world in any_world(), start in any_state(), next in any_state(), force in vector(10.0)
     ) {
         let contacts = points(&world);

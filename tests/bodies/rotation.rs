@@ -79,7 +79,7 @@ fn the_momentum_form_keeps_angular_momentum_and_energy() {
 /// momentum and 1e-4 of the energy. At 10 rad/s they are an eighth and a fifth, at 50 rad/s most of
 /// both.
 #[test]
-fn the_tutorials_form_loses_both() {
+fn tutorial_form_loses_angular_momentum_and_energy() {
     for (speed, momentum, energy) in
         [(1.0, 1.16e-3, 9.9e-5), (10.0, 0.127, 0.189), (50.0, 0.767, 0.887)]
     {
@@ -191,7 +191,7 @@ fn rotation_of(world: &World, body: &RigidBody, state: &State) -> Vector3<f64> {
 /// Checks that the certificate rejects a step of the other form. The error is h (G − G′), of order
 /// h |ω|² times the reach.
 #[test]
-fn the_certificate_tells_the_forms_apart() {
+fn certificate_distinguishes_the_rotation_forms() {
     let (none, start) = (Wrench::zero(), spinning(10.0));
     let worlds = Rotation::ALL.map(|form| askew(form, 0.002));
     for (own, other) in [(0, 1), (1, 0)] {
@@ -232,7 +232,7 @@ proptest! {
     /// Checks that G is (P⁺(ω⁺) − P⁻(ω) − I (ω⁺ − ω))/h. P⁺(ω) is P⁻ with reversed time, and a step
     /// that turns with ω maps one to the other.
     #[test]
-    fn the_gyroscopic_term_is_what_momentum_lacks(
+    fn gyroscopic_term_is_the_change_of_momentum_minus_inertia_times_spin(
         inertia in inertia(), old in any_state(), new in any_state(), h in 1e-3..0.1
     ) {
         let form = Rotation::Momentum;
@@ -251,7 +251,7 @@ proptest! {
     /// Checks the slope against central differences. For a cubic their error is d² times the third
     /// derivative.
     #[test]
-    fn the_slope_is_that_of_differences(
+    fn gyroscopic_jacobian_agrees_with_differences(
         inertia in inertia(), old in any_state(), new in any_state(), h in 1e-3..0.1,
         along in vector(1.0)
     ) {

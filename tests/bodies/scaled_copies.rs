@@ -123,6 +123,6 @@ fn scaled_copies_take_the_same_iterations() {
 
 #[test]
 #[ignore = "slow"]
-fn without_friction_as_well() {
+fn scaled_copies_without_friction_take_the_same_iterations() {
     check(0.0, 0.0);
 }

@@ -106,7 +106,7 @@ fn assert_near(what: std::fmt::Arguments<'_>, found: f64, known: f64, size: f64)
 /// Compares every number separately.
 pub fn compare(point: &Point, found: &Output) {
     let Point { name, input, output: known } = point;
-    let sizes = Sizes::of(input);
+    let sizes = Sizes::from_input(input);
     // The objective is a sum of 16 squares. Its terms are all positive.
     assert_near(format_args!("{name}: f"), found.objective, known.objective, known.objective);
     assert_eq!(found.gradient, known.gradient, "{name}: ∇f");

@@ -75,7 +75,7 @@ fn places(i: usize) -> [usize; VARIABLES] {
 }
 
 impl Sizes {
-    pub fn of(input: &Input) -> Self {
+    pub fn from_input(input: &Input) -> Self {
         let mut sizes = Self {
             rows: vec![0.0; 62],
             jacobian: DMatrix::zeros(62, 61),

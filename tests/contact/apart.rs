@@ -10,7 +10,7 @@ use tumble_core::world::{Fixed, Parameters, Partner, World};
 
 fn ball() -> RigidBody {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);
-    RigidBody::of_pieces(1.0, inertia, vec![Piece::sphere(0.1).unwrap()]).unwrap()
+    RigidBody::from_pieces(1.0, inertia, vec![Piece::sphere(0.1).unwrap()]).unwrap()
 }
 
 fn world(bodies: usize) -> World {
@@ -89,7 +89,7 @@ fn a_body_may_pass_the_ground_or_what_is_fixed_alone() {
 }
 
 #[test]
-fn what_was_said_stays_with_its_bodies() {
+fn excluded_pairs_stay_with_their_bodies() {
     let world =
         world(4).with_apart(3, Partner::Body(1)).unwrap().with_apart(2, Partner::Ground).unwrap();
     let world = world.with_untouched(0).unwrap();

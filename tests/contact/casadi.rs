@@ -84,7 +84,7 @@ impl Input {
         let partner = b.map_or(Partner::Ground, Partner::Body);
         let key = ContactKey { body: *a, point: 0, partner, pair: None };
         let frame = Matrix3::from(*frame).transpose();
-        let features = Features::of_plane((*point).into(), *radius, frame, *offset);
+        let features = Features::from_plane((*point).into(), *radius, frame, *offset);
         let placed = |body: usize| (&bodies[body], &poses[body]);
         let law = ContactLaw::plastic(*friction);
         Contact::new(key, features, law, placed(*a), b.map(placed))

@@ -176,7 +176,7 @@ fn a_capsule_lies_across_a_capsule() {
 /// touch exactly: the distance of the centres, or of the axes of crossed capsules, is the sum of
 /// the radii. Momentum is conserved.
 #[test]
-fn what_meets_obliquely_ends_in_touch() {
+fn oblique_plastic_impact_ends_in_exact_contact() {
     let crossed = || {
         let across = Rotation3::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
         let piece = Piece::capsule(0.3, 0.08).unwrap();
@@ -231,7 +231,7 @@ fn speeds_are_passed_on_along_a_row() {
 /// Checks that swapping the bodies does not change the result of an oblique rough impact of a ball
 /// and a capsule.
 #[test]
-fn swapped_bodies_do_the_same() {
+fn curved_contacts_are_symmetric_in_body_order() {
     let pieces = [sphere(0.08), capsule_along_y(0.2, 0.12)];
     let starts = [
         at(

@@ -46,10 +46,8 @@ impl Shape {
     fn body(&self, is_mirrored: bool) -> RigidBody {
         let mirror = |point: &Vector3<f64>| Vector3::new(-point.x, point.y, point.z);
         let points = self.points.iter();
-        let points: Vec<_> = match is_mirrored {
-            true => points.map(mirror).collect(),
-            false => points.copied().collect(),
-        };
+        let points: Vec<_> =
+            if is_mirrored { points.map(mirror).collect() } else { points.copied().collect() };
         let piece = match points[..] {
             [_] => Piece::sphere(self.radius),
             [a, b] => Piece::capsule(0.5 * (b - a).norm(), self.radius),

@@ -10,7 +10,7 @@ use tumble_core::world::{Fixed, Groups, Parameters, Partner, Touching, World};
 
 fn ball() -> RigidBody {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);
-    RigidBody::of_pieces(1.0, inertia, vec![Piece::sphere(0.1).unwrap()]).unwrap()
+    RigidBody::from_pieces(1.0, inertia, vec![Piece::sphere(0.1).unwrap()]).unwrap()
 }
 
 /// Balls over the ground and over a plate at z = 1 m.

@@ -50,7 +50,7 @@ fn scene(cubes: bool) -> impl Strategy<Value = Scene> {
     (bodies, [any_state(), any_state()], features, law).prop_map(
         |(bodies, states, (corner, radius, q, offset), (friction, force))| {
             let point = bodies[0].contact_points()[corner].position;
-            let features = Features::of_plane(point, radius, rotation(&q.normalize()), offset);
+            let features = Features::from_plane(point, radius, rotation(&q.normalize()), offset);
             Scene { bodies, states, features, friction, force }
         },
     )

@@ -28,7 +28,7 @@ fn moving(state: State, velocity: [f64; 3]) -> State {
 fn ball(mass: f64, radius: f64) -> RigidBody {
     let moment = 0.4 * mass * radius * radius;
     let piece = Piece::sphere(radius).unwrap();
-    RigidBody::of_pieces(mass, Matrix3::from_diagonal_element(moment), vec![piece]).unwrap()
+    RigidBody::from_pieces(mass, Matrix3::from_diagonal_element(moment), vec![piece]).unwrap()
 }
 
 fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64, time_step: f64) -> World {

@@ -23,7 +23,7 @@ fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {
     let points = body.contact_points().iter().enumerate();
     let contact = |(point, place): (usize, &tumble_core::geometry::ContactPoint)| {
         let (frame, offset) = (*ground.frame(), ground.offset());
-        let features = Features::of_plane(place.position, radius, frame, offset);
+        let features = Features::from_plane(place.position, radius, frame, offset);
         let key = ContactKey { body: 0, point, partner: Partner::Ground, pair: None };
         let law = ContactLaw::plastic(world.friction());
         Contact::new(key, features, law, (body, &pose), None)

@@ -319,7 +319,7 @@ fn the_order_of_bodies_does_not_matter() {
 /// passes through the other in a step that counts as good.
 #[test]
 #[ignore = "slow"]
-fn fast_pairs_do_not_pass_unseen() {
+fn fast_smooth_pairs_are_detected() {
     let mut draw = Draw(rand_mt::Mt::new(11));
     let (mut met, mut passed) = (0, Vec::new());
     for number in 0..1000 {

@@ -135,7 +135,7 @@ fn a_disc_rolls_around_its_resting_centre() {
         let part = |moment: f64| moment * radius * radius;
         let inertia = Matrix3::from_diagonal(&Vector3::new(part(0.25), part(0.25), part(0.5)));
         let piece = Piece::cylinder(1e-4 * radius, radius, SIDES).unwrap();
-        let world = world(RigidBody::of_pieces(1.0, inertia, vec![piece]).unwrap(), 1.0, 0.0, h);
+        let world = world(RigidBody::from_pieces(1.0, inertia, vec![piece]).unwrap(), 1.0, 0.0, h);
         let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), tilt);
         let mut start = on_ground(&world, &turn);
         // Along the diameter through the contact point.
@@ -165,7 +165,7 @@ fn a_cone_rolls_about_its_apex() {
     let beta = (radius / height).atan();
     let (rate, steps, h) = (2.0, 1000, 1e-3);
     let piece = Piece::cone(0.5 * height, radius, SIDES).unwrap();
-    let from_centre = Vector3::z() * (0.5 * height) - MassProperties::of(&piece).centre;
+    let from_centre = Vector3::z() * (0.5 * height) - MassProperties::from_piece(&piece).centre;
     let world = world(solid(1.0, piece), 1.0, 0.0, h);
     // The apex points to +x on the ground, the axis rises by β towards −x.
     let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2 + beta);
@@ -346,7 +346,7 @@ fn a_tippe_top_turns_over() {
     let ball = ball.moved_by(&Matrix3::identity(), &(Vector3::z() * offset)).unwrap();
     let moment = 0.4 * mass * radius * radius;
     let inertia = Matrix3::from_diagonal(&Vector3::new(moment, moment, moment));
-    let body = RigidBody::of_pieces(mass, inertia, vec![ball]).unwrap();
+    let body = RigidBody::from_pieces(mass, inertia, vec![ball]).unwrap();
     let world = world(body, 0.3, 0.0, h);
     let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), 0.1);
     let mut start = on_ground(&world, &turn);

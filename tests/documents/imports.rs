@@ -38,12 +38,12 @@ const TREES: [(&str, IsIn); 3] = [
 
 type Imports = BTreeMap<String, BTreeSet<String>>;
 
-fn root() -> &'static Path {
+pub(super) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Rust files below `folder`.
-fn sources(folder: &Path) -> Vec<PathBuf> {
+pub(super) fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -174,7 +174,7 @@ fn architecture_names_the_layers_in_their_order() {
 }
 
 #[test]
-fn files_of_these_folders_form_no_circle() {
+fn folders_have_no_import_cycles() {
     for (folder, is_checked) in TREES {
         let mut imports = imports(&root().join(folder));
         imports.retain(|module, _| is_checked(module));
@@ -185,7 +185,7 @@ fn files_of_these_folders_form_no_circle() {
 }
 
 #[test]
-fn paths_and_circles_are_found() {
+fn import_paths_and_cycles_are_detected() {
     let text = "use super::{a, b::{C, d}};\npub use x::Y;\nuse e::F as G;\n#[cfg(test)]\nmod t {}";
     assert_eq!(used(text), ["super::a", "super::b::C", "super::b::d", "e::F"]);
     let tree = |pairs: [(&str, &str); 3]| {

@@ -102,7 +102,7 @@ fn plain(path: &Path) -> PathBuf {
 }
 
 #[test]
-fn every_link_leads_somewhere() {
+fn all_document_links_resolve() {
     let paths = documents();
     let documents: HashMap<_, _> = paths.iter().map(|path| (path.clone(), read(path))).collect();
     assert!(paths.len() > 15, "{paths:?}");

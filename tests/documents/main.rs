@@ -1,8 +1,9 @@
-//! Tests of the documents: their links, their formulas, the equations that the code cites, and the
-//! order of imports.
+//! Tests of the documents: their links, their formulas, the equations that the code cites, the order
+//! of imports, and idioms of the code.
 
 mod citations;
 mod formulas;
+mod idioms;
 mod imports;
 mod links;
 mod site;

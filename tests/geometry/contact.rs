@@ -100,7 +100,7 @@ fn overlapping_boxes_leave_each_other_by_the_least_translation() {
 /// Checks the touches of random pairs. The smallest gap of the points is the separation. All points
 /// satisfy their definition, and no two are the same.
 #[test]
-fn touches_of_random_pairs_hold_what_they_say() {
+fn manifolds_of_random_pairs_satisfy_their_definition() {
     let mut draw = Draw::new(3);
     for round in 0..3000 {
         let gap = [0.0, 1e-4, -1e-4, 1e-10, -1e-10][round % 5];

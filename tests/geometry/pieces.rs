@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_mt::Mt64;
 use tumble_core::geometry::{
-    Hint, ManifoldPoint, PairScratch, Piece, PieceSide, Separation, manifold, separation,
+    Hint, ManifoldPoint, PairScratch, Piece, PieceSide, Separation, manifold, signed_distance,
 };
 use tumble_core::mechanics::Pose;
 
@@ -95,7 +95,7 @@ impl Draw {
 
 /// Separation with new memory, without hints.
 pub fn separate(a: (&Piece, &Pose), b: (&Piece, &Pose)) -> Separation {
-    separation(a, b, &mut Hint::default(), &mut PairScratch::default())
+    signed_distance(a, b, &mut Hint::default(), &mut PairScratch::default())
 }
 
 pub fn touches(a: (&Piece, &Pose), b: (&Piece, &Pose), reach: f64) -> (f64, Vec<ManifoldPoint>) {

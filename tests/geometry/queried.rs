@@ -13,7 +13,7 @@ pub struct Queried {
 }
 
 pub fn body(pieces: Vec<Piece>) -> RigidBody {
-    RigidBody::of_pieces(1.0, Matrix3::identity(), pieces).unwrap()
+    RigidBody::from_pieces(1.0, Matrix3::identity(), pieces).unwrap()
 }
 
 pub fn world(bodies: Vec<RigidBody>, ground: Option<Plane>, fixed: Vec<Piece>) -> World {

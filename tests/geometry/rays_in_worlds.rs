@@ -96,7 +96,7 @@ proptest! {
 
     /// Checks that no input makes a query panic, and that hits are finite.
     #[test]
-    fn any_numbers_are_answered_or_refused(
+    fn ray_queries_accept_or_reject_any_numbers(
         origin in proptest::array::uniform3(any::<f64>()),
         near in proptest::array::uniform3(-2.0..2.0),
         direction in proptest::array::uniform3(any::<f64>()),

@@ -148,12 +148,12 @@ const ROUNDING: f64 = 1e-13;
 #[test]
 fn masses_of_simple_shapes_have_their_closed_forms() {
     let half_sides = v(0.3, 0.2, 0.1);
-    let given = MassProperties::of(&Piece::cuboid(half_sides).unwrap());
+    let given = MassProperties::from_piece(&Piece::cuboid(half_sides).unwrap());
     close(&given, 0.048, V::zeros(), solid_box_inertia(0.048, &half_sides), ROUNDING);
 
     // Corner tetrahedron of the unit cube: V = 1/6, c = 1/4, ∫ x² = 1/60, ∫ x y = 1/120.
     let corners = [V::zeros(), V::x(), V::y(), V::z()];
-    let given = MassProperties::of(&Piece::hull(&corners, 0.0).unwrap());
+    let given = MassProperties::from_piece(&Piece::hull(&corners, 0.0).unwrap());
     let second = Matrix3::repeat(1.0 / 120.0 - 1.0 / 96.0)
         + Matrix3::identity() * (1.0 / 60.0 - 1.0 / 120.0);
     let inertia = Matrix3::identity() * second.trace() - second;
@@ -161,7 +161,7 @@ fn masses_of_simple_shapes_have_their_closed_forms() {
 
     let r: f64 = 0.7;
     let volume = 4.0 / 3.0 * PI * r.powi(3);
-    let given = MassProperties::of(&Piece::sphere(r).unwrap());
+    let given = MassProperties::from_piece(&Piece::sphere(r).unwrap());
     close(&given, volume, V::zeros(), Matrix3::identity() * (0.4 * volume * r * r), ROUNDING);
 
     // Capsule: a cylinder and two half balls, with textbook moments.
@@ -170,7 +170,7 @@ fn masses_of_simple_shapes_have_their_closed_forms() {
     let along = cylinder * r * r / 2.0 + ball * 0.4 * r * r;
     let across =
         cylinder * (r * r / 4.0 + h * h / 3.0) + ball * (0.4 * r * r + h * h + 0.75 * h * r);
-    let given = MassProperties::of(&Piece::capsule(h, r).unwrap());
+    let given = MassProperties::from_piece(&Piece::capsule(h, r).unwrap());
     let inertia = Matrix3::from_diagonal(&v(across, across, along));
     close(&given, cylinder + ball, V::zeros(), inertia, ROUNDING);
 }
@@ -182,7 +182,7 @@ fn the_mass_of_an_l_shape_is_the_sum_of_its_boxes() {
         |x, y| move |piece: Piece| piece.moved_by(&Matrix3::identity(), &v(x, y, 0.0)).unwrap();
     let foot = place(1.0, 0.5)(Piece::cuboid(v(1.0, 0.5, 0.5)).unwrap());
     let leg = place(0.5, 2.0)(Piece::cuboid(v(0.5, 1.0, 0.5)).unwrap());
-    let given = MassProperties::of_all([&foot, &leg]).unwrap();
+    let given = MassProperties::from_pieces([&foot, &leg]).unwrap();
     let centre = v(0.75, 1.25, 0.0);
     let part = |half_sides: V, at: V| {
         let d: V = at - centre;
@@ -192,7 +192,7 @@ fn the_mass_of_an_l_shape_is_the_sum_of_its_boxes() {
     let inertia =
         part(v(1.0, 0.5, 0.5), v(1.0, 0.5, 0.0)) + part(v(0.5, 1.0, 0.5), v(0.5, 2.0, 0.0));
     close(&given, 4.0, centre, inertia, ROUNDING);
-    assert!(MassProperties::of_all([]).is_err());
+    assert!(MassProperties::from_pieces([]).is_err());
 }
 
 /// Checks a box rounded by r. It is the union of the box, six slabs, twelve quarter cylinders and
@@ -202,7 +202,7 @@ fn the_mass_of_an_l_shape_is_the_sum_of_its_boxes() {
 fn the_mass_of_a_rounded_box_has_its_closed_form() {
     let (a, r) = (v(0.5, 0.3, 0.2), 0.1f64);
     let corners = Piece::cuboid(a).unwrap().core().vertices().to_vec();
-    let given = MassProperties::of(&Piece::hull(&corners, r).unwrap());
+    let given = MassProperties::from_piece(&Piece::hull(&corners, r).unwrap());
     // ∫ over [a, a + r] × quarter circle and so on: moments of y = a + s, s ≥ 0.
     let slab = |a: f64| ((a + r).powi(3) - a.powi(3)) * 2.0 / 3.0;
     let inner = |a: f64| 2.0 / 3.0 * a.powi(3);
@@ -276,12 +276,12 @@ proptest! {
         r in 0.0..0.5,
     ) {
         let piece = Piece::hull(&points, r).unwrap();
-        let moved = MassProperties::of(&piece.moved_by(&rotation, &shift).unwrap());
-        let own = MassProperties::of(&piece);
+        let moved = MassProperties::from_piece(&piece.moved_by(&rotation, &shift).unwrap());
+        let own = MassProperties::from_piece(&piece);
         let inertia = rotation * own.inertia * rotation.transpose();
         close(&moved, own.volume, rotation * own.centre + shift, inertia, 1e-12);
         let hull = piece.core();
-        let sharp = MassProperties::of(&Piece::hull(&points, 0.0).unwrap()).volume;
+        let sharp = MassProperties::from_piece(&Piece::hull(&points, 0.0).unwrap()).volume;
         let area: f64 = hull.faces().iter().map(|face| face.area).sum();
         let bend: f64 = hull.edges().iter().map(|edge| {
             let [a, b] = edge.vertices.map(|vertex| hull.vertices()[vertex as usize]);
@@ -298,7 +298,7 @@ proptest! {
 #[test]
 fn a_tiny_cube_rounded_is_almost_a_ball() {
     let corners = Piece::cuboid(V::repeat(1e-6)).unwrap().core().vertices().to_vec();
-    let given = MassProperties::of(&Piece::hull(&corners, 1.0).unwrap());
+    let given = MassProperties::from_piece(&Piece::hull(&corners, 1.0).unwrap());
     let volume = 4.0 / 3.0 * PI;
     close(&given, volume, V::zeros(), Matrix3::identity() * (0.4 * volume), 1e-5);
 }
@@ -324,7 +324,7 @@ fn an_obj_cube_is_a_box() {
 }
 
 #[test]
-fn bad_meshes_are_refused_with_their_edge_or_facet() {
+fn invalid_meshes_are_rejected_with_their_edge_or_facet() {
     let refused = |text: &str| match parse_obj(text).and_then(|mesh| mesh.hull()) {
         Ok(_) => "taken".to_owned(),
         Err(error) => error.to_string(),
@@ -444,7 +444,7 @@ fn smooth_shapes_have_the_moments_of_fine_hulls() {
     for piece in pieces {
         let placed = piece.moved_by(&place.0, &place.1).unwrap();
         let fine = Piece::hull(&placed.smooth().unwrap().samples(count), 0.0).unwrap();
-        let (own, fine) = (MassProperties::of(&placed), MassProperties::of(&fine));
+        let (own, fine) = (MassProperties::from_piece(&placed), MassProperties::from_piece(&fine));
         let ratio = fine.volume / own.volume;
         assert!((1.0 - 4.0 * defect..1.0).contains(&ratio), "{ratio}");
         assert!((own.centre - fine.centre).norm() < 4.0 * defect * 0.3);

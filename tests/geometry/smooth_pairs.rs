@@ -3,7 +3,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
 use tumble_core::geometry::{
-    Hint, PairScratch, Piece, PieceSide, RayCaster, closest_points, manifold, separation,
+    Hint, PairScratch, Piece, PieceSide, RayCaster, closest_points, manifold, signed_distance,
 };
 use tumble_core::mechanics::Pose;
 
@@ -75,7 +75,7 @@ fn best_gap(a: (&Piece, &Pose), b: (&Piece, &Pose)) -> f64 {
 /// Moves B until both pieces touch.
 fn bring_together(a: (&Piece, &Pose), b: (&Piece, &mut Pose), scratch: &mut PairScratch) {
     for _ in 0..80 {
-        let found = separation(a, (b.0, &*b.1), &mut Hint::default(), scratch);
+        let found = signed_distance(a, (b.0, &*b.1), &mut Hint::default(), scratch);
         b.1.position -= found.axis * found.distance;
         if found.distance.abs() < 1e-14 {
             return;
@@ -101,8 +101,8 @@ fn touching_pairs_have_the_gap_of_the_best_direction() {
         bring_together((&a, &of_a), (&b, &mut of_b), &mut scratch);
         let (a, b) = ((&a, &of_a), (&b, &of_b));
         let mut hint = Hint::default();
-        let found = separation(a, b, &mut hint, &mut scratch).distance;
-        let swapped = separation(b, a, &mut Hint::default(), &mut scratch).distance;
+        let found = signed_distance(a, b, &mut hint, &mut scratch).distance;
+        let swapped = signed_distance(b, a, &mut Hint::default(), &mut scratch).distance;
         let at = format!("pair {number}, kinds {kinds:?}: {found:e}");
         if found > 1e-9 {
             // Two needles that approach slowly.

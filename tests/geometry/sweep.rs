@@ -6,7 +6,7 @@ use allocation_counter::measure;
 use nalgebra::Vector4;
 use tumble_core::geometry::{
     Aabb, Advance, Hint, Moving, PairScratch, Piece, PieceSide, Sweep, first_overlap, manifold,
-    overlap, separation, travel,
+    overlap, signed_distance, travel,
 };
 use tumble_core::mechanics::{State, Trajectory};
 
@@ -98,12 +98,12 @@ fn warm_memory_is_enough() {
     let mut hint = Hint::default();
     let mut round = || {
         boxes.clear();
-        boxes.extend(pieces.iter().zip(&poses).map(|(piece, pose)| Aabb::of(piece, pose)));
+        boxes.extend(pieces.iter().zip(&poses).map(|(piece, pose)| Aabb::from_piece(piece, pose)));
         pairs = 0;
         sweep.pairs(&boxes, |i, j| {
             let (a, b) = ((&pieces[i], &poses[i]), (&pieces[j], &poses[j]));
             manifold(a, b, 1e-2, PieceSide::B, &mut hint, &mut scratch, &mut out);
-            separation(a, b, &mut hint, &mut scratch);
+            signed_distance(a, b, &mut hint, &mut scratch);
             overlap(a, b, &mut hint, &mut scratch);
             pairs += 1;
         });
@@ -115,7 +115,7 @@ fn warm_memory_is_enough() {
 
 /// Checks that hints of earlier queries do not change the results.
 #[test]
-fn hints_do_not_change_answers() {
+fn hints_do_not_change_results() {
     let mut draw = Draw::new(4);
     let mut scratch = PairScratch::default();
     for _ in 0..100 {
@@ -131,7 +131,7 @@ fn hints_do_not_change_answers() {
             manifold(a, b, 1e-2, PieceSide::B, &mut hint, &mut scratch, &mut out);
             let (_, fresh) = touches(a, b, 1e-2);
             assert_eq!(out, fresh);
-            assert_eq!(separation(a, b, &mut hint, &mut scratch), separate(a, b));
+            assert_eq!(signed_distance(a, b, &mut hint, &mut scratch), separate(a, b));
             let depth = overlap(a, b, &mut hint, &mut scratch);
             assert_eq!(depth, (-separate(a, b).distance).max(0.0));
         }

@@ -65,7 +65,7 @@ fn changes(world: &World) -> Vec<Change> {
         let way = match constant {
             Constant::Friction => vec![1.0],
             Constant::Gravity => vec![1.0, -2.0, 3.0],
-            of => of.of(world),
+            constant => constant.values(world),
         };
         all.push(Change { name: constant.name(), constant: Some((constant, way)), ..none.clone() });
     }
@@ -83,7 +83,7 @@ fn rows(
 ) -> DVector<f64> {
     let moved = change.constant.as_ref().map(|(constant, way)| {
         let numbers: Vec<f64> =
-            constant.of(world).iter().zip(way).map(|(own, way)| own + by * way).collect();
+            constant.values(world).iter().zip(way).map(|(own, way)| own + by * way).collect();
         world.with_constants(&[(*constant, &numbers)]).unwrap()
     });
     let mut nlp = StepNlp::new(moved.unwrap_or_else(|| world.clone()), SMOOTHING).unwrap();
@@ -116,7 +116,7 @@ struct Active {
 }
 
 impl Active {
-    fn of(nlp: &StepNlp, step: &StepRecord, derivative: &StepDerivative) -> Option<Self> {
+    fn from_step(nlp: &StepNlp, step: &StepRecord, derivative: &StepDerivative) -> Option<Self> {
         /// Margin for being well inside a piece [m/s].
         const CLEAR: f64 = 1e-4;
         if derivative.margin() < CLEAR {
@@ -229,7 +229,7 @@ fn the_kkt_system_at_the_native_point_has_the_same_derivative() {
                     continue;
                 }
                 simulation.linearise(&step, &mut derivative).unwrap();
-                let Some(active) = Active::of(&nlp, &step, &derivative) else {
+                let Some(active) = Active::from_step(&nlp, &step, &derivative) else {
                     near += 1;
                     continue;
                 };
@@ -256,7 +256,7 @@ fn the_kkt_system_at_the_native_point_has_the_same_derivative() {
                         ([StateChange::from_array(&change.state)], [change.wrench]);
                     let given =
                         StepChange { states: &states, wrenches: &wrenches, constants: &numbers };
-                    derivative.push(&given, &mut end).unwrap();
+                    derivative.jvp(&given, &mut end).unwrap();
                     let kkt = end_of(step.next(), &found.column(column).into_owned());
                     let apart = end[0].plus(-1.0, &kkt);
                     let off = apart.dot(&apart).sqrt() / (1.0 + end[0].dot(&end[0]).sqrt());

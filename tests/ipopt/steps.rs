@@ -86,7 +86,7 @@ fn resting(world: &World) -> Candidates {
 /// Checks a step without candidates. Free flight moves the cube into the ground. The missed contacts
 /// are added, and Ipopt alone solves the step.
 #[test]
-fn missed_contacts_join() {
+fn missed_contacts_are_added_to_the_program() {
     let world = world(vec![cube()], 0.5);
     let mut ipopt = ladder(&world, options(), &[Rung::FreeFlight]);
     let mut state = at(0.100_005);
@@ -153,7 +153,7 @@ fn other_worlds_are_refused_in_a_sentence_that_names_the_native_solver() {
 /// Checks a cube that starts 1e-9 m too deep, as Ipopt's tolerance allows. Lifting it out gains no
 /// energy, so that no step is unphysical.
 #[test]
-fn what_is_lifted_within_the_tolerance_is_not_wild() {
+fn overlap_within_tolerance_is_not_unphysical() {
     let world = world(vec![cube()], 0.5);
     let start = at(0.1 - 1e-9);
     let solver = ladder(&world, IpoptSolver::options(1e-8, 50), &Rung::ALL);

@@ -17,7 +17,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    pub fn of(outcome: &SolveOutcome<'_>) -> Self {
+    pub fn from_outcome(outcome: &SolveOutcome<'_>) -> Self {
         let point = outcome.point.expect("a solve that iterated has a point");
         let arrays = [
             point.x,
@@ -55,7 +55,7 @@ pub fn solver(problem: &Problem) -> RawSolver {
 pub fn solve_with(solver: &mut RawSolver, problem: &Problem) -> Answer {
     let mut program = problem.clone();
     let start = StartPoint::Cold { x: &problem.start };
-    Answer::of(&solver.solve(&mut program, &problem.bounds, &start).unwrap())
+    Answer::from_outcome(&solver.solve(&mut program, &problem.bounds, &start).unwrap())
 }
 
 pub fn solve(problem: &Problem) -> Answer {

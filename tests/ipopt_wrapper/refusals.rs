@@ -49,7 +49,7 @@ fn options_out_of_range_are_refused_by_ipopts_name() {
 }
 
 #[test]
-fn bounds_that_are_no_intervals_are_refused_with_their_index() {
+fn empty_bounds_are_rejected_with_their_index() {
     let problem = hs071();
     let mut solver = solver(&problem);
     let healthy = solve(&problem).bits();

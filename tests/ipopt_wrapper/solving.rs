@@ -70,7 +70,7 @@ fn a_warm_start_with_multipliers_takes_fewer_iterations_than_a_cold_one() {
         let mut solver = RawSolver::new(&problem, options).unwrap();
         let mut program = problem.clone();
         let outcome = solver.solve(&mut program, &problem.bounds, &cold.as_start()).unwrap();
-        let warm = Answer::of(&outcome);
+        let warm = Answer::from_outcome(&outcome);
         assert_eq!(warm.status, ReturnStatus::SolveSucceeded, "{}", problem.name);
         assert!(warm.iterations < cold.iterations, "{}: {warm:?}", problem.name);
         assert!((warm.objective - problem.optimum).abs() < OBJECTIVE_TOLERANCE, "{warm:?}");

@@ -144,7 +144,7 @@ fn a_scattered_chain_is_assembled() {
 /// Checks that a violated limit is satisfied after assembly. A loop that cannot close is refused
 /// with the name of its joint.
 #[test]
-fn what_cannot_be_assembled_is_refused() {
+fn infeasible_assemblies_are_rejected() {
     let rod = bar(1.0, Vector3::new(0.5, 0.02, 0.02));
     let pin = |x: f64, end: f64| {
         let frame = |anchor| JointFrame::along(anchor, Vector3::y()).unwrap();

@@ -59,7 +59,7 @@ fn run(joint: Joint, torque: Vector3<f64>, steps: usize) -> (Vec<State>, f64) {
 /// Checks that the cone has no effect within its limit, not even where the axes are aligned. A
 /// swing is never negative, so that zero must not act as a lower limit.
 #[test]
-fn within_its_cone_it_is_a_ball() {
+fn limited_ball_joint_is_free_within_its_cone() {
     for axis in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.3, -0.5, 0.8)] {
         for torque in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.3, 0.5, 0.2)] {
             for swing in [0.0, 1e-3, -0.02, 0.02] {

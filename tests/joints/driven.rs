@@ -187,7 +187,7 @@ fn light_links_with_heavy_rotors_take_few_iterations() {
 
 /// Checks that invalid settings are refused and change nothing.
 #[test]
-fn what_cannot_be_set_is_refused() {
+fn invalid_drive_settings_are_rejected() {
     let world = slide(2.0, Drive { force: 1.0, ..Drive::NONE });
     let mut simulation =
         Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
@@ -487,7 +487,7 @@ fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
 /// Checks that a motor set during a run, a load over time, a tray on its motion and a belt are part
 /// of the saved state. A new simulation of the original world continues with the same bits.
 #[test]
-fn what_is_set_on_the_way_is_saved() {
+fn settings_changed_during_a_run_are_saved() {
     let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
     let place = |x: f64| JointFrame::at(Vector3::new(x, 0.0, 2.0));
     let held = [JointFrame::at(Vector3::zeros()), place(0.0)];

@@ -298,7 +298,7 @@ fn the_certificate_knows_gears() {
 }
 
 #[test]
-fn what_is_no_gear_is_refused() {
+fn invalid_gears_are_rejected() {
     let bodies = vec![body(1.0, [0.1; 3]), body(1.0, [0.1; 3])];
     let joints = vec![
         Joint::revolute(0, None, frames(0.0), Drive::NONE),

@@ -399,7 +399,7 @@ fn tied_bodies_do_not_touch() {
 
 /// Checks that invalid joints are refused with their name and value.
 #[test]
-fn joints_that_cannot_be_are_refused() {
+fn invalid_joints_are_rejected() {
     let cube = bar(1.0, Vector3::repeat(0.1));
     let plain = world(vec![cube], Vec::new(), 1e-3);
     let frame = JointFrame::at(Vector3::zeros());
@@ -561,7 +561,7 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
 /// one corner, and the other three deviate from a linear pressure. Without the torque all four
 /// carry a quarter again, although (0, ½, ½, 0) obeys the laws as well.
 #[test]
-fn shares_of_a_push_are_gone_with_it() {
+fn corner_forces_are_equal_again_after_a_torque() {
     let bodies =
         vec![bar(4.0, Vector3::new(0.2, 0.2, 0.1)), bar(1.0, Vector3::new(0.02, 0.02, 0.05))];
     let joint = Joint::revolute(

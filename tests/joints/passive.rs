@@ -145,9 +145,8 @@ impl Mechanism {
     /// Type of a joint with its drives.
     fn joint(&mut self) -> String {
         let cone = self.between(0.1, 2.0);
-        let table = |name: &str, drive: String| match drive.is_empty() {
-            true => String::new(),
-            false => format!("{name} = {{ {drive} }}\n"),
+        let table = |name: &str, drive: String| {
+            if drive.is_empty() { String::new() } else { format!("{name} = {{ {drive} }}\n") }
         };
         let lines =
             |drive: String| drive.replace(", ", "\n").replace("\n-", ", -").replace("\n0", ", 0");
@@ -183,7 +182,7 @@ impl Mechanism {
 
     /// Text of a tree of 2 to 5 bodies that moves as one rigid body at first. One of three hangs on
     /// the world, one of three has no ground.
-    fn of_seed(seed: u32) -> String {
+    fn random(seed: u32) -> String {
         let mut own = Self { draws: Draws::new(seed), text: String::new() };
         let ground = if own.pick(3) == 0 { "none = true\n" } else { "" };
         let friction = own.between(0.0, 0.8);
@@ -192,11 +191,10 @@ impl Mechanism {
         let hangs = own.pick(3) == 0;
         own.text =
             format!("steps = 401\ntime_step = {h}\n[ground]\n{ground}friction = {friction}\n");
-        let (velocity, spin) = match hangs {
-            true => (Vector3::zeros(), Vector3::zeros()),
-            false => {
-                (own.direction() * own.between(0.0, 3.0), own.direction() * own.between(0.0, 10.0))
-            }
+        let (velocity, spin) = if hangs {
+            (Vector3::zeros(), Vector3::zeros())
+        } else {
+            (own.direction() * own.between(0.0, 3.0), own.direction() * own.between(0.0, 10.0))
         };
         let mut places: Vec<Vector3<f64>> = Vec::new();
         let mut joints = String::new();
@@ -259,7 +257,7 @@ fn list(v: &Vector3<f64>) -> String {
 fn examine(seeds: std::ops::Range<u32>) -> PassiveSteps {
     let mut found = PassiveSteps::default();
     for seed in seeds {
-        found.run(&format!("seed {seed}"), &Mechanism::of_seed(seed), 400);
+        found.run(&format!("seed {seed}"), &Mechanism::random(seed), 400);
     }
     println!("{found}");
     assert!(found.gains.is_empty(), "{found}");

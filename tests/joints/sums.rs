@@ -34,9 +34,10 @@ fn pair(drives: [Drive; 2], hinges: bool, gear: impl Fn([GearAxis; 2]) -> Gear) 
     let joint = |index: usize| {
         let of_b = JointFrame::at(Vector3::new(index as f64, 0.0, 0.0));
         let frames = [JointFrame::at(Vector3::zeros()), of_b];
-        match hinges {
-            true => Joint::revolute(index, None, frames, drives[index]),
-            false => Joint::prismatic(index, None, frames, drives[index]),
+        if hinges {
+            Joint::revolute(index, None, frames, drives[index])
+        } else {
+            Joint::prismatic(index, None, frames, drives[index])
         }
     };
     let axis = |joint| {
@@ -238,7 +239,7 @@ fn the_certificate_sees_a_wrong_force() {
 }
 
 #[test]
-fn what_no_sum_can_have_is_refused() {
+fn invalid_sums_are_rejected() {
     let world = sliders([Drive::NONE; 2], Drive::NONE);
     let gear = world.gears()[0];
     let refused = |drive: Drive, why: &str| {

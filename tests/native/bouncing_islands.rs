@@ -26,7 +26,7 @@ fn at(x: f64, z: f64) -> State {
 
 fn ball(mass: f64, radius: f64) -> RigidBody {
     let moment = Matrix3::from_diagonal_element(0.4 * mass * radius * radius);
-    RigidBody::of_pieces(mass, moment, vec![Piece::sphere(radius).unwrap()]).unwrap()
+    RigidBody::from_pieces(mass, moment, vec![Piece::sphere(radius).unwrap()]).unwrap()
 }
 
 fn cube() -> RigidBody {
@@ -132,7 +132,7 @@ fn first_difference<T: PartialEq>(a: &[T], b: &[T]) -> Option<usize> {
 /// The other bodies move as if the rod flew far above, to the last bit, and need as many
 /// iterations. The same holds for the rod.
 #[test]
-fn what_bounces_in_one_island_changes_nothing_in_another() {
+fn bounces_do_not_affect_other_islands() {
     let (rod, start) = rod();
     let (others, theirs) = elsewhere();
     let count = others.len();
@@ -314,7 +314,7 @@ fn a_search_solves_only_the_island_that_it_is_for() {
 /// Bounds the number of failing calls, because these take longest. A step that also fails without
 /// restitution is tried twice. Where a share makes the solver fail, the search ends at 1/64.
 #[test]
-fn a_step_that_fails_is_not_tried_over_and_over() {
+fn failing_step_is_retried_a_bounded_number_of_times() {
     for of_bodies in [true, false] {
         let most = |fails: fn(f64) -> bool| {
             let failing = |calls: &Vec<Call>| calls.iter().filter(|call| fails(call.share)).count();

@@ -316,7 +316,7 @@ fn the_problem_of_a_step_has_its_impulses() {
             if record.contacts.is_empty() || record.report.status == StepStatus::Wild {
                 continue;
             }
-            let (problem, impulses) = ContactProblem::of_step(&world, &record).unwrap();
+            let (problem, impulses) = ContactProblem::from_step(&world, &record).unwrap();
             let found = problem.evaluate(&impulses);
             assert!(found.residual < 1e-9, "step {}: {}", record.index, found.residual);
             let next = &record.solution.states[0];
@@ -338,7 +338,7 @@ fn the_problem_of_a_step_has_its_impulses() {
 }
 
 #[test]
-fn what_cannot_be_posed_is_refused() {
+fn invalid_contact_problems_are_rejected() {
     let one = || contacts(&[0.5]);
     let unit = DMatrix::<f64>::identity(3, 3);
     let posed = |w: &DMatrix<f64>, q: &[f64]| ContactProblem::local(dense(w), q.to_vec(), one());
@@ -472,7 +472,7 @@ fn all_storages_are_read() {
 /// Checks that inconsistent texts are refused: wrong numbers of entries or columns, wrong sizes,
 /// wrong words, and numbers that are not finite.
 #[test]
-fn texts_that_say_other_than_they_have_are_refused() {
+fn texts_with_wrong_counts_are_rejected() {
     let head = "3\n1\n2\n3\n3\n";
     let triplets = "1\nCSparse Version 3.2.0\ntriplet: 3-by-3, nzmax: 3 nnz: 3\n";
     let entries = "0 0 : 1\n1 1 : 1\n2 2 : 1\n";

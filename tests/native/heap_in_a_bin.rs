@@ -90,7 +90,7 @@ fn every_step_of_small_heaps_in_a_bin_is_solved() {
 /// Checks that a looser residual saves iterations. The requested residual ends the iterations and
 /// does not only decide whether a step counts as solved.
 #[test]
-fn less_is_sooner_solved() {
+fn looser_residual_takes_fewer_iterations() {
     let residuals = [ACCEPTED_RESIDUAL, 1e-6, 1e-4];
     let [exact, less, least] = residuals.map(|residual| run(bin(35, 44), 600, residual));
     assert!(less.iterations < exact.iterations, "{} {}", less.iterations, exact.iterations);
@@ -99,7 +99,7 @@ fn less_is_sooner_solved() {
 }
 
 #[test]
-fn residuals_out_of_range_are_refused() {
+fn residuals_out_of_range_are_rejected() {
     let (world, _) = bin(1, 1);
     for residual in [0.0, -1e-6, 1e-10, 0.1, f64::NAN, f64::INFINITY] {
         let error = NativeSolver::new(&world).with_residual(residual).unwrap_err();

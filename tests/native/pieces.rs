@@ -91,7 +91,7 @@ fn settled_impulses_have_their_pieces() {
 
 /// Checks a candidate that stays open. Its margin is its gap speed.
 #[test]
-fn what_flies_on_is_open_by_its_gap_speed() {
+fn separating_contact_is_open_by_its_gap_speed() {
     let world = cube_world(SOLID);
     let mut solver = NativeSolver::new(&world);
     let mut state = at_rest();

@@ -160,7 +160,7 @@ struct Balance {
 }
 
 impl Balance {
-    fn of(world: &World, record: &StepRecord) -> Self {
+    fn new(world: &World, record: &StepRecord) -> Self {
         let (body, h) = (body(world), world.time_step());
         let (old, new) = (record.state(), record.next());
         let (dv, dw) = (new.velocity - old.velocity, new.spin - old.spin);
@@ -260,7 +260,7 @@ fn the_energy_grows_by_no_more_than_the_finite_turn_of_the_step() {
             return Ok(());
         }
         let Balance { change, numerical_loss, work, turning, turning_bound, error } =
-            Balance::of(world, record);
+            Balance::new(world, record);
         let (k, gap) = (record.index, change - (work + turning - numerical_loss));
         prop_assert!(gap.abs() < error, "step {k}: {gap:e} J");
         prop_assert!(work < error, "step {k}: the ground's work is {work:e} J");

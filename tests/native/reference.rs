@@ -121,7 +121,7 @@ fn every_step_of_these_runs_is_exact() {
 /// impulses. The average is below three iterations. Rest and straight slides need fewer, because
 /// their impulses repeat.
 #[test]
-fn the_step_before_leads_to_nearly_every_solution() {
+fn first_stage_solves_nearly_every_step_from_the_last_impulses() {
     for run in runs() {
         let mut contact = run.solve(&run.world());
         contact.retain(|step| step.report.status != StepStatus::Free);

@@ -22,7 +22,7 @@ fn scenario(name: &str) -> Scene {
 }
 
 #[test]
-fn every_state_that_a_run_came_to_is_a_start() {
+fn every_state_of_a_run_is_a_valid_start() {
     for name in ["pile.toml", "bricks.toml", "stack.toml", "slope.toml", "card-house.toml"] {
         let scene = scenario(name);
         let mut run = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
@@ -89,7 +89,7 @@ fn a_simulation_that_starts_later_sees_the_loads_of_that_time() {
 }
 
 #[test]
-fn a_state_that_is_set_is_where_the_body_goes_on() {
+fn body_continues_from_the_state_that_was_set() {
     let scene = scenario("stack.toml");
     let mut run = running(&scene);
     steps(&mut run, 20);
@@ -127,7 +127,7 @@ fn a_velocity_that_is_set_moves_the_body_and_forces_of_the_others_stay() {
 }
 
 #[test]
-fn a_state_that_cannot_be_is_refused_and_changes_nothing() {
+fn invalid_state_is_rejected_and_changes_nothing() {
     let scene = scenario("stack.toml");
     let (mut run, mut undisturbed) = (running(&scene), running(&scene));
     for simulation in [&mut run, &mut undisturbed] {
@@ -161,7 +161,7 @@ fn all_states_can_be_set_at_once() {
 /// Checks that a start beyond a joint's limits is refused. The limit would push the body back
 /// within one step, and the energy would grow as the step gets shorter.
 #[test]
-fn a_joint_beyond_its_limits_is_refused() {
+fn joint_beyond_its_limits_is_rejected() {
     let start = |linear: bool, limits: [f64; 2], at: f64| {
         let frame = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
         let drive = Drive { limits: Some(limits), ..Drive::NONE };

@@ -84,7 +84,7 @@ fn wide_cones_are_solved() {
 /// Checks coefficients of 10⁸: at least four of five problems are solved. The others are reported
 /// as not converged, and their impulses violate the law at most as much as zero impulses do.
 #[test]
-fn the_widest_cones_are_solved_or_said() {
+fn widest_cones_are_solved_or_reported() {
     let mut solved = 0;
     for seed in 0..80 {
         let count = 1 + seed as usize % 10;
@@ -104,7 +104,7 @@ fn the_widest_cones_are_solved_or_said() {
 /// impulses, and a point that is called solved obeys the law.
 #[test]
 #[ignore = "slow"]
-fn the_best_point_is_no_worse_than_none() {
+fn best_point_is_at_least_as_good_as_zero_impulses() {
     let mut unsolved = 0;
     for seed in 0..20 {
         let (response, free) = drawn(seed, 4);

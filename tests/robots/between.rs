@@ -72,7 +72,7 @@ fn hinges_that_pass_each_other_move_as_mujocos() {
 /// Checks that total mass and inertia agree with the file. The intermediate link takes its mass
 /// from the link that it carries.
 #[test]
-fn what_stands_between_is_part_of_what_it_carries() {
+fn intermediate_links_take_mass_from_the_link_they_carry() {
     let scene = scene_of(ANKLE, None).unwrap();
     let robot = scene.robots[0].robot();
     let links: Vec<_> = robot.links.iter().map(|link| &*link.name).collect();

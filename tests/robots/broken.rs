@@ -100,7 +100,7 @@ fn broken(text: &str, random: &mut Mt64) -> String {
 }
 
 #[test]
-fn broken_files_are_refused_where_they_are_wrong() {
+fn broken_files_are_rejected_with_their_line() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let texts = FILES.map(|file| std::fs::read_to_string(root.join(file)).unwrap());
     let mut random = Mt64::new(24);

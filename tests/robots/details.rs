@@ -13,10 +13,12 @@ fn data() -> &'static Path {
 }
 
 fn scene_with(text: &str, file: &str) -> Result<Scene, String> {
-    let read = |path: &Path, _: u64| match path.file_name().is_some_and(|name| name == "given.file")
-    {
-        true => Ok(file.as_bytes().to_vec()),
-        false => std::fs::read(path),
+    let read = |path: &Path, _: u64| {
+        if path.file_name().is_some_and(|name| name == "given.file") {
+            Ok(file.as_bytes().to_vec())
+        } else {
+            std::fs::read(path)
+        }
     };
     let scene = Scene::from_text(text, &data().join("scene.toml"), Settings::default(), &read);
     scene.map_err(|failure| failure.to_string())
@@ -202,7 +204,7 @@ fn shapes_of_one_body_have_their_own_friction() {
 /// Checks collision groups. A body without contacts falls through the ground. A body that only
 /// touches the ground falls through others.
 #[test]
-fn groups_say_what_touches() {
+fn collision_groups_decide_which_shapes_touch() {
     let ball = |name: &str, height: f64, groups: &str| {
         format!(
             "<body name='{name}' pos='0 0 {height}'><freejoint/><geom size='0.1' {groups}/></body>"
@@ -367,7 +369,7 @@ fn meshes_are_hulls_or_pieces() {
 
 /// Checks that elements left out by the user are absent, together with their references.
 #[test]
-fn what_is_left_out_is_not_there() {
+fn left_out_elements_are_removed() {
     let text = "<mujoco><worldbody><body name='a' pos='0 0 1'><joint name='swing'/><geom name='ball' size='0.1' condim='6'/></body>\
         <body name='goal' pos='1 0 1'><joint name='slide' type='slide'/><geom size='0.01' density='1e-9'/></body></worldbody>\
         <tendon><fixed name='cord' range='0 1'><joint joint='swing' coef='1'/></fixed></tendon>\

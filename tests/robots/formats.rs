@@ -25,7 +25,7 @@ fn scene_of(text: &str) -> Result<Scene, String> {
 
 /// Checks that copies have numbers after their names, all with the same number of digits.
 #[test]
-fn what_is_replicated_has_numbers_behind_its_names() {
+fn replicated_elements_have_numbered_names() {
     let text = r#"<mujoco><worldbody><replicate count="11" offset="1 0 0" sep="-">
         <body name="ball"><freejoint name="flies"/><geom size="0.1"/></body>
         </replicate></worldbody></mujoco>"#;
@@ -94,7 +94,7 @@ fn meshes_of_gltf_stand_where_their_nodes_are() {
 /// Checks truncated files and files with a changed byte. They result in a mesh, or in an error that
 /// names the file.
 #[test]
-fn odd_files_of_gltf_are_refused_in_a_sentence() {
+fn invalid_gltf_files_are_rejected_with_a_message() {
     let bytes = tetrahedron();
     let try_one = |bytes: &[u8]| {
         if let Err(why) = robot_of(WITH_MESH, &[("a.glb", bytes)]) {
@@ -136,7 +136,7 @@ fn odd_files_of_gltf_are_refused_in_a_sentence() {
 
 /// Checks that intermediate links with long names have distinct names.
 #[test]
-fn names_that_are_cut_stay_apart() {
+fn shortened_names_stay_distinct() {
     let joint = |name: &str, axis: &str, z: f64| {
         format!("<joint name='{name}_of_the_left_ankle_of_the_robot' axis='{axis}' pos='0 0 {z}'/>")
     };

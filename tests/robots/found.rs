@@ -102,7 +102,7 @@ fn a_pair_counts_before_neighbours_and_exclusions() {
 }
 
 #[test]
-fn pairs_that_cannot_be_are_refused() {
+fn invalid_contact_pairs_are_rejected() {
     let tried = |pair: &str| {
         refused(tried(&format!(
             r#"<worldbody><geom name="floor" type="plane" size="1 1 1"/><body><freejoint/>
@@ -269,7 +269,7 @@ fn starts_that_are_too_deep_are_lifted() {
 /// Checks equality constraints that do not hold at the start. A constraint to a mocap body is moved
 /// to fit. Other bodies are assembled.
 #[test]
-fn ties_that_are_off_are_made_to_fit() {
+fn violated_equality_constraints_are_assembled() {
     let arm = |tie: &str, more: &str| {
         format!(
             r#"<worldbody><body name="a" pos="0 0 2"><joint name="ja" axis="0 1 0" range="20 90"/>

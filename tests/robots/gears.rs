@@ -187,7 +187,7 @@ fn gears_and_driven_bodies_are_converted() {
 
 /// Checks that a prescribed rotation about a point is converted, for any position of the body.
 #[test]
-fn a_way_about_a_point_is_converted() {
+fn prescribed_rotation_about_a_point_is_converted() {
     let text = "[ground]\nnone = true\nfriction = 0.4\n[[bodies]]\nname = \"arm\"\nbox = [1.0, 0.2, 0.1]\n\
                 density = 300\nposition = [0.3, 0.2, 0.5]\n[[driven]]\nbody = \"arm\"\n\
                 velocity = [0.1, 0, 0]\nspin = [0.3, 0.2, 0.7]\nabout = [0.2, 0.1, 0.1]\n";

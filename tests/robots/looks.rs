@@ -198,7 +198,7 @@ fn looks_are_bounded() {
 
 /// Checks unreadable visual meshes. The body is drawn by its collision shapes, and a note says so.
 #[test]
-fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
+fn unreadable_meshes_are_reported_and_shapes_drawn() {
     let mesh =
         |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
     for (file, why) in [

@@ -141,7 +141,7 @@ fn links_without_mass_between_joints_are_places() {
 /// Checks that links overlapping at the start never collide with each other, with a note. Others
 /// do.
 #[test]
-fn what_overlaps_at_the_start_never_touches() {
+fn initially_overlapping_pairs_have_no_contacts() {
     let ball = |at: &str| shape("<sphere radius='0.1'/>", at);
     let third = |gap: &str| {
         let parts = [

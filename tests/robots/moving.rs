@@ -202,7 +202,7 @@ fn a_robot_at_rest_is_not_solved_again() {
 /// Checks that bodies come to rest together with the bodies that joints connect to them. Stopped
 /// one at a time at 3e-10 m/s, they would open joints by 1.5e-12 m per step.
 #[test]
-fn what_comes_to_rest_keeps_its_joints() {
+fn jointed_bodies_come_to_rest_together() {
     let (worst, record) = fall("classes.xml", 1000);
     assert!(worst < 1e-13, "{worst}");
     assert!(record.certificate.residual() <= 1e-9);
@@ -210,7 +210,7 @@ fn what_comes_to_rest_keeps_its_joints() {
 
 /// Checks that gears cannot act on a free rotation.
 #[test]
-fn gears_of_a_turn_in_any_way_are_refused() {
+fn gears_of_ball_joints_are_rejected() {
     let scene = scene_of(&ball(r#"<joint type="ball" damping="0.5"/>"#), None).unwrap();
     let [x, y] = [0, 1].map(|k| GearAxis { joint: 0, axis: JointAxis::Angular(k) });
     let why = scene.world.clone().with_gears(vec![Gear::new(x, y, 1.0, 0.0)]).unwrap_err();
@@ -219,7 +219,7 @@ fn gears_of_a_turn_in_any_way_are_refused() {
 
 /// Checks that settings without meaning for a free rotation are refused.
 #[test]
-fn what_a_turn_in_any_way_has_not_is_refused() {
+fn invalid_options_of_ball_joints_are_rejected() {
     let file = ball(r#"<joint name="j" type="ball" range="0 1" limited="true"/>"#);
     let why = scene_of(&file, None).err().unwrap();
     assert!(why.contains("a ball with a range"), "{why}");

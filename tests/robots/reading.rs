@@ -81,7 +81,7 @@ fn packages_are_found_above_the_file() {
 /// Checks that torsional and rolling friction are refused with a remedy: the option that ignores
 /// them. With it, the contact has sliding friction only.
 #[test]
-fn contacts_in_points_are_asked_for() {
+fn torsional_and_rolling_friction_need_an_option() {
     let text = |condim: u32| {
         format!(
             "<mujoco><worldbody><geom type='plane' size='1 1 1' condim='1'/>\
@@ -117,7 +117,7 @@ fn contacts_in_points_are_asked_for() {
 
 /// Checks that settings for robots are refused for other files.
 #[test]
-fn what_is_said_of_robots_is_of_no_other_file() {
+fn robot_settings_are_rejected_for_other_files() {
     let scenario =
         "[[bodies]]\nbox = 1.0\nmass = 1.0\nposition = [0, 0, 1]\n[ground]\nfriction = 0.5\n";
     for (robot, flag) in [
@@ -148,7 +148,7 @@ fn unknown_flags_are_refused() {
     assert!(why.contains("constraints"), "{why}");
 }
 
-fn of_mesh(asset: &str, shape: &str) -> String {
+fn mesh_model(asset: &str, shape: &str) -> String {
     format!(
         "<mujoco><asset><mesh name='m' {asset}/></asset><worldbody><body><freejoint/><geom type='mesh' mesh='m' {shape}/></body>\
          </worldbody></mujoco>"
@@ -177,7 +177,7 @@ fn letter() -> String {
 #[test]
 fn masses_of_meshes_follow_from_their_triangles() {
     let read = |inertia: &str| {
-        let text = of_mesh(&format!("{} {inertia}", letter()), "");
+        let text = mesh_model(&format!("{} {inertia}", letter()), "");
         let scene = plain(&text, &[]).unwrap_or_else(|why| panic!("{why}"));
         let link = &scene.robots[0].robot().links[1];
         let mut moments: [f64; 3] = link.mass.inertia.symmetric_eigenvalues().into();
@@ -212,7 +212,7 @@ fn masses_of_meshes_follow_from_their_triangles() {
     near(read("inertia='convex'"), 9000.0, [13500.0, 7500.0, 7500.0], 1e-12);
     let theirs = [12832.46246235, 7461.75400916, 6699.12912902];
     near(read(""), 8617.540091638031, theirs, 1e-11);
-    let why = plain(&of_mesh(&format!("{} inertia='shell'", letter()), ""), &[]).err();
+    let why = plain(&mesh_model(&format!("{} inertia='shell'", letter()), ""), &[]).err();
     assert!(why.as_deref().unwrap_or_default().contains("shell"), "{why:?}");
 }
 
@@ -228,31 +228,31 @@ fn mirrored_meshes_weigh_the_same() {
     let letter = letter();
     for scale in ["1 1 1", "1 -1 1", "-1 -1 -1"] {
         let asset = format!("{letter} inertia='exact' scale='{scale}'");
-        near(mass(&of_mesh(&asset, "")).unwrap(), 7000.0);
-        near(mass(&of_mesh(&asset, "mass='3'")).unwrap(), 3.0);
+        near(mass(&mesh_model(&asset, "")).unwrap(), 7000.0);
+        near(mass(&mesh_model(&asset, "mass='3'")).unwrap(), 3.0);
         let file = |scale: &str| format!("file='m.obj' inertia='exact' scale='{scale}'");
-        let plain = mass(&of_mesh(&file("1 1 1"), "")).unwrap();
-        near(mass(&of_mesh(&file(scale), "")).unwrap(), plain);
+        let plain = mass(&mesh_model(&file("1 1 1"), "")).unwrap();
+        near(mass(&mesh_model(&file(scale), "")).unwrap(), plain);
     }
     let (vertices, faces) = letter.split_once("face='").unwrap();
     let faces: Vec<_> = faces.trim_end_matches('\'').split_whitespace().rev().collect();
     let inside_out = format!("{vertices} face='{}'", faces.join(" "));
     let exact = format!("{inside_out} inertia='exact'");
     for shape in ["", "mass='3'"] {
-        let why = mass(&of_mesh(&exact, shape)).unwrap_err();
+        let why = mass(&mesh_model(&exact, shape)).unwrap_err();
         assert!(why.contains("inside out") && why.contains("line 1, <geom>"), "{why}");
     }
     // With absolute volumes the orientation of a face does not matter.
-    near(mass(&of_mesh(&inside_out, "")).unwrap(), mass(&of_mesh(&letter, "")).unwrap());
-    assert_eq!(mass(&of_mesh(&exact, "").replace("<geom", WITH_INERTIAL)), Ok(2.0));
+    near(mass(&mesh_model(&inside_out, "")).unwrap(), mass(&mesh_model(&letter, "")).unwrap());
+    assert_eq!(mass(&mesh_model(&exact, "").replace("<geom", WITH_INERTIAL)), Ok(2.0));
     // The compiler sets the default for meshes without their own setting.
     let told = |inertia: &str, on: bool| {
-        let text = of_mesh(&format!("{letter} {inertia}"), "");
+        let text = mesh_model(&format!("{letter} {inertia}"), "");
         let compiler = format!("<compiler exactmeshinertia='{on}'/><asset>");
         mass(&text.replace("<asset>", &compiler)).unwrap()
     };
     near(told("", true), 7000.0);
-    let legacy = mass(&of_mesh(&letter, "")).unwrap();
+    let legacy = mass(&mesh_model(&letter, "")).unwrap();
     assert!(legacy > 8000.0);
     for mass in [told("", false), told("inertia='legacy'", true)] {
         near(mass, legacy);
@@ -272,7 +272,7 @@ fn meshes_of_mujoco_are_read() {
     let floats = corners.iter().flatten().chain([0.0; 12].iter());
     bytes.extend(floats.flat_map(|x: &f64| (*x as f32).to_le_bytes()));
     bytes.extend(faces.iter().flatten().flat_map(|index| index.to_le_bytes()));
-    let text = of_mesh("file='m.msh'", "");
+    let text = mesh_model("file='m.msh'", "");
     let scene = plain(&text, &[("m.msh", &bytes)]).unwrap_or_else(|why| panic!("{why}"));
     assert_eq!(scene.world.bodies()[0].contact_points().len(), 4);
     assert!((scene.robots[0].robot().links[1].mass.mass - 1000.0).abs() < 1e-9);
@@ -290,10 +290,10 @@ fn meshes_of_mujoco_are_read() {
 /// Checks flat meshes. A visual mesh needs no hull, a colliding one becomes a plate, and one with
 /// mass is refused.
 #[test]
-fn flat_meshes_are_for_the_eye() {
+fn flat_meshes_are_visual_only() {
     let flat: &[u8] = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
     let text =
-        |shape: &str| of_mesh("file='m.obj'", shape).replace("<geom", "<geom size='0.1'/><geom");
+        |shape: &str| mesh_model("file='m.obj'", shape).replace("<geom", "<geom size='0.1'/><geom");
     let read = |shape: &str| plain(&text(shape), &[("m.obj", flat)]);
     let scene = read("contype='0' conaffinity='0' mass='0'").unwrap_or_else(|why| panic!("{why}"));
     assert_eq!(scene.robots[0].robot().looks.len(), 1);
@@ -454,7 +454,7 @@ fn tendons_hold_joints() {
 /// Checks jointed links that start inside a fixed shape. They do not collide with it, with a note.
 /// A free body is lifted out.
 #[test]
-fn links_pass_what_they_begin_in() {
+fn jointed_links_do_not_collide_with_what_they_start_in() {
     let text = |joint: &str| {
         format!(
             "<mujoco><worldbody><geom name='post' type='box' size='0.2 0.2 1'/>\

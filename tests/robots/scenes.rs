@@ -115,7 +115,7 @@ fn a_quadruped_lands_and_stands() {
 
 /// Checks the conversion between coordinates and states, for any placement of the robot.
 #[test]
-fn coordinates_and_states_go_both_ways() {
+fn coordinates_and_states_round_trip() {
     for (file, place) in [
         (
             "quadruped.urdf",

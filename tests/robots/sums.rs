@@ -62,7 +62,7 @@ fn springs_of_tendons_pull_as_mujocos() {
 /// Checks that the motion converges to MuJoCo's with first order in h, and that the scene written
 /// as text has the same gears.
 #[test]
-fn what_a_tendon_pulls_moves_as_mujocos() {
+fn tendon_actuators_agree_with_mujoco() {
     let error = |h: f64| {
         let settings = || Settings { dt: Some(h), ..Settings::default() };
         let scene = scene_of(MODEL, settings()).unwrap();

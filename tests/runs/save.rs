@@ -88,7 +88,7 @@ fn goes_on_alike(scene: &Scene, count: u64, cuts: &[u64], after: u64) {
 }
 
 #[test]
-fn every_scenario_goes_on_from_anywhere_as_if_nothing_had_been() {
+fn every_scenario_resumes_bit_for_bit_from_any_step() {
     for path in scenarios() {
         let scene = scenario(path.file_name().unwrap().to_str().unwrap(), Settings::default());
         let count = (scene.rows - 1).min(240);
@@ -106,7 +106,7 @@ fn a_heap_that_bounces_and_falls_goes_on_to_its_end() {
 /// Checks that the search keeps its memory after bodies were added, removed or held and no search
 /// has run since.
 #[test]
-fn what_the_search_knows_outlasts_a_change_of_bodies() {
+fn contact_memory_survives_changes_of_bodies() {
     fn add(run: &mut Simulation<'_>) {
         let (body, mut state) = (run.world().bodies()[0].clone(), run.states()[0]);
         state.position.x += 3.0;
@@ -191,7 +191,7 @@ fn a_state_goes_back_in_the_same_simulation() {
 /// Checks a body inside a held one. A held body has no contacts, so that others can move into it.
 /// Such a state cannot be a new start, but it can be restored.
 #[test]
-fn what_lies_within_a_held_body_goes_on_too() {
+fn body_inside_a_held_body_can_be_restored() {
     let scene = scenario("stack.toml", Settings::default());
     let mut whole = simulation(&scene);
     whole.hold_body(1, true).unwrap();
@@ -253,7 +253,7 @@ impl StepSolver for GivesUp {
 
 #[test]
 #[ignore = "slow"]
-fn a_step_that_was_interrupted_is_taken_as_if_it_had_not_been() {
+fn interrupted_step_can_be_repeated_bit_for_bit() {
     let scene = scenario("pile.toml", Settings::default());
     let known = steps(&mut simulation(&scene), 260);
     for interrupted in [90, 150, 200, 240] {
@@ -279,7 +279,7 @@ fn refusal(result: Result<impl Sized, Error>) -> String {
 }
 
 #[test]
-fn what_is_no_state_is_refused_by_what_is_wrong_with_it() {
+fn invalid_saved_states_are_rejected_with_the_reason() {
     let scene = scenario("stack.toml", Settings::default());
     let mut run = simulation(&scene);
     steps(&mut run, 3);

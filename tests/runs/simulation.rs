@@ -52,7 +52,7 @@ fn a_start_of_almost_unit_length_is_solved_like_any_other() {
 
 /// Checks that an invalid wrench is refused. The earlier wrench stays, and the numbers stay finite.
 #[test]
-fn a_wrench_that_is_no_number_is_refused() {
+fn non_finite_wrench_is_rejected() {
     let world = cube_world(SOLID);
     let (mut simulation, mut record) = (native(&world, touching(&world)), StepRecord::new());
     let mut pushed = native(&world, touching(&world));
@@ -78,7 +78,7 @@ fn a_wrench_that_is_no_number_is_refused() {
 }
 
 #[test]
-fn bodies_that_are_not_there_are_refused() {
+fn missing_bodies_are_rejected() {
     let world = cube_world(SOLID);
     let mut simulation = native(&world, touching(&world));
     assert_one_sentence(&simulation.set_wrench(1, Wrench::zero()).unwrap_err());
@@ -167,7 +167,7 @@ impl StepSolver for OfSize {
 /// Checks that a solution of the wrong size is an error and no panic. The simulation does not
 /// change and continues with another solver.
 #[test]
-fn a_solution_of_another_size_than_the_steps_is_an_error() {
+fn solution_of_wrong_size_is_an_error() {
     let world = cube_world(SOLID);
     let start = touching(&world);
     let expected = native_run(&world, start, 1).remove(0);

@@ -24,7 +24,7 @@ pub(crate) struct Planar {
 
 impl Planar {
     /// The planar motion of a body.
-    pub fn of(state: &State) -> Self {
+    pub fn from_state(state: &State) -> Self {
         let (position, velocity) = (state.position.xz(), state.velocity.xz());
         Self { position, tilt: tilt(state), velocity, spin: state.spin[1] }
     }

@@ -31,7 +31,7 @@ fn holds(problem: &TestProblem, inputs: &TestInputs, time_step: f64) -> bool {
 /// steps.
 #[test]
 #[ignore = "slow"]
-fn ipopt_has_the_answers() {
+fn ipopt_passes_all_validation_problems() {
     let solved = PROBLEMS.iter().filter(|problem| {
         let inputs = problem.inputs();
         holds(problem, &inputs, 5.0 * inputs.time_step)

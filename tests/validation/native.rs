@@ -71,7 +71,7 @@ const ORDERS: [(&str, &str, i32); 40] = [
 
 /// Every quantity holds with the default inputs at h and h/2 and shows its declared order.
 #[test]
-fn the_native_solver_has_the_answers() {
+fn native_solver_passes_all_validation_problems() {
     let mut orders = Vec::new();
     for problem in &PROBLEMS {
         let inputs = problem.inputs();
@@ -146,7 +146,7 @@ fn assert_converges(problem: &TestProblem, inputs: &TestInputs, h: f64, coarse: 
 /// motion that differs from the closed form are refused. Most inputs must be accepted.
 #[test]
 #[ignore = "slow"]
-fn other_numbers_have_their_answers_too() {
+fn random_inputs_pass_validation() {
     let (of_one, of_several) = (size(16, 60) as u32, size(8, 24) as u32);
     let (next, threads) = (AtomicUsize::new(0), std::thread::available_parallelism().unwrap());
     std::thread::scope(|scope| {
@@ -203,7 +203,7 @@ fn other_numbers_have_the_answers_of(problem: &TestProblem, (of_one, of_several)
 type Case = (&'static str, &'static MakeSolver<'static>, &'static [(&'static str, &'static str)]);
 
 #[test]
-fn a_solver_with_a_defect_is_found_out() {
+fn solvers_with_planted_defects_fail_validation() {
     let cases: [Case; 11] = [
         (
             "explicit",

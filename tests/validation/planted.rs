@@ -30,7 +30,7 @@ struct Given {
 }
 
 impl Given {
-    fn of(step: &Step<'_>) -> Self {
+    fn from_step(step: &Step<'_>) -> Self {
         let (world, ground) = (step.world, step.world.ground().unwrap());
         Self {
             time_step: world.time_step(),
@@ -54,7 +54,7 @@ impl StepSolver for Planted {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let given = Given::of(step);
+        let given = Given::from_step(step);
         let law = ContactLaw::plastic((self.friction)(&given) * given.friction);
         let contacts = candidates.contacts();
         let known = contacts.len();

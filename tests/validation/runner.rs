@@ -88,7 +88,7 @@ impl Setup {
     }
 
     /// A solid box on level ground.
-    pub fn of_box(
+    pub fn from_box(
         mass: f64,
         half_sides: Vector3<f64>,
         start: State,

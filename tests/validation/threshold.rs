@@ -36,7 +36,7 @@ impl Threshold {
     }
 
     /// The threshold near `expected` above which the bodies of a setup stay at rest.
-    pub fn of_rest(
+    pub fn at_rest(
         runner: &mut Runner<'_>,
         expected: f64,
         setup: impl Fn(f64) -> Result<Setup, Refusal>,

@@ -60,17 +60,17 @@ impl Slider {
             SlideTolerance { speeds: vec![], ways: vec![], changes: vec![], lifted, across };
         for (residual, step) in run.residuals.iter().zip(steps) {
             let push = w * (1.0 + self.friction) * residual.momentum;
-            let any = self.of_any_step(residual.friction);
+            let any = self.any_step_tolerance(residual.friction);
             let mut change = any + push;
             if step.slip > 0.0 {
-                change = any.min(self.of_slip(residual.friction, step.slip - off)) + push;
+                change = any.min(self.slip_tolerance(residual.friction, step.slip - off)) + push;
                 strayed += self.across(residual.friction, step.slip - off) + push;
                 off += change;
                 way += h * (off + (1.0 + self.friction) * residual.kinematics);
                 across += h * (strayed + residual.kinematics);
             } else {
                 let share = step.share + (off + change + lifted) / (w * self.grip);
-                let slip = (off + change).min(of_hold(residual.friction, share));
+                let slip = (off + change).min(hold_tolerance(residual.friction, share));
                 way += h * slip;
                 across += h * slip;
                 off = slip + residual.kinematics;
@@ -85,13 +85,13 @@ impl Slider {
     }
 
     /// (c)
-    fn of_any_step(&self, residual: f64) -> f64 {
+    fn any_step_tolerance(&self, residual: f64) -> f64 {
         let w = self.mobility;
         w * CORNERS * residual + (w * self.grip * residual * residual).cbrt()
     }
 
     /// (a)
-    fn of_slip(&self, residual: f64, slip: f64) -> f64 {
+    fn slip_tolerance(&self, residual: f64, slip: f64) -> f64 {
         if slip <= residual {
             return f64::INFINITY;
         }
@@ -109,7 +109,7 @@ impl Slider {
 }
 
 /// (b)
-fn of_hold(residual: f64, share: f64) -> f64 {
+fn hold_tolerance(residual: f64, share: f64) -> f64 {
     if share < 1.0 { residual / (1.0 - share * share).sqrt() } else { f64::INFINITY }
 }
 

@@ -35,7 +35,7 @@ use tumble_scene::written;
 /// With `--replay` the initial controls are simulated without a search.
 pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let text = scenario::read_text(&args.file)?;
-    let file = ProblemFile::of_text(&text, &args.file, &input::bytes)?;
+    let file = ProblemFile::from_text(&text, &args.file, &input::bytes)?;
     let problem = &file.problem;
     if args.start.is_none() && !args.replay {
         file.check_stages().map_err(|why| refused(args, &PlanError::Problem(why)))?;

@@ -78,7 +78,7 @@ fn motion(record: &StepRecord, skipped: Option<usize>) -> Vec<u64> {
 }
 
 #[test]
-fn a_body_far_away_goes_and_the_others_do_not_notice() {
+fn removing_a_distant_body_changes_no_other() {
     for place in [0, 2, 5] {
         let mut states = stack(5);
         states.insert(place, at([7.0, 3.0, 0.5 * SIDE]));
@@ -102,7 +102,7 @@ fn a_body_far_away_goes_and_the_others_do_not_notice() {
 }
 
 #[test]
-fn a_body_far_away_comes_and_the_others_do_not_notice() {
+fn adding_a_distant_body_changes_no_other() {
     let states = stack(5);
     let (mut with, mut without) = (simulation(&states), simulation(&states));
     for run in [&mut with, &mut without] {
@@ -133,7 +133,7 @@ fn a_body_that_is_put_on_a_stack_presses_on_it() {
 }
 
 #[test]
-fn what_a_body_carried_falls_when_it_goes() {
+fn removing_a_support_drops_its_load() {
     let mut run = simulation(&stack(4));
     steps(&mut run, 40);
     run.remove_body(1).unwrap();
@@ -210,7 +210,7 @@ fn a_body_that_floats_is_held_too() {
 }
 
 #[test]
-fn what_a_joint_ties_stays_until_the_joint_goes() {
+fn joint_holds_its_bodies_until_removed() {
     let frames = [
         JointFrame::at([0.5 * SIDE, 0.0, 0.0].into()),
         JointFrame::at([-0.5 * SIDE, 0.0, 0.0].into()),
@@ -236,7 +236,7 @@ fn what_a_joint_ties_stays_until_the_joint_goes() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_changes_nothing() {
+fn invalid_changes_of_bodies_are_rejected_and_change_nothing() {
     let states = stack(4);
     let (mut run, mut undisturbed) = (simulation(&states), simulation(&states));
     for run in [&mut run, &mut undisturbed] {
@@ -254,7 +254,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
 
 #[cfg(feature = "save")]
 #[test]
-fn what_is_held_or_came_is_held_or_there_after_a_restore() {
+fn held_and_added_bodies_survive_a_restore() {
     let mut run = simulation(&stack(4));
     steps(&mut run, 40);
     run.remove_body(0).unwrap();

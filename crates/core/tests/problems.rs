@@ -17,7 +17,7 @@ fn solved(problem: &ContactProblem) -> Solution {
 type Refused<'a> = (usize, usize, &'a [(usize, usize, f64)], &'a str);
 
 #[test]
-fn matrices_that_cannot_be_held_are_refused() {
+fn oversized_matrices_are_rejected() {
     let large = 1.7e308;
     let cases: [Refused<'_>; 6] = [
         (3, 1 << 62, &[(0, 0, 1.0)], "columns"),
@@ -40,7 +40,7 @@ fn matrices_that_cannot_be_held_are_refused() {
 /// A mass in other units: W = w E, q = s (−1, 0.3, 0) with μ = 0.5 has p = −q/w. Units beyond the
 /// range are rejected.
 #[test]
-fn small_and_large_units_are_solved_or_refused() {
+fn problems_in_extreme_units_are_solved_or_rejected() {
     let posed = |w: f64, s: f64| {
         let q = vec![-s, 0.3 * s, 0.0];
         ContactProblem::local(times_unit(3, w), q, vec![Law::contact(3, 0.5).unwrap()])
@@ -98,7 +98,7 @@ fn wide_bounds_hold_as_narrow_ones_do() {
 /// A problem that did not converge is not marked as selected: two masses on each other with large
 /// ratios.
 #[test]
-fn what_is_unsolved_is_not_selected() {
+fn unsolved_problem_is_not_marked_selected() {
     let mut unsolved = 0;
     for ratio in [1e6, 1e8, 1e9, 1e10, 1e11, 1e12] {
         for (low, high) in [(1.0, ratio), (ratio, 1.0), (1.0 / ratio, 1.0)] {

@@ -28,7 +28,7 @@ impl Fit {
     pub fn new(pieces: &[Piece], mesh: &Mesh) -> Result<Self, Error> {
         let solid = Solid::new(mesh)?;
         let spacing = solid.extent() / SAMPLES;
-        let volume: f64 = pieces.iter().map(|piece| MassProperties::of(piece).volume).sum();
+        let volume: f64 = pieces.iter().map(|piece| MassProperties::from_piece(piece).volume).sum();
         let mut outside = 0.0_f64;
         for core in pieces.iter().map(Piece::core) {
             for face in 0..core.faces().len() {

@@ -38,9 +38,9 @@ pub fn merged(
     whole: &Piece,
     settings: &DecompositionSettings,
 ) -> Result<Vec<Piece>, Error> {
-    let allowed = settings.concavity * MassProperties::of(whole).volume;
+    let allowed = settings.concavity * MassProperties::from_piece(whole).volume;
     let near = NEAR * whole.core().reach();
-    let part = |piece: Piece| Merged::new(MassProperties::of(&piece).volume, piece);
+    let part = |piece: Piece| Merged::new(MassProperties::from_piece(&piece).volume, piece);
     let mut pieces: BTreeMap<usize, Merged> = parts.into_iter().map(part).enumerate().collect();
     let mut pairs = Vec::new();
     for (&second, piece) in &pieces {
@@ -97,7 +97,7 @@ impl Pair {
         let both: Vec<Vector3<f64>> = [corners(a), corners(b)].concat();
         let (piece, _) = reduced(&both, MOST_CORNERS)?;
         let filled = a.filled + b.filled;
-        let excess = MassProperties::of(&piece).volume - filled;
+        let excess = MassProperties::from_piece(&piece).volume - filled;
         Ok(Self { numbers, union: Merged::new(filled, piece), excess })
     }
 }

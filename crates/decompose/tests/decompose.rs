@@ -112,7 +112,7 @@ fn a_torus_keeps_its_hole_and_its_volume() {
 }
 
 #[test]
-fn pieces_reach_the_vertices_of_the_mesh_and_have_a_limited_number_of_their_own() {
+fn pieces_reach_the_mesh_and_have_a_bounded_number_of_vertices() {
     for mesh in [angle(), torus(1.0, 0.3), torus(1.0, 0.1)] {
         let pieces = decompose(&mesh, &settings(32)).unwrap();
         let corners = pieces.iter().map(|piece| piece.core().vertices().len());
@@ -139,10 +139,10 @@ fn equal_meshes_give_equal_pieces() {
 
 #[test]
 fn moments_of_a_mesh_are_exact() {
-    let solid = MassProperties::of_mesh(&angle());
+    let solid = MassProperties::from_mesh(&angle());
     let boxes = [block([0.0; 3], [2.0, 1.0, 1.0]), block([0.0, 1.0, 0.0], [1.0, 2.0, 1.0])];
     let pieces = boxes.map(|mesh| Piece::mesh(&mesh, 0.0).unwrap());
-    let sum = MassProperties::of_all(&pieces).unwrap();
+    let sum = MassProperties::from_pieces(&pieces).unwrap();
     assert!((solid.volume - 3.0).abs() < 1e-14);
     assert!((solid.centre - sum.centre).amax() < 1e-14);
     assert!((solid.inertia - sum.inertia).amax() < 1e-14);
@@ -153,14 +153,14 @@ fn a_closed_cavity_is_filled() {
     let shell = joined(&block([0.0; 3], [1.0; 3]), &block([0.2; 3], [0.8; 3]), true).unwrap();
     let pieces = decompose(&shell, &settings(16)).unwrap();
     assert!(is_in(&pieces, &Vector3::repeat(0.5), 0.0));
-    assert!((MassProperties::of_mesh(&shell).volume - (1.0 - 0.6_f64.powi(3))).abs() < 1e-12);
+    assert!((MassProperties::from_mesh(&shell).volume - (1.0 - 0.6_f64.powi(3))).abs() < 1e-12);
 }
 
 #[test]
 fn a_convex_mesh_stays_one_piece() {
     let pieces = decompose(&block([0.0; 3], [1.0, 2.0, 3.0]), &settings(16)).unwrap();
     assert_eq!(pieces.len(), 1);
-    assert!((MassProperties::of(&pieces[0]).volume - 6.0).abs() < 1e-12);
+    assert!((MassProperties::from_piece(&pieces[0]).volume - 6.0).abs() < 1e-12);
 }
 
 #[test]

@@ -260,7 +260,7 @@ impl ModelShape {
     /// Mass properties, with the pieces taken as disjoint; `None` for points.
     pub fn solid(&self) -> Result<Option<SolidModel>, Error> {
         let Self::Pieces(placed) = self else { return Ok(None) };
-        let mut solid = SolidModel::from_properties(&MassProperties::of_all(&self.pieces()?)?);
+        let mut solid = SolidModel::from_properties(&MassProperties::from_pieces(&self.pieces()?)?);
         if let [PlacedForm { form, place: ModelPlace::ORIGIN }] = &placed[..] {
             // Exact values known by symmetry.
             match form {
@@ -295,7 +295,7 @@ impl ModelShape {
                     let moved = |piece: &Piece| piece.moved_by(&Matrix3::identity(), &-centre);
                     pieces = pieces.iter().map(moved).collect::<Result<_, _>>()?;
                 }
-                RigidBody::of_pieces(mass, inertia, pieces)
+                RigidBody::from_pieces(mass, inertia, pieces)
             }
             Self::Points(points) => {
                 let points: Vec<_> = points.iter().copied().map(Vector3::from).collect();

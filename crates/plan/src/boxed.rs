@@ -13,7 +13,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    pub(super) fn of(problem: &PlanProblem, x: &DVector<f64>) -> Self {
+    pub(super) fn new(problem: &PlanProblem, x: &DVector<f64>) -> Self {
         let count = x.len();
         let far = |end: usize| {
             let bounds = problem.variables().iter().map(|v| v.bounds[end] / v.scale());

@@ -222,7 +222,8 @@ impl ControlKind {
             Self::Push(push) => {
                 let (force, place) = (push.force(numbers), push.place(numbers));
                 let slope = |k: usize| {
-                    let (by_force, by_place) = (push.force_slope(numbers, k), push.place_slope(k));
+                    let by_force = push.force_slope(numbers, k);
+                    let by_place = push.place_slope(k);
                     let torque = place.cross(&by_force) + by_place.cross(&force);
                     Applied { axes: ControlFrame::Body, force: by_force, torque }
                 };

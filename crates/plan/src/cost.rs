@@ -118,7 +118,8 @@ impl PlanProblem {
                     most = (by, after);
                 }
             }
-            let (name, tolerance) = (constraint.name.clone(), constraint.tolerance);
+            let name = constraint.name.clone();
+            let tolerance = constraint.tolerance;
             Miss { name, by: most.0, tolerance, unit: "m", after: most.1 }
         };
         self.targets().iter().map(target).chain(self.path_constraints().iter().map(path)).collect()

@@ -104,7 +104,7 @@ impl DdpModel {
     /// Model about the run of `controls` with exact derivatives, or smoothed ones where `rough` is above 0.
     ///
     /// `None` if a step has no such derivative.
-    pub(super) fn of(
+    pub(super) fn new(
         controls: &[f64],
         rough: usize,
         trials: &mut Trials<'_>,
@@ -114,7 +114,8 @@ impl DdpModel {
             Some(rough) => StepDerivative::smoothed(Smoothing::Compliance(ROUGH[rough]))?,
             None => StepDerivative::new(),
         };
-        let (scales, constants) = (scales(problem), MotorConstants::of(problem));
+        let scales = scales(problem);
+        let constants = MotorConstants::new(problem);
         let mut transitions = vec![to_start(problem, controls, &scales, &constants)];
         let mut tape: Vec<(usize, Tape)> = Vec::with_capacity(AT_ONCE);
         let turn = |tape: &mut Vec<(usize, Tape)>, transitions: &mut Vec<Transition>| {
@@ -149,7 +150,8 @@ impl DdpModel {
             rows[after].push((value, body, by));
         }
         let count = x.len();
-        let (room, gradient) = (Room::of(problem, &x), DVector::zeros(count));
+        let room = Room::new(problem, &x);
+        let gradient = DVector::zeros(count);
         let mut model = Self {
             efforts: efforts(problem, &scales),
             damping: DVector::zeros(count),
@@ -420,13 +422,14 @@ fn transition(
 ) -> Result<Transition, PlanError> {
     let states = LEN * bodies;
     let mut by = DMatrix::zeros(states, states + acting.len());
-    let (mut gradient, mut found) = (StepGradient::default(), vec![0.0; scales.len()]);
+    let mut gradient = StepGradient::default();
+    let mut found = vec![0.0; scales.len()];
     for row in 0..states {
         let mut numbers = [0.0; LEN];
         numbers[row % LEN] = 1.0;
         let mut dual = vec![StateChange::zero(); bodies];
         dual[row / LEN] = StateChange::from_array(&numbers);
-        tape.pull(&mut dual, constants, &mut gradient, &mut found)?;
+        tape.vjp(&mut dual, constants, &mut gradient, &mut found)?;
         let before = dual.iter().flat_map(StateChange::to_array);
         for (column, number) in before.enumerate() {
             by[(row, column)] = number;
@@ -454,7 +457,7 @@ mod tests {
 
     /// Runs longer than [`AT_ONCE`], and a multiple of it.
     #[test]
-    fn decisions_of_more_steps_than_are_in_memory_at_once() {
+    fn decisions_agree_in_runs_longer_than_memory() {
         make_the_step_of_all_controls_at_once(2 * AT_ONCE + 44);
         make_the_step_of_all_controls_at_once(2 * AT_ONCE);
     }
@@ -463,7 +466,7 @@ mod tests {
         let (problem, controls) = pushed_box(steps);
         let interrupt = Arc::new(AtomicBool::new(false));
         let mut trials = Trials { problem: &problem, interrupt: &interrupt, runs: 0 };
-        let mut model = DdpModel::of(&controls, 0, &mut trials).unwrap().unwrap();
+        let mut model = DdpModel::new(&controls, 0, &mut trials).unwrap().unwrap();
         let (slopes, _) = problem.slopes(&controls, false, &interrupt).unwrap();
         let mut by = slopes.by;
         assert_eq!(model.transitions.len(), steps + 1);

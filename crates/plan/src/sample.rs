@@ -83,7 +83,7 @@ impl Stage for Sample {
             return Ok(end);
         }
         let rounds = self.rounds.max(1);
-        let coarse = Coarse::of(problem, self.knots, best.controls.clone()).count as u64;
+        let coarse = Coarse::new(problem, self.knots, best.controls.clone()).count as u64;
         let runs = self.runs.unwrap_or(200 * (10 + coarse));
         let scattered = ((SCATTERED * runs as f64) as u64).max(1);
         let thrown = self.scatter(problem, 0..scattered, &mut end, watch)?;
@@ -127,7 +127,7 @@ impl Sample {
         best: &[f64],
     ) -> Result<bool, PlanError> {
         let Some(before) = round.checked_sub(1) else { return Ok(false) };
-        let pieces = |round| Coarse::of(problem, self.knots_in(round), Vec::new()).count;
+        let pieces = |round| Coarse::new(problem, self.knots_in(round), Vec::new()).count;
         Ok(pieces(round) == pieces(before) && !problem.replay(best)?.meets())
     }
 
@@ -143,7 +143,7 @@ impl Sample {
     ) -> Result<Option<SampledRun>, PlanError> {
         let count = which.end - which.start;
         let mut best = None::<SampledRun>;
-        let coarse = Coarse::of(problem, self.knots, Vec::new());
+        let coarse = Coarse::new(problem, self.knots, Vec::new());
         let mut g = 2.0_f64;
         for _ in 0..60 {
             g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
@@ -194,7 +194,7 @@ impl Sample {
         watch: &mut SearchWatch<'_>,
     ) -> Result<(), PlanError> {
         let SampleRound { number, last, from, width } = round;
-        let coarse = Coarse::of(problem, self.knots_in(number), from);
+        let coarse = Coarse::new(problem, self.knots_in(number), from);
         let interrupt = watch.interrupt;
         let runs = AtomicU64::new(end.runs);
         let loss = |point: &DVector<f64>| {
@@ -287,7 +287,7 @@ struct Coarse {
 }
 
 impl Coarse {
-    fn of(problem: &PlanProblem, knots: usize, from: Vec<f64>) -> Self {
+    fn new(problem: &PlanProblem, knots: usize, from: Vec<f64>) -> Self {
         let mut known: Vec<(usize, usize, usize)> = Vec::new();
         let place = problem.variables().iter().map(|variable| {
             let fine = problem.controls()[variable.control].knots;

@@ -2,7 +2,7 @@
 //!
 //! A run of the scene equals the replay to the last bit.
 
-use super::{PlanProblem, Replay, held};
+use super::{PlanProblem, Replay, piecewise_loads};
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, State};
 use tumble_core::world::World;
@@ -41,8 +41,9 @@ impl PlanProblem {
             forces.push(wrenches[body].force);
             torques.push(wrenches[body].torque);
         }
-        let (first, h) = (self.scene.start_index, self.scene.world.time_step());
-        let through = |values: &[Vector3<f64>]| held::through(values, first, h);
+        let first = self.scene.start_index;
+        let h = self.scene.world.time_step();
+        let through = |values: &[Vector3<f64>]| piecewise_loads::through(values, first, h);
         Ok(Load::new(through(&forces)?, through(&torques)?, Vector3::zeros())?)
     }
 }

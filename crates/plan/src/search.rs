@@ -26,7 +26,7 @@ impl PlanStatus {
         }
     }
 
-    fn of(replay: &Replay) -> Self {
+    fn from_replay(replay: &Replay) -> Self {
         match replay {
             _ if replay.unsolved > 0 => Self::Failed,
             _ if replay.meets() => Self::Replayed,
@@ -123,7 +123,7 @@ impl PlanProblem {
             reports.push(report);
         }
         let reason = self.reason(&best, &reports);
-        Ok(Plan { status: PlanStatus::of(&best), replay: best, stages: reports, reason })
+        Ok(Plan { status: PlanStatus::from_replay(&best), replay: best, stages: reports, reason })
     }
 
     /// One sentence about a replay that misses: the misses, controls at bounds, and the message of the last stage.

@@ -222,9 +222,9 @@ impl Shoot {
         trials: &mut Trials<'_>,
     ) -> Result<Option<Box<dyn CostModel>>, PlanError> {
         Ok(match self.method {
-            Method::LevenbergMarquardt => Some(Box::new(Whole::of(controls, rough > 0, trials)?)),
+            Method::LevenbergMarquardt => Some(Box::new(Whole::new(controls, rough > 0, trials)?)),
             Method::DynamicProgramming => {
-                let model = DdpModel::of(controls, rough, trials)?;
+                let model = DdpModel::new(controls, rough, trials)?;
                 model.map(|model| Box::new(model) as Box<dyn CostModel>)
             }
         })
@@ -240,7 +240,11 @@ struct Whole {
 
 impl Whole {
     /// Model about the run of `controls`, from exact derivatives or from differences of runs.
-    fn of(controls: &[f64], differences: bool, trials: &mut Trials<'_>) -> Result<Self, PlanError> {
+    fn new(
+        controls: &[f64],
+        differences: bool,
+        trials: &mut Trials<'_>,
+    ) -> Result<Self, PlanError> {
         let problem = trials.problem;
         let scales = scales(problem);
         let efforts = efforts(problem, &scales);
@@ -256,7 +260,7 @@ impl Whole {
         for (k, effort) in efforts.iter().enumerate() {
             matrix[(k, k)] += effort;
         }
-        let room = Room::of(problem, &x);
+        let room = Room::new(problem, &x);
         let moves = by.amax() > NOTHING * rows.norm();
         Ok(Self { centre: Centre { x, scales, room, gradient, moves }, matrix })
     }

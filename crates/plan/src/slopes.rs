@@ -210,7 +210,8 @@ impl PlanProblem {
             let follows = vec![WrenchSlope { body, by_place, by_turn }];
             acting.push(Acting { body, by: by.collect(), follows });
         }
-        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        let h = self.scene.world.time_step();
+        let index = self.scene.start_index + step as u64;
         let loads = self.scene.loads.iter().zip(states).enumerate();
         let loads = loads.filter(|(_, (load, _))| load.point().amax() > 0.0 && !load.is_none());
         acting.extend(loads.map(|(body, (load, state))| {
@@ -236,10 +237,10 @@ impl PlanProblem {
         let mut found = DVector::zeros(controls.len());
         let mut dual = vec![StateChange::zero(); states[0].len()];
         dual[body] = by;
-        let constants = MotorConstants::of(self);
+        let constants = MotorConstants::new(self);
         let mut gradient = StepGradient::default();
         for step in tape[..after].iter_mut().rev() {
-            step.pull(&mut dual, &constants, &mut gradient, found.as_mut_slice())?;
+            step.vjp(&mut dual, &constants, &mut gradient, found.as_mut_slice())?;
         }
         for (place, body, slope) in self.start_slopes(controls) {
             found[place] += dual[body].dot(&slope);
@@ -292,7 +293,7 @@ pub(super) struct MotorConstants {
 }
 
 impl MotorConstants {
-    pub(super) fn of(problem: &PlanProblem) -> Self {
+    pub(super) fn new(problem: &PlanProblem) -> Self {
         let (mut asked, mut places) = (Vec::new(), Vec::new());
         for (place, variable) in problem.variables().iter().enumerate() {
             let ControlKind::Constant(constant) = problem.controls()[variable.control].kind else {
@@ -317,14 +318,14 @@ impl Tape {
     ///
     /// `dual` changes from the derivatives by the states at the end of the step to those by the states at its start. The
     /// derivatives by variables are added to `found`.
-    pub(super) fn pull(
+    pub(super) fn vjp(
         &mut self,
         dual: &mut Vec<StateChange>,
         constants: &MotorConstants,
         gradient: &mut StepGradient,
         found: &mut [f64],
     ) -> Result<(), PlanError> {
-        self.derivative.pull(dual, &constants.asked, gradient)?;
+        self.derivative.vjp(dual, &constants.asked, gradient)?;
         dual.clone_from(&gradient.states);
         for of in &self.acting {
             let by = &gradient.wrenches[of.body];
@@ -473,7 +474,7 @@ pub(super) mod tests {
         let path = Path::new("box.toml");
         let scene = Scene::from_text(SCENE, path, Settings::default(), &read).unwrap();
         let problem =
-            ProblemFile::of_scene_text(scene, &PROBLEM.replace("STEPS", &steps.to_string()));
+            ProblemFile::from_scene_text(scene, &PROBLEM.replace("STEPS", &steps.to_string()));
         let problem = problem.unwrap().problem;
         let zero = problem.zero();
         let inside = zero.iter().zip(problem.variables()).enumerate().map(|(k, (value, of))| {

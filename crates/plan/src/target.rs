@@ -174,7 +174,8 @@ impl TargetKind {
             }
             Self::Direction { of, to } => {
                 let rotation = rotation(&state.attitude);
-                let (apart, by) = (rotation * of - to, -(rotation * of.cross_matrix()));
+                let apart = rotation * of - to;
+                let by = -(rotation * of.cross_matrix());
                 let row = |k: usize| TargetResidual {
                     value: apart[k],
                     by: StateChange { turn: by.row(k).transpose(), ..zero },
@@ -274,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quarter_turn_is_one() {
+    fn attitude_target_of_a_quarter_turn_has_its_angle() {
         let half = 0.5_f64.sqrt();
         let upright = State { attitude: Vector4::new(1.0, 0.0, 0.0, 0.0), ..state() };
         let turned = State { attitude: Vector4::new(half, 0.0, 0.0, half), ..state() };

@@ -41,7 +41,8 @@ pub fn put(robot: &mut Robot) {
     let mut left = vec![1.0; links.len()];
     for (index, link) in links.into_iter().enumerate() {
         let (mut first, count) = link.joints;
-        let (end, mut parent) = (first + count, places.get(link.parent).copied().unwrap_or(0));
+        let end = first + count;
+        let mut parent = places.get(link.parent).copied().unwrap_or(0);
         let mut frame = link.frame;
         loop {
             let count = together(&robot.joints[first..end]);
@@ -70,7 +71,8 @@ fn between(
     carried: &LinkMass,
 ) -> usize {
     let index = robot.links.len();
-    let (own, next) = (&robot.joints[joints.clone()], &robot.joints[joints.end]);
+    let own = &robot.joints[joints.clone()];
+    let next = &robot.joints[joints.end];
     let hinge = own.iter().find(|joint| joint.moves != Moves::Slide);
     let position = hinge.unwrap_or(next).anchor;
     let name = format!("{}-between-{}", link.name, own[own.len() - 1].name);
@@ -117,12 +119,11 @@ pub fn carried(robot: &Robot) -> Vec<LinkMass> {
     let mut within: Vec<(usize, LinkFrame)> = Vec::with_capacity(robot.links.len());
     for (index, link) in robot.links.iter().enumerate() {
         let moves = index == 0 || link.joints.1 > 0;
-        let (carrier, frame) = match moves {
-            true => (index, LinkFrame::identity()),
-            false => {
-                let (carrier, above) = within[link.parent];
-                (carrier, above.then(&link.frame))
-            }
+        let (carrier, frame) = if moves {
+            (index, LinkFrame::identity())
+        } else {
+            let (carrier, above) = within[link.parent];
+            (carrier, above.then(&link.frame))
         };
         within.push((carrier, frame));
         if link.mass.mass > 0.0 {

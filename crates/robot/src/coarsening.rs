@@ -28,7 +28,7 @@ pub fn coarsened(surface: Surface, most: usize) -> Surface {
     let mut size = (area / most as f64).sqrt();
     let mut best: Option<(Clusters, Vec<[usize; 3]>)> = None;
     for _ in 0..ATTEMPTS {
-        let clusters = Clusters::of(surface, size);
+        let clusters = Clusters::new(surface, size);
         let triangles = clusters.triangles(surface);
         let part = triangles.len() as f64 / most as f64;
         let fewest = best.as_ref().map_or(1, |(_, triangles)| triangles.len());
@@ -88,7 +88,7 @@ struct Grid {
 
 impl Grid {
     /// Grid with cells of about `size` (m).
-    fn of(surface: &Surface, size: f64) -> Self {
+    fn new(surface: &Surface, size: f64) -> Self {
         let vertices = || surface.vertices.iter().copied().map(Vector3::from);
         let low = vertices().reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let high = vertices().reduce(|a, b| a.sup(&b)).unwrap_or_default();
@@ -118,8 +118,8 @@ struct Clusters {
 }
 
 impl Clusters {
-    fn of(surface: &Surface, size: f64) -> Self {
-        let grid = Grid::of(surface, size);
+    fn new(surface: &Surface, size: f64) -> Self {
+        let grid = Grid::new(surface, size);
         let mut numbers = HashMap::new();
         let mut cells = Vec::new();
         let mut cluster = |vertex: &[f64; 3]| {

@@ -115,8 +115,8 @@ struct ColladaReader<'a> {
 impl<'a> ColladaReader<'a> {
     /// The element `tag` that another element refers to.
     fn named(&self, by: Node<'a, 'a>, tag: &str) -> Result<Node<'a, 'a>, String> {
-        let said = by.attribute("url").or_else(|| by.attribute("source")).unwrap_or("");
-        let id = said.strip_prefix('#').unwrap_or(said);
+        let reference = by.attribute("url").or_else(|| by.attribute("source")).unwrap_or("");
+        let id = reference.strip_prefix('#').unwrap_or(reference);
         let found = self.named.get(id).copied().filter(|node| node.has_tag_name_of(tag));
         found.ok_or_else(|| format!("there is no <{tag}> {:?}", tumble_model::shown::line(id)))
     }
@@ -146,7 +146,9 @@ impl<'a> ColladaReader<'a> {
                         place *= turn.to_homogeneous();
                     }
                 }
-                odd @ ("lookat" | "skew") => return Err(format!("<{odd}> is not supported")),
+                unsupported @ ("lookat" | "skew") => {
+                    return Err(format!("<{unsupported}> is not supported"));
+                }
                 "instance_geometry" => {
                     self.add_geometry(self.named(child, "geometry")?, &place, Some(child))?;
                 }

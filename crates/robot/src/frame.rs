@@ -72,7 +72,7 @@ pub fn from_z(to: &Vector3<f64>) -> Vector4<f64> {
 }
 
 /// Quaternion of a rotation matrix.
-pub fn of_matrix(matrix: &Matrix3<f64>) -> Vector4<f64> {
+pub fn attitude_from_matrix(matrix: &Matrix3<f64>) -> Vector4<f64> {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*matrix);
     let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
     Vector4::new(q.w, q.i, q.j, q.k)

@@ -72,10 +72,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
         }
     };
     let json = chunk(12, JSON)?;
-    let data = match bytes.len() > 20 + json.len() {
-        true => chunk(20 + json.len(), BIN)?,
-        false => &[],
-    };
+    let data = if bytes.len() > 20 + json.len() { chunk(20 + json.len(), BIN)? } else { &[] };
     Ok((json, data))
 }
 

@@ -1,6 +1,6 @@
 //! Mapping of the joints of a link to one joint of a scene, with drives on its axes.
 
-use super::frame::{from_z, of_matrix};
+use super::frame::{attitude_from_matrix, from_z};
 use super::model::{Actuator, Moves, Robot, RobotJoint, TieForces};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::joint::{Drive, Hinges, JointFrame, Middle, Motor};
@@ -67,7 +67,7 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
             made(JointKind::Cylindrical, Some(hinge.anchor), along(&hinge.axis), &[0, 1])
         }
         [first, second] if crossed(first, second) => {
-            made(JointKind::Sliding, None, of_axes(&first.axis, &second.axis), &[0, 1])
+            made(JointKind::Sliding, None, attitude_from_axes(&first.axis, &second.axis), &[0, 1])
         }
         [first, second, third]
             if crossed(first, second) && crossed(first, third) && crossed(second, third) =>
@@ -76,7 +76,7 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
             let is_right = first.axis.cross(&second.axis).dot(&third.axis) > 0.0;
             let (x, y, axes) =
                 if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
-            made(JointKind::Gantry, None, of_axes(&x.axis, &y.axis), &axes)
+            made(JointKind::Gantry, None, attitude_from_axes(&x.axis, &y.axis), &axes)
         }
         [first, second, hinge]
             if crossed(first, second)
@@ -89,12 +89,12 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
             let is_right = first.axis.cross(&second.axis).dot(&hinge.axis) > 0.0;
             let (x, y, axes) =
                 if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
-            made(JointKind::Planar, Some(hinge.anchor), of_axes(&x.axis, &y.axis), &axes)
+            made(JointKind::Planar, Some(hinge.anchor), attitude_from_axes(&x.axis, &y.axis), &axes)
         }
         [first, second] if turn_in_one_place(joints).is_some() && is_square(first, second) => {
             // The first hinge turns about y of the parent's frame, the second about x of the link's
             // frame.
-            let attitude = of_axes(&second.axis, &first.axis);
+            let attitude = attitude_from_axes(&second.axis, &first.axis);
             made(JointKind::Universal, turn_in_one_place(joints), attitude, &[1, 0])
         }
         [first, second, third]
@@ -130,7 +130,9 @@ fn turn_in_one_place(joints: &[RobotJoint]) -> Option<Vector3<f64>> {
         return None;
     }
     // Point of the first axis closest to the second.
-    let (u, v, between) = (first.axis, second.axis, second.anchor - first.anchor);
+    let u = first.axis;
+    let v = second.axis;
+    let between = second.anchor - first.anchor;
     let across = u.cross(&v);
     let along = between.cross(&v).dot(&across) / across.norm_squared();
     let place = first.anchor + u * along;
@@ -149,9 +151,9 @@ fn crossed(first: &RobotJoint, second: &RobotJoint) -> bool {
 }
 
 /// Attitude of the frame with these perpendicular x and y axes.
-fn of_axes(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector4<f64> {
+fn attitude_from_axes(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector4<f64> {
     let y = (y - x * x.dot(y)).normalize();
-    of_matrix(&Matrix3::from_columns(&[*x, y, x.cross(&y)]))
+    attitude_from_matrix(&Matrix3::from_columns(&[*x, y, x.cross(&y)]))
 }
 
 /// Drive on the axis of a slide or hinge, or on each axis of a ball or free joint, under the
@@ -269,14 +271,14 @@ fn add_actuator(
         return wrong("joint: it already has a motor with bounds; only one is supported");
     }
     // Asymmetric bounds are centred at their midpoint.
-    let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));
+    let middle = 0.5 * (low + high);
+    let most = (0.5 * (high - low)).max(0.0);
     drive.force += middle;
-    drive.motor = Some(match stiffness == 0.0 {
-        true => Motor::Damper { target: (constant - middle) / damping, damping, most },
-        false => {
-            let target = constant / stiffness - at.reference - middle / stiffness;
-            Motor::Position { target, stiffness, damping, most }
-        }
+    drive.motor = Some(if stiffness == 0.0 {
+        Motor::Damper { target: (constant - middle) / damping, damping, most }
+    } else {
+        let target = constant / stiffness - at.reference - middle / stiffness;
+        Motor::Position { target, stiffness, damping, most }
     });
     Ok(())
 }

@@ -44,14 +44,14 @@ type Gone = BTreeSet<(&'static str, String)>;
 /// An entry that matches nothing.
 pub fn pruned(root: &Element, left_out: &[String]) -> Result<Element, String> {
     let mut root = root.clone();
-    for said in left_out {
+    for requested in left_out {
         let mut gone = Gone::new();
-        let found = match said.strip_prefix('@') {
+        let found = match requested.strip_prefix('@') {
             Some(attribute) => strip(&mut root, attribute),
-            None => prune(&mut root, &mut gone, &|element| is_meant(element, said)),
+            None => prune(&mut root, &mut gone, &|element| is_meant(element, requested)),
         };
         if found == 0 {
-            return Err(format!("leave_out: there is no {:?} in the file", shown::line(said)));
+            return Err(format!("leave_out: there is no {:?} in the file", shown::line(requested)));
         }
         while !gone.is_empty() {
             let is_gone = |kind: &str, name: &str| {
@@ -72,10 +72,10 @@ pub fn pruned(root: &Element, left_out: &[String]) -> Result<Element, String> {
     Ok(root)
 }
 
-fn is_meant(element: &Element, said: &str) -> bool {
-    match said.split_once(':') {
+fn is_meant(element: &Element, requested: &str) -> bool {
+    match requested.split_once(':') {
         Some((tag, name)) => element.tag == tag && element.own("name") == Some(name),
-        None => element.tag == said || element.own("name") == Some(said),
+        None => element.tag == requested || element.own("name") == Some(requested),
     }
 }
 

@@ -199,10 +199,10 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
         let turns = |joint: &model::RobotJoint| {
             matches!(joint.moves, model::Moves::Free | model::Moves::Ball)
         };
-        if let (Some(odd), 2..) = (joints.iter().find(|joint| turns(joint)), joints.len()) {
+        if let (Some(hinge), 2..) = (joints.iter().find(|joint| turns(joint)), joints.len()) {
             return Err(format!(
                 "{}: a ball or free joint must be the only joint of its body",
-                odd.at
+                hinge.at
             ));
         }
     }

@@ -141,7 +141,8 @@ pub fn solid(form: &RobotForm) -> Result<LinkMass, String> {
             (2.0 * PI * r * r * half, diagonal(across, across, 0.5 * r * r))
         }
         RobotForm::Capsule(half, r) => {
-            let (tube, ball) = (2.0 * PI * r * r * half, 4.0 / 3.0 * PI * r.powi(3));
+            let tube = 2.0 * PI * r * r * half;
+            let ball = 4.0 / 3.0 * PI * r.powi(3);
             let mass = tube + ball;
             // The centroid of a half ball is 3r/8 from its flat side.
             let ends = 0.4 * r * r + half * half + 0.75 * half * r;
@@ -152,7 +153,7 @@ pub fn solid(form: &RobotForm) -> Result<LinkMass, String> {
         RobotForm::Hull(points) => {
             let points: Vec<_> = points.iter().copied().map(Vector3::from).collect();
             let piece = Piece::hull(&points, 0.0).map_err(|error| error.to_string())?;
-            let own = MassProperties::of(&piece);
+            let own = MassProperties::from_piece(&piece);
             let inertia = symmetric(&own.inertia);
             return Ok(LinkMass { mass: own.volume, centre: own.centre, inertia });
         }

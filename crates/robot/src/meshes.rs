@@ -72,23 +72,26 @@ pub fn colour_of(numbers: &[f64]) -> Option<[u8; 3]> {
 
 /// Triangles of a file, scaled along x, y and z.
 fn painted(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Vec<Painted>, String> {
-    let odd = |why: &dyn std::fmt::Display| odd(name, why);
+    let bad_mesh = |why: &dyn std::fmt::Display| bad_mesh(name, why);
     let plain = |facets| vec![Painted { colour: None, facets }];
     let facets = match &*extension(name) {
         "stl" => facets_of_stl(&reading.bytes(name, LARGEST_MESH)?).map(plain),
         "obj" => facets_of_obj(&reading.text(name, LARGEST_MESH)?).map(plain),
         "msh" => msh::facets(&reading.bytes(name, LARGEST_MESH)?).map(plain),
-        "glb" => Ok(gltf::facets(&reading.bytes(name, LARGEST_MESH)?).map_err(|why| odd(&why))?),
+        "glb" => {
+            Ok(gltf::facets(&reading.bytes(name, LARGEST_MESH)?).map_err(|why| bad_mesh(&why))?)
+        }
         "dae" => {
-            Ok(collada::triangles(&reading.text(name, LARGEST_MESH)?).map_err(|why| odd(&why))?)
+            Ok(collada::triangles(&reading.text(name, LARGEST_MESH)?)
+                .map_err(|why| bad_mesh(&why))?)
         }
         _ => {
             let why = "only .stl, .obj, .msh, .glb and .dae are supported; convert it, or use \
                        boxes or capsules";
-            return Err(odd(&why));
+            return Err(bad_mesh(&why));
         }
     };
-    let mut groups = facets.map_err(|error| odd(&error))?;
+    let mut groups = facets.map_err(|error| bad_mesh(&error))?;
     let by = Vector3::from(scale);
     for facet in groups.iter_mut().flat_map(|group| &mut group.facets) {
         *facet = turned_back(facet.map(|corner| corner.component_mul(&by)), scale);
@@ -101,7 +104,7 @@ pub fn turned_back<T>([a, b, c]: [T; 3], scale: [f64; 3]) -> [T; 3] {
     if scale.iter().product::<f64>() < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-fn odd(name: &str, why: &dyn std::fmt::Display) -> String {
+fn bad_mesh(name: &str, why: &dyn std::fmt::Display) -> String {
     format!("mesh {:?}: {why}", shown::line(name))
 }
 
@@ -109,16 +112,16 @@ fn odd(name: &str, why: &dyn std::fmt::Display) -> String {
 pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled, String> {
     if extension(name) == "dae" {
         let points = collada::points(&reading.text(name, LARGEST_MESH)?);
-        let points = points.map_err(|why| odd(name, &why))?.into_iter();
+        let points = points.map_err(|why| bad_mesh(name, &why))?.into_iter();
         let points = points.map(|point| point.component_mul(&Vector3::from(scale)).into());
         return Ok(Hulled {
             volume: Volume::Unknown,
-            ..hull(points).map_err(|why| odd(name, &why))?
+            ..hull(points).map_err(|why| bad_mesh(name, &why))?
         });
     }
     let groups = painted(reading, name, scale)?;
     let facets: Vec<_> = groups.into_iter().flat_map(|group| group.facets).collect();
-    of_facets(&facets).map_err(|why| odd(name, &why))
+    hull_from_facets(&facets).map_err(|why| bad_mesh(name, &why))
 }
 
 /// Reads a closed mesh file and decomposes the mesh. Returns the vertices of each piece.
@@ -131,14 +134,14 @@ pub fn decomposed(
     let groups = painted(reading, name, scale)?;
     let facets: Vec<_> = groups.into_iter().flat_map(|group| group.facets).collect();
     let pieces = Mesh::from_facets(&facets).and_then(|mesh| decompose(&mesh, settings));
-    let pieces = pieces.map_err(|error| odd(name, &error))?;
+    let pieces = pieces.map_err(|error| bad_mesh(name, &error))?;
     let corners =
         |piece: &Piece| piece.core().vertices().iter().map(|&corner| corner.into()).collect();
     Ok(pieces.iter().map(corners).collect())
 }
 
 /// Hull of triangles that are counter-clockwise seen from outside. Lengths are in m.
-pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
+pub fn hull_from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
     let hulled = hull(facets.iter().flatten().map(|corner| (*corner).into()))?;
     if hulled.thickened > 0.0 {
         return Ok(hulled);

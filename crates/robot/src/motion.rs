@@ -121,8 +121,8 @@ impl Robot {
             if given.len() != needed {
                 return Err(format!("{what}: {} are given; {needed} are needed", given.len()));
             }
-            if let Some(odd) = given.iter().find(|number| !number.is_finite()) {
-                return Err(format!("{what}: {odd:?} is not a finite number"));
+            if let Some(invalid) = given.iter().find(|number| !number.is_finite()) {
+                return Err(format!("{what}: {invalid:?} is not a finite number"));
             }
         }
         let places = self.places();
@@ -209,7 +209,8 @@ impl Robot {
             }
             let there = stage.motion.frame;
             let turn = left_times(&own.attitude, &conjugated(&there.attitude));
-            let (missing, turn) = (own.position - there.position, vector_of(&turn));
+            let missing = own.position - there.position;
+            let turn = vector_of(&turn);
             let rates = solved(&screws, &there.position, &missing, &turn);
             for (at, rate) in q.iter_mut().zip(rates.iter()) {
                 *at += rate;
@@ -225,7 +226,8 @@ impl Robot {
 /// Rotation vector of a quaternion: axis times angle, at most π (rad).
 fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     let along = turn.fixed_rows::<3>(1).into_owned();
-    let (sine, sign) = (along.norm(), if turn[0] < 0.0 { -1.0 } else { 1.0 });
+    let sine = along.norm();
+    let sign = if turn[0] < 0.0 { -1.0 } else { 1.0 };
     if sine == 0.0 {
         Vector3::zeros()
     } else {
@@ -344,9 +346,10 @@ impl MovingFrame {
 
 fn unit(four: &[f64]) -> Result<Vector4<f64>, String> {
     let attitude = Vector4::from_column_slice(four);
-    match attitude.norm() > 1e-12 {
-        true => Ok(attitude.normalize()),
-        false => Err("coordinates: the length of an attitude quaternion is zero".to_owned()),
+    if attitude.norm() > 1e-12 {
+        Ok(attitude.normalize())
+    } else {
+        Err("coordinates: the length of an attitude quaternion is zero".to_owned())
     }
 }
 
@@ -450,12 +453,11 @@ impl RobotMotion {
             let (own, above) = (&moving[index], &moving[link.parent]);
             let point = self.links[index].frame.position;
             let is_free = robot.joints_of(index)[0].moves == Moves::Free;
-            let (velocity, spin) = match is_free {
-                true => (own.velocity, own.spin),
-                false => {
-                    let arm = own.frame.position - above.frame.position;
-                    (own.velocity - above.velocity - above.spin.cross(&arm), own.spin - above.spin)
-                }
+            let (velocity, spin) = if is_free {
+                (own.velocity, own.spin)
+            } else {
+                let arm = own.frame.position - above.frame.position;
+                (own.velocity - above.velocity - above.spin.cross(&arm), own.spin - above.spin)
             };
             let found = solved(&self.screws[begin..end], &point, &velocity, &spin);
             rates[begin..end].copy_from_slice(found.as_slice());

@@ -8,10 +8,10 @@ use tumble_core::error::Error;
 
 /// Triangles of a file.
 pub fn facets(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
-    let odd =
+    let bad_input =
         |why: &str| Error::Shape { shape: "the mesh", why: format!("is not a .msh file: {why}") };
     let (words, rest) = bytes.as_chunks::<4>();
-    let counts = words.first_chunk::<4>().ok_or_else(|| odd("it has no counts"))?;
+    let counts = words.first_chunk::<4>().ok_or_else(|| bad_input("it has no counts"))?;
     let [vertices, normals, texture, faces] =
         counts.map(|word| usize::try_from(i32::from_le_bytes(word)).unwrap_or(usize::MAX));
     let numbers = |count: usize, each: usize| count.checked_mul(each);
@@ -19,22 +19,26 @@ pub fn facets(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
         [numbers(vertices, 3), numbers(normals, 3), numbers(texture, 2), numbers(faces, 3)];
     let sum = length.iter().try_fold(4_usize, |sum, more| sum.checked_add((*more)?));
     if !rest.is_empty() || sum != Some(words.len()) {
-        return Err(odd("its length does not match its counts"));
+        return Err(bad_input("its length does not match its counts"));
     }
     if faces == 0 {
-        return Err(odd("it has no faces"));
+        return Err(bad_input("it has no faces"));
     }
-    let (points, indices) = (&words[4..4 + 3 * vertices], &words[words.len() - 3 * faces..]);
+    let points = &words[4..4 + 3 * vertices];
+    let indices = &words[words.len() - 3 * faces..];
     let points: Vec<_> = points
         .chunks_exact(3)
         .map(|three| Vector3::from_fn(|k, _| f64::from(f32::from_le_bytes(three[k]))))
         .collect();
     if points.iter().flatten().any(|number| !number.is_finite()) {
-        return Err(odd("a coordinate is not a number"));
+        return Err(bad_input("a coordinate is not a number"));
     }
     let corner = |word: &[u8; 4]| {
         let index = usize::try_from(i32::from_le_bytes(*word)).unwrap_or(usize::MAX);
-        points.get(index).copied().ok_or_else(|| odd("a face has a vertex that does not exist"))
+        points
+            .get(index)
+            .copied()
+            .ok_or_else(|| bad_input("a face has a vertex that does not exist"))
     };
     indices
         .chunks_exact(3)

@@ -18,7 +18,7 @@ pub struct RobotNotes {
     empty: Option<(usize, String)>,
     /// Number of meshes with reduced hulls, and the mesh with the points farthest outside its hull.
     reduced: Option<(usize, ReducedHull)>,
-    said: Vec<String>,
+    noted: Vec<String>,
 }
 
 /// A mesh that is represented by some corners of its hull.
@@ -63,7 +63,9 @@ impl RobotNotes {
 
     /// Records that the hull of a mesh is thickened or reduced.
     pub fn hull(&mut self, mesh: &str, hull: &Hulled) {
-        let (mesh, corners, outside) = (shown::line(mesh), hull.corners.len(), hull.outside);
+        let mesh = shown::line(mesh);
+        let corners = hull.corners.len();
+        let outside = hull.outside;
         if hull.thickened > 0.0 {
             self.say(format!("{mesh}: it is flat and is thickened to {:.1e} m", hull.thickened));
         } else if outside > 0.0 {
@@ -78,8 +80,8 @@ impl RobotNotes {
 
     /// Adds any other sentence, without duplicates.
     pub fn say(&mut self, sentence: String) {
-        if !self.said.contains(&sentence) {
-            self.said.push(sentence);
+        if !self.noted.contains(&sentence) {
+            self.noted.push(sentence);
         }
     }
 
@@ -132,7 +134,7 @@ impl RobotNotes {
                  {outside:.1e} m outside{others}"
             ));
         }
-        sentences.extend(self.said);
+        sentences.extend(self.noted);
         sentences
     }
 }

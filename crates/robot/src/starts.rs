@@ -86,13 +86,13 @@ fn take_out_of_ground(model: &mut Model, robots: &mut [Assembled], world: &World
             }
         }
         if !hanging.is_empty() {
-            let told = |(body, depth): &(usize, f64)| {
+            let reported = |(body, depth): &(usize, f64)| {
                 format!("{} ({depth:.1e} m)", model.bodies[*body].name)
             };
-            let told: Vec<_> = hanging.iter().map(told).collect();
+            let reported: Vec<_> = hanging.iter().map(reported).collect();
             robot.note(format!(
                 "bodies attached to the world that start in the ground have no contact with it: {}",
-                told.join(", ")
+                reported.join(", ")
             ));
             let partner = PartnerModel::Ground;
             model.apart.extend(hanging.iter().map(|&(body, _)| ApartModel { body, partner }));
@@ -116,7 +116,7 @@ fn keep_overlaps_apart(
     let up = -Vector3::from(model.gravity);
     let up = if up.norm() > 0.0 { up.normalize() } else { Vector3::z() };
     let mut world = world;
-    let mut told = vec![Vec::new(); robots.len()];
+    let mut reported = vec![Vec::new(); robots.len()];
     let mut lifted: Vec<(usize, String, f64)> = Vec::new();
     let mut lifts = 0;
     'search: loop {
@@ -169,7 +169,8 @@ fn keep_overlaps_apart(
                 }
                 continue 'search;
             }
-            told[number].push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
+            reported[number]
+                .push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
             model.apart.push(ApartModel { body, partner });
             world = world.with_apart(body, between.1)?;
         }
@@ -180,9 +181,13 @@ fn keep_overlaps_apart(
     for (number, name, by) in lifted {
         robots[number].note(format!("{name} was lifted {by:.3e} m out of a fixed piece"));
     }
-    for (robot, told) in robots.iter_mut().zip(told).filter(|(_, told)| !told.is_empty()) {
-        robot
-            .note(format!("pairs that overlap at the start have no contacts: {}", told.join(", ")));
+    for (robot, reported) in
+        robots.iter_mut().zip(reported).filter(|(_, reported)| !reported.is_empty())
+    {
+        robot.note(format!(
+            "pairs that overlap at the start have no contacts: {}",
+            reported.join(", ")
+        ));
     }
     // The exclusion of ground contacts may be the only change.
     model.world()

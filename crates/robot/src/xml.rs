@@ -43,11 +43,11 @@ impl Element {
             format!("{}line {line}: {hint}: {error}", within(file))
         })?;
         let file: Option<Rc<str>> = file.map(Rc::from);
-        let lines = LineStarts::of(text);
-        Self::of(&lines, document.root_element(), file.as_ref(), 0)
+        let lines = LineStarts::new(text);
+        Self::from_node(&lines, document.root_element(), file.as_ref(), 0)
     }
 
-    fn of(
+    fn from_node(
         lines: &LineStarts,
         node: Node<'_, '_>,
         file: Option<&Rc<str>>,
@@ -72,7 +72,7 @@ impl Element {
             tag: name.name().to_owned(),
             attributes: attributes.collect(),
             children: children
-                .map(|child| Self::of(lines, child, file, depth + 1))
+                .map(|child| Self::from_node(lines, child, file, depth + 1))
                 .collect::<Result<_, _>>()?,
             line,
             file: file.cloned(),
@@ -136,7 +136,7 @@ impl Element {
 struct LineStarts(Vec<usize>);
 
 impl LineStarts {
-    fn of(text: &str) -> Self {
+    fn new(text: &str) -> Self {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         Self(std::iter::once(0).chain(ends.map(|(end, _)| end + 1)).collect())
     }
@@ -192,11 +192,10 @@ pub trait Attributes {
     /// Number of an attribute within bounds. `usual` is the default.
     fn bounded(&self, name: &str, usual: f64, [low, high]: [f64; 2]) -> Result<f64, String> {
         let number = self.number(name)?.unwrap_or(usual);
-        match (low..=high).contains(&number) {
-            true => Ok(number),
-            false => Err(self
-                .element()
-                .wrong(format!("{name} is {number:?}; allowed: {low:?} to {high:?}"))),
+        if (low..=high).contains(&number) {
+            Ok(number)
+        } else {
+            Err(self.element().wrong(format!("{name} is {number:?}; allowed: {low:?} to {high:?}")))
         }
     }
 

@@ -127,7 +127,7 @@ impl StiffJointReport {
             self.before.clear();
             return;
         }
-        let now = Stiffness::default().of_each_joint(world, states, joints, gears);
+        let now = Stiffness::default().per_joint(world, states, joints, gears);
         self.lasting.resize(now.len(), 0.0);
         let both = self.before.iter().zip(&now).map(|(before, now)| before.min(*now));
         self.lasting.iter_mut().zip(both).for_each(|(most, both)| *most = most.max(both));

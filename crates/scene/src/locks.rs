@@ -2,14 +2,14 @@
 
 use super::scene::Scene;
 use tumble_core::joint::{GearAxis, JointAxis};
-use tumble_core::simulation::{Finding, Lock};
+use tumble_core::simulation::{Constraint, RedundancyFinding};
 use tumble_model::failure::Failure;
 
 /// Maximum number of names in a message; further names are counted.
 const MOST_NAMED: usize = 6;
 
 impl Scene {
-    fn found_in_joints(&self) -> Vec<Finding> {
+    fn found_in_joints(&self) -> Vec<RedundancyFinding> {
         let time = self.start_index as f64 * self.world.time_step();
         self.world_at(self.start_index).locked(&self.starts, &self.courses, time)
     }
@@ -20,7 +20,7 @@ impl Scene {
     /// The first contradiction.
     pub(super) fn refuse_contradiction(&self) -> Result<(), Failure> {
         for finding in self.found_in_joints() {
-            if let Finding::Contradiction { locks, off } = finding {
+            if let RedundancyFinding::Contradiction { locks, off } = finding {
                 return Err(Failure::Input(format!(
                     "joints: {} contradict each other: their velocities differ by {off:.1e} m/s; \
                      remove one",
@@ -35,13 +35,13 @@ impl Scene {
     pub(super) fn notes_on_joints(&self) -> Vec<String> {
         let findings = self.found_in_joints();
         let mut notes: Vec<String> = Vec::new();
-        let mut axes: Vec<(Vec<Lock>, Vec<String>)> = Vec::new();
+        let mut axes: Vec<(Vec<Constraint>, Vec<String>)> = Vec::new();
         for finding in &findings {
             match finding {
-                Finding::LockedAxis { axis, locks } => {
+                RedundancyFinding::LockedAxis { axis, locks } => {
                     let (name, mut locks) = (self.axis_name(axis), locks.clone());
-                    if !locks.iter().all(|lock| matches!(lock, Lock::Gear(_))) {
-                        locks.push(Lock::Joint(axis.joint));
+                    if !locks.iter().all(|lock| matches!(lock, Constraint::Gear(_))) {
+                        locks.push(Constraint::Joint(axis.joint));
                     }
                     locks.sort();
                     locks.dedup();
@@ -50,19 +50,19 @@ impl Scene {
                         None => axes.push((locks, vec![name])),
                     }
                 }
-                Finding::Redundant { locks, rows } => notes.push(format!(
+                RedundancyFinding::Redundant { locks, rows } => notes.push(format!(
                     "{} have {rows} redundant constraints: their individual forces are not unique",
                     self.listed(locks)
                 )),
                 _ => {}
             }
         }
-        let together = |(locks, names): &(Vec<Lock>, Vec<String>)| {
+        let together = |(locks, names): &(Vec<Constraint>, Vec<String>)| {
             let by = self.listed(locks);
             let axes = counted(names.clone());
             match locks[..] {
-                [Lock::Joint(_)] => format!("{by} locks {axes}: its limits are equal"),
-                [Lock::Gear(_)] => format!("{by} locks {axes}: its ratio is 0"),
+                [Constraint::Joint(_)] => format!("{by} locks {axes}: its limits are equal"),
+                [Constraint::Gear(_)] => format!("{by} locks {axes}: its ratio is 0"),
                 _ => format!("{by} together lock {axes}"),
             }
         };
@@ -70,10 +70,10 @@ impl Scene {
         notes
     }
 
-    fn listed(&self, locks: &[Lock]) -> String {
-        let name = |lock: &Lock| match lock {
-            Lock::Joint(index) => self.joint_name(*index).to_owned(),
-            Lock::Gear(index) => format!("gears[{index}]"),
+    fn listed(&self, locks: &[Constraint]) -> String {
+        let name = |lock: &Constraint| match lock {
+            Constraint::Joint(index) => self.joint_name(*index).to_owned(),
+            Constraint::Gear(index) => format!("gears[{index}]"),
         };
         counted(locks.iter().map(name).collect())
     }

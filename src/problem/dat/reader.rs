@@ -20,12 +20,12 @@ pub enum DatError {
     #[error("it ends too early; expected {0}")]
     End(&'static str),
     /// The number of entries of a sparse matrix differs from its header.
-    #[error("line {line}: the header has {said} entries, but {found} follow")]
+    #[error("line {line}: the header has {declared} entries, but {found} follow")]
     Entries {
         /// Line of the header, counted from 1.
         line: usize,
         /// Number of entries in the header.
-        said: String,
+        declared: String,
         /// Number of entries in the text.
         found: usize,
     },
@@ -50,7 +50,7 @@ pub enum DatError {
 /// A text that does not follow the format, with the line; a problem that is
 /// [invalid](ProblemError).
 pub fn read(text: &str) -> Result<ContactProblem, DatError> {
-    let mut words = Words::of(text);
+    let mut words = Words::new(text);
     let dimension = words.count("the dimension of a contact")?;
     let contacts = words.count("the number of contacts")?;
     let rows = dimension.saturating_mul(contacts);
@@ -83,7 +83,7 @@ struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    fn of(text: &'a str) -> Self {
+    fn new(text: &'a str) -> Self {
         let lines = text.lines().enumerate();
         let words = lines
             .flat_map(|(line, text)| text.split_whitespace().map(move |word| (line + 1, word)));
@@ -278,13 +278,13 @@ impl<'a> Words<'a> {
         self.expect("nzmax:")?;
         self.next("the capacity of a sparse matrix")?;
         self.expect("nnz:")?;
-        let (line, said) = self.next("the number of entries of a sparse matrix")?;
-        let said = said.trim_end_matches(',');
+        let (line, declared) = self.next("the number of entries of a sparse matrix")?;
+        let declared = declared.trim_end_matches(',');
         let entries =
             if is_triplets { self.triplets()? } else { self.columns_of_entries(columns)? };
-        if !is_printed(said, entries.len()) {
-            let (said, found) = (shortened(said), entries.len());
-            return Err(DatError::Entries { line, said, found });
+        if !is_printed(declared, entries.len()) {
+            let (declared, found) = (shortened(declared), entries.len());
+            return Err(DatError::Entries { line, declared, found });
         }
         Ok(entries)
     }
@@ -326,9 +326,9 @@ impl<'a> Words<'a> {
                 entries.push((row, column, self.number("an entry of a sparse matrix")?));
             }
             let found = entries.len() - before;
-            let said = i128::from(last) - i128::from(first) + 1;
-            if said != found as i128 {
-                return Err(DatError::Entries { line, said: said.to_string(), found });
+            let declared = i128::from(last) - i128::from(first) + 1;
+            if declared != found as i128 {
+                return Err(DatError::Entries { line, declared: declared.to_string(), found });
             }
         }
         Ok(entries)

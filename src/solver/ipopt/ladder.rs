@@ -162,7 +162,8 @@ impl Ladder {
                 (depth, depth)
             }
         };
-        let (contacts, native) = (candidates.contacts(), &self.native_solution);
+        let contacts = candidates.contacts();
+        let native = &self.native_solution;
         let IpoptSolver { program, memory, posed, start: x, end, .. } = &mut self.ipopt;
         let units = program.units;
         let free = units.state(&step.free[BODY]);
@@ -186,7 +187,7 @@ impl Ladder {
                 multipliers = StartMultipliers::Zero;
                 start::set_solution(x, contacts, native, &units);
                 *posed =
-                    PosedContacts::of(contacts, |index, _| native.contacts[index].carries_force());
+                    PosedContacts::new(contacts, |index, _| native.contacts[index].carries_force());
             }
             Rung::FreeFlight => x.set_free(&free),
             Rung::SharedWeight => start::share_weight(x, &free, program.world(), contacts, posed),
@@ -217,7 +218,8 @@ impl Ladder {
             }
             let Some(known) = &attempted.multipliers else { break };
             let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let (multipliers, compliance) = (StartMultipliers::Known(known), COMPLIANCE);
+            let multipliers = StartMultipliers::Known(known);
+            let compliance = COMPLIANCE;
             let effort = IpoptEffort { multipliers, limit, depth: 0.0, tightness, compliance };
             let IpoptSolver { program, posed, start, end, .. } = &mut self.ipopt;
             start.copy_from(end);
@@ -268,7 +270,9 @@ impl Ladder {
 
     /// Residual of the last rung, m/s.
     fn residual(&mut self, step: &Step<'_>, contacts: &[Contact]) -> f64 {
-        let (states, wrenches, tried) = (step.states, step.wrenches, &self.tried);
+        let states = step.states;
+        let wrenches = step.wrenches;
+        let tried = &self.tried;
         let next = &tried.states;
         let claim = Claim { states, next, wrenches, contacts, joints: &[], gears: &[] };
         self.certifier.contact_step(step.world, &claim, self.tried.forces()).residual()

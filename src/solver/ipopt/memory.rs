@@ -25,7 +25,7 @@ pub(super) struct Multipliers {
 }
 
 impl Multipliers {
-    pub(super) fn of(contacts: Vec<ContactKey>, point: IteratePoint<'_>) -> Self {
+    pub(super) fn new(contacts: Vec<ContactKey>, point: IteratePoint<'_>) -> Self {
         Self {
             contacts,
             constraints: point.constraint_multipliers.to_vec(),
@@ -83,7 +83,8 @@ impl IpoptMemory {
     ) {
         self.0.retain(|known| known.solution == *previous);
         self.0.truncate(1);
-        let (solution, point) = (solution.clone(), point.as_slice().to_vec());
+        let solution = solution.clone();
+        let point = point.as_slice().to_vec();
         self.0.push(Remembered { solution, point, multipliers });
     }
 }

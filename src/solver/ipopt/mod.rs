@@ -232,7 +232,8 @@ impl IpoptSolver {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         let Self { program, memory, posed, start, end, accepted } = self;
-        let (limit, depth) = (program.max_iterations(), missed_depth(step, *accepted));
+        let limit = program.max_iterations();
+        let depth = missed_depth(step, *accepted);
         *posed = PosedContacts::closed(program, step, candidates.contacts(), depth);
         let multipliers = StartMultipliers::Estimated;
         let effort = IpoptEffort { multipliers, limit, depth, tightness: 1.0, compliance: 0.0 };

@@ -21,7 +21,7 @@ pub(super) struct PosedContacts(Vec<usize>);
 
 impl PosedContacts {
     /// Selects the candidates for which `takes_part` is true.
-    pub(super) fn of(
+    pub(super) fn new(
         candidates: &[Contact],
         mut takes_part: impl FnMut(usize, &Contact) -> bool,
     ) -> Self {
@@ -38,7 +38,7 @@ impl PosedContacts {
         near: f64,
     ) -> Self {
         let free = &step.free[BODY];
-        Self::of(candidates, |_, contact| program.is_tutorials() || gap(contact, free) <= near)
+        Self::new(candidates, |_, contact| program.is_tutorials() || gap(contact, free) <= near)
     }
 
     /// Indices of the candidates.
@@ -85,7 +85,7 @@ pub(super) fn solve_posed(
         let next = program.next_state(step, end);
         candidates.admit_missed(step.world, step.states, &[next], depth);
         let contacts = candidates.contacts();
-        let wider = PosedContacts::of(contacts, |index, contact| {
+        let wider = PosedContacts::new(contacts, |index, contact| {
             posed.has(index) || gap(contact, &next) < -depth
         });
         if wider == *posed {

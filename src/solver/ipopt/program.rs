@@ -80,7 +80,7 @@ impl IpoptProgram {
         options.validate()?;
         let units = match clamping {
             Clamping::Tutorial => ProgramUnits::SI,
-            Clamping::Posed => ProgramUnits::of(world, None),
+            Clamping::Posed => ProgramUnits::new(world, None),
         };
         let nlp = StepNlp::with_factor(units.world(world), SMOOTHING, factor)?;
         Ok(Self { nlp, units, clamping, options, prepared: None, zeros: Vec::new() })
@@ -118,7 +118,7 @@ impl IpoptProgram {
         if self.is_tutorials() {
             return Ok(false);
         }
-        let units = ProgramUnits::of(step.world, Some(&step.wrenches[BODY]));
+        let units = ProgramUnits::new(step.world, Some(&step.wrenches[BODY]));
         if units == self.units {
             return Ok(false);
         }
@@ -174,7 +174,9 @@ impl IpoptProgram {
         nlp.anchor(effort.compliance, (0..layout.contacts()).map(|i| start.force(i)));
 
         let bound = BoundRows::take(nlp, &mut bounds);
-        let (x, variables, rows) = (start.as_slice(), layout.variables(), bound.rows().len());
+        let x = start.as_slice();
+        let variables = layout.variables();
+        let rows = bound.rows().len();
         zeros.resize(variables.max(rows), 0.0);
         let start = match effort.multipliers {
             StartMultipliers::Estimated => ipopt::StartPoint::Cold { x },
@@ -216,7 +218,7 @@ impl IpoptProgram {
             converged,
             iterations: outcome.iterations,
             status: outcome.status,
-            multipliers: found.map(|point| Multipliers::of(posed.keys(candidates), point)),
+            multipliers: found.map(|point| Multipliers::new(posed.keys(candidates), point)),
         })
     }
 }

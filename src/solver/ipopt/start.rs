@@ -91,10 +91,13 @@ pub(super) fn write(
     if program.is_tutorials() {
         solution.variables.extend_from_slice(x.as_slice());
     }
-    let (from, to, h) = (step.states[BODY].pose(), next.pose(), step.world.time_step());
+    let from = step.states[BODY].pose();
+    let to = next.pose();
+    let h = step.world.time_step();
     solution.contacts.extend(candidates.iter().map(|contact| {
         let force = x.force(contact.key.point) * program.units.force();
-        let (normal, u) = (contact.normal(), contact.motion([&from, &to], None, h));
+        let normal = contact.normal();
+        let u = contact.motion([&from, &to], None, h);
         ContactForce {
             key: contact.key,
             force: contact.frame * force,
@@ -120,12 +123,14 @@ fn set_contact(
     units: &ProgramUnits,
 ) {
     let mut local = contact.frame.tr_mul(&force.force) / units.force();
-    let (cone, tangential) = (contact.law.friction * local[2], local.xy().norm());
+    let cone = contact.law.friction * local[2];
+    let tangential = local.xy().norm();
     if tangential > 0.0 && tangential >= cone * (1.0 - 1e-12) {
         let smoothed = (cone * (cone + 2.0 * SMOOTHING)).max(0.0).sqrt();
         (local[0], local[1]) = (local[0] * smoothed / tangential, local[1] * smoothed / tangential);
     }
-    let (slip, gap) = (force.slip.norm() / units.speed(), gap / units.length());
+    let slip = force.slip.norm() / units.speed();
+    let gap = gap / units.length();
     let products = products(&local, slip, gap, contact.law.friction, SMOOTHING);
     x.set_contact(contact.key.point, &local, &products);
 }

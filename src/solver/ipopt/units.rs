@@ -36,7 +36,7 @@ impl ProgramUnits {
     pub(super) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
 
     /// Units of `world` under the load `wrench`, if there is one.
-    pub(super) fn of(world: &World, wrench: Option<&Wrench>) -> Self {
+    pub(super) fn new(world: &World, wrench: Option<&Wrench>) -> Self {
         let (body, length) = (&world.bodies()[BODY], world.reach());
         let pull = wrench.map_or(0.0, |wrench| {
             wrench.force.norm().max(wrench.torque.norm() / length) / body.mass()

@@ -206,7 +206,7 @@ fn a_rounded_bar_across_two_boxes_has_two_points_on_each() {
 /// Checks a rod that turns by two radians in a step. The step is unphysical if anything is within
 /// reach. Far from everything it is free flight.
 #[test]
-fn what_turns_too_far_beside_something_is_marked() {
+fn turn_of_two_radians_within_reach_of_something_is_unphysical() {
     let rod = RigidBody::solid_box(0.8, v(1.0, 0.01, 0.01)).unwrap();
     let mut start = at(v(0.0, 0.0, 1.5));
     start.spin[2] = 400.0;
@@ -328,7 +328,7 @@ fn nothing_goes_through_a_wall() {
 /// collide, or the step is marked as unphysical. If they overlap by less than a tenth, a contact
 /// without a force is also allowed.
 #[test]
-fn balls_that_graze_each_other_do_not_pass_unseen() {
+fn grazing_balls_are_detected() {
     const RADIUS: f64 = 0.005;
     const TIME_STEP: f64 = 0.002;
     let ball = || {

@@ -68,7 +68,7 @@ fn bodies_cross_the_seams_of_a_field_as_one_slab() {
 
 /// The same with points moved aside and random diagonals.
 #[test]
-fn bodies_cross_odd_seams_as_one_slab() {
+fn bodies_cross_irregular_seams_as_one_slab() {
     for case in cases(2.0) {
         for seed in 0..3 {
             compare(&case, "an odd surface", odd_surface(40, 0.2, seed, |_, _| 0.0), 200);

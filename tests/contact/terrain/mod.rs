@@ -125,9 +125,10 @@ fn odd_surface(cells: usize, spacing: f64, seed: u64, height: impl Fn(f64, f64) 
     for cell in 0..cells * cells {
         let first = (cell / cells * side + cell % cells) as u32;
         let [a, b, c, d] = [first, first + 1, first + side as u32 + 1, first + side as u32];
-        triangles.extend(match uniform(&mut random) < 0.5 {
-            true => [[a, b, c], [a, c, d]],
-            false => [[a, b, d], [b, c, d]],
+        triangles.extend(if uniform(&mut random) < 0.5 {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[a, b, d], [b, c, d]]
         });
     }
     Surface::new(vertices, triangles).unwrap()

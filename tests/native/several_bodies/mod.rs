@@ -365,7 +365,7 @@ fn a_stack_stands_under_drifts_of_a_nanometre() {
 
 /// Checks that a search does not depend on earlier queries of the same memory.
 #[test]
-fn a_search_does_not_depend_on_what_was_asked_before() {
+fn contact_search_is_independent_of_earlier_queries() {
     let cube = || solid_box(1.0, 0.5, 0.5, 0.5);
     let stacked = vec![(cube(), at(0.0, 0.0, 0.5)), (cube(), at(0.0, 0.0, 1.5))];
     let scene = Scene::new(stacked, 0.5, 0.002);

@@ -15,11 +15,12 @@ use tumble_core::contact::{
 };
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::{
-    Aabb, Hint, Hull, PairScratch, Piece, PieceSide, Sweep, bound, manifold, overlap, separation,
+    Aabb, Hint, Hull, PairScratch, Piece, PieceSide, Sweep, bound, manifold, overlap,
+    signed_distance,
 };
 use tumble_core::mechanics::load::Polyline;
 use tumble_core::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::wild::EnergyJudge;
+use tumble_core::simulation::wild::EnergyCheck;
 use tumble_core::step::StepSolution;
 use tumble_core::world::{Parameters, World};
 
@@ -99,7 +100,7 @@ impl Drop for Panics {
 }
 
 #[test]
-fn lists_of_any_length_make_no_search_panic() {
+fn lists_of_any_length_do_not_panic_the_contact_search() {
     let mut panics = Panics::default();
     for bodies in [1, 2] {
         let world = world_of(bodies);
@@ -141,8 +142,13 @@ fn lists_of_any_length_make_no_search_panic() {
                     panics.look("certify_rk4_step", || certify_rk4_step(&world, &claim));
                     for forces in [0, contacts.len(), contacts.len() + 1] {
                         let forces = vec![Vector3::zeros(); forces];
-                        panics.look("Judge::is_wild", || {
-                            EnergyJudge::new().is_wild(&world, &claim, forces.iter().copied(), 1.0)
+                        panics.look("Judge::is_unphysical", || {
+                            EnergyCheck::new().is_unphysical(
+                                &world,
+                                &claim,
+                                forces.iter().copied(),
+                                1.0,
+                            )
                         });
                         panics.look("Certifier::contact_step", || {
                             Certifier::new().contact_step(&world, &claim, forces)
@@ -156,7 +162,7 @@ fn lists_of_any_length_make_no_search_panic() {
 
 /// Checks that incomplete input counts as bad: the residual is NaN and the step unphysical.
 #[test]
-fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
+fn step_with_missing_states_is_unphysical() {
     let world = world_of(2);
     let (good, wrenches) = (tower(2), vec![Wrench::zero(); 2]);
     let contacts = contact_lists(&world, 2);
@@ -176,11 +182,11 @@ fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
     assert!(
         residual(&whole).is_finite() && certify_rk4_step(&world, &whole).residual().is_finite()
     );
-    let is_wild = |claim: &Claim<'_>| {
+    let is_unphysical = |claim: &Claim<'_>| {
         let forces = vec![Vector3::zeros(); claim.contacts.len()];
-        EnergyJudge::new().is_wild(&world, claim, forces, 1e-9)
+        EnergyCheck::new().is_unphysical(&world, claim, forces, 1e-9)
     };
-    assert!(!is_wild(&whole));
+    assert!(!is_unphysical(&whole));
     for claim in [
         Claim { states: &good[..1], ..whole },
         Claim { next: &good[..1], ..whole },
@@ -190,7 +196,7 @@ fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
     ] {
         assert!(residual(&claim).is_nan(), "{claim:?}");
         assert!(certify_rk4_step(&world, &claim).residual().is_nan(), "{claim:?}");
-        assert!(is_wild(&claim), "{claim:?}");
+        assert!(is_unphysical(&claim), "{claim:?}");
     }
     let mut candidates = Candidates::new();
     candidates.find(Detection::default(), &world, &good[..1], &good);
@@ -208,7 +214,7 @@ fn pairs(bodies: usize) -> Vec<(Vec<State>, Vec<State>)> {
 }
 
 #[test]
-fn shares_of_any_length_make_no_restitution_panic() {
+fn shares_of_any_length_do_not_panic_restitution() {
     let mut panics = Panics::default();
     for bodies in [1, 2] {
         let world = world_of(bodies);
@@ -240,7 +246,7 @@ fn shares_of_any_length_make_no_restitution_panic() {
 
 /// Checks that a contact has the smaller share of its two bodies. A missing share counts as 1.
 #[test]
-fn a_missing_share_is_the_whole_restitution() {
+fn missing_share_means_full_restitution() {
     let world = world_of(2);
     let states = tower(2);
     let mut free = states.clone();
@@ -262,7 +268,7 @@ fn a_missing_share_is_the_whole_restitution() {
 /// Checks that tables of one body, read with a wrong number of bodies, return an error. The number
 /// may be larger than memory.
 #[test]
-fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
+fn wrong_body_count_is_an_error_not_a_panic() {
     use tumble_core::simulation::{Motion, Simulation, StepRecord};
     use tumble_scene::output::tables::{Streams, TablesReader, TablesWriter};
     let world = world_of(1);
@@ -295,7 +301,7 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
 }
 
 #[test]
-fn a_record_of_another_world_makes_no_writer_panic() {
+fn records_of_another_world_do_not_panic_writers() {
     use tumble_core::simulation::StepRecord;
     use tumble_core::step::ContactForce;
     use tumble_scene::output::tables::{Streams, TableStep, TablesWriter};
@@ -333,7 +339,7 @@ fn a_record_of_another_world_makes_no_writer_panic() {
 
 /// Checks invalid poses, and hints of other pairs.
 #[test]
-fn hints_and_poses_of_anything_make_no_geometry_panic() {
+fn invalid_hints_and_poses_do_not_panic_geometry() {
     let mut panics = Panics::default();
     let tetrahedron = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let pieces = [
@@ -374,7 +380,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
                     let (a, b) = ((a, at), (b, &poses[0]));
                     panics.look("bound", || bound(a, b, &hint));
                     let (mut one, mut two, mut three) = (hint, hint, hint);
-                    panics.look("separation", || separation(a, b, &mut one, &mut scratch));
+                    panics.look("separation", || signed_distance(a, b, &mut one, &mut scratch));
                     panics.look("overlap", || overlap(a, b, &mut two, &mut scratch));
                     panics.look("manifold", || {
                         manifold(b, a, 0.1, PieceSide::A, &mut three, &mut scratch, &mut touches)
@@ -383,7 +389,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
             }
         }
     }
-    let boxes = poses.map(|pose| Aabb::of(&pieces[0], &pose));
+    let boxes = poses.map(|pose| Aabb::from_piece(&pieces[0], &pose));
     panics.look("Sweep::pairs", || Sweep::new().pairs(&boxes, |_, _| ()));
 }
 
@@ -422,7 +428,7 @@ fn empty_lists_and_missing_parts_are_refused() {
     let none: [Vector3<f64>; 0] = [];
     for (name, refused) in [
         ("a body without points", RigidBody::new(1.0, unit, &none).is_err()),
-        ("a body without pieces", RigidBody::of_pieces(1.0, unit, vec![]).is_err()),
+        ("a body without pieces", RigidBody::from_pieces(1.0, unit, vec![]).is_err()),
         ("a solid of nothing", RigidBody::solid(1.0, &[]).is_err()),
         ("a hull of nothing", Hull::from_points(&none).is_err()),
         ("a mesh of nothing", Mesh::new(vec![], vec![]).is_err()),

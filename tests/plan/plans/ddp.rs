@@ -77,7 +77,7 @@ fn a_flight_has_the_least_effort_within_bounds() {
 /// Checks starts at rest, where exact derivatives are zero.
 #[test]
 #[ignore = "slow"]
-fn what_sticks_is_moved() {
+fn resting_boxes_are_moved_by_the_default_stages() {
     for name in ["slide.toml", "uphill.toml", "push.toml", "planar-push.toml", "lift.toml"] {
         let file = shipped(name);
         let zero = file.problem.zero();
@@ -92,7 +92,7 @@ fn what_sticks_is_moved() {
 
 /// Checks a target on a body that no control can move.
 #[test]
-fn what_nothing_moves_is_said() {
+fn body_that_no_control_moves_is_reported() {
     let scene = "
         time_step = 0.02
         [ground]
@@ -133,7 +133,7 @@ fn random_pushes_are_planned() {
 /// Checks that the stage stops on request and returns its best result. An interrupt ends it within
 /// an iteration.
 #[test]
-fn it_ends_where_it_is_told_to() {
+fn ddp_stops_on_interrupt_and_on_callback() {
     let file = shipped("push.toml");
     let zero = file.problem.zero();
     let stages: [Box<dyn Stage>; 1] = [Box::new(ddp())];

@@ -24,14 +24,14 @@ fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
 fn shipped(name: &str) -> ProblemFile {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
-    ProblemFile::of_text(&text, &path, &read).unwrap()
+    ProblemFile::from_text(&text, &path, &read).unwrap()
 }
 
 /// Problem of a scene, both given as texts.
 fn told(scene: &str, problem: &str) -> ProblemFile {
     let scene =
         Scene::from_text(scene, Path::new("scene.toml"), Settings::default(), &read).unwrap();
-    ProblemFile::of_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
+    ProblemFile::from_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
 }
 
 fn plan(problem: &PlanProblem, start: &[f64], stages: &[Box<dyn Stage>]) -> Plan {
@@ -64,7 +64,7 @@ const BOX: &str = "
 /// d = h Σ_{i=1}^{m} (v₀ − i h μ g) = h (m v₀ − h μ g m (m + 1)/2)
 /// ```
 #[test]
-fn the_start_that_stops_at_a_place_is_that_of_the_sum() {
+fn initial_speed_that_stops_at_a_place_is_the_discrete_sum() {
     let file = shipped("stop.toml");
     let found = planned(&file);
     assert_eq!(found.status, PlanStatus::Replayed, "{}", found.reason);
@@ -106,7 +106,7 @@ fn friction_and_start_follow_from_two_places() {
 
 /// Checks a problem without free controls. There is one run, and no plan changes it.
 #[test]
-fn what_cannot_be_chosen_does_not_move() {
+fn problem_without_free_controls_makes_one_run() {
     let scene = BOX.replace("position =", "velocity = [1.2, 0.2, 0]\nspin = [0, 0, 3]\nposition =");
     let scene = scene.as_str();
     for y in [-10.0, 10.0] {
@@ -129,7 +129,7 @@ fn what_cannot_be_chosen_does_not_move() {
 
 /// Checks a force below the friction limit. Nothing moves, and every stage ends at once.
 #[test]
-fn what_cannot_be_is_missed_with_a_reason() {
+fn force_below_the_friction_limit_is_reported_as_missed() {
     let problem = "
         steps = 50
         [[controls]]
@@ -303,7 +303,7 @@ fn a_box_is_thrown_onto_any_side_at_any_place() {
             let text = throw
                 .replace("position = [1.0, 0.0]", &format!("position = [{x}, {y}]"))
                 .replace("down = \"+x\"", &format!("down = \"{side}\""));
-            let file = ProblemFile::of_text(&text, &folder.join("throw.toml"), &read).unwrap();
+            let file = ProblemFile::from_text(&text, &folder.join("throw.toml"), &read).unwrap();
             let found = planned(&file);
             reached += u32::from(found.status == PlanStatus::Replayed);
             println!("{side} at ({x}, {y}): {:?} {}", found.status, found.reason);
@@ -409,7 +409,7 @@ fn an_interrupted_search_has_the_best_so_far() {
 }
 
 #[test]
-fn problems_that_are_none_are_refused() {
+fn invalid_problems_are_rejected() {
     let scene = Scene::from_text(BOX, Path::new("box.toml"), Settings::default(), &read).unwrap();
     let force = "[[controls]]\nkind = \"force\"\n";
     let target = "[target]\nx = 1\n";
@@ -526,7 +526,7 @@ fn problems_that_are_none_are_refused() {
         ),
     ] {
         let text = format!("scene = \"-\"\n{problem}");
-        match ProblemFile::of_scene_text(scene.clone(), &text) {
+        match ProblemFile::from_scene_text(scene.clone(), &text) {
             Ok(_) => panic!("{problem} is taken"),
             Err(why) => assert!(why.contains(words), "{problem}: {why}"),
         }
@@ -536,7 +536,7 @@ fn problems_that_are_none_are_refused() {
 /// Checks valid problems: open ends of ranges, the name of the ground's height, and forces of two
 /// controls that add up.
 #[test]
-fn what_can_be_is_taken() {
+fn valid_problems_are_accepted() {
     let force =
         |name: &str| format!("[[controls]]\nname = \"{name}\"\nkind = \"force\"\nx = [0, 1]\n");
     let ground = "[[controls]]\nkind = \"constant\"\nconstant = \"ground\"\nvalue = [-0.1, 0]\n";
@@ -550,7 +550,7 @@ fn what_can_be_is_taken() {
 
 /// Checks that the pieces of a control match its steps. Each has the length that its effort counts.
 #[test]
-fn pieces_are_those_of_their_steps() {
+fn control_pieces_match_their_steps() {
     for (steps, knots) in [(1, 1), (7, 3), (30, 29), (30, 7), (64, 64), (100, 1)] {
         let text = format!(
             "steps = {steps}\n[[controls]]\nkind = \"force\"\nx = [0, 1]\neffort = 1\nknots = {knots}\n\
@@ -570,7 +570,7 @@ fn pieces_are_those_of_their_steps() {
 
 /// Checks that an interrupt during the first run is an error.
 #[test]
-fn a_start_that_is_interrupted_is_no_plan() {
+fn interrupted_start_returns_no_plan() {
     let file = shipped("stop.toml");
     let interrupt = Arc::new(AtomicBool::new(true));
     let mut progress = |_: &SearchProgress<'_>| true;

@@ -248,7 +248,7 @@ fn is_found(file: &ProblemFile) -> Plan {
 
 /// Checks that invalid motor problems are refused, each with one sentence.
 #[test]
-fn motors_that_are_none_are_refused() {
+fn invalid_motors_are_rejected() {
     let scene = shipped("swing-up.toml").problem.scene().clone();
     let target = "[target]\nbody = \"lower\"\nx = 1\n";
     let motor = "kind = \"motor\"";
@@ -268,13 +268,13 @@ fn motors_that_are_none_are_refused() {
         ("joint = \"elbow\"\nforce = [1, 0]", "the bounds are 1 to 0"),
     ] {
         let text = format!("scene = \"-\"\nsteps = 5\n[[controls]]\n{motor}\n{fields}\n{target}");
-        match ProblemFile::of_scene_text(scene.clone(), &text) {
+        match ProblemFile::from_scene_text(scene.clone(), &text) {
             Ok(_) => panic!("{fields} is taken"),
             Err(why) => assert!(why.contains(words), "{fields}: {why}"),
         }
     }
     let force = "scene = \"-\"\nsteps = 5\n[[controls]]\nkind = \"force\"\nbody = \"lower\"\n";
     let text = format!("{force}joint = \"elbow\"\nx = [0, 1]\n{target}");
-    let why = ProblemFile::of_scene_text(scene, &text).err().unwrap();
+    let why = ProblemFile::from_scene_text(scene, &text).err().unwrap();
     assert!(why.contains("joint or axis: it has no meaning"), "{why}");
 }

@@ -93,7 +93,7 @@ fn weights() -> Vec<f64> {
 }
 
 #[test]
-fn a_batch_is_differentiated_by_all_that_it_varies() {
+fn batch_gradient_covers_all_varied_inputs() {
     let (slides, weights) = (Slides::new(), weights());
     let found = slides.gradients(&weights, 1);
     assert_eq!(found, slides.gradients(&weights, 3));
@@ -140,7 +140,7 @@ fn a_batch_is_differentiated_by_all_that_it_varies() {
 }
 
 #[test]
-fn what_a_batch_refuses() {
+fn invalid_batches_are_rejected() {
     let slides = Slides::new();
     let refused = |cotangents: Cotangents<'_>| {
         let (threads, watch) = (NonZeroUsize::MIN, RolloutWatch::default());
@@ -175,7 +175,7 @@ fn contacts_of_another_world_are_refused() {
 }
 
 #[test]
-fn a_gradient_that_fails_leaves_the_simulation_where_it_was() {
+fn failed_gradient_leaves_the_simulation_unchanged() {
     let (world, states) = on_a_slope(0.1, 0.3, 1.5);
     let mut simulation =
         Simulation::new(world.clone(), states.clone(), Motion::native(&world)).unwrap();

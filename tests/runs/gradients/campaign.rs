@@ -18,9 +18,10 @@ impl Draw {
             gravity: Vector3::new(0.0, 0.0, -9.81),
             friction: self.within(0.1, 0.9),
             time_step: h,
-            rotation: match self.within(0.0, 1.0) < 0.5 {
-                true => Rotation::Momentum,
-                false => Rotation::Tutorial,
+            rotation: if self.within(0.0, 1.0) < 0.5 {
+                Rotation::Momentum
+            } else {
+                Rotation::Tutorial
             },
         })
         .unwrap()

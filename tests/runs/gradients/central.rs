@@ -21,7 +21,7 @@ const COMPLIANCE: f64 = 1e-6;
 /// Ball with a huge inertia, `gap` [m] above the ground.
 fn ball(gap: f64, velocity: Vector3<f64>, friction: f64) -> (World, Vec<State>) {
     let moment = Matrix3::from_diagonal_element(5e4);
-    let body = RigidBody::of_pieces(MASS, moment, vec![Piece::sphere(0.1).unwrap()]).unwrap();
+    let body = RigidBody::from_pieces(MASS, moment, vec![Piece::sphere(0.1).unwrap()]).unwrap();
     let parameters = Parameters {
         bodies: vec![body],
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
@@ -118,7 +118,7 @@ fn a_ball_on_the_central_path_has_its_derivatives() {
                 }
                 let (states, mut found) = ([state], Vec::new());
                 let change = StepChange { states: &states, constants: &constants, wrenches: &[] };
-                derivative.push(&change, &mut found).unwrap();
+                derivative.jvp(&change, &mut found).unwrap();
                 let found = [found[0].velocity[0], found[0].velocity[2]];
                 // The derivative by height has the unit 1/s. Differences have nine correct digits.
                 // The rim of the ball turns by m r²/I = 4e-7 of the friction's effect.
@@ -153,12 +153,12 @@ fn a_ball_that_bounces_has_its_derivatives() {
         let fast = StateChange { velocity: Vector3::z(), ..StateChange::zero() };
         let (one, mut found) = ([1.0], Vec::new());
         let change = StepChange { states: &[fast], ..StepChange::default() };
-        derivative.push(&change, &mut found).unwrap();
+        derivative.jvp(&change, &mut found).unwrap();
         let slope = (after(z + by, restitution) - after(z - by, restitution)) / (2.0 * by);
         assert!((found[0].velocity[2] - slope).abs() < 1e-7, "{found:?} {slope}");
         let constants: [(Constant, &[f64]); 1] = [(Constant::Restitution, &one)];
         let change = StepChange { constants: &constants, ..StepChange::default() };
-        derivative.push(&change, &mut found).unwrap();
+        derivative.jvp(&change, &mut found).unwrap();
         let slope = (after(z, restitution + by) - after(z, restitution - by)) / (2.0 * by);
         assert!((found[0].velocity[2] - slope).abs() < 1e-7, "{found:?} {slope}");
     }
@@ -197,7 +197,7 @@ fn two_balls_push_each_other_by_their_mean_mass() {
         let fast = StateChange { velocity: Vector3::x(), ..StateChange::zero() };
         let (states, mut found) = ([fast, StateChange::zero()], Vec::new());
         derivative
-            .push(&StepChange { states: &states, ..StepChange::default() }, &mut found)
+            .jvp(&StepChange { states: &states, ..StepChange::default() }, &mut found)
             .unwrap();
         // The first ball gets faster, so the balls separate more slowly and the impulse is larger.
         let pushed = -by_parting * mean;
@@ -212,13 +212,13 @@ fn two_balls_push_each_other_by_their_mean_mass() {
 /// Checks that the smoothed derivative has a force before the ball touches, larger at smaller
 /// heights. The exact derivative has none.
 #[test]
-fn the_ground_is_felt_from_above() {
+fn central_path_has_a_force_above_the_ground() {
     let scene = ball(4e-4, Vector3::zeros(), 0.3);
     let height = [StateChange { position: Vector3::z(), ..StateChange::zero() }];
     let change = StepChange { states: &height, ..StepChange::default() };
     let by_height = |derivative: &mut StepDerivative| {
         let mut end = Vec::new();
-        derivative.push(&change, &mut end).unwrap();
+        derivative.jvp(&change, &mut end).unwrap();
         end[0].velocity[2]
     };
     let (mut central, simulation, record) = centred(&scene, 1e-2);
@@ -230,7 +230,7 @@ fn the_ground_is_felt_from_above() {
 
 /// Checks that for σ → 0 the derivative approaches the exact one like σ², far from kinks.
 #[test]
-fn its_limit_is_the_exact_derivative() {
+fn central_path_derivative_converges_to_the_exact_one() {
     let scene = on_a_slope(0.5, 0.3, 1.0);
     let (simulation, record) = step(&scene.0, &scene.1, &[]).unwrap();
     let push = [Wrench { force: Vector3::new(1.0, 2.0, 3.0), torque: Vector3::zeros() }];
@@ -238,7 +238,7 @@ fn its_limit_is_the_exact_derivative() {
     let pushed = |derivative: &mut StepDerivative| {
         simulation.linearise(&record, derivative).unwrap();
         let mut end = Vec::new();
-        derivative.push(&change, &mut end).unwrap();
+        derivative.jvp(&change, &mut end).unwrap();
         end[0].velocity
     };
     let exact = pushed(&mut StepDerivative::new());
@@ -250,7 +250,7 @@ fn its_limit_is_the_exact_derivative() {
 }
 
 #[test]
-fn transposed_it_is_the_same_matrix() {
+fn central_path_vjp_is_the_transposed_jvp() {
     transposes(&StepDerivative::smoothed(Smoothing::CentralPath(1e-3)).unwrap());
 }
 

@@ -39,7 +39,7 @@ pub fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Directio
     let wrenches = wrenches.collect();
     all.push(Direction { name: "wrench".into(), states: still(), wrenches, constants: vec![] });
     for constant in Constant::ALL {
-        let own = constant.of(world);
+        let own = constant.values(world);
         let numbers: Vec<f64> = match constant {
             Constant::TimeStep => vec![own[0] * 0.1],
             Constant::Inertia => {
@@ -76,7 +76,7 @@ fn beside(world: &World, states: &[State], along: &Direction, by: f64) -> Option
     let given: Vec<(Constant, Vec<f64>)> = along
         .constants
         .iter()
-        .map(|(constant, numbers)| (*constant, moved(&constant.of(world), by, numbers)))
+        .map(|(constant, numbers)| (*constant, moved(&constant.values(world), by, numbers)))
         .collect();
     let given: Vec<_> = given.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
     let world = world.with_constants(&given).unwrap();
@@ -177,12 +177,12 @@ pub fn transposed(
     let one = |_: &StateChange| StateChange::from_array(&std::array::from_fn(|_| draw()));
     let w: Vec<StateChange> = all[0].states.iter().map(one).collect();
     let mut gradient = StepGradient::default();
-    derivative.pull(&w, &Constant::ALL, &mut gradient).unwrap();
+    derivative.vjp(&w, &Constant::ALL, &mut gradient).unwrap();
     for along in all {
         let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
         let (states, wrenches) = (&along.states[..], &along.wrenches[..]);
         let mut end = Vec::new();
-        derivative.push(&StepChange { states, wrenches, constants: &constants }, &mut end).unwrap();
+        derivative.jvp(&StepChange { states, wrenches, constants: &constants }, &mut end).unwrap();
         let there: f64 = w.iter().zip(&end).map(|(w, end)| w.dot(end)).sum();
         let by_states = gradient.states.iter().zip(states).map(|(g, s)| g.dot(s));
         let by_wrenches = gradient.wrenches.iter().zip(wrenches);
@@ -234,7 +234,7 @@ pub fn compare(
         let (changes, wrenches) = (&along.states, &along.wrenches);
         let change = StepChange { states: changes, wrenches, constants: &constants };
         let mut found = Vec::new();
-        derivative.push(&change, &mut found).unwrap();
+        derivative.jvp(&change, &mut found).unwrap();
         let given = size(changes)
             + wrenches.iter().map(|w| w.force.norm() + w.torque.norm()).sum::<f64>() * h;
         let (mut best, mut compared, mut kinked, mut last) = (f64::INFINITY, 0, false, 0.0);

@@ -57,7 +57,7 @@ fn a_slide_in_small_steps_forwards() {
                 let larger = [(Constant::Size, &[1.0][..])];
                 let constants = if k == 2 { &larger[..] } else { &[] };
                 let change = StepChange { states, wrenches: &[], constants };
-                derivative.push(&change, &mut next).unwrap();
+                derivative.jvp(&change, &mut next).unwrap();
                 std::mem::swap(states, &mut next);
             }
         }

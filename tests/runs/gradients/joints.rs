@@ -46,7 +46,7 @@ fn a_slide_by_an_armature_that_it_does_not_have() {
     let constants = [(Constant::Armature, &[1.0][..])];
     let mut end = Vec::new();
     derivative
-        .push(&StepChange { constants: &constants, ..StepChange::default() }, &mut end)
+        .jvp(&StepChange { constants: &constants, ..StepChange::default() }, &mut end)
         .unwrap();
     let below = MASS + H * damping;
     let expected = 0.7 * (1.0 / below - MASS / (below * below));
@@ -84,11 +84,11 @@ fn a_slide_by_the_constants_of_its_drive() {
         let (mut end, mut gradient) = (Vec::new(), StepGradient::default());
         let asked: Vec<Constant> = expected.iter().map(|(constant, _)| *constant).collect();
         let by_end = [StateChange { velocity: Vector3::new(0.0, 0.0, 1.0), ..StateChange::zero() }];
-        derivative.pull(&by_end, &asked, &mut gradient).unwrap();
+        derivative.vjp(&by_end, &asked, &mut gradient).unwrap();
         for ((constant, expected), pulled) in expected.iter().zip(&gradient.constants) {
             let constants = [(*constant, &[1.0][..])];
             let change = StepChange { constants: &constants, ..StepChange::default() };
-            derivative.push(&change, &mut end).unwrap();
+            derivative.jvp(&change, &mut end).unwrap();
             // The condition of the systems is 1/ε.
             for found in [along(&end), pulled[0]] {
                 let off = (found - expected).abs();
@@ -188,14 +188,14 @@ fn the_columns_of_a_body_are_its_products() {
             let mut columns: Vec<SMatrix<f64, 12, 12>> = Vec::new();
             let mut end = Vec::new();
             for body in (0..bodies).step_by(1 + bodies / 5) {
-                derivative.by_state(body, &mut columns).unwrap();
+                derivative.jacobian_wrt_state(body, &mut columns).unwrap();
                 for column in 0..12 {
                     let mut unit = [0.0; 12];
                     unit[column] = 1.0;
                     let mut states = vec![StateChange::zero(); bodies];
                     states[body] = StateChange::from_array(&unit);
                     let change = StepChange { states: &states, ..StepChange::default() };
-                    derivative.push(&change, &mut end).unwrap();
+                    derivative.jvp(&change, &mut end).unwrap();
                     let scale = size(&end) + 1.0;
                     for (of, (end, columns)) in end.iter().zip(&columns).enumerate() {
                         let numbers: [f64; 12] = columns.column(column).into_owned().into();
@@ -206,7 +206,7 @@ fn the_columns_of_a_body_are_its_products() {
                     }
                 }
             }
-            assert!(derivative.by_state(bodies, &mut columns).is_err());
+            assert!(derivative.jacobian_wrt_state(bodies, &mut columns).is_err());
         }
         println!("{name}: columns off by {worst:.1e} at most");
     }

@@ -62,13 +62,13 @@ fn two_carriages_by_their_gear() {
     let (mut end, mut gradient) = (Vec::new(), StepGradient::default());
     let by_end = StateChange { velocity: Vector3::z(), ..StateChange::zero() };
     let asked = [Constant::GearRatio, Constant::GearOffset];
-    derivative.pull(&[StateChange::zero(), by_end], &asked, &mut gradient).unwrap();
+    derivative.vjp(&[StateChange::zero(), by_end], &asked, &mut gradient).unwrap();
     for ((constant, expected), pulled) in
         asked.into_iter().zip([by_ratio, by_offset]).zip(&gradient.constants)
     {
         let constants = [(constant, &[1.0][..])];
         let change = StepChange { constants: &constants, ..StepChange::default() };
-        derivative.push(&change, &mut end).unwrap();
+        derivative.jvp(&change, &mut end).unwrap();
         for found in [end[1].velocity[2], pulled[0]] {
             let off = (found - expected).abs();
             assert!(off < 1e-10 * expected.abs(), "{constant:?} {found} {expected}");
@@ -98,7 +98,7 @@ fn a_stop_by_where_it_is() {
         simulation.linearise(&record, &mut derivative).unwrap();
         let by_end = [StateChange { velocity: Vector3::z(), ..StateChange::zero() }];
         let mut gradient = StepGradient::default();
-        derivative.pull(&by_end, &[Constant::JointLimits], &mut gradient).unwrap();
+        derivative.vjp(&by_end, &[Constant::JointLimits], &mut gradient).unwrap();
         for (found, expected) in gradient.constants[0].iter().zip(expected) {
             assert!((found - expected).abs() < 1e-8, "at {x}: {found} {expected}");
         }
@@ -190,7 +190,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
             all.push(Direction { name, states, wrenches: vec![], constants });
         };
         for constant in [Constant::JointRest, Constant::JointForce, Constant::JointLimits] {
-            let own = constant.of(&world);
+            let own = constant.values(&world);
             // The lower limit of a cone stays fixed.
             let draw = |own: &f64| if *own == 0.0 { 0.0 } else { 1.0 + 0.5 * draw.unit() };
             add(still(), vec![(constant, own.iter().map(draw).collect())]);
@@ -223,7 +223,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
                 constants: &constants,
                 ..StepChange::default()
             };
-            derivative.push(&change, &mut found).unwrap();
+            derivative.jvp(&change, &mut found).unwrap();
             for by in [1e-5, 1e-6, 1e-7] {
                 // A change of a limit or a gear acts within one step.
                 if derivative.margin() < 10.0 * by * (1.0 / H + size(&found)) {

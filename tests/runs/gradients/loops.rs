@@ -43,7 +43,7 @@ fn off(world: &World, states: &[State], along: &Direction) -> (f64, f64) {
     let (changes, wrenches) = (&along.states[..], &along.wrenches[..]);
     let mut end = Vec::new();
     derivative
-        .push(&StepChange { states: changes, wrenches, constants: &constants }, &mut end)
+        .jvp(&StepChange { states: changes, wrenches, constants: &constants }, &mut end)
         .unwrap();
     let differences = [1e-4, 1e-5, 1e-6].map(|by| {
         let (central, _) = difference(world, (states, &base), along, by).unwrap();

@@ -92,7 +92,7 @@ fn along_the_slope(
     let mut derivative = StepDerivative::new();
     simulation.linearise(&base, &mut derivative).unwrap();
     let mut end = Vec::new();
-    derivative.push(&StepChange { constants, ..StepChange::default() }, &mut end).unwrap();
+    derivative.jvp(&StepChange { constants, ..StepChange::default() }, &mut end).unwrap();
     Vector3::new(angle.cos(), 0.0, -angle.sin()).dot(&end[0].velocity)
 }
 
@@ -117,7 +117,7 @@ fn a_slide_by_friction_gravity_mass_and_inertia() {
 
 /// Checks that a sticking block has zero derivatives for any push: a plateau.
 #[test]
-fn what_sticks_has_no_derivative_by_a_push() {
+fn sticking_body_has_zero_derivative_by_a_push() {
     let angle = 0.2;
     let scene = on_a_slope(angle, 0.5, 0.0);
     let found = along_the_slope(&scene, angle, &[(Constant::Gravity, &[1.0, 0.5, -2.0])]);
@@ -129,7 +129,7 @@ fn what_sticks_has_no_derivative_by_a_push() {
 /// with u = −ε p̂ each and m v = h F + Σ m p̂ lead to v = h F/m ε/(4 + ε). The same holds for a
 /// push downwards.
 #[test]
-fn with_compliance_what_sticks_creeps() {
+fn sticking_body_creeps_with_compliance() {
     let (world, states) = on_a_slope(0.0, 0.5, 0.0);
     let (simulation, base) = step(&world, &states, &[]).unwrap();
     for compliance in [1e-6, 1e-3, 1e-1] {
@@ -139,7 +139,7 @@ fn with_compliance_what_sticks_creeps() {
             let wrenches = [Wrench { force, torque }];
             let mut end = Vec::new();
             let change = StepChange { wrenches: &wrenches, ..StepChange::default() };
-            derivative.push(&change, &mut end).unwrap();
+            derivative.jvp(&change, &mut end).unwrap();
             end[0]
         };
         let expected = 0.002 / 2.0 * compliance / (4.0 + compliance);
@@ -300,7 +300,7 @@ fn a_run_backwards() {
         simulation.step(&mut record).unwrap();
         simulation.linearise(&record, &mut derivative).unwrap();
         let step = StepChange { states: &moving, wrenches: &[], constants: &friction };
-        derivative.push(&step, &mut next).unwrap();
+        derivative.jvp(&step, &mut next).unwrap();
         std::mem::swap(&mut moving, &mut next);
     }
     assert_eq!(simulation.states(), end);
@@ -346,7 +346,7 @@ fn a_run_under_a_load_that_acts_at_a_point() {
     };
     const BY: f64 = 1e-4;
     let set = |constant: Constant, place: usize, by: f64| {
-        let mut numbers = constant.of(&scene.world);
+        let mut numbers = constant.values(&scene.world);
         numbers[place] += by;
         scene.world.with_constants(&[(constant, &numbers)]).unwrap()
     };
@@ -367,7 +367,7 @@ fn a_run_under_a_load_that_acts_at_a_point() {
 /// for each step. Steps at rest reuse the last derivative. A change of the world at rest is
 /// noticed.
 #[test]
-fn what_rests_has_the_derivative_of_the_step_before() {
+fn reused_derivative_agrees_with_a_new_one_at_rest() {
     let scene = scenario("stack.toml");
     let mut run = scene.simulation(&Default::default()).unwrap();
     let (mut record, mut kept) = (StepRecord::new(), StepDerivative::new());
@@ -379,7 +379,7 @@ fn what_rests_has_the_derivative_of_the_step_before() {
     let pushed = |derivative: &mut StepDerivative| {
         let mut end = Vec::new();
         let change = StepChange { states: &change, ..StepChange::default() };
-        derivative.push(&change, &mut end).unwrap();
+        derivative.jvp(&change, &mut end).unwrap();
         end
     };
     let mut at_rest = 0;
@@ -391,8 +391,8 @@ fn what_rests_has_the_derivative_of_the_step_before() {
         assert_eq!(pushed(&mut kept), pushed(&mut alone));
         for body in [0, change.len() - 1] {
             let mut found = [Vec::new(), Vec::new()];
-            kept.by_state(body, &mut found[0]).unwrap();
-            alone.by_state(body, &mut found[1]).unwrap();
+            kept.jacobian_wrt_state(body, &mut found[0]).unwrap();
+            alone.jacobian_wrt_state(body, &mut found[1]).unwrap();
             assert_eq!(found[0], found[1]);
         }
         at_rest += usize::from(record.states == record.solution.states);
@@ -406,7 +406,7 @@ fn what_rests_has_the_derivative_of_the_step_before() {
     other.linearise(&record, &mut alone).unwrap();
     assert_eq!(pushed(&mut kept), pushed(&mut alone));
     let mut found = [Vec::new(), Vec::new()];
-    kept.by_state(0, &mut found[0]).unwrap();
-    alone.by_state(0, &mut found[1]).unwrap();
+    kept.jacobian_wrt_state(0, &mut found[0]).unwrap();
+    alone.jacobian_wrt_state(0, &mut found[1]).unwrap();
     assert_eq!(found[0], found[1]);
 }

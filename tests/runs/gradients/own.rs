@@ -27,12 +27,12 @@ fn by_one(
     let (mut end, mut gradient) = (Vec::new(), StepGradient::default());
     let constants = [(constant, &numbers[..])];
     derivative
-        .push(&StepChange { constants: &constants, ..StepChange::default() }, &mut end)
+        .jvp(&StepChange { constants: &constants, ..StepChange::default() }, &mut end)
         .unwrap();
     let found = way.dot(&end[0].velocity);
     let mut by_end = vec![tumble_core::derivative::StateChange::zero(); states.len()];
     by_end[0].velocity = way;
-    derivative.pull(&by_end, &[constant], &mut gradient).unwrap();
+    derivative.vjp(&by_end, &[constant], &mut gradient).unwrap();
     let back = gradient.constants[0][place];
     assert!((found - back).abs() < 1e-9, "{constant:?}: {found} {back}");
     found
@@ -126,11 +126,11 @@ fn coefficients_are_set_where_they_are_read() {
         (Constant::PairFriction, vec![0.6], vec![0.8]),
         (Constant::PairRestitution, vec![0.7], vec![0.9]),
     ] {
-        assert_eq!(constant.of(&world), own);
+        assert_eq!(constant.values(&world), own);
         assert_eq!(constant.shape(&world), [own.len()]);
         let set = world.with_constants(&[(constant, &new)]).unwrap();
-        assert_eq!(constant.of(&set), new);
-        assert_eq!(Constant::Friction.of(&set), [0.3]);
+        assert_eq!(constant.values(&set), new);
+        assert_eq!(Constant::Friction.values(&set), [0.3]);
         let wide = vec![11.0; own.len()];
         assert_eq!(world.with_constants(&[(constant, &wide)]).is_err(), !own.is_empty());
     }
@@ -236,7 +236,7 @@ fn every_joint_by_its_anchors() {
 
 /// Checks a body fixed to the world, which follows its anchors: δv = −A δa_A/h and δv = δa_B/h.
 #[test]
-fn what_is_fixed_follows_its_anchors() {
+fn body_fixed_to_the_world_follows_its_anchors() {
     let (world, _) = on_a_slope(0.0, 0.3, 0.0);
     let mut parameters = world.parameters().clone();
     parameters.ground = None;
@@ -268,11 +268,11 @@ fn what_is_fixed_follows_its_anchors() {
 /// Checks the margin of a ball that hits a resting box. The corners of the box neither arrive nor
 /// separate. So it is undecided which of two rows counts, and with restitution the margin is zero.
 #[test]
-fn what_is_struck_at_rest_is_at_a_kink() {
+fn ball_striking_a_resting_box_has_zero_margin() {
     let boxed = RigidBody::solid_box(2.0, Vector3::new(0.15, 0.1, 0.05)).unwrap();
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.5 * 0.08 * 0.08);
     let ball = Piece::sphere(0.08).unwrap();
-    let ball = RigidBody::of_pieces(0.5, inertia, vec![ball]).unwrap();
+    let ball = RigidBody::from_pieces(0.5, inertia, vec![ball]).unwrap();
     let world = World::new(Parameters {
         bodies: vec![boxed, ball],
         ground: Some(Plane::level()),

@@ -160,7 +160,7 @@ fn pushed(world: &World, states: &[State], change: &[StateChange]) -> Option<Vec
     simulation.linearise(&record, &mut derivative).unwrap();
     let mut end = Vec::new();
     let change = StepChange { states: change, ..StepChange::default() };
-    derivative.push(&change, &mut end).unwrap();
+    derivative.jvp(&change, &mut end).unwrap();
     (derivative.margin() > 1e-6 && derivative.unknown() == 0).then_some(end)
 }
 

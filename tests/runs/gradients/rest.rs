@@ -69,7 +69,7 @@ fn a_run_that_comes_to_rest(checkpoints: Checkpoints, is_pushed: bool) {
     let mut sums: Vec<Vec<f64>> = found.constants.iter().map(|of| vec![0.0; of.len()]).collect();
     let near = |a: f64, b: f64, scale: f64| assert!((a - b).abs() <= 1e-11 * scale, "{a} {b}");
     for (k, alone) in steps.iter_mut().enumerate().rev() {
-        alone.pull(&dual, &constants, &mut gradient).unwrap();
+        alone.vjp(&dual, &constants, &mut gradient).unwrap();
         dual.clone_from(&gradient.states);
         let wrenches = found.wrenches[k].iter().zip(&gradient.wrenches);
         let largest = |of: &Wrench| of.force.amax().max(of.torque.amax());

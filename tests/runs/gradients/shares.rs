@@ -47,7 +47,7 @@ fn two_capsules_on_a_ball_joint_that_slide() {
         let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
         let change = StepChange { constants: &constants, ..StepChange::default() };
         let mut found = Vec::new();
-        derivative.push(&change, &mut found).unwrap();
+        derivative.jvp(&change, &mut found).unwrap();
         for by in sizes {
             let ends = (states, &base.solution.states[..]);
             let (expected, _) = difference(world, ends, &along, by).unwrap();
@@ -92,7 +92,7 @@ fn links_of_a_chain_on_the_ground() {
         };
         let change = StepChange { states: &along.states, ..StepChange::default() };
         let mut found = Vec::new();
-        derivative.push(&change, &mut found).unwrap();
+        derivative.jvp(&change, &mut found).unwrap();
         let off = [1e-4, 1e-5, 1e-6].map(|by| {
             let ends = (&states[..], &base.solution.states[..]);
             let (expected, _) = difference(world, ends, &along, by).unwrap();

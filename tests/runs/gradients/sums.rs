@@ -72,7 +72,7 @@ fn directions(world: &World, states: &[State], draw: &mut Draw) -> Vec<Direction
         add(constant.name(), still(), vec![], vec![(constant, vec![1.0])]);
     }
     for constant in [Constant::TimeStep, Constant::Mass, Constant::JointDamping] {
-        let own = constant.of(world);
+        let own = constant.values(world);
         let numbers = own.iter().map(|own| 0.3 * own).collect();
         add(constant.name(), still(), vec![], vec![(constant, numbers)]);
     }
@@ -114,7 +114,7 @@ fn drawn_mechanisms_under_drives_of_sums() {
             let (changes, wrenches) = (&along.states, &along.wrenches);
             let change = StepChange { states: changes, wrenches, constants: &constants };
             let mut found = Vec::new();
-            derivative.push(&change, &mut found).unwrap();
+            derivative.jvp(&change, &mut found).unwrap();
             let at = format!("{number}, {regime}, {}", along.name);
             for by in [1e-4, 1e-5] {
                 if derivative.margin() < 10.0 * by * (1.0 / h + size(&found)) {
@@ -180,7 +180,7 @@ fn a_spring_between_two_slides() {
     let mut gradient = StepGradient::default();
     let mut by_end = vec![StateChange::zero(); 2];
     by_end[0].velocity = Vector3::z();
-    derivative.pull(&by_end, &[Constant::GearRatio, Constant::GearOffset], &mut gradient).unwrap();
+    derivative.vjp(&by_end, &[Constant::GearRatio, Constant::GearOffset], &mut gradient).unwrap();
     let found = [
         gradient.constants[0][0],
         gradient.constants[1][0],

@@ -155,7 +155,7 @@ fn balls_under_drives() {
             };
             let mut found = Vec::new();
             let change = StepChange { states: &along.states, ..StepChange::default() };
-            derivative.push(&change, &mut found).unwrap();
+            derivative.jvp(&change, &mut found).unwrap();
             for by in [1e-4, 1e-5] {
                 if derivative.margin() < 10.0 * by * (1.0 / world.time_step() + size(&found)) {
                     continue;

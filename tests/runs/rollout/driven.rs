@@ -75,15 +75,15 @@ fn constants_of_joints_are_those_of_their_drives() {
         (Constant::MotorDamping, vec![1.0]),
         (Constant::MotorMost, vec![30.0]),
     ] {
-        assert_eq!(constant.of(&world), numbers, "{constant:?}");
+        assert_eq!(constant.values(&world), numbers, "{constant:?}");
         assert_eq!(constant.shape(&world).iter().product::<usize>(), numbers.len());
         assert!(constant.is_of_joints());
         let twice = constant.from_one_number(&world, 2.0);
         let set = world.with_constants(&[(constant, &twice)]).unwrap();
-        assert_eq!(constant.of(&set), twice, "{constant:?}");
+        assert_eq!(constant.values(&set), twice, "{constant:?}");
         // No other constant changes.
         for other in Constant::ALL.into_iter().filter(|other| *other != constant) {
-            assert_eq!(other.of(&set), other.of(&world), "{constant:?} {other:?}");
+            assert_eq!(other.values(&set), other.values(&world), "{constant:?} {other:?}");
         }
         let wrong = world.with_constants(&[(constant, &vec![-1.0; numbers.len()])]);
         let any = [

@@ -158,7 +158,8 @@ fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
         Batch { controls: &controls, parameters: &parameters, ..batch(&world, &start_numbers, B) };
     let simulations = starts.iter().enumerate().map(|(b, start)| {
         let body = cube(Matrix3::from_diagonal_element(SOLID) * (mass[b] / 10.0));
-        let body = RigidBody::of_pieces(mass[b], *body.inertia(), body.pieces().to_vec()).unwrap();
+        let body =
+            RigidBody::from_pieces(mass[b], *body.inertia(), body.pieces().to_vec()).unwrap();
         let world = World::new(Parameters {
             bodies: vec![body],
             friction: friction[b],
@@ -253,7 +254,7 @@ fn steps_that_fail_are_listed_by_rollout_and_step() {
 }
 
 #[test]
-fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
+fn arrays_of_wrong_length_and_invalid_rollouts_are_rejected_by_name() {
     let world = cube_world(SOLID);
     let start = numbers(&[thrown(0)]);
     let good = batch(&world, &start, 5);
@@ -308,7 +309,7 @@ fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
         let core = Piece::cuboid(inside).unwrap();
         let piece = Piece::hull(core.core().vertices(), radius[b]).unwrap();
         let own = &world.bodies()[0];
-        let body = RigidBody::of_pieces(own.mass(), *own.inertia(), vec![piece]).unwrap();
+        let body = RigidBody::from_pieces(own.mass(), *own.inertia(), vec![piece]).unwrap();
         let normal = *world.ground().unwrap().normal();
         let ground = Some(Plane::new(normal, ground[b]).unwrap());
         let parameters = world.parameters().clone();
@@ -329,11 +330,11 @@ fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
 fn constants_are_read_as_they_are_set() {
     let world = cube_world(SOLID);
     for constant in Constant::ALL {
-        let own = constant.of(&world);
+        let own = constant.values(&world);
         assert_eq!(own.len(), constant.width(&world), "{constant:?}");
-        assert_eq!(Constant::of_name(constant.name()), Some(constant));
+        assert_eq!(Constant::from_name(constant.name()), Some(constant));
         let set = world.with_constants(&[(constant, &own)]).unwrap();
-        assert_eq!(constant.of(&set), own, "{constant:?}");
+        assert_eq!(constant.values(&set), own, "{constant:?}");
         let number = constant.one_number(&world);
         for (a, b) in constant.from_one_number(&world, number).iter().zip(&own) {
             assert!((a - b).abs() <= 1e-15 * b.abs(), "{constant:?}: {a}, {b}");
@@ -368,7 +369,7 @@ fn constants_are_read_as_they_are_set() {
     assert!(refusal.starts_with("size and radius: a body"), "{refusal}");
     // The radius of a ball has the factor of its size, and that of a cylinder does not exist.
     let smaller = of(&[ball]).with_constants(&[(Constant::Size, &[0.5])]).unwrap();
-    assert_eq!(Constant::Radius.of(&smaller), [0.05]);
+    assert_eq!(Constant::Radius.values(&smaller), [0.05]);
     let refusal = refused(&of(&[Piece::cylinder(0.1, 0.1, 24).unwrap()]), Constant::Radius);
     assert!(refusal.starts_with("radius: a cylinder"), "{refusal}");
 }

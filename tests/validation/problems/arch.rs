@@ -73,7 +73,7 @@ fn arch(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let longest = largest((0..STONES).map(|index| run.moved(index)));
     let still = 8.0 * run.seat() + 2.0 * run.creep();
     let twice = |run: &TestRun| 2.0 * force_tolerance(run, gravity);
-    let found = Threshold::of_rest(runner, needed, setup, twice)?;
+    let found = Threshold::at_rest(runner, needed, setup, twice)?;
     Ok(vec![
         equal(("force under a foot", "W"), foot[2] / weight, 1.5, allowed),
         equal(("vertical force in a joint", "W"), carried, 0.5, allowed),

@@ -16,7 +16,7 @@ struct Bounces {
 
 impl Bounces {
     /// The bounces with the heights z_k = z(k h) above the ground and the steps of the impacts.
-    fn of(h: f64, heights: impl IntoIterator<Item = f64>, impacts: &[usize]) -> Self {
+    fn new(h: f64, heights: impl IntoIterator<Item = f64>, impacts: &[usize]) -> Self {
         let mut found = Self { heights: [0.0; BOUNCES], impacts: [f64::NAN; BOUNCES + 1] };
         for (slot, &step) in found.impacts.iter_mut().zip(impacts) {
             *slot = step as f64 * h;
@@ -32,7 +32,7 @@ impl Bounces {
 
     /// Simulates the scheme. The new velocity is v⁺ = v − h g, or v⁺ = −e v if z + h (v − h g) ≤ 0.
     /// The new height is z⁺ = z + h v⁺.
-    fn of_steps(h: f64, g: f64, e: f64) -> Self {
+    fn from_steps(h: f64, g: f64, e: f64) -> Self {
         let (mut z, mut v) = (DROP, 0.0);
         let (mut heights, mut impacts) = (vec![z], Vec::new());
         for k in 0.. {
@@ -49,7 +49,7 @@ impl Bounces {
             z += h * v;
             heights.push(z);
         }
-        Self::of(h, heights, &impacts)
+        Self::new(h, heights, &impacts)
     }
 }
 
@@ -81,12 +81,12 @@ fn bouncing_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let count = (BOUNCES + 1) as f64;
     let duration = time(BOUNCES + 1) + 8.0 * count * h;
     let start = resting(HALF_SIDES[2] + DROP);
-    let setup = Setup::of_box(mass, HALF_SIDES, start, g, friction, duration)?;
+    let setup = Setup::from_box(mass, HALF_SIDES, start, g, friction, duration)?;
     let run = runner.run(&Setup { restitution: e, ..setup })?;
     let height = |state: &State| state.position[2] - HALF_SIDES[2];
     let impacts: Vec<_> = (0..run.steps()).filter(|&k| run.forces(0)[k][2] > 0.0).collect();
-    let measured = Bounces::of(h, run.states(0).iter().map(height), &impacts);
-    let discrete = Bounces::of_steps(h, g, e);
+    let measured = Bounces::new(h, run.states(0).iter().map(height), &impacts);
+    let discrete = Bounces::from_steps(h, g, e);
 
     // An impact repeats the residuals of its normal law and of earlier flights.
     let lacking = run.flight_speed() + 2.0 * run.sum(|r| r.normal);
@@ -140,7 +140,7 @@ fn edge_impact(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let mut start = resting(below + 0.5 * h * speed);
     start.velocity[2] = -speed;
     start.attitude = about_y(TILT);
-    let setup = Setup::of_box(mass, HALF_SIDES, start, 0.0, 0.0, 20.0 * h)?;
+    let setup = Setup::from_box(mass, HALF_SIDES, start, 0.0, 0.0, 20.0 * h)?;
     let run = runner.run(&Setup { restitution: e, ..setup })?;
     let end = run.end(0);
 

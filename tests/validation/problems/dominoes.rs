@@ -84,12 +84,12 @@ fn dominoes(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     })?;
 
     let edges = domino.edges(h);
-    let second = Planar::of(&run.states(1)[0]);
+    let second = Planar::from_state(&run.states(1)[0]);
     let fallen = |spin: f64| discrete(&domino, h, spin, setup.duration, &second);
     let missing = || Refusal::Motion("the domino does not reach the next one".to_owned());
     let expected = fallen(spin).ok_or_else(missing)?;
     let meet = run.steps().checked_sub(AFTER).filter(|&meet| meet > 0).ok_or_else(missing)?;
-    let states = [meet - 1, meet].map(|k| Planar::of(&run.states(0)[k]));
+    let states = [meet - 1, meet].map(|k| Planar::from_state(&run.states(0)[k]));
     let gaps = states.map(|state| edges.apart(&[state, second]));
     let after = [0, 1].map(|index| run.end(index).spin[1]);
     let found = fall(h, gaps, states.map(|state| state.spin), meet, after);

@@ -17,7 +17,7 @@ fn free_fall(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, g, speed] = inputs.all([Mass, Gravity, Speed])?;
     let mut start = resting(0.75 * g * DURATION * DURATION + 1.0);
     start.velocity[0] = speed;
-    let run = runner.run(&Setup::of_box(mass, v3(0.2, 0.15, 0.1), start, g, 0.3, DURATION)?)?;
+    let run = runner.run(&Setup::from_box(mass, v3(0.2, 0.15, 0.1), start, g, 0.3, DURATION)?)?;
     let (end, t, top, way) = (run.end(0), run.end_time(), start.position[2], run.flight_way());
     Ok(vec![
         run.accelerated(("height fallen", "m"), top - end.position[2], g, way),

@@ -90,7 +90,7 @@ fn ladder_on_wall(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     })?;
     let (push, allowed) = (*last(&pushes), force_tolerance(&run, gravity));
     let twice = |run: &TestRun| 2.0 * force_tolerance(run, gravity);
-    let found = Threshold::of_rest(runner, threshold, setup, twice)?;
+    let found = Threshold::at_rest(runner, threshold, setup, twice)?;
     let still = 4.0 * run.seat() + run.creep();
     Ok(vec![
         equal(("push of the wall", "m g"), push, thrust(stands), allowed),
@@ -125,7 +125,7 @@ fn card_tent(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
         between.map(|contact| contact.force[0].abs()).sum::<f64>() / (mass * gravity)
     })?;
     let twice = |run: &TestRun| 2.0 * force_tolerance(run, gravity);
-    let found = Threshold::of_rest(runner, needed, setup, twice)?;
+    let found = Threshold::at_rest(runner, needed, setup, twice)?;
     let (way, still) = (run.moved(0).max(run.moved(1)), 8.0 * run.seat() + run.creep());
     Ok(vec![
         equal(("push of the cards", "m g"), *last(&pushes), needed, twice(&run)),

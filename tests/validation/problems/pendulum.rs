@@ -22,7 +22,7 @@ struct Rod {
 }
 
 impl Rod {
-    fn of(inputs: &TestInputs) -> Result<Self, Refusal> {
+    fn from_inputs(inputs: &TestInputs) -> Result<Self, Refusal> {
         let [mass, gravity] = inputs.all([Mass, Gravity])?;
         Ok(Self { mass, gravity })
     }
@@ -81,7 +81,7 @@ pub(crate) const PENDULUM: TestProblem = TestProblem {
 
 /// T = 2π √(J/(m g a))/agm(1, cos ½φ₀), discrete by [`Rod::swing`].
 fn pendulum(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
-    let (rod, h) = (Rod::of(inputs)?, runner.time_step);
+    let (rod, h) = (Rod::from_inputs(inputs)?, runner.time_step);
     let exact = TAU * (rod.moment() / rod.weight()).sqrt() / agm(1.0, (0.5 * START).cos());
     Refusal::when(
         exact < 100.0 * h,
@@ -120,7 +120,7 @@ const HELD_FOR: f64 = 0.2; // s
 
 /// The friction at rest, and its threshold, is m g a sin φ.
 fn stiff_hinge(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
-    let (rod, h) = (Rod::of(inputs)?, runner.time_step);
+    let (rod, h) = (Rod::from_inputs(inputs)?, runner.time_step);
     let needed = rod.weight() * START.sin();
     let tolerance = |run: &TestRun| {
         let lacked = run.largest(|r| r.momentum + r.joint);
@@ -128,7 +128,7 @@ fn stiff_hinge(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     };
     let setup = |friction: f64| rod.setup(Drive { friction, ..Drive::NONE }, HELD_FOR);
     let (run, torques) = runner.watch(&setup(1.5 * needed)?, |step| step.joints[0].torque[2])?;
-    let found = Threshold::of_rest(runner, needed, setup, tolerance)?;
+    let found = Threshold::at_rest(runner, needed, setup, tolerance)?;
     let still = HELD_FOR * run.largest(|r| r.joint + r.momentum) + 64.0 * f64::EPSILON * HEIGHT;
     Ok(vec![
         equal(("torque that holds it", "N m"), *last(&torques), needed, tolerance(&run)),
@@ -152,7 +152,7 @@ const SETTLES: f64 = 60.0;
 
 /// k (φ₀ − φ) = m g a sin φ at rest, with the critical damping 2 √(k J).
 fn servo(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
-    let (rod, h) = (Rod::of(inputs)?, runner.time_step);
+    let (rod, h) = (Rod::from_inputs(inputs)?, runner.time_step);
     let stiffness = STIFFNESS * rod.weight();
     let unit = (rod.moment() / stiffness).sqrt();
     let damping = 2.0 * stiffness * unit;

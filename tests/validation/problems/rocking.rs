@@ -74,7 +74,7 @@ impl TallBox {
         past: impl Fn(&Planar) -> bool,
     ) -> Vec<Planar> {
         let (edges, steps) = (self.edges(h), (duration / h).round() as usize);
-        let motion = successors(Some(Planar::of(&self.pushed(spin))), |state| {
+        let motion = successors(Some(Planar::from_state(&self.pushed(spin))), |state| {
             if past(state) { None } else { edges.step(state) }
         });
         motion.take(steps + 1).collect()
@@ -116,7 +116,7 @@ impl TallBox {
     }
 
     pub fn setup(&self, start: State, duration: f64) -> Result<Setup, Refusal> {
-        Ok(Setup::of_box(self.mass, self.half_sides, start, self.gravity, FRICTION, duration)?)
+        Ok(Setup::from_box(self.mass, self.half_sides, start, self.gravity, FRICTION, duration)?)
     }
 }
 
@@ -153,7 +153,7 @@ fn rocking(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
     let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / (tall.mass * tall.gravity);
     let peak = alpha - (rise / radius).acos();
-    let motion: Vec<_> = run.states(0).iter().map(Planar::of).collect();
+    let motion: Vec<_> = run.states(0).iter().map(Planar::from_state).collect();
     let discrete =
         |spin: f64| swing(&tall.discrete(h, spin, setup.duration, |state| state.tilt < beyond));
     let (measured, expected) = (swing(&motion), discrete(spin));

@@ -74,7 +74,7 @@ impl Slide {
         Refusal::when(mu * self.half_sides[2] >= most, why)?;
         let start = State { velocity: self.velocity, ..resting(self.half_sides[2]) };
         let duration = 1.25 * self.time() + 4.0 * runner.time_step;
-        runner.run(&Setup::of_box(self.mass, self.half_sides, start, self.gravity, mu, duration)?)
+        runner.run(&Setup::from_box(self.mass, self.half_sides, start, self.gravity, mu, duration)?)
     }
 }
 

@@ -34,7 +34,7 @@ fn let_go(inputs: &TestInputs, runner: &mut Runner<'_>, duration: f64) -> Solved
     let pull = along - friction * onto;
     // A slope of atan μ to the last digit sticks.
     let a = if pull > 1e-12 * along { pull } else { 0.0 };
-    let setup = Setup::of_box(mass, HALF_SIDES, resting(HALF_SIDES[2]), g, friction, duration)?;
+    let setup = Setup::from_box(mass, HALF_SIDES, resting(HALF_SIDES[2]), g, friction, duration)?;
     let run = runner.run(&Setup { slope, ..setup })?;
     let (h, t, end) = (run.time_step, run.end_time(), run.end(0));
     let grip = friction * onto * h;

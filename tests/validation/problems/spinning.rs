@@ -27,7 +27,8 @@ fn spinning_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (lost, time) = (deceleration * h, spin / deceleration);
     let start = State { spin: v3(0.0, 0.0, spin), ..resting(HALF_SIDES[2]) };
     let duration = 1.25 * time + 4.0 * h;
-    let run = runner.run(&Setup::of_box(mass, HALF_SIDES, start, gravity, friction, duration)?)?;
+    let run =
+        runner.run(&Setup::from_box(mass, HALF_SIDES, start, gravity, friction, duration)?)?;
 
     let discrete = recurrence(spin, run.steps(), |spin| after_step(*spin, lost, h));
     // The rim, of mobility m R²/I = 3, slides.

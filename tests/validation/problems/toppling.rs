@@ -27,7 +27,7 @@ fn pushed_over(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     })?;
     let measured = Threshold::near(discrete.value, 1e-6 * critical, |spin| {
         let setup = tall.setup(tall.pushed(spin), duration)?;
-        let run = runner.run_until(&setup, |step| decided(&Planar::of(&step.after[0])))?;
+        let run = runner.run_until(&setup, |step| decided(&Planar::from_state(&step.after[0])))?;
         Ok((tilt(run.end(0)) > balance, tall.spin_tolerance(&run, spin)))
     })?;
     let tolerance = measured.tolerance + discrete.tolerance;

@@ -27,7 +27,7 @@ fn tumble(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let duration = 10.0 * (2.0 * HALF_SIDE / g).sqrt()
         + 4.0 * (speed + 3.0) / g
         + 2.0 * (speed + 3.0) / (friction * g);
-    let setup = Setup::of_box(mass, Vector3::repeat(HALF_SIDE), start, g, friction, duration)?;
+    let setup = Setup::from_box(mass, Vector3::repeat(HALF_SIDE), start, g, friction, duration)?;
     let mut ledger = Ledger { time_step: runner.time_step, ..Ledger::default() };
     let (run, _) = runner.watch(&setup, |step| ledger.enter(&setup, step))?;
     let energy = |state: &State| energy(&setup, run.time_step, state);
@@ -73,7 +73,7 @@ struct Balance {
 }
 
 impl Balance {
-    fn of(setup: &Setup, h: f64, step: &TestStep<'_>) -> Self {
+    fn new(setup: &Setup, h: f64, step: &TestStep<'_>) -> Self {
         let (body, old, new) = (&setup.bodies[0].body, &step.before[0], &step.after[0]);
         let (dv, dw) = (new.velocity - old.velocity, new.spin - old.spin);
         let [before, after] = [old, new].map(|state| turning_energy(body, h, state).1);
@@ -110,7 +110,7 @@ impl Ledger {
     /// work p_z δ_n. A friction residual δ_f does the work (|p| + m |d|) δ_f.
     fn enter(&mut self, setup: &Setup, step: &TestStep<'_>) {
         let (h, body) = (self.time_step, &setup.bodies[0].body);
-        let balance = Balance::of(setup, h, step);
+        let balance = Balance::new(setup, h, step);
         let (before, after) = (&step.before[0], &step.after[0]);
         let (mass, corners) = (body.mass(), body.contact_points().len() as f64);
         let reach = HALF_SIDE * 3.0_f64.sqrt();

@@ -82,7 +82,7 @@ fn done(simulation: &mut Simulation<'_>, steps: u64, work: Work) -> Result<(), B
         simulation.linearise(&record, &mut derivative)?;
         let columns = if work == Work::Jacobian { bodies } else { 0 };
         for body in 0..columns {
-            derivative.by_state(body, &mut end)?;
+            derivative.jacobian_wrt_state(body, &mut end)?;
         }
     }
     Ok(())

@@ -69,7 +69,7 @@ impl StepJudge {
         StepContacts { contacts, forces, joints, gears, .. }: &StepContacts,
     ) -> EnergyBalance {
         let claim = Claim { states, next, wrenches, contacts, joints, gears };
-        EnergyBalance::of(&self.world, &claim, forces.iter().copied())
+        EnergyBalance::new(&self.world, &claim, forces.iter().copied())
     }
 
     pub(super) fn has_its_energy(&self, step: &TableStep) -> bool {

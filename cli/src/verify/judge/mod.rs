@@ -268,7 +268,7 @@ impl StepJudge {
             }
         }
         let stiffness =
-            self.stiffness.of_step(&self.world, states, &touching.joints, &touching.gears);
+            self.stiffness.largest_in_step(&self.world, states, &touching.joints, &touching.gears);
         self.stiff_joints.add(&self.world, states, &touching.joints, &touching.gears, stiffness);
         if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
             differ(format!(

@@ -70,9 +70,8 @@ impl Candidates {
     /// Updates the search after body `body` of `world` was held or released.
     pub(crate) fn hold(&mut self, world: &World, body: usize) {
         let pieces = first_piece(world, body)..first_piece(world, body + 1);
-        self.neighbours.change(world, |memory| match world.is_held(body) {
-            true => memory.forget(body, &pieces),
-            false => memory.expect(body),
+        self.neighbours.change(world, |memory| {
+            if world.is_held(body) { memory.forget(body, &pieces) } else { memory.expect(body) }
         });
     }
 

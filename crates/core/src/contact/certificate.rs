@@ -146,7 +146,7 @@ pub struct Certifier {
     /// Residual of the resting bodies in that step.
     of_rested: Certificate,
     /// Motion of each joint.
-    seen: Vec<JointMotion>,
+    joint_motions: Vec<JointMotion>,
 }
 
 impl Certifier {
@@ -234,14 +234,14 @@ impl Certifier {
             certificate.penetration = largest(certificate.penetration, through);
         }
         let certificate = &mut both[0];
-        self.seen.clear();
+        self.joint_motions.clear();
         for (joint, force) in world.joints().iter().zip(claim.joints) {
-            let seen = joint.seen(claim.states, claim.next, force, h);
-            let parts = seen.as_ref().and_then(|seen| {
-                seen.add_loads(joint, claim.states, force, &mut self.loads);
-                seen.residual(joint, world.bodies(), claim.states, force, h)
+            let joint_motion = joint.step_motion(claim.states, claim.next, force, h);
+            let parts = joint_motion.as_ref().and_then(|joint_motion| {
+                joint_motion.add_loads(joint, claim.states, force, &mut self.loads);
+                joint_motion.residual(joint, world.bodies(), claim.states, force, h)
             });
-            self.seen.extend(seen);
+            self.joint_motions.extend(joint_motion);
             let (locked, drive) = parts.map_or((f64::NAN, f64::NAN), |of| (of.locked, of.drive));
             certificate.joint = largest(certificate.joint, locked);
             certificate.joint_law = largest(certificate.joint_law, drive);
@@ -265,9 +265,10 @@ impl Certifier {
             }
             let certificate = &mut both[usize::from(rests)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
-            let motion = match world.is_held(index) {
-                false => momentum_residual(world, body, state, next, &self.loads[index]),
-                true => difference(body, state, next, h),
+            let motion = if world.is_held(index) {
+                difference(body, state, next, h)
+            } else {
+                momentum_residual(world, body, state, next, &self.loads[index])
             };
             certificate.dynamics = largest(certificate.dynamics, motion);
             let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
@@ -282,8 +283,8 @@ impl Certifier {
     }
 
     /// Joint motion in the last certified step.
-    pub(crate) fn seen(&self) -> &[JointMotion] {
-        &self.seen
+    pub(crate) fn joint_motions(&self) -> &[JointMotion] {
+        &self.joint_motions
     }
 
     /// Updates poses and loads. Poses of bodies for which `known` holds are unchanged and are kept.
@@ -310,7 +311,8 @@ impl Certifier {
         load.force += force;
         load.torque += contact.torque_map * force;
         if let Partner::Body(other) = contact.key.partner {
-            let (a, b) = (&self.poses[contact.key.body].0, &self.poses[other].0);
+            let a = &self.poses[contact.key.body].0;
+            let b = &self.poses[other].0;
             let arm = a.position + contact.arm - b.position;
             let load = &mut self.loads[other];
             load.force -= force;
@@ -336,9 +338,10 @@ pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
         let (state, next) = (&claim.states[index], &claim.next[index]);
         let mut wrench = claim.wrenches[index];
         wrench.force += world.gravity() * body.mass();
-        let motion = match world.is_held(index) {
-            false => difference(body, &rk4_step(body, state, &wrench, h), next, h),
-            true => difference(body, state, next, h),
+        let motion = if world.is_held(index) {
+            difference(body, state, next, h)
+        } else {
+            difference(body, &rk4_step(body, state, &wrench, h), next, h)
         };
         certificate.dynamics = largest(certificate.dynamics, motion);
     }

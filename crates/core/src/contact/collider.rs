@@ -41,7 +41,7 @@ pub(crate) struct PieceExtent {
 }
 
 impl PieceExtent {
-    pub(crate) fn of(piece: &Piece) -> Self {
+    pub(crate) fn from_piece(piece: &Piece) -> Self {
         let core = piece.core();
         let arm = core.vertices().iter().map(Vector3::norm).fold(0.0, f64::max);
         let smooth = piece.smooth().map_or(&[][..], Smooth::ellipsoids);
@@ -56,7 +56,7 @@ impl PieceExtent {
 
 impl PieceExtent {
     /// Sizes of a triangle of a terrain, which does not move.
-    pub(crate) fn of_triangle(piece: &Piece) -> Self {
+    pub(crate) fn from_triangle(piece: &Piece) -> Self {
         Self { size: size(piece), arm: 0.0, inner: 0.0 }
     }
 }
@@ -83,7 +83,7 @@ pub(crate) struct Colliders {
 }
 
 impl Colliders {
-    pub(crate) fn of(world: &World) -> Self {
+    pub(crate) fn new(world: &World) -> Self {
         let list: Vec<_> = colliders_of(world).collect();
         let mut next = list.len();
         let mut terrains = Vec::new();

@@ -15,17 +15,17 @@ pub(super) struct LocalSurface {
 }
 
 /// True unless all facets among the `surfaces` at a point have the outward normal `n` of a contact on
-/// one side and the other piece's centre on the other side. `way` is the vector to the centre (m).
+/// one side and the other piece's centre on the other side. `toward` is the vector to the centre (m).
 pub(super) fn is_on_its_side<'a>(
     surfaces: impl Iterator<Item = &'a LocalSurface>,
     n: &Vector3<f64>,
-    way: &Vector3<f64>,
+    toward: &Vector3<f64>,
 ) -> bool {
     let mut facets = surfaces.filter_map(|of| match of.normals[..] {
         [up, down, ..] if up == -down => Some(up),
         _ => None,
     });
-    let is_on_side = |up: Vector3<f64>| up.dot(n) * up.dot(way) >= 0.0;
+    let is_on_side = |up: Vector3<f64>| up.dot(n) * up.dot(toward) >= 0.0;
     facets.next().is_none_or(|first| is_on_side(first) || facets.any(is_on_side))
 }
 

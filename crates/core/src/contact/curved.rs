@@ -38,7 +38,7 @@
 //!
 //! This is the distance from the cone behind the other core.
 
-use crate::geometry::{Ellipsoid, nearest_shares};
+use crate::geometry::{Ellipsoid, closest_segment_parameters};
 use crate::mechanics::quaternion::{advance, rotation};
 use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, Vector3};
@@ -152,7 +152,7 @@ impl EllipsoidPoint {
     /// |Sᵀ n|_u (m) for the normal `n` in the frame of A, with u at its maximum.
     #[must_use]
     pub fn width(&self, n: &Vector3<f64>) -> Reach {
-        Reach::of(&self.shape.axes.tr_mul(n), &self.toward)
+        Reach::new(&self.shape.axes.tr_mul(n), &self.toward)
     }
 }
 
@@ -181,8 +181,8 @@ impl CorePair {
     pub fn nearest(&self, a: &Pose, b: &Pose) -> (Vector3<f64>, Vector3<f64>) {
         let of_a = self.of_a.moved(&a.rotation, &a.position);
         let of_b = self.of_b.moved(&b.rotation, &b.position);
-        let (shares, way) = shortest_way(&of_a, &of_b);
-        (of_a.at(shares.0), way)
+        let (shares, offset_vector) = closest_vector(&of_a, &of_b);
+        (of_a.at(shares.0), offset_vector)
     }
 
     /// Closest point on A's core at k (m, frame of A).
@@ -200,8 +200,8 @@ impl CorePair {
 
 /// Parameters s and t of the closest points of two cores, and the vector D from `b` to `a` (m).
 #[must_use]
-pub fn shortest_way(a: &Core, b: &Core) -> ((f64, f64), Vector3<f64>) {
-    let shares = nearest_shares(&a.from, &a.along, &b.from, &b.along);
+pub fn closest_vector(a: &Core, b: &Core) -> ((f64, f64), Vector3<f64>) {
+    let shares = closest_segment_parameters(&a.from, &a.along, &b.from, &b.along);
     (shares, a.at(shares.0) - b.at(shares.1))
 }
 
@@ -219,7 +219,7 @@ pub struct Reach {
 impl Reach {
     /// Evaluates |D|_n for the vector `d` (m) and the unit normal `normal` at k.
     #[must_use]
-    pub fn of(d: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
+    pub fn new(d: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
         let (length, along) = (d.norm(), normal.dot(d));
         if along >= COSINE * length {
             let direction = if length > 0.0 { d / length } else { *normal };
@@ -265,7 +265,7 @@ mod tests {
         ) {
             let a = Core { from: p, along: if point { Vector3::zeros() } else { u } };
             let b = Core { from: q, along: v };
-            let found = shortest_way(&a, &b).1.norm();
+            let found = closest_vector(&a, &b).1.norm();
             let net = (0..=40).flat_map(|i| (0..=40).map(move |j| (i, j)));
             let best = net
                 .map(|(i, j)| (a.at(f64::from(i) / 40.0) - b.at(f64::from(j) / 40.0)).norm())
@@ -281,7 +281,7 @@ mod tests {
             let n = n.normalize();
             let across = (d - n * n.dot(&d)).norm();
             prop_assume!(d.norm() > 0.3 && across > 0.2);
-            let at = |d: &Vector3<f64>| Reach::of(d, &n);
+            let at = |d: &Vector3<f64>| Reach::new(d, &n);
             let reach = at(&d);
             // The derivative jumps at the limit angle.
             prop_assume!((n.dot(&d) / d.norm() - COSINE).abs() > 1e-3);
@@ -301,11 +301,11 @@ mod tests {
         fn the_length_is_at_most_the_distance(d in vector(), n in vector()) {
             prop_assume!(n.norm() > 0.1 && d.norm() > 1e-3);
             let n = n.normalize();
-            prop_assert!(Reach::of(&d, &n).length <= d.norm() + 1e-15);
+            prop_assert!(Reach::new(&d, &n).length <= d.norm() + 1e-15);
             let across = d - n * n.dot(&d);
             prop_assume!(across.norm() > 1e-3);
             let edge = n * COSINE + across.normalize() * SINE;
-            let sides = [1e-9, -1e-9].map(|by| Reach::of(&(edge + n * by), &n).length);
+            let sides = [1e-9, -1e-9].map(|by| Reach::new(&(edge + n * by), &n).length);
             prop_assert!((sides[0] - sides[1]).abs() < 1e-8);
         }
     }

@@ -102,7 +102,8 @@ pub fn admit_missed(
         for (point, height) in world.heights(body, &end).enumerate() {
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
             if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {
-                let (pose, found) = (state.pose(), &world.bodies()[body].contact_points()[point]);
+                let pose = state.pose();
+                let found = &world.bodies()[body].contact_points()[point];
                 let mut toward = Vector3::zeros();
                 if let Some(one) = found.smooth() {
                     let first = ContactKey { point: point - usize::from(found.is_second), ..key };
@@ -168,7 +169,7 @@ fn ground_contact(
     let a = &world.bodies()[body];
     let found = &a.contact_points()[point];
     let mut features =
-        Features::of_plane(found.position, found.radius, *ground.frame(), ground.offset());
+        Features::from_plane(found.position, found.radius, *ground.frame(), ground.offset());
     if let Some(one) = found.smooth() {
         features.roll(one, toward, (state, None), world.time_step());
     }

@@ -37,8 +37,8 @@ use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free,
 use super::partners::Partners;
 use crate::contact::Partner;
 use crate::geometry::{
-    CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, flat_faces, manifold,
-    manifold_across, nearest_on_segment,
+    CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, closest_on_segment,
+    flat_faces, manifold, manifold_across,
 };
 use crate::mechanics::Pose;
 use crate::world::World;
@@ -300,7 +300,8 @@ impl Exposure<'_> {
     ) -> f64 {
         let within = self.flush_within(poses);
         let pose = placed(self.world, poses, self.colliders[side]).1;
-        let (x, n) = (pose.position + pose.rotation * at.point, pose.rotation * at.normal);
+        let x = pose.position + pose.rotation * at.point;
+        let n = pose.rotation * at.normal;
         let ExposureScratch { own, others, beside, exposed, near, .. } = scratch;
         exposed.clear();
         near.clear();
@@ -314,8 +315,8 @@ impl Exposure<'_> {
             let mut of = Self { ..*self };
             (of.colliders[side], of.numbers[side]) = (collider, number);
             let (piece, pose) = placed(self.world, poses, collider);
-            let seen = pose.rotation.tr_mul(&(x - pose.position));
-            if !piece.surface_at(&seen, within, &mut own.normals) {
+            let local = pose.rotation.tr_mul(&(x - pose.position));
+            if !piece.surface_at(&local, within, &mut own.normals) {
                 continue;
             }
             own.normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
@@ -334,7 +335,8 @@ impl Exposure<'_> {
     /// True if the collider `other` may hide the surface of collider `side`: the body of the other
     /// collider of the pair may touch it.
     fn may_hide(&self, side: usize, number: usize, other: Collider) -> bool {
-        let (own, toucher) = (self.colliders[side].owner, self.colliders[1 - side].owner);
+        let own = self.colliders[side].owner;
+        let toucher = self.colliders[1 - side].owner;
         !self.numbers.contains(&number)
             && other.owner != toucher
             && (other.owner == own || may_touch(self.world, toucher, other.owner))
@@ -460,7 +462,8 @@ impl Exposure<'_> {
         x: &Vector3<f64>,
         mut visit: impl FnMut(bool, &dyn Fn(&Vector3<f64>, f64, &mut Vec<Vector3<f64>>) -> bool),
     ) {
-        let (own, toucher) = (self.colliders[side].owner, self.colliders[1 - side].owner);
+        let own = self.colliders[side].owner;
+        let toucher = self.colliders[1 - side].owner;
         let is_free = |owner: PieceOwner| match owner {
             PieceOwner::Body(body) => !self.world.is_held(body),
             PieceOwner::Fixed(_) => false,
@@ -490,8 +493,8 @@ impl Exposure<'_> {
             }
             let is_rigid = other.owner == own || !is_free(own) && !is_free(other.owner);
             visit(is_rigid, &|point, within, normals| {
-                let seen = pose.rotation.tr_mul(&(point - pose.position));
-                let is_there = piece.surface_at(&seen, within, normals);
+                let local = pose.rotation.tr_mul(&(point - pose.position));
+                let is_there = piece.surface_at(&local, within, normals);
                 normals.iter_mut().for_each(|m| *m = pose.rotation * *m);
                 is_there
             });
@@ -588,7 +591,7 @@ fn on_edge(piece: &Piece, at: &SurfacePoint) -> Vector3<f64> {
     let Some(CorePart::Edge(edge)) = at.part else { return at.point };
     let Some(edge) = piece.core().edges().get(edge as usize) else { return at.point };
     let [from, to] = edge.vertices.map(|end| piece.core().vertices()[end as usize]);
-    nearest_on_segment(&at.point, &from, &(to - from)) + at.normal * piece.radius()
+    closest_on_segment(&at.point, &from, &(to - from)) + at.normal * piece.radius()
 }
 
 /// Vertex or edge of `feature` on one side.

@@ -152,10 +152,8 @@ impl Chains {
     fn chain_of(&self, hash: u32) -> impl Iterator<Item = usize> {
         let known = |place: u32| (place != NONE).then_some(place as usize);
         // Without links the chains belong to a cleared list.
-        let first = match self.links.is_empty() {
-            true => NONE,
-            false => self.chains[slot(hash, self.chains.len())].0,
-        };
+        let first =
+            if self.links.is_empty() { NONE } else { self.chains[slot(hash, self.chains.len())].0 };
         std::iter::successors(known(first), move |place| known(self.links[*place].1))
     }
 
@@ -269,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn finds_what_a_search_over_the_list_finds_while_the_list_grows() {
+    fn index_agrees_with_linear_search_as_the_list_grows() {
         let mut index = KeyIndex::new();
         let mut contacts = Vec::new();
         for count in 0..300_usize {
@@ -303,9 +301,10 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_was_cleared_is_forgotten_and_one_that_is_shorter_is_another() {
+    fn cleared_and_shortened_lists_are_indexed_anew() {
         let mut index = KeyIndex::new();
-        let (many, few) = ([key(0, 0, 1, 0), key(0, 1, 1, 0)].map(Keyed), [Keyed(key(0, 1, 1, 0))]);
+        let many = [key(0, 0, 1, 0), key(0, 1, 1, 0)].map(Keyed);
+        let few = [Keyed(key(0, 1, 1, 0))];
         assert_eq!(index.place(&many, &key(0, 1, 1, 0), 5), Some(1));
         assert_eq!(index.place(&few, &key(0, 1, 1, 0), 5), Some(0));
         index.clear();

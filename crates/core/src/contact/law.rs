@@ -30,17 +30,15 @@ pub struct Response {
 
 impl Response {
     /// Response of one body, times its own mass. `frame` has (t₁, t₂, n) as columns.
-    pub(super) fn of_point(
+    pub(super) fn at_point(
         body: &RigidBody,
         torque_map: &Matrix3<f64>,
         frame: &Matrix3<f64>,
     ) -> Self {
         let torques = torque_map * frame;
         let inverse = body.specific_inertia_inverse();
-        let answers = match body.is_isotropic() {
-            true => torques * inverse[(0, 0)],
-            false => inverse * torques,
-        };
+        let answers =
+            if body.is_isotropic() { torques * inverse[(0, 0)] } else { inverse * torques };
         let diagonal = |k: usize| 1.0 + torques.column(k).dot(&answers.column(k));
         Self { normal: diagonal(2), tangential: 0.5 * (diagonal(0) + diagonal(1)) }
     }
@@ -113,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_obeys_the_law_has_no_residual() {
+    fn lawful_contacts_have_zero_residual() {
         let exact = LawResidual { normal: 0.0, friction: 0.0, cone: 0.0 };
         assert_eq!(residual([0.0; 3], [3.0, 0.0, 1.0]), exact, "open");
         assert_eq!(residual([0.2, 0.1, 1.0], [0.0; 3]), exact, "stick");
@@ -121,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn every_way_to_break_the_law_shows() {
+    fn each_violation_of_the_law_has_a_residual() {
         assert_eq!(residual([0.0, 0.0, 1.0], [0.0, 0.0, 0.25]).normal, 0.25);
         assert_eq!(residual([0.0, 0.0, -1.0], [0.0, 0.0, 0.25]).normal, 1.0);
         assert_eq!(residual([0.0; 3], [0.0, 0.0, -2.0]).normal, 2.0);

@@ -1,7 +1,7 @@
 //! State of the contact search from step to step.
 
 use super::collider::{Colliders, PieceOwner};
-use super::meeting::PairState;
+use super::collision::PairState;
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{Aabb, Hint};
 use crate::mechanics::{Pose, State};
@@ -32,15 +32,15 @@ pub(super) struct Neighbour {
     pub(super) kept: Range<usize>,
     /// Room at the last step's start, for a triangle of a terrain.
     #[cfg_attr(feature = "save", serde(skip))]
-    pub(super) room: Room,
+    pub(super) clearance: Clearance,
 }
 
 /// Lower bound on the separation of a pair at some poses (m). It makes searches faster and does not
 /// change their results, so it is not saved, and all are equal.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Room(pub(super) f64);
+pub(super) struct Clearance(pub(super) f64);
 
-impl PartialEq for Room {
+impl PartialEq for Clearance {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -106,7 +106,8 @@ impl Memory {
     /// True if this state fits `world`: all its counts match, and all bodies and pieces exist.
     #[cfg(feature = "save")]
     pub(crate) fn fits(&self, world: &World) -> bool {
-        let (bodies, pieces) = (world.bodies().len(), Colliders::of(world).count());
+        let bodies = world.bodies().len();
+        let pieces = Colliders::new(world).count();
         let own = world.bodies().iter().map(|body| body.pieces().len()).sum();
         let one_a_body = |count: usize| count == 0 || count == bodies;
         let is_searched =
@@ -164,9 +165,8 @@ impl Memory {
 
     /// Adds a last body with the given pieces to the world.
     pub(super) fn add(&mut self, body: usize, pieces: &Range<usize>) {
-        let moved = |piece: usize| match piece < pieces.start {
-            true => Some(piece),
-            false => Some(piece + pieces.len()),
+        let moved = |piece: usize| {
+            if piece < pieces.start { Some(piece) } else { Some(piece + pieces.len()) }
         };
         self.renumber(moved, Some);
         self.start.resize(body + 1, NOWHERE);

@@ -33,12 +33,13 @@
 //! the ellipsoids and discs of smooth shapes, at the point that is nearest. Equation numbers
 //! refer to `docs/formulation.md`.
 
-mod admission;
-mod between;
 mod candidates;
 pub mod certificate;
 pub(crate) mod collider;
+mod collision;
 mod cones;
+mod contact_builder;
+mod contact_filter;
 pub mod curved;
 pub mod detection;
 mod exposure;
@@ -46,7 +47,6 @@ mod features;
 mod key;
 mod key_index;
 pub mod law;
-mod meeting;
 mod memory;
 mod neighbours;
 mod owner;
@@ -54,13 +54,13 @@ mod partners;
 mod placement;
 pub mod restitution;
 pub mod rounding;
-mod seams;
 mod shared_edge;
+mod terrain_seams;
 
 pub use crate::world::{ContactLaw, Partner, Plane};
-pub use between::{ellipsoid, round};
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
+pub use contact_builder::{ellipsoid, round};
 pub use curved::{CorePair, Curved, EllipsoidPoint};
 pub use detection::Detection;
 pub use features::Features;
@@ -130,14 +130,14 @@ impl Contact {
         b: Option<PlacedBody<'_>>,
     ) -> Self {
         match features.curved {
-            None => Self::of_plane((key, features, law), a, b),
-            Some(_) => Self::of_curved((key, features, law), a, b),
+            None => Self::from_plane((key, features, law), a, b),
+            Some(_) => Self::from_curved((key, features, law), a, b),
         }
     }
 
     /// Contact of a point and a plane.
     #[inline(always)]
-    fn of_plane(
+    fn from_plane(
         (key, features, law): PairDetection,
         a: PlacedBody<'_>,
         b: Option<PlacedBody<'_>>,
@@ -151,15 +151,15 @@ impl Contact {
                 return normal.dot(&(a.1.position + touching)) - features.offset - radius;
             };
             let point = a.1.position + a.1.rotation * features.point;
-            let seen = other.rotation.tr_mul(&(point - other.position));
-            features.frame.column(2).dot(&seen) - features.offset - radius
+            let local_point = other.rotation.tr_mul(&(point - other.position));
+            features.frame.column(2).dot(&local_point) - features.offset - radius
         };
         Self::assemble((key, features, law), a, b, radius, gap)
     }
 
     /// Contact of features with a gap of their own.
     #[inline(never)]
-    fn of_curved(
+    fn from_curved(
         (key, features, law): PairDetection,
         a: PlacedBody<'_>,
         b: Option<PlacedBody<'_>>,
@@ -190,12 +190,12 @@ impl Contact {
         }
         let arm = pose.rotation * lever;
         let torque_map = torque_map_of(&lever, &pose.rotation);
-        let mut response = Response::of_point(body, &torque_map, &frame);
+        let mut response = Response::at_point(body, &torque_map, &frame);
         if let Some((other, other_pose)) = b {
             let arm = pose.position + arm - other_pose.position;
             let lever = other_pose.rotation.tr_mul(&arm);
             let torque_map = torque_map_of(&lever, &other_pose.rotation);
-            let share = Response::of_point(other, &torque_map, &frame);
+            let share = Response::at_point(other, &torque_map, &frame);
             response = response.plus(&share.times(body.mass() / other.mass()));
         }
         let gap = gap(&normal, &arm);
@@ -247,7 +247,7 @@ impl Contact {
     /// (m, world). It is along the normal, with the length of the gap plus both radii. Zero unless
     /// both features are round.
     #[must_use]
-    pub fn way(&self) -> Vector3<f64> {
+    pub fn offset_vector(&self) -> Vector3<f64> {
         let radii = |pair: &CorePair| self.features.radius + pair.radius;
         let pair = self.features.curved.as_ref().and_then(Curved::cores);
         pair.map_or(Vector3::zeros(), |pair| self.normal() * (self.gap + radii(pair)))
@@ -391,8 +391,8 @@ fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&
     let (point, width) = match curved {
         None => (point, 0.0),
         Some(Curved::Cores(pair)) => {
-            let (_, trajectory) = way_between(pair, a, b);
-            return Reach::of(&trajectory, normal).length - radius - pair.radius;
+            let (_, trajectory) = closest_vector_at(pair, a, b);
+            return Reach::new(&trajectory, normal).length - radius - pair.radius;
         }
         Some(Curved::Ellipsoid(one)) => {
             (&one.shape.centre, one.width(&plane_in_a(frame, a, b)).length)
@@ -433,7 +433,7 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
     /// Relative distance below which the direction between the cores is undefined.
     const NO_DIRECTION: f64 = 1e-8;
     let Some(Curved::Cores(mut curved)) = features.curved else { return features };
-    let (shares, trajectory) = way_between(&curved, a, b);
+    let (shares, trajectory) = closest_vector_at(&curved, a, b);
     curved.shares = shares;
     let (point, foot, distance) = (curved.point(), curved.foot(), trajectory.norm());
     let frame = if distance > NO_DIRECTION * (features.radius + curved.radius) {
@@ -450,16 +450,16 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
 /// a plane.
 fn half_gap(features: &Features, a: &Pose, b: Option<&Pose>) -> f64 {
     let Some(curved) = features.curved.as_ref().and_then(Curved::cores) else { return 0.0 };
-    let distance = way_between(curved, a, b).1.norm();
+    let distance = closest_vector_at(curved, a, b).1.norm();
     0.5 * (distance - features.radius - curved.radius)
 }
 
 /// Parameters of the closest points along the cores of two round features, and the vector from B's
 /// to A's (m, world).
-fn way_between(curved: &CorePair, a: &Pose, b: Option<&Pose>) -> ((f64, f64), Vector3<f64>) {
+fn closest_vector_at(curved: &CorePair, a: &Pose, b: Option<&Pose>) -> ((f64, f64), Vector3<f64>) {
     let of_a = curved.of_a.moved(&a.rotation, &a.position);
     let of_b = b.map_or(curved.of_b, |b| curved.of_b.moved(&b.rotation, &b.position));
-    curved::shortest_way(&of_a, &of_b)
+    curved::closest_vector(&of_a, &of_b)
 }
 
 /// (t₁, t₂, n), right-handed. t₁ is the projection of the axis along which n is smallest.

@@ -64,8 +64,8 @@ pub(super) fn plane_of(
             differ(up.dot(&(r_a - r_b)), 0.0, length)
         })
         .then_with(|| {
-            let seen = |body: usize| sorted(start[body].rotation.tr_mul(&(r_b - r_a)));
-            lexicographic(&seen(of_a), &seen(of_b), length)
+            let local = |body: usize| sorted(start[body].rotation.tr_mul(&(r_b - r_a)));
+            lexicographic(&local(of_a), &local(of_b), length)
         })
         .then_with(|| lexicographic(&r_a, &r_b, 0.0));
     if order == Ordering::Greater { PieceSide::B } else { PieceSide::A }

@@ -61,7 +61,7 @@ impl Partners {
     }
 
     /// Colliders near the piece `number`; none for a fixed collider.
-    fn of(&self, number: usize) -> &[usize] {
+    fn get(&self, number: usize) -> &[usize] {
         match self.starts.get(number..number + 2) {
             Some(&[from, to]) => &self.list[from as usize..to as usize],
             _ => &[],
@@ -83,7 +83,7 @@ impl Partners {
     pub(super) fn has_others(&self, numbers: [usize; 2]) -> bool {
         numbers
             .into_iter()
-            .any(|number| self.of(number).len() > 1 || self.siblings(number).len() > 1)
+            .any(|number| self.get(number).len() > 1 || self.siblings(number).len() > 1)
     }
 
     /// True if `is` holds for the owners of all colliders near both pieces of a pair.
@@ -97,8 +97,8 @@ impl Partners {
     /// partners, and the other pieces of its body.
     pub(super) fn each_near(&self, [a, b]: [usize; 2], visit: &mut dyn FnMut(usize, Collider)) {
         let is_body = matches!(self.colliders.at(b).owner, PieceOwner::Body(_));
-        let near = if is_body && self.of(b).len() < self.of(a).len() { b } else { a };
-        for &number in self.of(near) {
+        let near = if is_body && self.get(b).len() < self.get(a).len() { b } else { a };
+        for &number in self.get(near) {
             visit(number, self.colliders.at(number));
         }
         for number in self.siblings(near) {

@@ -30,7 +30,9 @@ use super::curved::Core;
 use super::exposure::{Exposure, ExposureScratch};
 use super::partners::Partners;
 use super::{Contact, Curved, Partner};
-use crate::geometry::{Feature, Hint, PairScratch, Piece, nearest_shares, separation as separate};
+use crate::geometry::{
+    Feature, Hint, PairScratch, Piece, closest_segment_parameters, signed_distance,
+};
 use crate::mechanics::Pose;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -99,7 +101,7 @@ impl PlacementCheck<'_> {
         let beside = far(a, &on_a).max(off_b) - slack;
         let mut error = misses(separation, 0.0).max(beside).max(0.0);
         if error > 0.0 {
-            let nearest = separate(a, b, hint, pair);
+            let nearest = signed_distance(a, b, hint, pair);
             if -nearest.axis.dot(&normal) >= libm::cos(turned + ACROSS) {
                 separation = separation.max(nearest.distance);
             }
@@ -229,7 +231,7 @@ impl PlacementCheck<'_> {
         let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
         let normal = contact.features.frame.column(2);
         let ends = [self.start, self.end];
-        let way = |points: [[Vector3<f64>; 2]; 2]| {
+        let offset_vector = |points: [[Vector3<f64>; 2]; 2]| {
             let place = |end: usize, side: usize| {
                 let body =
                     if side == 0 { Some(contact.key.body) } else { contact.key.partner.body() };
@@ -245,12 +247,12 @@ impl PlacementCheck<'_> {
         });
         let crossings = ends.map(|poses| {
             self.edges(contact, poses).map(|[u, v]| {
-                let (s, t) = nearest_shares(&u.from, &u.along, &v.from, &v.along);
+                let (s, t) = closest_segment_parameters(&u.from, &u.along, &v.from, &v.along);
                 [u.at(s), v.at(t)]
             })
         });
-        let [Some(start), Some(end)] = crossings else { return way(fixed) };
-        way(fixed).max(way([start, end]))
+        let [Some(start), Some(end)] = crossings else { return offset_vector(fixed) };
+        offset_vector(fixed).max(offset_vector([start, end]))
     }
 
     /// ℓ: largest reach of the bodies of a contact (m).
@@ -288,8 +290,8 @@ fn touching_point(contact: &Contact, a: &Pose, b: &Pose) -> (Vector3<f64>, Vecto
             (normal, a.position + a.rotation * lowest)
         }
         Some(Curved::Cores(pair)) => {
-            let (point, way) = pair.nearest(a, b);
-            let normal = way.try_normalize(0.0).unwrap_or(normal);
+            let (point, offset_vector) = pair.nearest(a, b);
+            let normal = offset_vector.try_normalize(0.0).unwrap_or(normal);
             (normal, point - normal * features.radius)
         }
     }

@@ -214,9 +214,10 @@ impl Contact {
         states: &[State],
         next: &[State],
     ) -> Vector3<f64> {
-        match self.bounces() || world.has_surfaces() {
-            true => self.changed_motion(u, world, states, next),
-            false => u,
+        if self.bounces() || world.has_surfaces() {
+            self.changed_motion(u, world, states, next)
+        } else {
+            u
         }
     }
 

@@ -44,7 +44,9 @@ pub fn gap(normal: &Vector3<f64>, position: &Vector3<f64>, offset: f64, arm: &Ve
 /// Bound on the residual of an exact step from `states` to `next` by rounding alone (eq. 22) (m/s).
 #[must_use]
 pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
-    let (h, mut length, mut speed) = (world.time_step(), 0.0_f64, 0.0_f64);
+    let h = world.time_step();
+    let mut length = 0.0_f64;
+    let mut speed = 0.0_f64;
     for ((body, state), next) in world.bodies().iter().zip(states).zip(next) {
         let reach = body.reach();
         length = length.max(state.position.amax().max(next.position.amax()) + reach);

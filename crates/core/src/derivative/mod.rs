@@ -156,7 +156,7 @@ impl EndMap {
     }
 
     /// Applies the map to differentials of the initial state, of V⁺ and of h.
-    pub(crate) fn push(
+    pub(crate) fn jvp(
         &self,
         start: &StateChange,
         linear: &Vector3<f64>,
@@ -191,7 +191,7 @@ impl EndMap {
     }
 
     /// Jacobian ∂X⁺/∂X at fixed V⁺.
-    pub(crate) fn by_state(&self) -> SMatrix<f64, 12, 12> {
+    pub(crate) fn jacobian_wrt_state(&self) -> SMatrix<f64, 12, 12> {
         let mut columns = SMatrix::<f64, 12, 12>::zeros();
         columns.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
         columns.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.back);
@@ -200,7 +200,7 @@ impl EndMap {
 
     /// Transposed map: converts gradients with respect to the final state to those with respect to
     /// the initial state, V⁺ and h.
-    pub(crate) fn pull(
+    pub(crate) fn vjp(
         &self,
         end: &StateChange,
     ) -> (StateChange, (Vector3<f64>, Vector3<f64>), f64) {
@@ -259,13 +259,13 @@ mod tests {
             let difference = StateChange::between(&moved(-1.0), &moved(1.0)).to_array();
             let change = StateChange::from_array(&std::array::from_fn(|k| numbers[k] * 1e6));
             let step = numbers[12] * 1e6;
-            let pushed = map.push(&change, &change.velocity, &change.spin, step).to_array();
+            let pushed = map.jvp(&change, &change.velocity, &change.spin, step).to_array();
             for (found, expected) in pushed.iter().zip(difference) {
                 assert!((found - expected / 2e-6).abs() < 1e-8, "{k}: {found} {expected}");
             }
             // Checks ⟨w, J v⟩ = ⟨Jᵀ w, v⟩.
             let w = StateChange::from_array(&std::array::from_fn(|k| (k as f64).sin() + 0.3));
-            let (back, (linear, spin), by_step) = map.pull(&w);
+            let (back, (linear, spin), by_step) = map.vjp(&w);
             let there = w.dot(&StateChange::from_array(&pushed));
             let here = back.dot(&change)
                 + linear.dot(&change.velocity)

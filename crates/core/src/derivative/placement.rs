@@ -75,7 +75,12 @@ impl Placement {
     /// Placement of the polyhedral `contact` at these poses. Also returns its distance from the end
     /// of its features (m): from the sides of a face, or from the ends of an edge. There another
     /// contact replaces it.
-    pub(super) fn of(world: &World, contact: &Contact, a: &Pose, b: Option<&Pose>) -> (Self, f64) {
+    pub(super) fn from_contact(
+        world: &World,
+        contact: &Contact,
+        a: &Pose,
+        b: Option<&Pose>,
+    ) -> (Self, f64) {
         const ENDLESS: f64 = f64::INFINITY;
         let Some(pair) = contact.key.pair else { return (Self::Fixed, ENDLESS) };
         let body = &world.bodies()[contact.key.body];
@@ -87,16 +92,16 @@ impl Placement {
         let (Some(of_a), Some(of_b)) = (body.pieces().get(pair.pieces.0), other) else {
             return (Self::Unknown, 0.0);
         };
-        let seen = PlacedPair { pair, pieces: (of_a, of_b), contact, poses: (a, b) };
-        let placement = seen.placement();
+        let placed = PlacedPair { pair, pieces: (of_a, of_b), contact, poses: (a, b) };
+        let placement = placed.placement();
         let is_endless = matches!(placement, Self::Fixed) && is_of_terrain(world, contact);
-        let room = if is_endless { ENDLESS } else { seen.room(&placement) };
+        let room = if is_endless { ENDLESS } else { placed.room(&placement) };
         (placement, room)
     }
 
     /// Placement of a contact whose point follows from its plane, and the distance of the point from
     /// the sides of the face (m). The plane is fixed in B if it is a face or the ground.
-    pub(super) fn of_plane(
+    pub(super) fn from_plane_contact(
         world: &World,
         contact: &Contact,
         a: &Pose,
@@ -108,13 +113,14 @@ impl Placement {
             Partner::Fixed(index) => world.fixed_piece(index, pair.pieces.1),
             Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
         };
-        let (point, plane) = (a.position + contact.arm, &contact.features.frame);
+        let point = a.position + contact.arm;
+        let plane = &contact.features.frame;
         let normal = plane.column(2).into_owned();
         match other.filter(|piece| has_face(piece, &normal, contact.features.offset)) {
             Some(_) if is_of_terrain(world, contact) => (Self::Fixed, f64::INFINITY),
             Some(piece) => {
-                let seen = b.map_or(point, |b| b.rotation.tr_mul(&(point - b.position)));
-                (Self::Fixed, inside(piece, &normal, &seen))
+                let local = b.map_or(point, |b| b.rotation.tr_mul(&(point - b.position)));
+                (Self::Fixed, inside(piece, &normal, &local))
             }
             None => (Self::Unknown, 0.0),
         }
@@ -164,13 +170,13 @@ impl Placement {
                 );
                 let slid = matrix.lu().solve(&rhs).map_or(0.0, |slid| slid[0]);
                 let normal = b.rotation.tr_mul(&(turned - b.turn.cross(&n)));
-                let seen = b.rotation.tr_mul(&(y - b.origin));
-                let height = frame.column(2).dot(&b.stretch.component_mul(&seen));
+                let local = b.rotation.tr_mul(&(y - b.origin));
+                let height = frame.column(2).dot(&b.stretch.component_mul(&local));
                 FeatureChange {
                     point: own_point + a.rotation.tr_mul(&(u * slid)),
                     radius: a.radius,
                     normal,
-                    offset: normal.dot(&seen) + height + b.radius,
+                    offset: normal.dot(&local) + height + b.radius,
                 }
             }
             Self::Turned { slides } => {
@@ -275,8 +281,8 @@ impl PlacedPair<'_> {
         let n = self.contact.normal();
         match placement {
             Placement::Fixed => {
-                let seen = b.map_or(x, |b| b.rotation.tr_mul(&(x - b.position)));
-                inside(self.pieces.1, &self.contact.features.frame.column(2).into(), &seen)
+                let local = b.map_or(x, |b| b.rotation.tr_mul(&(x - b.position)));
+                inside(self.pieces.1, &self.contact.features.frame.column(2).into(), &local)
             }
             Placement::Turned { slides: None } => {
                 inside(self.pieces.0, &-a.rotation.tr_mul(&n), &self.contact.features.point)
@@ -392,7 +398,8 @@ impl PlacedPair<'_> {
     fn edges(&self) -> Placement {
         let (a, b) = self.poses;
         let Features { point, frame, offset, .. } = &self.contact.features;
-        let (x, n) = (a.position + a.rotation * point, self.contact.normal());
+        let x = a.position + a.rotation * point;
+        let n = self.contact.normal();
         let near = SAME * self.size();
         let found = self.lines().find_map(|(of_a, of_b)| {
             let cross = of_a.along.cross(&of_b.along).normalize();
@@ -403,8 +410,8 @@ impl PlacedPair<'_> {
             let share = (w - u * (u.dot(&w) / u.dot(&u))).dot(&v)
                 / across(&u.normalize(), &v).norm_squared();
             let y = of_b.from + v * share;
-            let seen = b.map_or(y, |b| b.rotation.tr_mul(&(y - b.position)));
-            let height = frame.column(2).dot(&seen) + self.pieces.1.radius();
+            let local = b.map_or(y, |b| b.rotation.tr_mul(&(y - b.position)));
+            let height = frame.column(2).dot(&local) + self.pieces.1.radius();
             let is_in_plane = (height - offset).abs() <= near;
             (spanned && is_in_plane).then_some((Line { from: x, ..of_a }, Line { from: y, ..of_b }))
         });

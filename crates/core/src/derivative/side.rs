@@ -41,14 +41,16 @@ impl StepSide {
         }
     }
 
-    pub(super) fn of_body(
+    pub(super) fn from_body(
         world: &World,
         index: usize,
         states: &[State],
         next: &[State],
         radius: f64,
     ) -> Self {
-        let (state, end, h) = (&states[index], &next[index], world.time_step());
+        let state = &states[index];
+        let end = &next[index];
+        let h = world.time_step();
         let (start, body): (Pose, &RigidBody) = (state.pose(), &world.bodies()[index]);
         let spin_world = start.rotation * end.spin;
         let impact = ImpactMotion {

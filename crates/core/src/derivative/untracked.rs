@@ -1,7 +1,7 @@
 //! Distance of a step to new contacts: the nearest pairs that are not contacts.
 
 use crate::contact::{Contact, ContactKey, Partner};
-use crate::geometry::{Aabb, Hint, PairScratch, Piece, separation};
+use crate::geometry::{Aabb, Hint, PairScratch, Piece, signed_distance};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -68,9 +68,10 @@ pub(crate) fn nearest_untracked(
                 continue;
             }
             let pose = at(&a.0);
-            terrain.terrain.visit(&Aabb::of(of_a, pose).grown(nearest), |triangle| {
+            terrain.terrain.visit(&Aabb::from_piece(of_a, pose).grown(nearest), |triangle| {
                 let Some(facet) = terrain.terrain.piece(triangle) else { return };
-                let found = separation((*of_a, pose), (facet, &still), &mut hint, &mut scratch);
+                let found =
+                    signed_distance((*of_a, pose), (facet, &still), &mut hint, &mut scratch);
                 nearest = nearest.min(found.distance.abs());
             });
         }
@@ -92,7 +93,8 @@ pub(crate) fn nearest_untracked(
             if is_seen(&is) {
                 continue;
             }
-            let found = separation((*of_a, at(&a.0)), (*of_b, at(&b.0)), &mut hint, &mut scratch);
+            let found =
+                signed_distance((*of_a, at(&a.0)), (*of_b, at(&b.0)), &mut hint, &mut scratch);
             nearest = nearest.min(found.distance.abs());
         }
     }

@@ -4,7 +4,7 @@
 //! The gap of the pieces along a constant unit vector n is
 //!
 //! ```text
-//! g_n(s) = min_B n·x − max_A n·x ≤ separation(s)
+//! g_n(s) = min_B n·x − max_A n·x ≤ signed_distance(s)
 //! ```
 //!
 //! Here s from 0 to 1 is the fraction of the trajectory. Δr and θ are the translation and rotation
@@ -23,7 +23,7 @@
 //!
 //! ```text
 //! D = 2 |Δn| (|Δr_A − Δr_B| + Σ |θ| ρ)/L + Σ |θ|² ρ
-//! separation(s + l) ≥ (1 − l/L) separation(s) + (l/L) separation(s + L) − L²/8 · D
+//! signed_distance(s + l) ≥ (1 − l/L) signed_distance(s) + (l/L) signed_distance(s + L) − L²/8 · D
 //! ```
 //!
 //! This holds up to the length of the mean of the axes, 1 − |Δn|²/8. The search uses the bound that

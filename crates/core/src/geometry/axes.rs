@@ -55,7 +55,7 @@ pub(super) fn best_axis(
 
 fn best_face_of_a(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<SeparatingAxis> {
     let mut best = None;
-    let mut lowest = LowestAbove::of(&scratch.vertices);
+    let mut lowest = LowestAbove::new(&scratch.vertices);
     for (index, face) in pair.a.faces().iter().enumerate() {
         let (kind, normal) = (AxisSource::FaceA(index), face.normal);
         keep_larger(&mut best, kind, normal, |least| {
@@ -67,7 +67,7 @@ fn best_face_of_a(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<Separat
 
 fn best_face_of_b(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<SeparatingAxis> {
     let mut best = None;
-    let mut lowest = LowestAbove::of(pair.a.vertices());
+    let mut lowest = LowestAbove::new(pair.a.vertices());
     for (index, (face, normal)) in pair.b.faces().iter().zip(&scratch.normals).enumerate() {
         let shift = normal.dot(&pair.shift);
         keep_larger(&mut best, AxisSource::FaceB(index), -normal, |least| {
@@ -99,7 +99,7 @@ struct LowestAbove<'v> {
 }
 
 impl<'v> LowestAbove<'v> {
-    fn of(vertices: &'v [Vector3<f64>]) -> Self {
+    fn new(vertices: &'v [Vector3<f64>]) -> Self {
         Self { vertices, last: 0 }
     }
 

@@ -1,10 +1,10 @@
 //! Closest points of two pieces.
 
-use super::closest::closest;
+use super::closest_features::closest_features;
 use super::hint::Hint;
 use super::pair::{PiecePair, PlacedPiece};
 use super::scratch::PairScratch;
-use super::separation::{Separation, separation};
+use super::separation::{Separation, signed_distance};
 use crate::kinematics::Pose;
 use nalgebra::Vector3;
 
@@ -23,7 +23,7 @@ pub struct ClosestPoints {
     pub b: Vector3<f64>,
 }
 
-/// Computes the [`separation`] of two pieces and the points between which it is measured.
+/// Computes the [`signed_distance`] of two pieces and the points between which it is measured.
 ///
 /// If the cores are apart, these are the closest points. If they overlap, B is first moved out of A
 /// along the axis n of the separation. The origin of the Minkowski difference A − B then leaves the
@@ -42,9 +42,10 @@ pub fn closest_points(
     hint: &mut Hint,
     scratch: &mut PairScratch,
 ) -> ClosestPoints {
-    let separation = separation(a, b, hint, scratch);
+    let separation = signed_distance(a, b, hint, scratch);
     let pair = PiecePair::new(a, b);
-    let (size, cores) = (pair.size(), separation.distance + pair.radii());
+    let size = pair.size();
+    let cores = separation.distance + pair.radii();
     let shift = if cores > TOUCHING * size { 0.0 } else { size - cores };
     let moved = Pose { position: b.1.position + separation.axis * shift, ..*b.1 };
     let pair = PiecePair::new(a, (b.0, &moved));
@@ -53,7 +54,7 @@ pub fn closest_points(
         pair.smooth_nearest(&axis).map_or_else(|| pair.extremes(&-axis)[0], |near| near.a)
     } else {
         pair.place(scratch);
-        closest(&pair, scratch, Some(&axis)).a + axis * a.0.radius()
+        closest_features(&pair, scratch, Some(&axis)).a + axis * a.0.radius()
     };
     let on_a = a.1.rotation * on_a + a.1.position;
     ClosestPoints { separation, a: on_a, b: on_a + separation.axis * separation.distance }

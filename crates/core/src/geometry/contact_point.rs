@@ -27,7 +27,7 @@ impl ContactPoint {
 
     /// Both contact points of an ellipsoid.
     #[must_use]
-    pub fn of_ellipsoid(one: &Ellipsoid) -> [Self; 2] {
+    pub fn from_ellipsoid(one: &Ellipsoid) -> [Self; 2] {
         let point = |is_second| Self {
             position: one.centre,
             radius: 0.0,

@@ -91,8 +91,8 @@ impl Ellipsoid {
     #[must_use]
     pub fn bend(&self, n: &Vector3<f64>) -> Matrix3<f64> {
         let square = self.axes * self.axes.transpose();
-        let (seen, width) = (square * n, self.half_width(n));
-        (square - seen * seen.transpose() / (width * width)) / width
+        let (squared, width) = (square * n, self.half_width(n));
+        (square - squared * squared.transpose() / (width * width)) / width
     }
 
     /// Unit normal of a disc.

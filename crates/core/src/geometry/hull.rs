@@ -1,6 +1,6 @@
 //! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
 
-use super::segment::nearest;
+use super::segment::closest_on_segment;
 use super::triangles::{FLAT, Triangle, hull_triangles};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
@@ -139,7 +139,8 @@ impl Hull {
         for (face, polygon) in loops.iter().enumerate() {
             let first = corners.len() as u32;
             for (at, point) in polygon.iter().enumerate() {
-                let (u, v) = (renumbered(point), renumbered(&polygon[(at + 1) % polygon.len()]));
+                let u = renumbered(point);
+                let v = renumbered(&polygon[(at + 1) % polygon.len()]);
                 sides.push((u.min(v), u.max(v), u > v, corners.len(), face as u32));
                 corners.push(Corner { vertex: u, edge: 0 });
             }
@@ -280,7 +281,7 @@ impl Hull {
         let corners = self.face_loop(face).iter();
         let sides = corners.map(|corner| {
             let (from, along) = span(&self.vertices, &self.edges[corner.edge as usize]);
-            nearest(point, &from, &along)
+            closest_on_segment(point, &from, &along)
         });
         let distance = |at: &Vector3<f64>| (at - point).norm_squared();
         sides.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(*point)
@@ -336,7 +337,8 @@ fn polygons(
         if group[seed] != NONE {
             continue;
         }
-        let (normal, origin) = (area(triangles[seed]).normalize(), points[triangles[seed][0]]);
+        let normal = area(triangles[seed]).normalize();
+        let origin = points[triangles[seed][0]];
         let is_flat =
             |t: Triangle| t.iter().all(|&p| normal.dot(&(points[p] - origin)).abs() <= tolerance);
         let mut waiting = vec![seed];

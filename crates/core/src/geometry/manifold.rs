@@ -36,7 +36,7 @@ use nalgebra::Vector3;
 /// The piece with the larger radius owns the point, so the plane belongs to the less rounded piece,
 /// or to `plane_of`. Swapping A and B changes the result only through `plane_of`.
 ///
-/// The returned value equals [`separation()`](super::separation()) if it is negative, to 1e-7 of
+/// The returned value equals [`signed_distance`](super::signed_distance) if it is negative, to 1e-7 of
 /// the smaller piece's size. This tolerance keeps the choice among equal faces steady. Otherwise it
 /// is a lower bound on the separation, and it exceeds `reach` if no features are within reach.
 ///
@@ -121,7 +121,8 @@ pub(crate) fn flat_faces(piece: &Piece) -> impl Iterator<Item = usize> + '_ {
 /// Indices of the edges of A and B that span the axis of largest separation. `None` if the axis is
 /// a face normal.
 pub(crate) fn edges_across(a: PlacedPiece<'_>, b: PlacedPiece<'_>) -> Option<(usize, usize)> {
-    let (pair, mut scratch) = (PiecePair::new(a, b), PairScratch::default());
+    let pair = PiecePair::new(a, b);
+    let mut scratch = PairScratch::default();
     pair.place(&mut scratch);
     let tie = TieBreak { within: MERGE * pair.size(), to: PieceSide::A };
     match best_axis(&pair, &mut scratch, f64::INFINITY, tie)?.kind {

@@ -1,13 +1,13 @@
 //! Search for the contacts of two cores along the axis of largest separation.
 
 use super::Hull;
-use super::closest::{On, Points, closest, of_edges};
+use super::closest_features::{On, Points, closest_features, closest_on_edges};
 use super::features::{CorePart, Feature, PieceSide};
 use super::hull::span;
 use super::overlap::PolygonCorner;
 use super::pair::PiecePair;
 use super::scratch::PairScratch;
-use super::segment::nearest;
+use super::segment::closest_on_segment;
 use super::separating_axis::{AxisSource, SeparatingAxis};
 use super::separation::across_cores;
 use super::support::{highest, lowest};
@@ -80,7 +80,7 @@ impl ManifoldPair<'_, '_> {
     }
 
     fn closest(&mut self, axis: Option<&SeparatingAxis>) -> f64 {
-        let points = closest(&self.pair, self.scratch, axis.map(|axis| &axis.normal));
+        let points = closest_features(&self.pair, self.scratch, axis.map(|axis| &axis.normal));
         self.points = Some(points);
         points.distance()
     }
@@ -207,7 +207,7 @@ impl ManifoldPair<'_, '_> {
         let pair = self.pair;
         let touch = match axis.kind {
             AxisSource::Edges(edge_a, edge_b) => {
-                let points = of_edges(&pair, &self.scratch.vertices, edge_a, edge_b);
+                let points = closest_on_edges(&pair, &self.scratch.vertices, edge_a, edge_b);
                 let feature = Feature::Edges(edge_a as u32, edge_b as u32);
                 pair.between(&points, &axis.normal, feature, self.point_of())
             }
@@ -234,8 +234,10 @@ impl ManifoldPair<'_, '_> {
         let most = points.distance() + merge;
         let mut parallel = None;
         self.scratch.near.each_pair(|edge_a, edge_b| {
-            let is_close =
-                || of_edges(&self.pair, &self.scratch.vertices, edge_a, edge_b).distance() <= most;
+            let is_close = || {
+                closest_on_edges(&self.pair, &self.scratch.vertices, edge_a, edge_b).distance()
+                    <= most
+            };
             if parallel.is_none()
                 && are_parallel(&self.pair, &self.scratch.vertices, edge_a, edge_b)
                 && is_close()
@@ -298,7 +300,8 @@ impl ManifoldPair<'_, '_> {
         let (q, v) = span(&self.scratch.vertices, &sides_b);
         // Coordinates of both edges along A's edge, measured from A's first vertex.
         let length = u.norm();
-        let (first, second) = (u.dot(&(q - p)) / length, u.dot(&(q + v - p)) / length);
+        let first = u.dot(&(q - p)) / length;
+        let second = u.dot(&(q + v - p)) / length;
         let ((low, low_at), (high, high_at)) =
             if first < second { ((first, 0), (second, 1)) } else { ((second, 1), (first, 0)) };
         if high.min(length) - low.max(0.0) <= merge {
@@ -306,12 +309,12 @@ impl ManifoldPair<'_, '_> {
         }
         let on_b = |a: Vector3<f64>| Points {
             a,
-            b: nearest(&a, &q, &v),
+            b: closest_on_segment(&a, &q, &v),
             on_a: On::Edge(edge_a),
             on_b: On::Edge(edge_b),
         };
         let on_a = |b: Vector3<f64>| Points {
-            a: nearest(&b, &p, &u),
+            a: closest_on_segment(&b, &p, &u),
             b,
             on_a: On::Edge(edge_a),
             on_b: On::Edge(edge_b),

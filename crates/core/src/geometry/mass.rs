@@ -27,9 +27,9 @@ pub struct MassProperties {
 impl MassProperties {
     /// Mass properties of one piece.
     #[must_use]
-    pub fn of(piece: &Piece) -> Self {
+    pub fn from_piece(piece: &Piece) -> Self {
         if let Some(smooth) = piece.smooth() {
-            return of_smooth(smooth);
+            return smooth_mass(smooth);
         }
         let (hull, r) = (piece.core(), piece.radius());
         let reference = *hull.centre();
@@ -54,7 +54,7 @@ impl MassProperties {
     ///
     /// The solid is the sum of the signed tetrahedra from one vertex to the triangles.
     #[must_use]
-    pub fn of_mesh(mesh: &Mesh) -> Self {
+    pub fn from_mesh(mesh: &Mesh) -> Self {
         let o = mesh.vertices().first().copied().unwrap_or_default();
         let mut sum = Moments::default();
         for triangle in mesh.triangles() {
@@ -74,8 +74,8 @@ impl MassProperties {
     ///
     /// # Errors
     /// No piece.
-    pub fn of_all<'a>(pieces: impl IntoIterator<Item = &'a Piece>) -> Result<Self, Error> {
-        let parts: Vec<Self> = pieces.into_iter().map(Self::of).collect();
+    pub fn from_pieces<'a>(pieces: impl IntoIterator<Item = &'a Piece>) -> Result<Self, Error> {
+        let parts: Vec<Self> = pieces.into_iter().map(Self::from_piece).collect();
         if parts.is_empty() {
             return Err(Error::Count { field: "pieces", count: 0, allowed: "1 or more" });
         }
@@ -149,7 +149,7 @@ impl Moments {
 /// cone       V = π r² |d|/3      ∫ x xᵀ dV = V (3 S Sᵀ/20 + 3 d dᵀ/80), about c = base + d/4
 /// ellipsoid  V = 4/3 π |det S|   ∫ x xᵀ dV = V S Sᵀ/5
 /// ```
-fn of_smooth(smooth: &Smooth) -> MassProperties {
+fn smooth_mass(smooth: &Smooth) -> MassProperties {
     let square = |x: &Matrix3<f64>| x * x.transpose();
     let area = |disc: &Matrix3<f64>| PI * 0.5 * square(disc).trace();
     let (volume, centre, specific) = match smooth {
@@ -194,7 +194,8 @@ fn add_polyhedron(sum: &mut Moments, hull: &Hull) {
 fn add_capsule(sum: &mut Moments, along: &Vector3<f64>, r: f64) {
     let length = along.norm();
     let axis = along * along.transpose() / (length * length);
-    let (cylinder, caps) = (PI * r * r * length, 4.0 / 3.0 * PI * r.powi(3));
+    let cylinder = PI * r * r * length;
+    let caps = 4.0 / 3.0 * PI * r.powi(3);
     sum.volume += cylinder + caps;
     let across = (Matrix3::identity() - axis) * (r * r / 4.0);
     sum.second += (across + axis * (length * length / 12.0)) * cylinder;
@@ -247,7 +248,8 @@ fn cylinder_sector(along: &Vector3<f64>, m: &Vector3<f64>, n: &Vector3<f64>, r: 
     let c = e.cross(&b);
     let angle = libm::atan2(m.cross(n).norm(), m.dot(n));
     let volume = length * angle * r * r / 2.0;
-    let (wide, narrow) = (angle + libm::sin(angle), angle - libm::sin(angle));
+    let wide = angle + libm::sin(angle);
+    let narrow = angle - libm::sin(angle);
     let across = b * b.transpose() * wide + c * c.transpose() * narrow;
     Moments {
         volume,

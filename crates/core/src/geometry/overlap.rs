@@ -7,7 +7,7 @@
 //! only.
 
 use super::Hull;
-use super::segment::nearest;
+use super::segment::closest_on_segment;
 use nalgebra::Vector3;
 
 /// A corner of the common polygon, by indices in the loops of both faces.
@@ -76,7 +76,7 @@ impl Polygon {
         let mut best = (self.points[0], f64::INFINITY);
         for at in 0..self.points.len() {
             let (from, to) = self.side(at);
-            let candidate = nearest(point, from, &(to - from));
+            let candidate = closest_on_segment(point, from, &(to - from));
             let square = (candidate - point).norm_squared();
             if square < best.1 {
                 best = (candidate, square);
@@ -183,7 +183,8 @@ impl FaceOverlap {
 
     /// Position of a crossing on A's side (m).
     pub fn on_a(&self, i: usize, j: usize) -> Vector3<f64> {
-        let (next, count_b) = ((i + 1) % self.a.points.len(), self.b.points.len());
+        let next = (i + 1) % self.a.points.len();
+        let count_b = self.b.points.len();
         let (from, to) = (self.a_in_b[i * count_b + j], self.a_in_b[next * count_b + j]);
         let (start, end) = self.a.side(i);
         start.lerp(end, zero_between(from, to))

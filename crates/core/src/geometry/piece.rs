@@ -40,10 +40,10 @@ impl Piece {
     /// A radius outside 1e-6…1e4 m.
     pub fn sphere(radius: f64) -> Result<Self, Error> {
         in_range("radius of the sphere (m)", radius, 1e-6, 1e4, "1e-6 to 1e4")?;
-        Ok(Self::of_core(Hull::point(Vector3::zeros())?, radius))
+        Ok(Self::from_core(Hull::point(Vector3::zeros())?, radius))
     }
 
-    pub(super) fn of_core(core: Hull, radius: f64) -> Self {
+    pub(super) fn from_core(core: Hull, radius: f64) -> Self {
         Self { core, radius, smooth: None }
     }
 
@@ -57,7 +57,7 @@ impl Piece {
         in_range("half length of the capsule (m)", half_length, 1e-6, 1e4, allowed)?;
         in_range("radius of the capsule (m)", radius, 1e-6, 1e4, allowed)?;
         let end = Vector3::z() * half_length;
-        Ok(Self::of_core(Hull::segment(-end, end)?, radius))
+        Ok(Self::from_core(Hull::segment(-end, end)?, radius))
     }
 
     /// The convex hull of points (m) rounded by `radius` (m), see [`Hull::from_points`].
@@ -66,7 +66,7 @@ impl Piece {
     /// Those of [`Hull::from_points`]; a radius outside 0…1e4 m.
     pub fn hull(points: &[Vector3<f64>], radius: f64) -> Result<Self, Error> {
         in_range("radius of the hull (m)", radius, 0.0, 1e4, "0 to 1e4")?;
-        Ok(Self::of_core(Hull::from_points(points)?, radius))
+        Ok(Self::from_core(Hull::from_points(points)?, radius))
     }
 
     /// A convex mesh rounded by `radius` (m).
@@ -75,7 +75,7 @@ impl Piece {
     /// Those of [`Mesh::hull`]; a radius outside 0…1e4 m.
     pub fn mesh(mesh: &Mesh, radius: f64) -> Result<Self, Error> {
         in_range("radius of the mesh (m)", radius, 0.0, 1e4, "0 to 1e4")?;
-        Ok(Self::of_core(mesh.hull()?, radius))
+        Ok(Self::from_core(mesh.hull()?, radius))
     }
 
     /// A cylinder about the origin along z, with `half_length` and `radius` in m. Its core is the
@@ -200,6 +200,9 @@ impl Piece {
         };
         let of_vertex = |&vertex: &Vector3<f64>| ContactPoint::rounded(vertex, self.radius);
         let ellipsoids = self.smooth.as_ref().map_or(&[][..], Smooth::ellipsoids);
-        vertices.iter().map(of_vertex).chain(ellipsoids.iter().flat_map(ContactPoint::of_ellipsoid))
+        vertices
+            .iter()
+            .map(of_vertex)
+            .chain(ellipsoids.iter().flat_map(ContactPoint::from_ellipsoid))
     }
 }

@@ -5,7 +5,7 @@
 
 use super::hint::Hint;
 use super::scratch::PairScratch;
-use super::separation::separation;
+use super::separation::signed_distance;
 use super::{Hull, Piece};
 use crate::error::Error;
 use crate::kinematics::Pose;
@@ -96,7 +96,7 @@ impl RayCaster {
         for _ in 0..MOST_PLANES {
             let point = Pose { position: ray.at(distance), rotation: UNIT };
             let (piece, probe) = ((piece, &FRAME), (&self.probe, &point));
-            let apart = separation(piece, probe, &mut Hint::default(), &mut self.scratch);
+            let apart = signed_distance(piece, probe, &mut Hint::default(), &mut self.scratch);
             let height = apart.distance + PROBE;
             if height <= tolerance {
                 let outward = normal.map(|_| apart.axis);
@@ -156,15 +156,16 @@ impl LocalRay {
         if (self.origin - foot).norm_squared() <= radius * radius {
             return Some(RayEntry::INSIDE);
         }
-        let (place, way) = (across(&start), across(&self.direction));
-        let slope = way.norm_squared();
+        let place = across(&start);
+        let across_direction = across(&self.direction);
+        let slope = across_direction.norm_squared();
         let tube = || {
-            let nearest = -place.dot(&way) / slope;
-            let square = radius * radius - (place + way * nearest).norm_squared();
+            let nearest = -place.dot(&across_direction) / slope;
+            let square = radius * radius - (place + across_direction * nearest).norm_squared();
             let distance = nearest - (square.max(0.0) / slope).sqrt();
             let height = axis.dot(&(start + self.direction * distance));
             let hits = square >= 0.0 && distance >= 0.0 && (0.0..=length).contains(&height);
-            hits.then(|| RayEntry::at(distance, place + way * distance))
+            hits.then(|| RayEntry::at(distance, place + across_direction * distance))
         };
         let tube = if slope > PARALLEL { tube() } else { None };
         let ends = [self.ball(from, radius), self.ball(to, radius)];

@@ -1,6 +1,6 @@
 //! Workspace of the narrow phase.
 
-use super::near::Near;
+use super::candidate_features::CandidateFeatures;
 use super::overlap::FaceOverlap;
 use super::pair::PiecePair;
 use nalgebra::Vector3;
@@ -17,7 +17,7 @@ pub struct PairScratch {
     /// Edges of A and of B that may span the axis of largest separation.
     pub(super) edges: [Vec<usize>; 2],
     /// Candidate features for the closest points.
-    pub(super) near: Near,
+    pub(super) near: CandidateFeatures,
     /// Two faces to be intersected.
     pub(super) overlap: FaceOverlap,
 }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 /// the closest pair nearest to s = 0.
 #[must_use]
 #[inline(always)]
-pub fn nearest_shares(
+pub fn closest_segment_parameters(
     p: &Vector3<f64>,
     u: &Vector3<f64>,
     q: &Vector3<f64>,
@@ -30,6 +30,10 @@ pub fn nearest_shares(
 }
 
 /// Closest point to `point` on the segment q + t v, 0 ≤ t ≤ 1.
-pub(crate) fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn closest_on_segment(
+    point: &Vector3<f64>,
+    q: &Vector3<f64>,
+    v: &Vector3<f64>,
+) -> Vector3<f64> {
     q + v * (v.dot(&(point - q)) / v.norm_squared()).clamp(0.0, 1.0)
 }

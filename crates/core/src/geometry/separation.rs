@@ -1,7 +1,7 @@
 //! Signed distance of two pieces.
 
 use super::axes::best_axis;
-use super::closest::closest;
+use super::closest_features::closest_features;
 use super::features::PieceSide;
 use super::hint::Hint;
 use super::pair::{PiecePair, PlacedPiece};
@@ -24,7 +24,7 @@ pub struct Separation {
 ///
 /// If the cores of two pieces without faces (spheres, capsules) overlap, the distance is minus the
 /// sum of the radii.
-pub fn separation(
+pub fn signed_distance(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
     hint: &mut Hint,
@@ -60,7 +60,7 @@ pub(super) fn touching(
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }
 
-/// Penetration depth of two pieces (m), 0 if they are apart. See [`separation`].
+/// Penetration depth of two pieces (m), 0 if they are apart. See [`signed_distance`].
 pub fn overlap(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
@@ -71,7 +71,7 @@ pub fn overlap(
     if pair.quick_gap(hint) > pair.radii() {
         return 0.0;
     }
-    (-separation(a, b, hint, scratch).distance).max(0.0)
+    (-signed_distance(a, b, hint, scratch).distance).max(0.0)
 }
 
 /// Separation of the cores (m), its axis (unit, frame of A), and the features that span the axis if
@@ -86,7 +86,7 @@ fn exact(
     if let Some(axis) = axis.filter(|axis| axis.exact) {
         return (axis.gap, axis.normal, Some(axis.kind));
     }
-    let points = closest(pair, scratch, axis.as_ref().map(|axis| &axis.normal));
+    let points = closest_features(pair, scratch, axis.as_ref().map(|axis| &axis.normal));
     let distance = points.distance();
     // A distance at rounding level has no direction; the axis is used instead.
     if distance > 1e-12 * pair.size() {
@@ -100,7 +100,8 @@ fn exact(
 /// segment, or an arbitrary one.
 pub(super) fn across_cores(pair: &PiecePair<'_>, scratch: &PairScratch) -> Vector3<f64> {
     let along = |vertices: &[Vector3<f64>]| vertices[vertices.len() - 1] - vertices[0];
-    let (along_a, along_b) = (along(pair.a.vertices()), along(&scratch.vertices));
+    let along_a = along(pair.a.vertices());
+    let along_b = along(&scratch.vertices);
     let across = along_a.cross(&along_b);
     if across.norm() > 1e-9 * along_a.norm() * along_b.norm() && across.norm() > 0.0 {
         return across.normalize();

@@ -70,7 +70,8 @@ impl Smooth {
     #[must_use]
     pub fn cone(&self) -> Option<(Vector3<f64>, f64)> {
         let Self::Cone { base, apex } = self else { return None };
-        let (axis, radius) = (apex.1 - base.centre, base.axes.column(0).norm());
+        let axis = apex.1 - base.centre;
+        let radius = base.axes.column(0).norm();
         let height = axis.norm();
         Some((axis / height, radius / (radius * radius + height * height).sqrt()))
     }
@@ -225,12 +226,13 @@ fn rim(radius: f64, height: f64, sides: usize) -> impl Iterator<Item = Vector3<f
 }
 
 fn check_sides(sides: usize) -> Result<(), Error> {
-    match (3..=128).contains(&sides) {
-        true => Ok(()),
-        false => Err(Error::Count {
+    if (3..=128).contains(&sides) {
+        Ok(())
+    } else {
+        Err(Error::Count {
             field: "sides of a smooth piece's core",
             count: sides,
             allowed: "3 to 128",
-        }),
+        })
     }
 }

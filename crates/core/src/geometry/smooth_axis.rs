@@ -22,7 +22,7 @@ use super::gjk::{Nearest, nearest};
 use super::hint::Hint;
 use super::pair::PiecePair;
 use super::portal::{Portal, TIGHT};
-use super::segment::nearest_shares;
+use super::segment::closest_segment_parameters;
 use super::smooth_manifold::PARALLEL;
 use super::smooth_side::{SmoothSide, SupportFeature, TIE};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
@@ -87,7 +87,7 @@ impl PiecePair<'_> {
     ) -> Option<Vector3<f64>> {
         let mut before: Option<[SupportFeature; 2]> = None;
         for _ in 0..MOST_STEPS {
-            let normals = [axis, -sides[1].seen(&axis)];
+            let normals = [axis, -sides[1].to_local(&axis)];
             if let Some(axis) = self.across_face(sides, &normals) {
                 return Some(axis);
             }
@@ -121,23 +121,24 @@ impl PiecePair<'_> {
             let (of, other) = (&sides[at], &sides[1 - at]);
             let face = of.face_across(&normals[at])?;
             let normal = of.rotation * of.hull.faces()[face].normal;
-            let lowest = other.placed(&other.farthest(&other.seen(&-normal)));
-            let is_over = of.hull.is_over(face, &of.seen(&(lowest - of.shift)), 0.0);
+            let lowest = other.placed(&other.farthest(&other.to_local(&-normal)));
+            let is_over = of.hull.is_over(face, &of.to_local(&(lowest - of.shift)), 0.0);
             is_over.then_some(if at == 0 { normal } else { -normal })
         })
     }
 
     /// True if the gap along the axis is the distance of two points of the pieces.
     fn is_proved(&self, sides: &[SmoothSide<'_>; 2], axis: &Vector3<f64>) -> bool {
-        let normals = [*axis, -sides[1].seen(axis)];
+        let normals = [*axis, -sides[1].to_local(axis)];
         let features = [0, 1].map(|at| sides[at].support(&normals[at]));
         let [a, b] = [0, 1].map(|at| Witness::new(&sides[at], features[at], &normals[at]));
         let (Some(a), Some(b)) = (a, b) else { return false };
-        let way = b.nearest(&a) - a.nearest(&b);
-        let (along, gap) = (axis.dot(&way), self.gap_along(axis) - self.radii());
+        let offset_vector = b.nearest(&a) - a.nearest(&b);
+        let along = axis.dot(&offset_vector);
+        let gap = self.gap_along(axis) - self.radii();
         // Parts that are nearly as far as the farthest count as features, too.
         (along - gap).abs() <= SETTLED * self.size()
-            && (way - axis * along).norm() <= PROVED * self.size()
+            && (offset_vector - axis * along).norm() <= PROVED * self.size()
     }
 
     /// Size of both pieces together (m).
@@ -195,20 +196,19 @@ impl Witness {
         let along = to - from;
         let bend = (Matrix3::identity() - outward * outward.transpose()) * radius;
         let follows = feature == SupportFeature::Cone;
-        let level = match follows {
-            true => {
-                let (axis, sine) = side.smooth?.cone()?;
-                let c = if side.side == PieceSide::A { sine } else { -sine };
-                Some(Level { u: side.rotation * axis, c })
-            }
-            false => along.try_normalize(0.0).map(|u| Level { u, c: 0.0 }),
+        let level = if follows {
+            let (axis, sine) = side.smooth?.cone()?;
+            let c = if side.side == PieceSide::A { sine } else { -sine };
+            Some(Level { u: side.rotation * axis, c })
+        } else {
+            along.try_normalize(0.0).map(|u| Level { u, c: 0.0 })
         };
         Some(Self { from, along, outward: outward * radius, radius, bend, level, follows })
     }
 
     /// The point of the surface that is nearest to the other piece.
     fn nearest(&self, other: &Self) -> Vector3<f64> {
-        let shares = nearest_shares(&self.from, &self.along, &other.from, &other.along);
+        let shares = closest_segment_parameters(&self.from, &self.along, &other.from, &other.along);
         self.from + self.along * shares.0 + self.outward
     }
 }
@@ -228,7 +228,7 @@ impl Level {
         (rest >= 0.0).then(|| middle + unit * rest.sqrt().copysign(unit.dot(axis)))
     }
 
-    /// Newton's step for the largest gap among the unit vectors in this plane. `way` is the vector
+    /// Newton's step for the largest gap among the unit vectors in this plane. `offset_vector` is the vector
     /// between the pieces (m), and `bend` the sum of the second derivatives (m).
     ///
     /// With r the unit vector across u nearest to the axis, t = u × r and ρ = √(1 − c²),
@@ -238,15 +238,15 @@ impl Level {
     /// ```
     fn step(
         &self,
-        way: &Vector3<f64>,
+        offset_vector: &Vector3<f64>,
         bend: &Matrix3<f64>,
         axis: &Vector3<f64>,
     ) -> Option<Vector3<f64>> {
         let toward = (axis - self.u * self.u.dot(axis)).try_normalize(0.0)?;
         let across = self.u.cross(&toward);
         let radius = (1.0 - self.c * self.c).sqrt();
-        let stiff = toward.dot(way) + radius * across.dot(&(bend * across));
-        let turn = across.dot(way) / stiff;
+        let stiff = toward.dot(offset_vector) + radius * across.dot(&(bend * across));
+        let turn = across.dot(offset_vector) / stiff;
         Some(self.u * self.c + (toward + across * turn).normalize() * radius)
     }
 }
@@ -259,21 +259,21 @@ fn step(a: &Witness, b: &Witness, axis: &Vector3<f64>) -> Option<Vector3<f64>> {
     }
     if a.radius + b.radius > 0.0 && !a.follows && !b.follows {
         // The shortest line of points and straight features with radii.
-        let (s, t) = nearest_shares(&a.from, &a.along, &b.from, &b.along);
-        let way = b.from + b.along * t - a.from - a.along * s;
-        let along = way.try_normalize(0.0)?;
+        let (s, t) = closest_segment_parameters(&a.from, &a.along, &b.from, &b.along);
+        let offset_vector = b.from + b.along * t - a.from - a.along * s;
+        let along = offset_vector.try_normalize(0.0)?;
         return Some(if along.dot(axis) < 0.0 { -along } else { along });
     }
-    let way = b.from + b.outward - a.from - a.outward;
+    let offset_vector = b.from + b.outward - a.from - a.outward;
     let bend = a.bend + b.bend;
     let next = if let Some(level) = a.level.or(b.level) {
-        level.step(&way, &bend, axis)?
+        level.step(&offset_vector, &bend, axis)?
     } else {
         let first = axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize();
         let tangents = Matrix2x3::from_rows(&[first.transpose(), axis.cross(&first).transpose()]);
         let stiff: Matrix2<f64> = tangents * bend * tangents.transpose();
-        let stiff = stiff + Matrix2::from_diagonal_element(axis.dot(&way));
-        let right: Vector2<f64> = tangents * way;
+        let stiff = stiff + Matrix2::from_diagonal_element(axis.dot(&offset_vector));
+        let right: Vector2<f64> = tangents * offset_vector;
         (axis + tangents.transpose() * stiff.lu().solve(&right)?).try_normalize(0.0)?
     };
     (next.dot(axis) > 0.5).then_some(next)

@@ -13,7 +13,7 @@
 use super::features::{CorePart, Feature, PieceSide};
 use super::hull::Corner;
 use super::manifold_pair::{MERGE, ManifoldPair};
-use super::segment::nearest_shares;
+use super::segment::closest_segment_parameters;
 use super::separating_axis::{AxisSource, SeparatingAxis};
 use super::smooth_side::{SmoothSide, SupportFeature};
 use super::touch::ManifoldPoint;
@@ -31,7 +31,7 @@ const AT_END: f64 = 1e-7;
 pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f64>) {
     let pair = found.pair;
     let [a, b] = pair.sides();
-    let normals = [*axis, -b.seen(axis)];
+    let normals = [*axis, -b.to_local(axis)];
     let faces = [a.face_across(&normals[0]), b.face_across(&normals[1])];
     if let Some(face) = faces[0] {
         on_face(&mut found, &b, &a, face);
@@ -55,7 +55,10 @@ pub(super) fn smooth_manifold(mut found: ManifoldPair<'_, '_>, axis: &Vector3<f6
         return;
     }
     let features = [a.support(&normals[0]), b.support(&normals[1])];
-    match (Straight::of(&a, features[0], &normals[0]), Straight::of(&b, features[1], &normals[1])) {
+    match (
+        Straight::from_feature(&a, features[0], &normals[0]),
+        Straight::from_feature(&b, features[1], &normals[1]),
+    ) {
         (Some(u), Some(v)) if u.is_cone || v.is_cone => {
             // A ball or a capsule rolls on the tangent plane of the cone.
             let is_plane_of_a = match (u.radius > 0.0, v.radius > 0.0) {
@@ -91,18 +94,18 @@ fn on_face(
     // Beside a facet of a surface is another.
     let border = if of.hull.is_facet() { MERGE * found.pair.size() } else { 0.0 };
     let plane = of.hull.faces()[face];
-    let normal = on.seen(&(of.rotation * plane.normal));
-    let in_face = |point: &Vector3<f64>| of.seen(&(on.placed(point) - of.shift));
+    let normal = on.to_local(&(of.rotation * plane.normal));
+    let in_face = |point: &Vector3<f64>| of.to_local(&(on.placed(point) - of.shift));
     let mut push = |feature: Feature, point: Vector3<f64>| {
-        let seen = in_face(&point);
-        if of.hull.is_over(face, &seen, border) {
+        let local = in_face(&point);
+        if of.hull.is_over(face, &local, border) {
             found.push_new(ManifoldPoint {
                 point_of: on.side,
                 point,
                 point_radius: 0.0,
                 normal: plane.normal,
                 offset: plane.offset + of.radius,
-                gap: plane.normal.dot(&seen) - plane.offset - of.radius,
+                gap: plane.normal.dot(&local) - plane.offset - of.radius,
                 feature,
             });
         }
@@ -115,7 +118,7 @@ fn on_face(
     if let Some((vertex, apex)) = smooth.apex() {
         push(Feature::Vertex(on.side, vertex), apex);
     }
-    if let Some(line) = Straight::of(on, SupportFeature::Lateral, &normal) {
+    if let Some(line) = Straight::from_feature(on, SupportFeature::Lateral, &normal) {
         let height = line.along.dot(&(of.rotation * plane.normal));
         if height.abs() < NEARLY_PARALLEL * line.along.norm() {
             over_sides(found, &line, of, face);
@@ -125,8 +128,8 @@ fn on_face(
 
 /// Adds the contacts where the lateral surface of a cylinder crosses the sides of a face.
 fn over_sides(found: &mut ManifoldPair<'_, '_>, line: &Straight, of: &SmoothSide<'_>, face: usize) {
-    let from = of.seen(&(line.from - of.shift));
-    let along = of.seen(&line.along);
+    let from = of.to_local(&(line.from - of.shift));
+    let along = of.to_local(&line.along);
     let normal = of.hull.faces()[face].normal;
     let corners = of.hull.face_loop(face);
     let at = |corner: &Corner| of.hull.vertices()[corner.vertex as usize];
@@ -134,7 +137,8 @@ fn over_sides(found: &mut ManifoldPair<'_, '_>, line: &Straight, of: &SmoothSide
     let (mut low, mut high) = ((AT_END, None), (1.0 - AT_END, None));
     for (corner, next) in corners.iter().zip(corners.iter().cycle().skip(1)) {
         let inward = normal.cross(&(at(next) - at(corner)));
-        let (height, rate) = (inward.dot(&(from - at(corner))), inward.dot(&along));
+        let height = inward.dot(&(from - at(corner)));
+        let rate = inward.dot(&along);
         let share = -height / rate;
         let edge = Some(corner.edge);
         if rate > 0.0 && share > low.0 {
@@ -149,7 +153,7 @@ fn over_sides(found: &mut ManifoldPair<'_, '_>, line: &Straight, of: &SmoothSide
         return;
     }
     for edge in [low.1, high.1].into_iter().flatten() {
-        if let Some(edge) = Straight::of(of, SupportFeature::Edge(edge), &normal) {
+        if let Some(edge) = Straight::from_feature(of, SupportFeature::Edge(edge), &normal) {
             line.cross(&edge, (line.whole, edge.whole), None, found);
         }
     }
@@ -184,10 +188,12 @@ fn tangent(
     else {
         return;
     };
-    let (side, of, normal) = (sides[on], sides[1 - on], normals[1 - on]);
+    let side = sides[on];
+    let of = sides[1 - on];
+    let normal = normals[1 - on];
     let point_radius = if side.smooth.is_some() { 0.0 } else { side.radius };
     let offset = of.extent(&normal);
-    let height = normal.dot(&of.seen(&(side.placed(&point) - of.shift)));
+    let height = normal.dot(&of.to_local(&(side.placed(&point) - of.shift)));
     let gap = height - offset - point_radius;
     let point_of = side.side;
     found.push_new(ManifoldPoint { point_of, point, point_radius, normal, offset, gap, feature });
@@ -208,7 +214,11 @@ struct Straight {
 
 impl Straight {
     /// Straight feature of a piece that is farthest along the unit vector `n` (own frame).
-    fn of(side: &SmoothSide<'_>, feature: SupportFeature, n: &Vector3<f64>) -> Option<Self> {
+    fn from_feature(
+        side: &SmoothSide<'_>,
+        feature: SupportFeature,
+        n: &Vector3<f64>,
+    ) -> Option<Self> {
         let (whole, ends) = match feature {
             SupportFeature::Lateral | SupportFeature::Cone => {
                 (CorePart::Lateral, [CorePart::End(0), CorePart::End(1)])
@@ -270,24 +280,24 @@ impl Straight {
             }
         };
         let ((p, u), (q, v)) = (part(self, parts.0), part(other, parts.1));
-        let (s, t) = nearest_shares(&p, &u, &q, &v);
+        let (s, t) = closest_segment_parameters(&p, &u, &q, &v);
         let (point, foot) = (p + u * s, q + v * t);
-        let way = foot - point;
+        let offset_vector = foot - point;
         let [a, b] = found.pair.sides();
         let (of_point, of_plane, feature, sign) = match self.side {
             PieceSide::A => (a, b, Feature::Round(parts.0, parts.1), 1.0),
             PieceSide::B => (b, a, Feature::Round(parts.1, parts.0), -1.0),
         };
-        let normal = axis.map(|axis| axis * sign).or_else(|| way.try_normalize(0.0));
+        let normal = axis.map(|axis| axis * sign).or_else(|| offset_vector.try_normalize(0.0));
         let Some(normal) = normal else { return };
-        let away = of_plane.seen(&-normal);
+        let away = of_plane.to_local(&-normal);
         found.push_new(ManifoldPoint {
             point_of: self.side,
-            point: of_point.seen(&(point - of_point.shift)),
+            point: of_point.to_local(&(point - of_point.shift)),
             point_radius: self.radius,
             normal: away,
-            offset: away.dot(&of_plane.seen(&(foot - of_plane.shift))) + other.radius,
-            gap: normal.dot(&way) - self.radius - other.radius,
+            offset: away.dot(&of_plane.to_local(&(foot - of_plane.shift))) + other.radius,
+            gap: normal.dot(&offset_vector) - self.radius - other.radius,
             feature,
         });
     }

@@ -11,7 +11,7 @@
 
 use super::facet;
 use super::hull::span;
-use super::segment::nearest;
+use super::segment::closest_on_segment;
 use super::{Ellipsoid, Hull, Piece, Smooth};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
@@ -86,14 +86,14 @@ impl Piece {
             Some(Smooth::Cone { base, apex: (_, apex) }) => {
                 let (axis, sine) = self.smooth().and_then(Smooth::cone).unwrap_or_default();
                 let cosine = (1.0 - sine * sine).sqrt();
-                let way = point - apex;
-                let across = way - axis * axis.dot(&way);
+                let offset_vector = point - apex;
+                let across = offset_vector - axis * axis.dot(&offset_vector);
                 if !visit(-axis.dot(&(point - base.centre)), -axis) {
                     return false;
                 }
                 let mut lateral = |out: Vector3<f64>| {
                     let normal = out * cosine + axis * sine;
-                    visit(normal.dot(&way), normal)
+                    visit(normal.dot(&offset_vector), normal)
                 };
                 if across.norm() > near {
                     return lateral(across.normalize());
@@ -142,7 +142,7 @@ fn outside(core: &Hull, point: &Vector3<f64>) -> Option<Vector3<f64>> {
     };
     for edge in core.edges() {
         let (from, along) = span(core.vertices(), edge);
-        keep(nearest(point, &from, &along));
+        keep(closest_on_segment(point, &from, &along));
     }
     for (index, face) in core.faces().iter().enumerate() {
         if above(face) > 0.0 && core.is_over(index, point, 0.0) {

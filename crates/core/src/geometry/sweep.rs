@@ -22,7 +22,7 @@ pub struct Aabb {
 impl Aabb {
     /// Bounding box of a piece whose body is at `pose`.
     #[must_use]
-    pub fn of(piece: &Piece, pose: &Pose) -> Self {
+    pub fn from_piece(piece: &Piece, pose: &Pose) -> Self {
         let start = Vector3::repeat(f64::INFINITY);
         let (mut low, mut high) = (start, -start);
         for vertex in piece.core().vertices() {
@@ -37,7 +37,7 @@ impl Aabb {
     /// its [`bulge`](super::Moving::bulge).
     #[must_use]
     pub fn swept(piece: &Piece, from: &Pose, to: &Pose) -> Self {
-        Self::of(piece, from).joined(&Self::of(piece, to))
+        Self::from_piece(piece, from).joined(&Self::from_piece(piece, to))
     }
 
     /// Smallest box that contains both boxes.

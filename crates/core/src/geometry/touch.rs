@@ -1,6 +1,6 @@
 //! Contact points, and their construction from the features of two pieces.
 
-use super::closest::Points;
+use super::closest_features::Points;
 use super::features::{Feature, PieceSide};
 use super::pair::PiecePair;
 use super::support::highest;

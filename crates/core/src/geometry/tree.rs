@@ -25,7 +25,7 @@ struct Node {
 
 impl Tree {
     /// Tree of `boxes`, split at the median of their middles. It takes a time of n log² n.
-    pub(crate) fn of(boxes: &[Aabb]) -> Self {
+    pub(crate) fn new(boxes: &[Aabb]) -> Self {
         let mut tree = Self { nodes: Vec::new(), items: (0..boxes.len() as u32).collect() };
         let mut items = std::mem::take(&mut tree.items);
         tree.add(boxes, &mut items, 0);
@@ -104,7 +104,8 @@ impl Aabb {
         let (mut from, mut to) = (0.0_f64, length);
         for axis in 0..3 {
             let (origin, direction) = (origin[axis], direction[axis]);
-            let (low, high) = (self.low[axis] - margin - origin, self.high[axis] + margin - origin);
+            let low = self.low[axis] - margin - origin;
+            let high = self.high[axis] + margin - origin;
             if direction == 0.0 {
                 if low > 0.0 || high < 0.0 {
                     return None;

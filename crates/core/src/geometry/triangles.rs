@@ -60,12 +60,12 @@ pub(super) fn hull_triangles(points: &[Vector3<f64>]) -> Option<Vec<Triangle>> {
     for point in (0..points.len()).filter(|point| !first.contains(point)) {
         visible.clear();
         sides.retain(|side| {
-            let seen = side.is_below(points, point);
-            if seen {
+            let is_visible = side.is_below(points, point);
+            if is_visible {
                 let [a, b, c] = side.corners;
                 visible.extend([(a, b), (b, c), (c, a)]);
             }
-            !seen
+            !is_visible
         });
         // Boundary of the region visible from the point: edges whose other side is not visible.
         visible.sort_unstable();

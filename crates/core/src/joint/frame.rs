@@ -34,10 +34,8 @@ impl JointFrame {
         // Smallest rotation from z: (1 + z·u, z × u), or a half turn about x.
         let unit = axis / length;
         let turn = Vector4::new(1.0 + unit[2], -unit[1], unit[0], 0.0);
-        let attitude = match turn.norm() > 1e-6 {
-            true => turn.normalize(),
-            false => Vector4::new(0.0, 1.0, 0.0, 0.0),
-        };
+        let attitude =
+            if turn.norm() > 1e-6 { turn.normalize() } else { Vector4::new(0.0, 1.0, 0.0, 0.0) };
         Ok(Self { anchor, attitude })
     }
 

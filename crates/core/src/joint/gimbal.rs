@@ -236,7 +236,7 @@ mod tests {
 
     /// Middle angles beyond a quarter turn and full turns are recovered from nearby angles.
     #[test]
-    fn the_angles_are_those_that_the_turn_was_made_of() {
+    fn gimbal_angles_round_trip_through_attitude() {
         for middle in &MIDDLES {
             for k in 0..4000 {
                 let k = f64::from(k);
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn the_slopes_are_those_of_the_angles() {
+    fn gimbal_derivatives_agree_with_differences() {
         const STEP: f64 = 1e-6;
         for middle in &MIDDLES {
             for k in 0..300 {

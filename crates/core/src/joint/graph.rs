@@ -76,7 +76,7 @@ impl ForceSum {
         let outer = (1.0, -self.slope);
         let is_line = self.jumps == [None; 2] && self.ramp.is_none();
         if is_line && low == f64::NEG_INFINITY && high == f64::INFINITY {
-            return Graph::of_one_corner(self.value, outer.0, outer.1);
+            return Graph::with_one_corner(self.value, outer.0, outer.1);
         }
         let ends = self
             .ramp
@@ -193,7 +193,7 @@ impl Graph {
     /// Locked row: u = 0 at any impulse.
     #[must_use]
     pub const fn locked() -> Self {
-        Self::of_one_corner(0.0, 0.0, -1.0)
+        Self::with_one_corner(0.0, 0.0, -1.0)
     }
 
     /// True if this is the graph of a locked row.
@@ -210,11 +210,11 @@ impl Graph {
     /// Free row: p = 0 at any speed.
     #[must_use]
     pub const fn free() -> Self {
-        Self::of_one_corner(0.0, 1.0, 0.0)
+        Self::with_one_corner(0.0, 1.0, 0.0)
     }
 
     /// Straight line through (0, `value`) along (`du`, `dp`).
-    const fn of_one_corner(value: f64, du: f64, dp: f64) -> Self {
+    const fn with_one_corner(value: f64, du: f64, dp: f64) -> Self {
         let direction = (du, dp);
         let mut line = Self { count: 1, first: direction, last: direction, ..Self::EMPTY };
         line.corners[0] = (0.0, value);
@@ -364,7 +364,7 @@ mod tests {
 
     /// A point near the middle of a stiff line between distant stops keeps its digits.
     #[test]
-    fn far_stops_take_no_digits() {
+    fn distant_stops_lose_no_digits() {
         let mut sum = ForceSum::constant(0.25);
         sum.add_line(0.0, 3e2);
         sum.add_stops(-7e5, 5e5);
@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn pulls_fall_from_piece_to_piece() {
+    fn graph_pieces_follow_each_other_in_order() {
         let graph = crowded();
         let pieces: Vec<_> =
             (0..200).map(|k| graph.piece(10.0 - 0.1 * f64::from(k), 1.0)).collect();

@@ -232,7 +232,8 @@ impl Joint {
         for (body, frame) in sides.filter_map(|(body, frame)| Some((bodies.get(body?)?, frame))) {
             let (inverse, lever) = (body.inertia_inverse(), &frame.anchor);
             // tr Gᵀ I⁻¹ G = a² tr I⁻¹ − a·I⁻¹ a
-            let (trace, along) = (inverse.trace(), lever.dot(&(inverse * lever)));
+            let trace = inverse.trace();
+            let along = lever.dot(&(inverse * lever));
             linear += 1.0 / body.mass() + (lever.norm_squared() * trace - along) / 3.0;
             angular += trace / 3.0;
         }
@@ -354,21 +355,24 @@ impl Joint {
         if !is_held {
             return None;
         }
-        let seen = own.placed(states.get(self.body)?);
-        let seen = match self.other {
-            None => seen,
+        let relative = own.placed(states.get(self.body)?);
+        let relative = match self.other {
+            None => relative,
             Some(other) => {
                 let Pose { position, rotation } = states.get(other)?.pose();
                 let [w, x, y, z]: [f64; 4] = states[other].attitude.into();
                 let back = Vector4::new(w, -x, -y, -z);
-                let anchor = rotation.tr_mul(&(seen.anchor - position));
-                JointFrame { anchor, attitude: product(&back, &seen.attitude) }
+                let anchor = rotation.tr_mul(&(relative.anchor - position));
+                JointFrame { anchor, attitude: product(&back, &relative.attitude) }
             }
         };
-        let near =
-            if seen.attitude.dot(&theirs.attitude) < 0.0 { -seen.attitude } else { seen.attitude };
+        let near = if relative.attitude.dot(&theirs.attitude) < 0.0 {
+            -relative.attitude
+        } else {
+            relative.attitude
+        };
         let attitude = theirs.attitude + (near - theirs.attitude) * part;
-        let anchor = theirs.anchor + (seen.anchor - theirs.anchor) * part;
+        let anchor = theirs.anchor + (relative.anchor - theirs.anchor) * part;
         Some(JointFrame { anchor, attitude: attitude.normalize() })
     }
 
@@ -409,12 +413,11 @@ impl Joint {
                                drive about z";
                 let most = x.limits().map_or(f64::NAN, |[_, most]| most);
                 in_range("cone of a ball joint (rad)", most, 0.01, 3.1, "0.01 to 3.1")?;
-                match *x == Axis::cone(most) && y.is_idle() {
-                    true => Ok(()),
-                    false => {
-                        let what = "drive about x or y of a ball joint";
-                        Err(Error::Unsupported { what, why: allowed })
-                    }
+                if *x == Axis::cone(most) && y.is_idle() {
+                    Ok(())
+                } else {
+                    let what = "drive about x or y of a ball joint";
+                    Err(Error::Unsupported { what, why: allowed })
                 }
             }
             TurnKind::Driven if self.angular.iter().all(|axis| axis.limits().is_none()) => Ok(()),

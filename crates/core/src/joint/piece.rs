@@ -87,7 +87,8 @@ impl Axis {
             return PieceChange::Speed(drive.corner_change(u, x, length, h, change));
         }
         let to_impulse = h / (unit * length);
-        let (mut value, mut slope) = (change.force + (drive.force + start.push) * longer, 0.0);
+        let mut value = change.force + (drive.force + start.push) * longer;
+        let mut slope = 0.0;
         // Differentials of k (x* − x) c and of (k h + d) c/ℓ, divided by c.
         let mut projection = |(k, d, target): (f64, f64, f64),
                               (dk, dd, dtarget): (f64, f64, f64)| {

@@ -178,7 +178,7 @@ mod tests {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(3), ..Default::default() })]
 
         #[test]
-        fn a_product_is_what_the_matrices_make(p in proptest::array::uniform4(-1.0..1.0), q in proptest::array::uniform4(-1.0..1.0)) {
+        fn quaternion_product_is_the_matrix_product(p in proptest::array::uniform4(-1.0..1.0), q in proptest::array::uniform4(-1.0..1.0)) {
             let (p, q) = (Vector4::from(p), Vector4::from(q));
             prop_assert!((product(&p, &q) - left(&p) * q).amax() < 1e-15);
             prop_assert!((product(&p, &q) - right(&q) * p).amax() < 1e-15);
@@ -208,7 +208,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_a_unit_quaternion_stays_as_it_is(q in quaternion()) {
+        fn normalising_twice_changes_no_bit(q in quaternion()) {
             let once = unit(q);
             prop_assert!((once - q / q.norm()).norm() < 1e-15);
             prop_assert_eq!(unit(once), once);

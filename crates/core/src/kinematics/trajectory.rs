@@ -45,7 +45,8 @@ impl Trajectory {
         // q⁺ = p ⊗ q with p = (cos ½|θ|, sin ½|θ| θ/|θ|).
         let p = left(&to.attitude) * conjugate(&attitude);
         let sign = if p[0] < 0.0 { -1.0 } else { 1.0 };
-        let (cosine, half) = (sign * p[0], sign * Vector3::new(p[1], p[2], p[3]));
+        let cosine = sign * p[0];
+        let half = sign * Vector3::new(p[1], p[2], p[3]);
         let sine = half.norm();
         if sine > 0.0 {
             trajectory.angle = 2.0 * libm::atan2(sine, cosine);
@@ -111,7 +112,7 @@ mod tests {
     /// Both ends are reproduced for either sign of a quaternion, and half of the path is half of
     /// the rotation, to rounding.
     #[test]
-    fn a_way_goes_evenly_from_end_to_end() {
+    fn trajectory_has_constant_velocity_and_spin() {
         let from = state([1.0, 2.0, 3.0], [0.3, -0.5, 0.7, 0.2]);
         for sign in [1.0, -1.0] {
             let mut to = state([0.0, 2.5, 3.0], [0.5, -0.1, 0.6, 0.3]);

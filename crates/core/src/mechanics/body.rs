@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Rigid body with its collision geometry. Immutable after its checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBody {
-    matter: Matter,
+    matter: BodyInertia,
     contact_points: Vec<ContactPoint>,
     pieces: Vec<Piece>,
     /// Index of the contact point of each piece's first vertex.
@@ -24,7 +24,7 @@ pub struct RigidBody {
 
 /// Mass properties of a body.
 #[derive(Debug, Clone, PartialEq)]
-struct Matter {
+struct BodyInertia {
     mass: f64,
     inertia: Matrix3<f64>,
     inertia_inverse: Matrix3<f64>,
@@ -118,7 +118,7 @@ impl RigidBody {
         check_moments(mass, &inertia, &points)?;
         let specific_inertia = inertia / mass;
         let sphere = Matrix3::from_diagonal_element(specific_inertia[(0, 0)]);
-        let matter = Matter {
+        let matter = BodyInertia {
             mass,
             inertia,
             inertia_inverse,
@@ -143,7 +143,11 @@ impl RigidBody {
     ///
     /// # Errors
     /// Same as [`RigidBody::new`].
-    pub fn of_pieces(mass: f64, inertia: Matrix3<f64>, pieces: Vec<Piece>) -> Result<Self, Error> {
+    pub fn from_pieces(
+        mass: f64,
+        inertia: Matrix3<f64>,
+        pieces: Vec<Piece>,
+    ) -> Result<Self, Error> {
         let (mut points, mut first_points) = (Vec::new(), Vec::new());
         for piece in &pieces {
             first_points.push(points.len());
@@ -158,12 +162,12 @@ impl RigidBody {
     /// # Errors
     /// If there is no piece; otherwise same as [`RigidBody::new`].
     pub fn solid(mass: f64, pieces: &[Piece]) -> Result<(Self, Vector3<f64>), Error> {
-        let properties = MassProperties::of_all(pieces)?;
+        let properties = MassProperties::from_pieces(pieces)?;
         let moved = pieces.iter().map(|p| p.moved_by(&Matrix3::identity(), &-properties.centre));
         let inertia = properties.inertia * (mass / properties.volume);
         // Symmetrises rounding errors.
         let inertia = 0.5 * (inertia + inertia.transpose());
-        let body = Self::of_pieces(mass, inertia, moved.collect::<Result<_, _>>()?)?;
+        let body = Self::from_pieces(mass, inertia, moved.collect::<Result<_, _>>()?)?;
         Ok((body, properties.centre))
     }
 
@@ -211,7 +215,7 @@ impl RigidBody {
     ) -> Result<Self, Error> {
         all_in_range("half side of the box (m)", &half_sides, 1e-6, 1e4, "1e-6 to 1e4")?;
         match Piece::cuboid(half_sides) {
-            Ok(piece) => Self::of_pieces(mass, inertia, vec![piece]),
+            Ok(piece) => Self::from_pieces(mass, inertia, vec![piece]),
             // The box is too thin for a piece; its corners can still touch planes.
             Err(_) => Self::new(mass, inertia, &box_corners(&half_sides)),
         }
@@ -343,7 +347,7 @@ impl RigidBody {
         });
         let own = &self.matter;
         Self {
-            matter: Matter {
+            matter: BodyInertia {
                 mass: own.mass / mass,
                 inertia: own.inertia / moment,
                 inertia_inverse: own.inertia_inverse * moment,
@@ -446,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_bodies_are_refused_by_name() {
+    fn invalid_bodies_are_rejected_by_field() {
         let cube = |mass, inertia| {
             RigidBody::with_box_corners(mass, inertia, Vector3::repeat(1.0))
                 .unwrap_err()

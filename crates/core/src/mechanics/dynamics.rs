@@ -148,9 +148,12 @@ impl SpinEquation<'_> {
             let slopes = jacobian.lu();
             let Some(step) = slopes.solve(&r) else { break };
             let is_near = r.norm() <= NEAR_SPIN * u.norm();
-            let falls = |trial: &Vector3<f64>| match is_near {
-                true => trial.norm() < r.norm(),
-                false => slopes.solve(trial).is_some_and(|next| next.norm() < step.norm()),
+            let falls = |trial: &Vector3<f64>| {
+                if is_near {
+                    trial.norm() < r.norm()
+                } else {
+                    slopes.solve(trial).is_some_and(|next| next.norm() < step.norm())
+                }
             };
             let shorter = |halvings: i32| u - 0.5_f64.powi(halvings) * step;
             let better = (0..14)

@@ -139,7 +139,8 @@ impl Load {
     /// The force is in the world frame, the torque in the body frame.
     #[must_use]
     pub fn wrench(&self, index: u64, time_step: f64, attitude: &Vector4<f64>) -> Wrench {
-        let (from, to) = (index as f64 * time_step, (index + 1) as f64 * time_step);
+        let from = index as f64 * time_step;
+        let to = (index + 1) as f64 * time_step;
         let force = self.force.mean(from, to);
         let mut torque = self.torque.mean(from, to);
         if self.point != Vector3::zeros() {
@@ -160,7 +161,8 @@ impl Load {
         if self.point == Vector3::zeros() {
             return None;
         }
-        let (from, to) = (index as f64 * time_step, (index + 1) as f64 * time_step);
+        let from = index as f64 * time_step;
+        let to = (index + 1) as f64 * time_step;
         let force = rotation(attitude).tr_mul(&self.force.mean(from, to));
         Some(self.point.cross_matrix() * force.cross_matrix())
     }
@@ -227,7 +229,7 @@ mod tests {
 
     /// Two knots at the same time form a jump; a third one would be ambiguous.
     #[test]
-    fn a_third_knot_at_one_time_is_refused() {
+    fn third_knot_at_one_time_is_rejected() {
         let line = |knots: &[(f64, f64)]| {
             Polyline::new(knots.iter().map(|&(t, x)| (t, Vector3::repeat(x))).collect())
         };
@@ -245,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_out_of_range_are_refused() {
+    fn loads_out_of_range_are_rejected() {
         let refused = |knots: &[(f64, f64)]| {
             let knots: Vec<_> = knots.iter().map(|&(t, x)| (t, Vector3::repeat(x))).collect();
             assert!(Polyline::new(knots.clone()).is_err(), "{knots:?}");

@@ -45,11 +45,13 @@ impl Law {
     /// If the dimension is not 2 or 3, or if the coefficient is negative or not finite.
     pub fn contact(dimension: usize, friction: f64) -> Result<Self, ProblemError> {
         if !(2..=3).contains(&dimension) {
-            let (what, value) = ("the dimension of a contact", dimension as f64);
+            let what = "the dimension of a contact";
+            let value = dimension as f64;
             return Err(ProblemError::OutOfRange { what, value, allowed: "2 or 3" });
         }
         if !(friction >= 0.0 && friction.is_finite()) {
-            let (what, allowed) = ("a coefficient of friction", "0 or more, and finite");
+            let what = "a coefficient of friction";
+            let allowed = "0 or more, and finite";
             return Err(ProblemError::OutOfRange { what, value: friction, allowed });
         }
         Ok(Self::Contact { friction, tangents: dimension - 1 })
@@ -70,7 +72,8 @@ impl Law {
     /// than 1e100.
     pub fn rows_of(rows: Vec<RowLaw>) -> Result<Self, ProblemError> {
         if !(1..=3).contains(&rows.len()) {
-            let (what, value) = ("the number of rows of a group", rows.len() as f64);
+            let what = "the number of rows of a group";
+            let value = rows.len() as f64;
             return Err(ProblemError::OutOfRange { what, value, allowed: "1 to 3" });
         }
         for row in &rows {

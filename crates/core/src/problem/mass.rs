@@ -2,7 +2,7 @@
 
 use super::{ProblemError, SparseMatrix};
 use crate::sets::DisjointSets;
-use crate::sparse::{FrontPlan, Fronts};
+use crate::sparse::{Fronts, SymbolicFactorisation};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 /// Largest block that is factorised as a dense matrix.
@@ -27,7 +27,7 @@ pub(crate) struct MassComponent {
 #[derive(Debug, Clone)]
 enum MassFactors {
     Dense(LU<f64, Dyn, Dyn>),
-    Sparse(Box<(FrontPlan, Fronts)>),
+    Sparse(Box<(SymbolicFactorisation, Fronts)>),
 }
 
 impl MassComponent {
@@ -84,7 +84,7 @@ impl MassMatrix {
                 MassFactors::Dense(dense.lu())
             } else {
                 let pairs = entries.iter().map(|(row, column, _)| (place(*row), place(*column)));
-                let plan = FrontPlan::new(
+                let plan = SymbolicFactorisation::new(
                     &vec![1; numbers.len()],
                     pairs.filter(|(row, column)| row != column),
                 );

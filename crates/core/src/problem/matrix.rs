@@ -58,7 +58,8 @@ impl SparseMatrix {
         }
         for &(.., value) in &merged {
             if value.is_nan() || value.abs() > LARGEST {
-                let (what, allowed) = ("an entry of a matrix", "magnitudes up to 1e100");
+                let what = "an entry of a matrix";
+                let allowed = "magnitudes up to 1e100";
                 return Err(ProblemError::OutOfRange { what, value, allowed });
             }
         }
@@ -194,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_outside_or_not_finite_is_refused() {
+    fn entries_outside_the_matrix_or_not_finite_are_rejected() {
         assert!(SparseMatrix::from_triplets(2, 2, [(2, 0, 1.0)]).is_err());
         assert!(SparseMatrix::from_triplets(2, 2, [(0, 0, f64::NAN)]).is_err());
         assert!(SparseMatrix::from_rows(2, 2, &[1.0; 3]).is_err());

@@ -125,7 +125,8 @@ impl Law {
     fn residual(&self, responses: &[f64], p: &[f64], u: &[f64]) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
-                let (law, response) = (ContactLaw::plastic(*friction), Self::response(responses));
+                let law = ContactLaw::plastic(*friction);
+                let response = Self::response(responses);
                 let missed = law.residual(&response, &Vector3::x(), &three(p), &three(u));
                 largest(missed.normal, largest(missed.friction, missed.cone))
             }

@@ -87,16 +87,16 @@ impl Solution {
     }
 
     /// Evaluates the same impulses in another problem with as many rows.
-    pub(crate) fn of_problem(self, problem: &ContactProblem) -> Self {
+    pub(crate) fn evaluated_in(self, problem: &ContactProblem) -> Self {
         let Self { impulses, asked, iterations, parts, start, selected, .. } = self;
         let evaluation = problem.evaluate(&impulses);
-        let found = Self::of(impulses, evaluation, asked);
+        let found = Self::new(impulses, evaluation, asked);
         let selected = selected && found.is_solved();
         Self { iterations, parts, start, selected, ..found }
     }
 
     /// Creates a solution from impulses, without solver diagnostics.
-    pub(crate) fn of(impulses: Vec<f64>, evaluation: Evaluation, asked: f64) -> Self {
+    pub(crate) fn new(impulses: Vec<f64>, evaluation: Evaluation, asked: f64) -> Self {
         let Evaluation { velocities, body_velocities, residual, relative_error } = evaluation;
         Self {
             impulses,

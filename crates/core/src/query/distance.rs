@@ -5,7 +5,8 @@ use super::terrain::{gap_to_terrain, nearest_in_terrain};
 use crate::contact::Partner;
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::{
-    Aabb, Hint, PairScratch, Piece, PlacedPiece, Sweep, Terrain, bound, closest_points, separation,
+    Aabb, Hint, PairScratch, Piece, PlacedPiece, Sweep, Terrain, closest_points,
+    distance_lower_bound, signed_distance,
 };
 use crate::mechanics::Pose;
 use crate::world::Plane;
@@ -114,7 +115,7 @@ impl Query<'_> {
     ) -> Result<Vec<Nearby>, Error> {
         check(pose)?;
         let within = in_range("distance (m)", within, 0.0, 1e6, "0 to 1e6")?;
-        let around = Aabb::of(piece, pose);
+        let around = Aabb::from_piece(piece, pose);
         let reach = around.low.amax().max(around.high.amax());
         let margin = 16.0 * f64::EPSILON * (self.tree.reach() + reach);
         let around = around.grown(within + margin);
@@ -265,8 +266,8 @@ pub(super) fn gap(
     scratch: &mut PairScratch,
 ) -> f64 {
     let mut hint = Hint::default();
-    let least = bound(a, b, &hint);
-    if least > within { least } else { separation(a, b, &mut hint, scratch).distance }
+    let least = distance_lower_bound(a, b, &hint);
+    if least > within { least } else { signed_distance(a, b, &mut hint, scratch).distance }
 }
 
 /// The closest points of the nearest, or deepest, pair of pieces.
@@ -277,7 +278,7 @@ pub(super) fn nearest_pieces(a: &[PlacedPiece<'_>], b: &[PlacedPiece<'_>]) -> Op
         for &other in b {
             let limit = nearest.map_or(f64::INFINITY, |nearest| nearest.distance);
             let mut hint = Hint::default();
-            if bound(one, other, &hint) >= limit {
+            if distance_lower_bound(one, other, &hint) >= limit {
                 continue;
             }
             let found = closest_points(one, other, &mut hint, &mut scratch);

@@ -12,7 +12,7 @@
 //! # use nalgebra::{Matrix3, Vector3, Vector4};
 //! # fn main() -> Result<(), tumble_core::error::Error> {
 //! # let inertia = Matrix3::from_diagonal_element(0.004);
-//! # let body = RigidBody::of_pieces(1.0, inertia, vec![Piece::sphere(0.1)?])?;
+//! # let body = RigidBody::from_pieces(1.0, inertia, vec![Piece::sphere(0.1)?])?;
 //! # let world = World::new(Parameters {
 //! #     bodies: vec![body],
 //! #     ground: Some(Plane::level()),
@@ -87,10 +87,10 @@ impl<'a> Query<'a> {
         let colliders: Vec<_> = colliders_of(world).collect();
         let around = |collider: &Collider| {
             let (piece, pose) = placed(world, &poses, *collider);
-            Aabb::of(piece, pose)
+            Aabb::from_piece(piece, pose)
         };
         let boxes: Vec<_> = colliders.iter().map(around).collect();
-        let tree = Tree::of(&boxes);
+        let tree = Tree::new(&boxes);
         Ok(Self { world, poses, colliders, boxes, tree, caster: RayCaster::new()? })
     }
 

@@ -20,11 +20,12 @@ impl Ray {
     /// An origin beyond ±1e6 m; a direction that is zero or not finite.
     pub fn new(origin: Vector3<f64>, direction: Vector3<f64>) -> Result<Self, Error> {
         all_in_range("origin of the ray (m)", &origin, -1e6, 1e6, "-1e6 to 1e6")?;
-        let (largest, allowed) = (direction.amax(), "finite numbers that are not all 0");
+        let largest = direction.amax();
+        let allowed = "finite numbers that are not all 0";
         // amax() ignores NaN.
         let sum = direction.sum();
-        let odd = if sum.is_nan() { sum } else { largest };
-        in_range("direction of the ray", odd, f64::MIN_POSITIVE, f64::MAX, allowed)?;
+        let invalid = if sum.is_nan() { sum } else { largest };
+        in_range("direction of the ray", invalid, f64::MIN_POSITIVE, f64::MAX, allowed)?;
         // The division first keeps the squares of the norm in range.
         let direction = (direction / largest).normalize();
         Ok(Self { origin, direction, length: f64::INFINITY })

@@ -18,7 +18,7 @@ pub(super) fn gap_to_terrain(
     scratch: &mut PairScratch,
 ) -> Option<f64> {
     let mut nearest: Option<f64> = None;
-    terrain.visit(&Aabb::of(piece.0, piece.1).grown(within), |triangle| {
+    terrain.visit(&Aabb::from_piece(piece.0, piece.1).grown(within), |triangle| {
         let Some(facet) = terrain.piece(triangle) else { return };
         let limit = nearest.map_or(within, |nearest| nearest.min(within));
         let distance = gap(piece, (facet, &FIXED), limit, scratch);
@@ -39,7 +39,7 @@ pub(super) fn nearest_in_terrain(
 ) -> Option<Distance> {
     let mut nearest: Option<Distance> = None;
     for &(piece, pose) in pieces {
-        let around = Aabb::of(piece, pose);
+        let around = Aabb::from_piece(piece, pose);
         let everything =
             (around.joined(terrain.bounds()).high - around.joined(terrain.bounds()).low).norm();
         let mut reach = (around.high - around.low).norm();

@@ -86,9 +86,9 @@ impl World {
         self.project(&start, &mut found)?;
         let mut assembly = Assembly::default();
         for (from, to) in start.iter().zip(&found) {
-            let way = Trajectory::between(from, to);
-            assembly.place = assembly.place.max(way.shift().norm());
-            assembly.turn = assembly.turn.max(way.angle());
+            let path = Trajectory::between(from, to);
+            assembly.place = assembly.place.max(path.shift().norm());
+            assembly.turn = assembly.turn.max(path.angle());
             assembly.velocity = assembly.velocity.max((to.velocity - from.velocity).norm());
             assembly.spin = assembly.spin.max((to.spin - from.spin).norm());
         }
@@ -101,7 +101,9 @@ impl World {
         let bare = self.bare(MOVING, |drive| Drive { limits: drive.limits, ..Drive::NONE })?;
         let at_once = bare.joined(start);
         let Err(why @ Error::NotAssembled { .. }) = at_once else { return at_once };
-        let (mut now, mut left, mut part) = (start.to_vec(), 1.0, FIRST_PART);
+        let mut now = start.to_vec();
+        let mut left = 1.0;
+        let mut part = FIRST_PART;
         while left > 0.0 {
             let next = (left - part).max(0.0);
             let nearer = |joint: &Joint| match joint.nearer_frame(start, next) {
@@ -179,7 +181,8 @@ impl World {
         // The error of a gear counts for its first joint.
         let angles = self.angles_near(states, &[]);
         let of_gears = self.gears().iter().map(|gear| {
-            let (of, off) = (gear.axes()[0], gear.error(self.joints(), states, &angles).abs());
+            let of = gear.axes()[0];
+            let off = gear.error(self.joints(), states, &angles).abs();
             match of.axis {
                 JointAxis::Linear(_) => (of.joint, off, 0.0),
                 JointAxis::Angular(_) => (of.joint, 0.0, off),

@@ -57,7 +57,7 @@ impl EnergyBalance {
     /// Energy balance of the step of `world` described by `claim`. `forces` holds one contact force
     /// per contact (N), world frame. Every term is NaN if `claim` does not fit `world`.
     #[must_use]
-    pub fn of(
+    pub fn new(
         world: &World,
         claim: &Claim<'_>,
         forces: impl IntoIterator<Item = Vector3<f64>>,
@@ -65,7 +65,7 @@ impl EnergyBalance {
         if !claim.is_of(world) {
             return Self::UNKNOWN;
         }
-        let means = Means::of(world, claim);
+        let means = Means::new(world, claim);
         let mut balance = Self::default();
         for (body, wrench) in claim.wrenches.iter().enumerate() {
             balance.loads += means.work(body, wrench);
@@ -136,7 +136,7 @@ struct Means<'a> {
 }
 
 impl<'a> Means<'a> {
-    fn of(world: &World, claim: &'a Claim<'a>) -> Self {
+    fn new(world: &World, claim: &'a Claim<'a>) -> Self {
         let h = world.time_step();
         let mean = |(index, body): (usize, &RigidBody)| {
             if world.is_held(index) {

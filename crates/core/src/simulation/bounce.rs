@@ -18,7 +18,7 @@
 //! corners within a step would lose its energy at the second one. Each trial solves only the
 //! affected islands; others keep their solution. The record holds the smallest σ. At σ = 0 the
 //! impact is plastic and creates no energy, except for the rotation within a step
-//! ([`wild`](super::wild)).
+//! ([`wild`](super::unphysical)).
 
 use super::islands::Islands;
 use super::one_step::check_sizes;
@@ -68,10 +68,12 @@ struct IslandImpact {
 
 impl IslandImpact {
     fn verdict(&self, solved: bool) -> Verdict {
-        match self.work > ROUNDING * self.size {
-            _ if !solved => Verdict::Unsolved,
-            true => Verdict::MakesEnergy(self.work),
-            false => Verdict::Good(self.work),
+        if !solved {
+            Verdict::Unsolved
+        } else if self.work > ROUNDING * self.size {
+            Verdict::MakesEnergy(self.work)
+        } else {
+            Verdict::Good(self.work)
         }
     }
 
@@ -193,7 +195,7 @@ impl Bounce {
         self.searches.clear();
         self.searches.resize(bodies, None);
         loop {
-            self.judge(step, candidates.contacts(), solution);
+            self.energy_check(step, candidates.contacts(), solution);
             let solved = report.status != StepStatus::Failed;
             let islands = solver.islands();
             let is_solved =
@@ -217,7 +219,7 @@ impl Bounce {
     }
 
     /// Computes the islands and their impacts, and assigns the searches to them.
-    fn judge(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
+    fn energy_check(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
         let bodies = step.states.len();
         let keys = contacts.iter().map(|contact| &contact.key);
         self.islands.find(bodies, keys, step.world);
@@ -225,7 +227,7 @@ impl Bounce {
         self.impacts.resize(bodies, IslandImpact::default());
         let h = step.world.time_step();
         for (contact, force) in contacts.iter().zip(solution.forces()) {
-            let impact = &mut self.impacts[self.islands.of(contact.key.body)];
+            let impact = &mut self.impacts[self.islands.label(contact.key.body)];
             impact.bounces |= contact.bounces();
             impact.work += contact.impact_work(step.world, &force, step.states, &solution.states);
             let before = contact.arriving_velocity(step.world, step.states).norm();
@@ -234,7 +236,7 @@ impl Bounce {
             impact.size += h * force.norm() * (before + after);
         }
         for (body, search) in self.searches.iter().enumerate() {
-            let impact = &mut self.impacts[self.islands.of(body)];
+            let impact = &mut self.impacts[self.islands.label(body)];
             impact.met |= impact.search.is_some() && search.is_some() && impact.search != *search;
             impact.search = impact.search.or(*search);
         }
@@ -253,15 +255,15 @@ impl Bounce {
         self.marked.clear();
         self.marked.resize(step.states.len(), false);
         for (place, (contact, found)) in contacts.iter().zip(&solution.contacts).enumerate() {
-            let bounces = self.impacts[self.islands.of(contact.key.body)].bounces;
+            let bounces = self.impacts[self.islands.label(contact.key.body)].bounces;
             let presses = found.carries_force() && is_solved(contact.key.body);
             if bounces && presses && contact.may_be_struck() {
                 self.struck.push(place);
-                self.marked[self.islands.of(contact.key.body)] = true;
+                self.marked[self.islands.label(contact.key.body)] = true;
             }
         }
         for body in 0..step.states.len() {
-            self.marked[body] = self.marked[self.islands.of(body)];
+            self.marked[body] = self.marked[self.islands.label(body)];
         }
         !self.struck.is_empty()
     }
@@ -276,7 +278,7 @@ impl Bounce {
         self.shares.clear();
         self.marked.clear();
         for (body, search) in self.searches.iter_mut().enumerate() {
-            let impact = &self.impacts[self.islands.of(body)];
+            let impact = &self.impacts[self.islands.label(body)];
             *search = impact.search;
             self.shares.push(search.map_or(1.0, |search| search.share));
             self.marked.push(impact.again);

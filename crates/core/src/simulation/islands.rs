@@ -42,7 +42,7 @@ impl Islands {
     }
 
     /// Label of the island of `body`.
-    pub(super) fn of(&self, body: usize) -> usize {
+    pub(super) fn label(&self, body: usize) -> usize {
         self.labels[body]
     }
 }

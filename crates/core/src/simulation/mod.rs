@@ -13,39 +13,39 @@ mod driving;
 pub mod energy;
 #[cfg(feature = "save")]
 pub mod gradient;
+mod infeasible_gap;
 mod islands;
 mod linearised;
-mod locked;
 mod median;
 mod motion;
 mod one_step;
 mod parts;
-mod posed;
 pub mod random;
 pub mod record;
+mod redundancy;
 mod rest;
 #[cfg(feature = "save")]
 pub mod save;
 pub mod scene;
-mod squeeze;
 mod start;
+mod step_problem;
 mod stiffness;
 pub mod summary;
-pub mod wild;
+pub mod unphysical;
 
 pub use assembly::Assembly;
 pub use balance::EnergyBalance;
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
-pub use locked::{Finding, Lock};
+pub use infeasible_gap::InfeasibleGap;
 pub use motion::Motion;
 pub use record::StepRecord;
+pub use redundancy::{Constraint, RedundancyFinding};
 #[cfg(feature = "save")]
 pub use save::Saved;
-pub use squeeze::Squeeze;
 pub use start::JOINT_AT_THE_START;
 pub use stiffness::Stiffness;
-pub use wild::{EnergyGain, UnphysicalCause};
+pub use unphysical::{EnergyGain, UnphysicalCause};
 
 use crate::contact::certificate::Certifier;
 use crate::contact::{Candidates, Memory};
@@ -129,10 +129,10 @@ struct StepScratch {
     /// Solution of the step being computed.
     solution: StepSolution,
     certifier: Certifier,
-    judge: wild::EnergyJudge,
+    energy_check: unphysical::EnergyCheck,
     stiffness: Stiffness,
     /// Squeeze found in a failed step.
-    squeeze: Option<Squeeze>,
+    infeasible_gap: Option<InfeasibleGap>,
     /// Cause of an unphysical step.
     unphysical: Option<UnphysicalCause>,
     /// Largest energy that an island makes in the step.
@@ -356,7 +356,7 @@ impl<'a> Simulation<'a> {
         self.set_wrenches();
         record.wrenches.clone_from(&self.scratch.wrenches);
         record.unsolved.clear();
-        (self.scratch.squeeze, self.scratch.unphysical) = (None, None);
+        (self.scratch.infeasible_gap, self.scratch.unphysical) = (None, None);
         (self.scratch.gain, self.scratch.makes_energy) = (None, false);
         if self.scratch.rest.is_known() && self.rest(record) {
             return Ok(());
@@ -400,12 +400,16 @@ impl<'a> Simulation<'a> {
         record.report = report;
         record.certificate = certificate;
         record.restitution_share = share;
-        record.squeeze = self.scratch.squeeze;
+        record.infeasible_gap = self.scratch.infeasible_gap;
         record.unphysical = self.scratch.unphysical;
         record.gain = self.scratch.gain;
         let StepScratch { stiffness, solution, .. } = &mut self.scratch;
-        record.stiffness =
-            stiffness.of_step(&self.world, &self.now.states, &solution.joints, &solution.gears);
+        record.stiffness = stiffness.largest_in_step(
+            &self.world,
+            &self.now.states,
+            &solution.joints,
+            &solution.gears,
+        );
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);

@@ -1,7 +1,7 @@
 //! A single step: free flight, or contact detection, solver and certificate.
 
-use super::wild::{self, UnphysicalCause};
-use super::{Past, StepScratch, squeeze};
+use super::unphysical::{self, UnphysicalCause};
+use super::{Past, StepScratch, infeasible_gap};
 use crate::contact::certificate::{Claim, certify_rk4_step};
 use crate::contact::{Certificate, Detection, rounding};
 use crate::error::Error;
@@ -52,8 +52,8 @@ pub(super) fn contact_step(
         bounce,
         solution,
         certifier,
-        judge,
-        squeeze,
+        energy_check,
+        infeasible_gap,
         unphysical,
         gain,
         makes_energy,
@@ -94,20 +94,26 @@ pub(super) fn contact_step(
     if !within {
         report.status = StepStatus::Failed;
     } else if solved {
-        *unphysical = judge.cause(world, &claim, certifier.seen(), solution.forces(), accepted);
-        *gain = judge.largest_gain();
-        *makes_energy = gain.is_some() && (0..states.len()).any(|body| judge.makes(body));
+        *unphysical = energy_check.cause(
+            world,
+            &claim,
+            certifier.joint_motions(),
+            solution.forces(),
+            accepted,
+        );
+        *gain = energy_check.largest_gain();
+        *makes_energy = gain.is_some() && (0..states.len()).any(|body| energy_check.makes(body));
     }
     if report.status == StepStatus::Failed {
         let least = world.time_step() * accepted.max(rounding());
-        *squeeze = squeeze::find(world, states, contacts, least);
+        *infeasible_gap = infeasible_gap::find(world, states, contacts, least);
     }
     // A step that skipped a contact has an invalid trajectory.
     if report.status != StepStatus::Failed {
         *unphysical = unphysical
             .or(missed.map(|between| UnphysicalCause::Missed { between }))
             .or_else(|| {
-                let body = wild::lost_body(world, states, &solution.states)?;
+                let body = unphysical::lost_body(world, states, &solution.states)?;
                 Some(UnphysicalCause::turn(world, body, &solution.states[body]))
             });
         if unphysical.is_some() {
@@ -128,12 +134,12 @@ pub(super) fn check_sizes(
     let found = [states.len(), forces.len(), joints.len(), gears.len()];
     let (world, bodies) = (step.world, step.states.len());
     let wanted = [bodies, contacts, world.joints().len(), world.gears().len()];
-    if found == wanted { Ok(()) } else { Err(of_another_size(found, wanted)) }
+    if found == wanted { Ok(()) } else { Err(size_error(found, wanted)) }
 }
 
 #[cold]
 #[inline(never)]
-fn of_another_size(found: [usize; 4], wanted: [usize; 4]) -> Error {
+fn size_error(found: [usize; 4], wanted: [usize; 4]) -> Error {
     let [states, contacts, joints, gears] = found;
     let [bodies, candidates, tied, geared] = wanted;
     let why = format!(

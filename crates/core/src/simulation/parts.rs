@@ -2,7 +2,7 @@
 //! shorter steps, or a motion that adds no energy.
 //!
 //! The world takes 2, 4, … 64 steps of h/n until each of them is solved and they make no energy
-//! together, unless a body is [squeezed](super::squeeze): no step has a solution then. Bodies of these
+//! together, unless a body is [squeezed](super::infeasible_gap): no step has a solution then. Bodies of these
 //! islands take the end state of these steps; others keep their solution. Shorter steps keep the depth
 //! at which their contacts begin: they would remove it with n times the speed. Velocities that depend
 //! on the time step are converted before and after. The spin keeps its momentum P⁻ (eq. 34), and the
@@ -21,8 +21,8 @@
 //! A rigid motion has the least kinetic energy for given P and L.
 
 use super::islands::Islands;
-use super::wild::{Budget, EnergyGain, UnphysicalCause};
-use super::{Motion, Simulation, StepRecord, StepScratch, wild};
+use super::unphysical::{Budget, EnergyGain, UnphysicalCause};
+use super::{Motion, Simulation, StepRecord, StepScratch, unphysical};
 use crate::contact::certificate::Claim;
 use crate::contact::{Candidates, Certificate};
 use crate::joint::JointForce;
@@ -68,18 +68,18 @@ impl Simulation<'_> {
         if has_failed {
             self.count_energy();
         }
-        let judge = &self.scratch.judge;
+        let energy_check = &self.scratch.energy_check;
         for (body, unsolved) in unsolved.iter_mut().enumerate() {
-            *unsolved |= judge.makes(body);
+            *unsolved |= energy_check.makes(body);
         }
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
-        if is_near && !(0..bodies).any(|body| unsolved[body] && judge.gains(body)) {
+        if is_near && !(0..bodies).any(|body| unsolved[body] && energy_check.gains(body)) {
             return None;
         }
         self.scratch.gain = None;
         let mut report = report;
         // Where a body is squeezed, no shorter steps lead to the end of the step either.
-        let mut parts = if self.scratch.squeeze.is_some() { MOST_PARTS + 1 } else { 2 };
+        let mut parts = if self.scratch.infeasible_gap.is_some() { MOST_PARTS + 1 } else { 2 };
         let mut is_taken = false;
         while parts <= MOST_PARTS && !is_taken {
             is_taken = self.in_parts(parts, &unsolved).is_some();
@@ -87,11 +87,11 @@ impl Simulation<'_> {
         }
         if is_taken {
             report.status = StepStatus::Substepped;
-            (self.scratch.squeeze, self.scratch.unphysical) = (None, None);
+            (self.scratch.infeasible_gap, self.scratch.unphysical) = (None, None);
         } else {
             report.status = StepStatus::Failed;
-            let makes = |gain: &EnergyGain| self.scratch.judge.makes(gain.body);
-            let cause = self.scratch.judge.largest_gain().filter(makes);
+            let makes = |gain: &EnergyGain| self.scratch.energy_check.makes(gain.body);
+            let cause = self.scratch.energy_check.largest_gain().filter(makes);
             self.scratch.unphysical =
                 cause.map(|EnergyGain { body, energy }| UnphysicalCause::Gain { body, energy });
             self.hold_energy(&unsolved);
@@ -123,7 +123,8 @@ impl Simulation<'_> {
         short.driving.clone_from(&self.driving);
         short.now.joints.clone_from(&self.now.joints);
         short.is_part = true;
-        let (mut record, mut mean) = (StepRecord::new(), MeanForces::new(&self.world));
+        let mut record = StepRecord::new();
+        let mut mean = MeanForces::new(&self.world);
         let mut energy = Budget::default();
         for _ in 0..parts {
             short.step(&mut record).ok()?;
@@ -132,7 +133,7 @@ impl Simulation<'_> {
             }
             mean.add(&record.solution, 1.0 / parts as f64);
             if record.report.status != StepStatus::Free {
-                energy.add(&short.scratch.judge.sum(unsolved));
+                energy.add(&short.scratch.energy_check.sum(unsolved));
             }
         }
         if energy.is_made() {
@@ -183,7 +184,7 @@ impl Simulation<'_> {
             let fall = world.gravity() * (0.5 * h * body.mass());
             let faster = end.velocity - self.now.states[index].velocity;
             gained += fall.dot(&faster) * (1.0 - 1.0 / parts as f64);
-            kinetic += wild::kinetic_energy(world, body, end);
+            kinetic += unphysical::kinetic_energy(world, body, end);
             lag += fall.dot(&end.velocity);
         }
         if gained > 0.0 && kinetic > 0.0 {
@@ -206,15 +207,15 @@ impl Simulation<'_> {
         let islands = self.islands();
         let mut stands = vec![false; bodies];
         for body in (0..bodies).filter(|body| world.is_held(*body)) {
-            stands[islands.of(body)] = true;
+            stands[islands.label(body)] = true;
         }
         for contact in contacts {
-            stands[islands.of(contact.key.body)] |= contact.key.partner.body().is_none();
+            stands[islands.label(contact.key.body)] |= contact.key.partner.body().is_none();
         }
         for joint in world.joints() {
-            stands[islands.of(joint.body())] |= joint.other().is_none();
+            stands[islands.label(joint.body())] |= joint.other().is_none();
         }
-        (0..bodies).map(|body| stands[islands.of(body)]).collect()
+        (0..bodies).map(|body| stands[islands.label(body)]).collect()
     }
 
     fn islands(&self) -> Islands {
@@ -227,7 +228,7 @@ impl Simulation<'_> {
     /// Counts the energy that the islands make in the solution of the scratch memory.
     fn count_energy(&mut self) {
         let Self { world, now, scratch, .. } = self;
-        let StepScratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
+        let StepScratch { candidates, solution, wrenches, energy_check, certifier, .. } = scratch;
         let claim = Claim {
             states: &now.states,
             next: &solution.states,
@@ -237,22 +238,26 @@ impl Simulation<'_> {
             gears: &solution.gears,
         };
         certifier.contact_step(world, &claim, solution.forces());
-        judge.count(world, &claim, certifier.seen(), solution.forces(), 0.0);
+        energy_check.count(world, &claim, certifier.joint_motions(), solution.forces(), 0.0);
     }
 
     /// Replaces the motion of islands with `unsolved` bodies that add energy by one that does not.
     fn hold_energy(&mut self, unsolved: &[bool]) {
         let (islands, standing) = (self.islands(), self.standing());
         let Self { world, now, scratch, .. } = self;
-        let StepScratch { judge, solution, .. } = scratch;
+        let StepScratch { energy_check, solution, .. } = scratch;
         let bodies = now.states.len();
         for (label, &stands) in standing.iter().enumerate() {
-            let members: Vec<_> = (0..bodies).filter(|body| islands.of(*body) == label).collect();
-            if !members.iter().any(|body| unsolved[*body] && judge.gains(*body)) {
+            let members: Vec<_> =
+                (0..bodies).filter(|body| islands.label(*body) == label).collect();
+            if !members.iter().any(|body| unsolved[*body] && energy_check.gains(*body)) {
                 continue;
             }
-            let motion =
-                if stands { None } else { Some(RigidMotion::of(world, &now.states, &members)) };
+            let motion = if stands {
+                None
+            } else {
+                Some(RigidMotion::from_members(world, &now.states, &members))
+            };
             for &body in &members {
                 let state = &now.states[body];
                 solution.states[body] = match &motion {
@@ -260,7 +265,7 @@ impl Simulation<'_> {
                     None => State { velocity: Vector3::zeros(), spin: Vector3::zeros(), ..*state },
                 };
             }
-            let is_member = |body: usize| islands.of(body) == label;
+            let is_member = |body: usize| islands.label(body) == label;
             for force in solution.contacts.iter_mut().filter(|force| is_member(force.key.body)) {
                 *force = ContactForce::none(force.key);
             }
@@ -363,7 +368,7 @@ struct RigidMotion {
 
 impl RigidMotion {
     /// Rigid motion with the linear and angular momentum of the group.
-    fn of(world: &World, states: &[State], members: &[usize]) -> Self {
+    fn from_members(world: &World, states: &[State], members: &[usize]) -> Self {
         let of = |body: usize| (&world.bodies()[body], &states[body]);
         let mass: f64 = members.iter().map(|body| of(*body).0.mass()).sum();
         let weighted = |vector: fn(&State) -> Vector3<f64>| -> Vector3<f64> {
@@ -374,7 +379,8 @@ impl RigidMotion {
             (weighted(|state| state.position), weighted(|state| state.velocity));
         let (mut inertia, mut momentum) = (Matrix3::zeros(), Vector3::zeros());
         for (body, state) in members.iter().map(|body| of(*body)) {
-            let (turn, arm) = (rotation(&state.attitude), state.position - centre);
+            let turn = rotation(&state.attitude);
+            let arm = state.position - centre;
             let own = turn * body.inertia() * turn.transpose();
             inertia += own
                 + body.mass() * (arm.norm_squared() * Matrix3::identity() - arm * arm.transpose());
@@ -388,7 +394,8 @@ impl RigidMotion {
     /// State of a body of the group after the step.
     fn moved(&self, world: &World, state: &State) -> State {
         let h = world.time_step();
-        let (angle, arm) = (h * self.spin.norm(), state.position - self.centre);
+        let angle = h * self.spin.norm();
+        let arm = state.position - self.centre;
         let (sine, cosine) = libm::sincos(0.5 * angle);
         let axis = if angle > 0.0 { self.spin / self.spin.norm() } else { Vector3::zeros() };
         let turn = Vector4::new(cosine, sine * axis[0], sine * axis[1], sine * axis[2]);

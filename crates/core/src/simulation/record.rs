@@ -1,6 +1,6 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::{EnergyGain, Squeeze, UnphysicalCause};
+use super::{EnergyGain, InfeasibleGap, UnphysicalCause};
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
@@ -37,7 +37,7 @@ pub struct StepRecord {
     /// which no certificate shows. An impact can exceed 2 for a single step.
     pub stiffness: f64,
     /// Cause of a failed step, if two bodies leave too little room for a third one.
-    pub squeeze: Option<Squeeze>,
+    pub infeasible_gap: Option<InfeasibleGap>,
     /// Cause of a step with [`StepStatus::Wild`], or of a failed step whose solution makes energy.
     pub unphysical: Option<UnphysicalCause>,
     /// Largest energy beyond the balance (32) that an island makes in the step as taken, if beyond
@@ -69,7 +69,7 @@ impl StepRecord {
             placement: 0.0,
             restitution_share: 1.0,
             stiffness: 0.0,
-            squeeze: None,
+            infeasible_gap: None,
             unphysical: None,
             gain: None,
             unsolved: Vec::new(),

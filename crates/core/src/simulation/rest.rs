@@ -29,7 +29,7 @@ pub(super) struct RestingBodies {
     /// Wrenches and contacts of the resting step; `last` holds its other results.
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
-    last: Option<Came>,
+    last: Option<StepDiagnostics>,
     /// True if the last step repeated the previous one.
     stays: bool,
     /// True if the solver is deterministic.
@@ -37,7 +37,7 @@ pub(super) struct RestingBodies {
     /// Resting bodies of the current step; after the step, those that the solver left unchanged.
     bodies: Vec<bool>,
     /// True if the solver was informed that no body rests.
-    none_told: bool,
+    reported_no_rest: bool,
     /// Wrenches of the last step.
     loads: Vec<Wrench>,
     /// Number of contacts at the start of the current step.
@@ -52,7 +52,7 @@ pub(super) struct RestingBodies {
 
 /// Results of a step besides its solution.
 #[derive(Debug, Clone, Copy)]
-struct Came {
+struct StepDiagnostics {
     report: StepReport,
     certificate: Certificate,
     restitution_share: f64,
@@ -65,7 +65,7 @@ struct Came {
 impl RestingBodies {
     /// Clears all flags after a change of an input.
     pub(super) fn end(&mut self) {
-        (self.last, self.begins, self.none_told, self.stays) = (None, false, false, false);
+        (self.last, self.begins, self.reported_no_rest, self.stays) = (None, false, false, false);
         self.bodies.clear();
         self.loads.clear();
     }
@@ -91,11 +91,11 @@ impl RestingBodies {
     #[inline]
     pub(super) fn tell(&mut self, solver: &mut dyn StepSolver) {
         let none = self.bodies.is_empty();
-        if !(none && self.none_told) {
+        if !(none && self.reported_no_rest) {
             if let Some(solver) = solver.islands() {
                 solver.expect_rest(&self.bodies);
             }
-            self.none_told = none;
+            self.reported_no_rest = none;
         }
     }
 
@@ -140,10 +140,10 @@ impl RestingBodies {
         still.clear();
         still.resize(bodies.len(), true);
         for body in (0..bodies.len()).filter(|body| bodies[*body] && is_other(*body)) {
-            still[islands.of(body)] = false;
+            still[islands.label(body)] = false;
         }
         for (body, rests) in bodies.iter_mut().enumerate().filter(|(_, rests)| **rests) {
-            *rests = still[islands.of(body)];
+            *rests = still[islands.label(body)];
         }
     }
 
@@ -174,20 +174,20 @@ impl Simulation<'_> {
     #[inline(never)]
     pub(super) fn rest(&mut self, record: &mut StepRecord) -> bool {
         let StepScratch { rest, wrenches, .. } = &self.scratch;
-        let Some(came) = rest.last else { return false };
+        let Some(diagnostics) = rest.last else { return false };
         let of_wrench = bits_of_wrench;
         if !wrenches.iter().map(of_wrench).eq(rest.wrenches.iter().map(of_wrench)) {
             return false;
         }
         record.index = self.index;
-        record.squeeze = None;
-        record.report = came.report;
-        record.certificate = came.certificate;
-        record.restitution_share = came.restitution_share;
-        record.stiffness = came.stiffness;
-        record.overlap = came.overlap;
-        record.unphysical = came.unphysical;
-        record.gain = came.gain;
+        record.infeasible_gap = None;
+        record.report = diagnostics.report;
+        record.certificate = diagnostics.certificate;
+        record.restitution_share = diagnostics.restitution_share;
+        record.stiffness = diagnostics.stiffness;
+        record.overlap = diagnostics.overlap;
+        record.unphysical = diagnostics.unphysical;
+        record.gain = diagnostics.gain;
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.now);
@@ -212,7 +212,7 @@ impl Simulation<'_> {
         if is_left {
             rest.wrenches.clone_from(wrenches);
             rest.contacts.clone_from(&record.contacts);
-            rest.last = Some(Came {
+            rest.last = Some(StepDiagnostics {
                 report: record.report,
                 certificate: record.certificate,
                 restitution_share: record.restitution_share,
@@ -243,8 +243,8 @@ impl Simulation<'_> {
         }
         let rested = |body: usize| bodies.get(body).is_some_and(|rests| *rests);
         let has_moved = |body: usize| {
-            let state = of_state(&now.states[body]);
-            pasts.iter().any(|past| of_state(&past.states[body]) != state)
+            let state = state_bits(&now.states[body]);
+            pasts.iter().any(|past| state_bits(&past.states[body]) != state)
         };
         still.clear();
         still.extend((0..count).map(|body| rested(body) || !has_moved(body)));
@@ -257,35 +257,35 @@ impl Simulation<'_> {
             ties.clear();
             ties.resize(count, false);
             for body in 0..count {
-                still[islands.of(body)] &= still[body];
+                still[islands.label(body)] &= still[body];
             }
             indices.iter_mut().for_each(KeyIndex::clear);
             for (place, contact) in now.contacts.iter().enumerate() {
-                let island = islands.of(contact.key.body);
+                let island = islands.label(contact.key.body);
                 ties[island] = true;
                 if !still[island] || rested(contact.key.body) {
                     continue;
                 }
                 let is_as_it_was = pasts.iter().zip(&mut *indices).all(|(past, index)| {
                     let found = index.find(&past.contacts, &contact.key, place);
-                    found.is_some_and(|found| of_contact(found) == of_contact(contact))
+                    found.is_some_and(|found| contact_bits(found) == contact_bits(contact))
                 });
                 still[island] = place < *found && is_as_it_was;
             }
             for (index, joint) in world.joints().iter().enumerate() {
-                let island = islands.of(joint.body());
+                let island = islands.label(joint.body());
                 ties[island] = true;
-                let of = |solution: &StepSolution| solution.joints.get(index).map(of_joint);
+                let of = |solution: &StepSolution| solution.joints.get(index).map(joint_bits);
                 still[island] &= pasts.iter().all(|past| of(past) == of(now));
             }
             for (index, gear) in world.gears().iter().enumerate() {
-                let island = islands.of(world.joints()[gear.axes()[0].joint].body());
+                let island = islands.label(world.joints()[gear.axes()[0].joint].body());
                 let of = |solution: &StepSolution| solution.gears.get(index).map(|f| f.to_bits());
                 still[island] &= pasts.iter().all(|past| of(past) == of(now));
             }
             bodies.clear();
             bodies.extend((0..count).map(|body| {
-                let island = islands.of(body);
+                let island = islands.label(body);
                 still[island] && ties[island]
             }));
             if !bodies.contains(&true) {
@@ -298,17 +298,17 @@ impl Simulation<'_> {
 
 type Bits = [u64; 3];
 
-fn of_state(state: &State) -> (Bits, Bits, Bits, [u64; 4]) {
+fn state_bits(state: &State) -> (Bits, Bits, Bits, [u64; 4]) {
     let State { position, attitude, velocity, spin } = state;
     let attitude = attitude.map(f64::to_bits).into();
     (bits_of(*position), bits_of(*velocity), bits_of(*spin), attitude)
 }
 
-fn of_contact(contact: &ContactForce) -> (ContactKey, Bits, Bits) {
+fn contact_bits(contact: &ContactForce) -> (ContactKey, Bits, Bits) {
     (contact.key, bits_of(contact.force), bits_of(contact.slip))
 }
 
-fn of_joint(joint: &JointForce) -> [Bits; 3] {
+fn joint_bits(joint: &JointForce) -> [Bits; 3] {
     [joint.force, joint.torque, joint.angles].map(bits_of)
 }
 
@@ -327,9 +327,9 @@ fn moves(one: &StepSolution, other: &StepSolution) -> bool {
 /// True if two solutions are equal to the last bit, including signs of zeros.
 #[inline(never)]
 fn is_same(one: &StepSolution, other: &StepSolution) -> bool {
-    one.states.iter().map(of_state).eq(other.states.iter().map(of_state))
-        && one.contacts.iter().map(of_contact).eq(other.contacts.iter().map(of_contact))
-        && one.joints.iter().map(of_joint).eq(other.joints.iter().map(of_joint))
+    one.states.iter().map(state_bits).eq(other.states.iter().map(state_bits))
+        && one.contacts.iter().map(contact_bits).eq(other.contacts.iter().map(contact_bits))
+        && one.joints.iter().map(joint_bits).eq(other.joints.iter().map(joint_bits))
         && one.gears.iter().map(|f| f.to_bits()).eq(other.gears.iter().map(|f| f.to_bits()))
 }
 

@@ -84,7 +84,7 @@ impl Saved {
         bytes.extend(FORMAT.to_le_bytes());
         bytes.extend((numbers.len() as u64).to_le_bytes());
         bytes.extend(numbers);
-        bytes.extend(Fnv::of(&bytes).to_le_bytes());
+        bytes.extend(Fnv::hash(&bytes).to_le_bytes());
         Ok(bytes)
     }
 
@@ -96,13 +96,15 @@ impl Saved {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let Some((magic, rest)) = bytes.split_first_chunk() else { return Err(cut(bytes.len())) };
         if *magic != MAGIC {
-            return Err(odd("has a bad header: it is not a saved state of tumble".to_owned()));
+            return Err(bad_input(
+                "has a bad header: it is not a saved state of tumble".to_owned(),
+            ));
         }
         let Some((format, rest)) = rest.split_first_chunk() else { return Err(cut(bytes.len())) };
         let format = u32::from_le_bytes(*format);
         if format != FORMAT {
             let why = format!("has format {format}; this version reads format {FORMAT}");
-            return Err(odd(why));
+            return Err(bad_input(why));
         }
         let Some((length, rest)) = rest.split_first_chunk() else { return Err(cut(bytes.len())) };
         let length = u64::from_le_bytes(*length);
@@ -114,11 +116,11 @@ impl Saved {
             return Err(cut(bytes.len()));
         }
         if found > length {
-            return Err(odd(format!("has {} bytes after its end", found - length)));
+            return Err(bad_input(format!("has {} bytes after its end", found - length)));
         }
         let all = &bytes[..bytes.len() - TRAILER];
-        if Fnv::of(all) != u64::from_le_bytes(*checksum) {
-            return Err(odd("is damaged: its checksum does not match".to_owned()));
+        if Fnv::hash(all) != u64::from_le_bytes(*checksum) {
+            return Err(bad_input("is damaged: its checksum does not match".to_owned()));
         }
         from_bytes(content)
     }
@@ -130,11 +132,11 @@ impl Saved {
         if self.now.states.len() != bodies {
             let count = self.now.states.len();
             let why = format!("has {count} bodies; the world has {bodies}");
-            return Err(odd(why));
+            return Err(bad_input(why));
         }
         if self.world != digest {
             let why = "belongs to another world: a body, a constant or a fixed piece differs";
-            return Err(odd(why.to_owned()));
+            return Err(bad_input(why.to_owned()));
         }
         let pasts = [Some(&self.now), self.before.as_ref(), self.long_before.as_ref()];
         let is_whole = |solution: &StepSolution| {
@@ -149,9 +151,10 @@ impl Saved {
             && self.search.fits(world)
             && self.changeable.fits(world)
             && self.driving.fits(&self.changeable.joints);
-        match is_possible {
-            true => Ok(()),
-            false => Err(odd("is inconsistent: its numbers contradict each other".to_owned())),
+        if is_possible {
+            Ok(())
+        } else {
+            Err(bad_input("is inconsistent: its numbers contradict each other".to_owned()))
         }
     }
 }
@@ -243,7 +246,7 @@ impl Fnv {
     /// Hash of empty input.
     const NONE: Self = Self(0xCBF2_9CE4_8422_2325);
 
-    fn of(bytes: &[u8]) -> u64 {
+    fn hash(bytes: &[u8]) -> u64 {
         let mut hash = Self::NONE;
         hash.add(bytes);
         hash.0
@@ -269,7 +272,7 @@ impl fmt::Write for Fnv {
 /// # Errors
 /// [`Error::Saved`] if the value cannot be serialised.
 pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, Error> {
-    postcard::to_allocvec(value).map_err(|error| odd(format!("cannot be created: {error}")))
+    postcard::to_allocvec(value).map_err(|error| bad_input(format!("cannot be created: {error}")))
 }
 
 /// Deserialises a value from exactly these bytes.
@@ -279,14 +282,14 @@ pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, Error> {
 pub fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, Error> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
-        Ok(_) | Err(_) => Err(odd("cannot be read: its content is unknown".to_owned())),
+        Ok(_) | Err(_) => Err(bad_input("cannot be read: its content is unknown".to_owned())),
     }
 }
 
 fn cut(length: usize) -> Error {
-    odd(format!("is cut off after {length} bytes"))
+    bad_input(format!("is cut off after {length} bytes"))
 }
 
-fn odd(why: String) -> Error {
+fn bad_input(why: String) -> Error {
     Error::Saved(why)
 }

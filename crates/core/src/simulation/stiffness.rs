@@ -38,7 +38,7 @@ impl Stiffness {
     /// Returns h ω (J12) of a step of `world` from `states` with the forces of `joints` and
     /// `gears`; 0 without joints. Moving world frames are at the end of the step.
     #[inline]
-    pub fn of_step(
+    pub fn largest_in_step(
         &mut self,
         world: &World,
         states: &[State],
@@ -49,11 +49,11 @@ impl Stiffness {
         if world.joints().is_empty() || !is_whole {
             return 0.0;
         }
-        self.of_joints(world, states, joints, gears)
+        self.largest_of_joints(world, states, joints, gears)
     }
 
     /// Returns h ω for each joint: the larger value of its two bodies.
-    pub fn of_each_joint(
+    pub fn per_joint(
         &mut self,
         world: &World,
         states: &[State],
@@ -78,7 +78,7 @@ impl Stiffness {
     }
 
     #[inline(never)]
-    fn of_joints(
+    fn largest_of_joints(
         &mut self,
         world: &World,
         states: &[State],

@@ -2,7 +2,7 @@
 //! [records](crate::simulation::StepRecord) of its steps.
 
 use super::median::Median;
-use super::{EnergyGain, Squeeze, StepRecord, UnphysicalCause};
+use super::{EnergyGain, InfeasibleGap, StepRecord, UnphysicalCause};
 use crate::step::{ContactForce, StepStatus};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,8 +25,8 @@ pub struct FailedStep {
     pub residual: f64,
     /// Law with the largest violation.
     pub part: Word,
-    /// See [`StepRecord::squeeze`].
-    pub squeeze: Option<Squeeze>,
+    /// See [`StepRecord::infeasible_gap`].
+    pub infeasible_gap: Option<InfeasibleGap>,
     /// See [`StepRecord::unphysical`].
     pub unphysical: Option<UnphysicalCause>,
     /// First entries of [`StepRecord::unsolved`].
@@ -106,12 +106,13 @@ impl RunSummary {
         let restitution_share = record.restitution_share;
         self.count(&StatusCount { index, status, iterations, residual, part, restitution_share });
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
-            let (message, part) = (report.message.map(Word::from), Word::from(part));
-            let squeeze = record.squeeze;
+            let message = report.message.map(Word::from);
+            let part = Word::from(part);
+            let infeasible_gap = record.infeasible_gap;
             let unsolved = record.unsolved.iter().copied().take(MOST_BODIES_KEPT).collect();
             let unphysical = record.unphysical;
             let failed =
-                FailedStep { index, message, residual, part, squeeze, unphysical, unsolved };
+                FailedStep { index, message, residual, part, infeasible_gap, unphysical, unsolved };
             self.first_failures.push(failed);
         }
         self.touching +=

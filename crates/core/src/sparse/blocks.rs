@@ -11,7 +11,7 @@
 use super::multifrontal::Fronts;
 use super::pattern::Pattern;
 use super::six::{SixFactors, subtract_product};
-use super::symbolic::FrontPlan;
+use super::symbolic::SymbolicFactorisation;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
 /// Matrix, overwritten with its factors by [`BlockSystem::factorise`]:
@@ -108,7 +108,7 @@ impl BlockSystem {
     }
 
     /// Writes the cached blocks back.
-    fn close(&mut self, plan: &FrontPlan) {
+    fn close(&mut self, plan: &SymbolicFactorisation) {
         for (row, column, block) in &self.open[..self.opened] {
             self.fronts.set_block(plan, plan.place(*row), plan.place(*column), block);
         }
@@ -293,7 +293,8 @@ mod tests {
                 view += block;
             }
             assert!(system.factorise(&pattern));
-            let (of_transposed, factors) = (dense.transpose().lu(), dense.lu());
+            let of_transposed = dense.transpose().lu();
+            let factors = dense.lu();
             // Same factors for several right-hand sides in turn.
             for transposed in [false, true, false] {
                 let mut values = vec![Vector6::zeros(); bodies];

@@ -1,7 +1,7 @@
 //! Sparse direct solver: elimination order, symbolic plan, and numerical factorisation.
 //!
 //! The [`Pattern`] of a system of 6 × 6 blocks selects its kernels: plain block elimination
-//! ([`BlockSystem`]) or dense [`Fronts`] along a [`FrontPlan`]. Systems with nodes of other sizes
+//! ([`BlockSystem`]) or dense [`Fronts`] along a [`SymbolicFactorisation`]. Systems with nodes of other sizes
 //! always use fronts.
 
 mod blocks;
@@ -16,4 +16,4 @@ pub(crate) use blocks::BlockSystem;
 pub(crate) use multifrontal::Fronts;
 pub(crate) use pattern::Pattern;
 pub(crate) use six::SixFactors;
-pub(crate) use symbolic::FrontPlan;
+pub(crate) use symbolic::SymbolicFactorisation;

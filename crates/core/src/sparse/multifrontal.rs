@@ -1,13 +1,13 @@
-//! Multifrontal solver of a sparse linear system with nodes of any size, along a [plan](FrontPlan).
+//! Multifrontal solver of a sparse linear system with nodes of any size, along a [plan](SymbolicFactorisation).
 //!
 //! The pattern is symmetric, the values are not. Dense kernels work on contiguous columns. Pivoting
 //! is restricted to a front's own rows.
 
 use super::dense::{FrontView, PackedBlocks};
-use super::symbolic::{FrontPlan, RowRun};
+use super::symbolic::{RowRun, SymbolicFactorisation};
 use nalgebra::Matrix6;
 
-/// Values of a system with a [`FrontPlan`], overwritten with their factors by
+/// Values of a system with a [`SymbolicFactorisation`], overwritten with their factors by
 /// [`Fronts::factorise`].
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
@@ -24,7 +24,7 @@ pub(crate) struct Fronts {
 
 impl Fronts {
     /// Sets an identity matrix.
-    pub(crate) fn begin_unit(&mut self, plan: &FrontPlan) {
+    pub(crate) fn begin_unit(&mut self, plan: &SymbolicFactorisation) {
         self.begin(plan);
         for front in &plan.fronts {
             for k in 0..front.own {
@@ -34,7 +34,7 @@ impl Fronts {
     }
 
     /// Sets a zero matrix.
-    pub(crate) fn begin(&mut self, plan: &FrontPlan) {
+    pub(crate) fn begin(&mut self, plan: &SymbolicFactorisation) {
         self.low.clear();
         self.low.resize(plan.entries.0, 0.0);
         self.up.clear();
@@ -47,7 +47,7 @@ impl Fronts {
     /// column-major.
     pub(crate) fn add(
         &mut self,
-        plan: &FrontPlan,
+        plan: &SymbolicFactorisation,
         row: usize,
         column: usize,
         rows: usize,
@@ -61,7 +61,12 @@ impl Fronts {
     }
 
     /// Storage of a block at the places `row` and `column`: first index, column stride and list.
-    fn at(&mut self, plan: &FrontPlan, row: usize, column: usize) -> (usize, usize, &mut [f64]) {
+    fn at(
+        &mut self,
+        plan: &SymbolicFactorisation,
+        row: usize,
+        column: usize,
+    ) -> (usize, usize, &mut [f64]) {
         let front = &plan.fronts[plan.front_of[row.min(column)]];
         if front.numbers().contains(&column) {
             let first = (column - front.begin) * front.rows() + plan.within(front, row);
@@ -73,7 +78,12 @@ impl Fronts {
     }
 
     /// Reads a 6 × 6 block at places of the plan.
-    pub(super) fn block(&mut self, plan: &FrontPlan, row: usize, column: usize) -> Matrix6<f64> {
+    pub(super) fn block(
+        &mut self,
+        plan: &SymbolicFactorisation,
+        row: usize,
+        column: usize,
+    ) -> Matrix6<f64> {
         let (first, stride, from) = self.at(plan, row, column);
         let mut block = Matrix6::zeros();
         for (k, column) in block.data.0.iter_mut().enumerate() {
@@ -85,7 +95,7 @@ impl Fronts {
     /// Overwrites a 6 × 6 block at places of the plan.
     pub(super) fn set_block(
         &mut self,
-        plan: &FrontPlan,
+        plan: &SymbolicFactorisation,
         row: usize,
         column: usize,
         block: &Matrix6<f64>,
@@ -97,7 +107,7 @@ impl Fronts {
     }
 
     /// Factorises the matrix. Returns false if a front is singular.
-    pub(crate) fn factorise(&mut self, plan: &FrontPlan) -> bool {
+    pub(crate) fn factorise(&mut self, plan: &SymbolicFactorisation) -> bool {
         let Self { low, up, swaps, stack, rest, packed } = self;
         stack.clear();
         for front in &plan.fronts {
@@ -113,7 +123,8 @@ impl Fronts {
             };
             // The last child is on top of the stack.
             for &child in front.children.iter().rev() {
-                let (size, runs) = (plan.fronts[child].behind(), plan.fronts[child].runs);
+                let size = plan.fronts[child].behind();
+                let runs = plan.fronts[child].runs;
                 let left = stack.len() - size * size;
                 view.assemble(rest, &stack[left..], size, &plan.runs[runs.0..runs.1]);
                 stack.truncate(left);
@@ -129,14 +140,19 @@ impl Fronts {
 
     /// Solves the factorised system in place, for a right-hand side by place. `behind` is scratch
     /// for the rows behind a front.
-    pub(crate) fn solve(&self, plan: &FrontPlan, values: &mut [f64], behind: &mut Vec<f64>) {
+    pub(crate) fn solve(
+        &self,
+        plan: &SymbolicFactorisation,
+        values: &mut [f64],
+        behind: &mut Vec<f64>,
+    ) {
         self.solve_all::<1>(plan, values.as_chunks_mut().0, behind);
     }
 
     /// Solves for C right-hand sides at once. The values of a place are contiguous.
     pub(crate) fn solve_all<const C: usize>(
         &self,
-        plan: &FrontPlan,
+        plan: &SymbolicFactorisation,
         values: &mut [[f64; C]],
         behind: &mut Vec<f64>,
     ) {
@@ -190,7 +206,7 @@ impl Fronts {
 
 impl Fronts {
     /// Solves the transposed system: transposed forward and backward passes in reverse order.
-    pub(super) fn solve_transposed(&self, plan: &FrontPlan, values: &mut [f64]) {
+    pub(super) fn solve_transposed(&self, plan: &SymbolicFactorisation, values: &mut [f64]) {
         for front in &plan.fronts {
             let (low, up) = (&self.low[front.columns()], &self.up[front.across()]);
             for (k, column) in low.chunks_exact(front.rows()).enumerate() {
@@ -270,7 +286,7 @@ mod tests {
                     }
                 }
             }
-            let plan = FrontPlan::new(&sizes, pairs.iter().copied());
+            let plan = SymbolicFactorisation::new(&sizes, pairs.iter().copied());
             let size = plan.size();
             assert_eq!(size, sizes.iter().sum::<usize>());
             fronts.begin_unit(&plan);
@@ -305,8 +321,8 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_system_is_none() {
-        let plan = FrontPlan::new(&[2, 2], [(0, 1)].into_iter());
+    fn singular_system_is_rejected() {
+        let plan = SymbolicFactorisation::new(&[2, 2], [(0, 1)].into_iter());
         let mut fronts = Fronts::default();
         fronts.begin(&plan);
         assert!(!fronts.factorise(&plan));

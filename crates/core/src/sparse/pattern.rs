@@ -1,7 +1,7 @@
 //! Sparsity pattern of a block system: pairs, elimination order and fill.
 
 use super::ordering::Order;
-use super::symbolic::FrontPlan;
+use super::symbolic::SymbolicFactorisation;
 
 /// Number of block updates per body from which fronts save time: a third for a wall of 1000 bricks.
 const HEAVY: usize = 60;
@@ -12,7 +12,7 @@ const HEAVY: usize = 60;
 pub(crate) struct Pattern {
     pub(super) order: Order,
     /// Plan of fronts of 6 × 6 blocks, for large eliminations only.
-    plan: Option<Box<FrontPlan>>,
+    plan: Option<Box<SymbolicFactorisation>>,
 }
 
 impl Pattern {
@@ -23,7 +23,9 @@ impl Pattern {
             let each = (0..bodies).map(|place| self.order.row(place).len());
             let updates: usize = each.map(|blocks| blocks * blocks).sum();
             let is_worth_it = updates > HEAVY * bodies;
-            self.plan = is_worth_it.then(|| Box::new(FrontPlan::of(&self.order, &vec![6; bodies])));
+            self.plan = is_worth_it.then(|| {
+                Box::new(SymbolicFactorisation::from_order(&self.order, &vec![6; bodies]))
+            });
             if self.plan.is_none() {
                 self.order.find_updates();
             }
@@ -36,7 +38,7 @@ impl Pattern {
     }
 
     /// Plan of its fronts, if they pay off.
-    pub(crate) fn plan(&self) -> Option<&FrontPlan> {
+    pub(crate) fn plan(&self) -> Option<&SymbolicFactorisation> {
         self.plan.as_deref()
     }
 }

@@ -158,7 +158,7 @@ mod tests {
     /// Equality of bits with `nalgebra` for matrices with all pivots. The transposed system is
     /// tested by its residual.
     #[test]
-    fn numbers_are_those_of_the_library() {
+    fn six_by_six_factorisation_agrees_with_nalgebra() {
         let mut twister = rand_mt::Mt::new(7);
         let mut number = || f64::from(twister.next_u32()) / f64::from(u32::MAX) - 0.5;
         for round in 0..1000 {

@@ -9,9 +9,9 @@ const SMALL: usize = 24;
 const PADDING: f64 = 0.15;
 
 /// Elimination order and fronts. Vectors store the values of a node at its
-/// [place](FrontPlan::place).
+/// [place](SymbolicFactorisation::place).
 #[derive(Debug, Clone, Default)]
-pub(crate) struct FrontPlan {
+pub(crate) struct SymbolicFactorisation {
     /// First index of each node.
     places: Vec<usize>,
     size: usize,
@@ -41,7 +41,7 @@ pub(super) struct Front {
     /// First own index; `own` is their number.
     pub begin: usize,
     pub own: usize,
-    /// Range of the indices behind it in `FrontPlan::behind`.
+    /// Range of the indices behind it in `SymbolicFactorisation::behind`.
     pub list: (usize, usize),
     /// Start of its columns in `low`; `up` likewise for its rows.
     pub low: usize,
@@ -74,18 +74,18 @@ impl Front {
     }
 }
 
-impl FrontPlan {
+impl SymbolicFactorisation {
     /// Plan for nodes of the given sizes with blocks at the `pairs` of different nodes. Pairs may
     /// repeat.
     pub(crate) fn new(sizes: &[usize], pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut order = Order::default();
         order.set(sizes.len(), pairs);
-        Self::of(&order, sizes)
+        Self::from_order(&order, sizes)
     }
 
     /// Plan for nodes with a known elimination order.
-    pub(super) fn of(order: &Order, sizes: &[usize]) -> Self {
-        FrontTree::of(order, sizes).merged().plan()
+    pub(super) fn from_order(order: &Order, sizes: &[usize]) -> Self {
+        FrontTree::new(order, sizes).merged().plan()
     }
 
     /// Total number of values.
@@ -122,14 +122,15 @@ struct FrontTree<'a> {
 }
 
 impl<'a> FrontTree<'a> {
-    fn of(order: &'a Order, node_sizes: &[usize]) -> Self {
+    fn new(order: &'a Order, node_sizes: &[usize]) -> Self {
         let count = node_sizes.len();
         let (mut sizes, mut nodes) = (vec![0; count], vec![0; count]);
         for (node, size) in node_sizes.iter().enumerate() {
             sizes[order.place(node)] = *size;
             nodes[order.place(node)] = node;
         }
-        let (mut children, mut roots) = (vec![Vec::new(); count], Vec::new());
+        let mut children = vec![Vec::new(); count];
+        let mut roots = Vec::new();
         for place in 0..count {
             match order.row(place).next() {
                 // The row is ascending: its first entry is the parent.
@@ -173,9 +174,10 @@ impl<'a> FrontTree<'a> {
     }
 
     /// Builds the fronts, children before parents.
-    fn plan(&self) -> FrontPlan {
+    fn plan(&self) -> SymbolicFactorisation {
         let count = self.sizes.len();
-        let mut plan = FrontPlan { places: vec![0; count], ..FrontPlan::default() };
+        let mut plan =
+            SymbolicFactorisation { places: vec![0; count], ..SymbolicFactorisation::default() };
         let mut lasts = Vec::new();
         let mut numbers_of = vec![(0, 0); count];
         // Open nodes with their finished child fronts.

@@ -164,7 +164,7 @@ impl Constant {
 
     /// Constant with the name `name`.
     #[must_use]
-    pub fn of_name(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|constant| constant.name() == name)
     }
 
@@ -217,7 +217,7 @@ impl Constant {
     /// Values of the constant in `world`. [`World::with_constants`] with these values changes
     /// nothing. `Radius` is the largest radius of a body's points.
     #[must_use]
-    pub fn of(self, world: &World) -> Vec<f64> {
+    pub fn values(self, world: &World) -> Vec<f64> {
         let each = |of: &dyn Fn(&RigidBody) -> f64| world.bodies().iter().map(of).collect();
         match self {
             Self::Friction => vec![world.friction()],
@@ -232,8 +232,8 @@ impl Constant {
             Self::Gravity => world.gravity().as_slice().to_vec(),
             Self::Ground => vec![0.0],
             Self::TimeStep => vec![world.time_step()],
-            of if of.is_of_laws() => of.of_laws(world),
-            of_joints => of_joints.of_joints(world),
+            law if law.is_of_laws() => law.law_values(world),
+            joint => joint.joint_values(world),
         }
     }
 
@@ -243,7 +243,9 @@ impl Constant {
         match self {
             Self::Radius => world.bodies().iter().map(radius).fold(0.0, f64::max),
             Self::Gravity => world.gravity().norm(),
-            Self::Friction | Self::Restitution | Self::Ground | Self::TimeStep => self.of(world)[0],
+            Self::Friction | Self::Restitution | Self::Ground | Self::TimeStep => {
+                self.values(world)[0]
+            }
             _ => 1.0,
         }
     }
@@ -252,7 +254,7 @@ impl Constant {
     /// gravity stays zero.
     #[must_use]
     pub fn from_one_number(self, world: &World, number: f64) -> Vec<f64> {
-        let own = self.of(world);
+        let own = self.values(world);
         match self {
             Self::Mass | Self::Inertia => own.iter().map(|value| value * number).collect(),
             of if of.is_of_joints() || of.is_of_laws() => {
@@ -341,7 +343,11 @@ impl World {
         for (index, body) in parameters.bodies.iter_mut().enumerate() {
             if size.is_some() || radius.is_some() {
                 let size = size.map_or(1.0, |size| size[index]);
-                *body = Form::of(body)?.reshaped(body, size, radius.map(|radius| radius[index]))?;
+                *body = Form::from_body(body)?.reshaped(
+                    body,
+                    size,
+                    radius.map(|radius| radius[index]),
+                )?;
             }
             if mass.is_none() && inertia.is_none() {
                 continue;

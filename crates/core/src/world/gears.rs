@@ -31,7 +31,8 @@ impl Gear {
         let unit = bodies[joints[self.axes()[0].joint].body()].mass();
         let graph = self.law().graph(&at_rest(start), h, length, unit);
         let rho = 1.0 / (length * length * unit * response);
-        let (u, p) = (length * (end - start) / h, force * h / (unit * length));
+        let u = length * (end - start) / h;
+        let p = force * h / (unit * length);
         let missed = graph.residual(u, p, if rho.is_finite() { rho } else { 1.0 });
         if u.is_finite() && p.is_finite() { missed } else { f64::NAN }
     }

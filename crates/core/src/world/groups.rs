@@ -66,7 +66,7 @@ impl Default for GroupMasks {
 }
 
 impl GroupMasks {
-    fn of(&self, of: Partner) -> Groups {
+    fn groups(&self, of: Partner) -> Groups {
         let known = match of {
             Partner::Ground => return self.ground,
             Partner::Fixed(index) => self.fixed.get(index),
@@ -93,7 +93,7 @@ impl GroupMasks {
 
     #[inline]
     pub(super) fn may_touch(&self, body: usize, partner: Partner) -> bool {
-        self.of(Partner::Body(body)).may_touch(self.of(partner))
+        self.groups(Partner::Body(body)).may_touch(self.groups(partner))
     }
 
     /// Masks after the removal of `body`.
@@ -144,7 +144,7 @@ impl World {
     #[must_use]
     pub fn groups_of(&self, of: Partner) -> Groups {
         let none = GroupMasks::default();
-        self.groups.as_deref().unwrap_or(&none).of(of)
+        self.groups.as_deref().unwrap_or(&none).groups(of)
     }
 
     /// True if groups exclude all contacts except those with the ground. The time is n log n for n
@@ -152,7 +152,7 @@ impl World {
     pub(crate) fn groups_exclude_pieces(&self) -> bool {
         let Some(groups) = &self.groups else { return false };
         let distinct = |count: usize, of: fn(usize) -> Partner| {
-            let mut all: Vec<Groups> = (0..count).map(|index| groups.of(of(index))).collect();
+            let mut all: Vec<Groups> = (0..count).map(|index| groups.groups(of(index))).collect();
             all.sort_unstable();
             all.dedup();
             all

@@ -45,7 +45,9 @@ impl World {
         mut self,
         given: impl Fn(Constant) -> Option<&'a [f64]>,
     ) -> Result<Self, Error> {
-        let (axes, motors, bodies) = (self.driven_axes(), self.motors(), self.bodies().len());
+        let axes = self.driven_axes();
+        let motors = self.motors();
+        let bodies = self.bodies().len();
         let limited = self.limited_axes();
         for constant in Constant::ALL.into_iter().filter(|constant| constant.is_of_joints()) {
             let Some(numbers) = given(constant) else { continue };
@@ -131,7 +133,7 @@ impl Constant {
     }
 
     /// Values of a joint constant.
-    pub(super) fn of_joints(self, world: &World) -> Vec<f64> {
+    pub(super) fn joint_values(self, world: &World) -> Vec<f64> {
         if self == Self::Anchor {
             let frames = world.joints().iter().flat_map(Joint::frames);
             return frames.flat_map(|frame| <[f64; 3]>::from(frame.anchor)).collect();

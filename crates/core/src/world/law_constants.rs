@@ -99,10 +99,8 @@ fn own<T>(
 /// Derivatives of the geometric mean of two numbers.
 fn mean_slopes([a, b]: [(Constant, usize, f64); 2]) -> LawSlopes {
     let slope = |own: f64, other: f64| if own > 0.0 { 0.5 * (other / own).sqrt() } else { 0.0 };
-    let (by_a, by_b) = match (a.0, a.1) == (b.0, b.1) {
-        true => (1.0, 0.0),
-        false => (slope(a.2, b.2), slope(b.2, a.2)),
-    };
+    let (by_a, by_b) =
+        if (a.0, a.1) == (b.0, b.1) { (1.0, 0.0) } else { (slope(a.2, b.2), slope(b.2, a.2)) };
     [(a.0, a.1, by_a), (b.0, b.1, by_b)]
 }
 
@@ -121,7 +119,7 @@ impl Constant {
     }
 
     /// Values of a contact-law constant.
-    pub(super) fn of_laws(self, world: &World) -> Vec<f64> {
+    pub(super) fn law_values(self, world: &World) -> Vec<f64> {
         let bodies = world.bodies().iter();
         let of_pairs =
             |pairs: &super::laws::PairLaws| pairs.iter().map(|(_, value)| *value).collect();

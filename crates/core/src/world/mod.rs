@@ -105,11 +105,11 @@ impl World {
         all_in_range("gravity (m/s²)", &parameters.gravity, -1000.0, 1000.0, "-1000 to 1000")?;
         let reach = parameters.bodies.iter().map(RigidBody::reach).fold(0.0, f64::max);
         let speed_scale = speed_scale(&parameters.gravity, reach);
-        Ok(Self::of(parameters, reach, speed_scale))
+        Ok(Self::from_parameters(parameters, reach, speed_scale))
     }
 
     /// World of these bodies alone.
-    fn of(parameters: Parameters, reach: f64, speed_scale: f64) -> Self {
+    fn from_parameters(parameters: Parameters, reach: f64, speed_scale: f64) -> Self {
         Self {
             parameters,
             fixed: Vec::new(),
@@ -359,7 +359,7 @@ impl World {
             restitution: self.restitution,
             pair_restitutions: self.pair_restitutions.clone(),
             rebound_speed: self.rebound_speed.map(|speed| speed * time / length),
-            ..Self::of(parameters, self.reach / length, speed_scale)
+            ..Self::from_parameters(parameters, self.reach / length, speed_scale)
         }
     }
 }

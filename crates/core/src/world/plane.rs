@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_comes_back_as_it_was() {
+    fn state_round_trips_through_plane_coordinates() {
         let state = some_state();
         for plane in planes() {
             let back = plane.state_to_world(&plane.state_to_ground(&state));
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_that_are_none_are_refused() {
+    fn invalid_planes_are_rejected() {
         for normal in [[0.0; 3], [f64::NAN, 0.0, 1.0], [0.0, f64::INFINITY, 1.0], [1e-9, 0.0, 0.0]]
         {
             assert!(Plane::new(normal.into(), 0.0).is_err(), "{normal:?}");

@@ -48,7 +48,7 @@ impl Form {
     /// # Errors
     /// [`Error::Unsupported`] if the body has several pieces or radii, a capsule or sphere beside its
     /// centre of mass, or no extent along an axis.
-    pub(crate) fn of(body: &RigidBody) -> Result<Self, Error> {
+    pub(crate) fn from_body(body: &RigidBody) -> Result<Self, Error> {
         let (own, extents) = (radius(body), extents(body));
         let form = match body.pieces() {
             [piece] if piece.smooth().is_some() => Some(Self::Smooth),
@@ -104,7 +104,7 @@ impl Form {
     ) -> Result<RigidBody, Error> {
         in_range("size, relative to the body's own", size, 0.01, 100.0, "0.01 to 100")?;
         let (mass, inertia) = (body.mass(), *body.inertia());
-        let one = |piece: Piece| RigidBody::of_pieces(mass, inertia, vec![piece]);
+        let one = |piece: Piece| RigidBody::from_pieces(mass, inertia, vec![piece]);
         let mut new = match *self {
             Self::Corners { extents, radius } => {
                 let least = size * extents.min();
@@ -115,9 +115,10 @@ impl Form {
                 let factor = outer.add_scalar(-new_radius).component_div(&inner) * size;
                 let moved = |point: &ContactPoint| point.position.component_mul(&factor);
                 let corners: Vec<_> = body.contact_points().iter().map(moved).collect();
-                match new_radius > 0.0 || !body.pieces().is_empty() {
-                    true => one(Piece::hull(&corners, new_radius)?)?,
-                    false => RigidBody::new(mass, inertia, &corners)?,
+                if new_radius > 0.0 || !body.pieces().is_empty() {
+                    one(Piece::hull(&corners, new_radius)?)?
+                } else {
+                    RigidBody::new(mass, inertia, &corners)?
                 }
             }
             Self::Round { half, radius } => {

@@ -28,7 +28,7 @@ fn error(
     let pose = state.pose();
     let frame = *Plane::new(normal, 0.0).unwrap().frame();
     let offset = normal.dot(&(pose.position + pose.rotation * point));
-    let features = Features::of_plane(point, 0.0, frame, offset);
+    let features = Features::from_plane(point, 0.0, frame, offset);
     let law = ContactLaw::plastic(0.0);
     let contact = Contact::new(key, features, law, (&world.bodies()[0], &pose), None);
     let mut candidates = Candidates::from(vec![contact]);

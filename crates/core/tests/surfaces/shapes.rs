@@ -95,9 +95,10 @@ pub fn standing(name: &str, random: &mut Random) -> Body {
         _ => panic!("no shape is called {name}"),
     };
     let (body, _) = RigidBody::solid(1.0, &[piece.unwrap()]).unwrap();
-    let upright = match lying {
-        true => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2),
-        false => UnitQuaternion::identity(),
+    let upright = if lying {
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2)
+    } else {
+        UnitQuaternion::identity()
     };
     let height = extent(&body, &(upright.inverse() * -Vector3::z()));
     Body { body, upright, height }

@@ -109,7 +109,7 @@ fn the_derivative_by_size_agrees_with_differences_for_all_pairs_of_shapes() {
                         constants: &[(Constant::Size, &constants)],
                     };
                     let mut next = Vec::new();
-                    derivative.push(&change, &mut next).unwrap();
+                    derivative.jvp(&change, &mut next).unwrap();
                     let found = [next[0].velocity, next[1].velocity];
                     // Differences err by the rounding of an impact over APART, 1e-12/1e-6. Crossing edges err by
                     // about the gap in front of them relative to their length (docs/limits.md).

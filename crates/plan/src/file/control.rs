@@ -71,7 +71,7 @@ impl ControlTable {
             }
             KindName::Constant => {
                 let wanted = self.constant.as_deref().unwrap_or_default();
-                let constant = Constant::of_name(wanted).ok_or_else(|| {
+                let constant = Constant::from_name(wanted).ok_or_else(|| {
                     format!("constant: {wanted:?} is not a constant; use friction, for example")
                 })?;
                 if self.value.is_none() {

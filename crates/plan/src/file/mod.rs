@@ -83,30 +83,30 @@ impl ProblemFile {
     ///
     /// # Errors
     /// One sentence about the first fault, with the file's name.
-    pub fn of_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
-        let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
-        let file: File = tumble_scene::parse(text).map_err(odd)?;
+    pub fn from_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
+        let bad_input = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
+        let file: File = tumble_scene::parse(text).map_err(bad_input)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let scene = folder.join(&file.scene);
         let bytes = read(&scene, tumble_scene::LARGEST_FILE).map_err(|error| {
-            odd(format!("scene: {} cannot be read: {error}", shown::path(&scene)))
+            bad_input(format!("scene: {} cannot be read: {error}", shown::path(&scene)))
         })?;
         let text = String::from_utf8(bytes)
-            .map_err(|_| odd(format!("scene: {} is not UTF-8 text", shown::path(&scene))))?;
+            .map_err(|_| bad_input(format!("scene: {} is not UTF-8 text", shown::path(&scene))))?;
         let scene = Scene::from_text(&text, &scene, Settings::default(), read)?;
-        Self::of_scene(scene, file, folder).map_err(odd)
+        Self::from_scene(scene, file, folder).map_err(bad_input)
     }
 
     /// Parses the `text` of a problem of `scene`; the field `scene` of the text is ignored.
     ///
     /// # Errors
-    /// As [`ProblemFile::of_text`].
-    pub fn of_scene_text(scene: Scene, text: &str) -> Result<Self, String> {
+    /// As [`ProblemFile::from_text`].
+    pub fn from_scene_text(scene: Scene, text: &str) -> Result<Self, String> {
         let file: File = tumble_scene::parse(text)?;
-        Self::of_scene(scene, file, Path::new(""))
+        Self::from_scene(scene, file, Path::new(""))
     }
 
-    fn of_scene(scene: Scene, file: File, folder: &Path) -> Result<Self, String> {
+    fn from_scene(scene: Scene, file: File, folder: &Path) -> Result<Self, String> {
         let steps = file.steps as usize;
         let effort = file.cost.effort.unwrap_or(USUAL_EFFORT);
         let named = |of: &str, index: usize, why: String| format!("{of}[{index}]: {why}");

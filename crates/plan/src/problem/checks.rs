@@ -17,7 +17,7 @@ const CONSTANTS: [Constant; 6] = [
     Constant::Ground,
 ];
 
-pub(super) fn odd<T>(why: String) -> Result<T, PlanError> {
+pub(super) fn bad_input<T>(why: String) -> Result<T, PlanError> {
     Err(PlanError::Problem(why))
 }
 
@@ -30,7 +30,7 @@ pub(super) fn has_body(of: &str, name: &str, body: usize, bodies: usize) -> Resu
     if body < bodies {
         return Ok(());
     }
-    odd(format!("{of} {name:?}: body {body} does not exist; allowed: 0 to {}", bodies - 1))
+    bad_input(format!("{of} {name:?}: body {body} does not exist; allowed: 0 to {}", bodies - 1))
 }
 
 pub(super) fn check_control(
@@ -45,20 +45,22 @@ pub(super) fn check_control(
     let components = kind.components();
     if bounds.len() != components.len() {
         let (count, wanted) = (bounds.len(), components.len());
-        return odd(format!("control {name:?}: {count} bounds are given; {wanted} are needed"));
+        return bad_input(format!(
+            "control {name:?}: {count} bounds are given; {wanted} are needed"
+        ));
     }
     for (component, [low, high]) in components.iter().zip(bounds) {
         if !(low.is_finite() && high.is_finite() && low <= high) {
             let why = format!("the bounds are {low} to {high}; two numbers in order are needed");
-            return odd(format!("control {name:?}: {component}: {why}"));
+            return bad_input(format!("control {name:?}: {component}: {why}"));
         }
     }
     let most = if kind.is_of_the_run() { 1 } else { steps };
     if !(1..=most).contains(knots) {
-        return odd(format!("control {name:?}: knots is {knots}; allowed: 1 to {most}"));
+        return bad_input(format!("control {name:?}: knots is {knots}; allowed: 1 to {most}"));
     }
     if !(*effort >= 0.0 && effort.is_finite()) {
-        return odd(format!("control {name:?}: effort is {effort}; allowed: 0 or more"));
+        return bad_input(format!("control {name:?}: effort is {effort}; allowed: 0 or more"));
     }
     match kind {
         ControlKind::Push(push) => {
@@ -66,53 +68,57 @@ pub(super) fn check_control(
                 && low < 0.0
             {
                 let why = format!("normal: its lower end is {low}; allowed: 0 N or more");
-                return odd(format!("control {name:?}: {why}"));
+                return bad_input(format!("control {name:?}: {why}"));
             }
             let frame = &push.frame;
             let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
             if !(apart < 1e-9 && frame.determinant() > 0.0) {
                 let why = "its frame is not a rotation; three orthogonal, right-handed unit \
                            vectors are needed";
-                return odd(format!("control {name:?}: {why}"));
+                return bad_input(format!("control {name:?}: {why}"));
             }
             if !push.point.iter().all(|x| x.abs() <= FARTHEST) {
                 let [x, y, z]: [f64; 3] = push.point.into();
                 let why = format!("at is [{x:?}, {y:?}, {z:?}]; allowed: -1e6 to 1e6 m");
-                return odd(format!("control {name:?}: {why}"));
+                return bad_input(format!("control {name:?}: {why}"));
             }
             check_reach(name, push, &bounds[3..], world)?;
             let friction = push.friction.unwrap_or(0.0);
             if !(0.0..=10.0).contains(&friction) {
                 let why = format!("friction is {friction}; allowed: 0 to 10");
-                return odd(format!("control {name:?}: {why}"));
+                return bad_input(format!("control {name:?}: {why}"));
             }
             Ok(())
         }
         ControlKind::Motor { axes } => {
             let driven = world.driven_axes();
             if let Some((joint, _)) = axes.iter().find(|axis| !driven.contains(axis)) {
-                return odd(format!("control {name:?}: joint {joint} has no such free axis"));
+                return bad_input(format!("control {name:?}: joint {joint} has no such free axis"));
             }
             let of_a_place = |(_, axis): &(usize, JointAxis)| matches!(axis, JointAxis::Linear(_));
             let along = axes.iter().filter(|axis| of_a_place(axis)).count();
             if axes.is_empty() || along > 0 && along < axes.len() {
                 let why = "axes that slide, or axes that turn, are needed, not both";
-                return odd(format!("control {name:?}: {why}"));
+                return bad_input(format!("control {name:?}: {why}"));
             }
             let twice = (1..axes.len()).any(|k| axes[..k].contains(&axes[k]));
-            if twice { odd(format!("control {name:?}: a joint is named twice")) } else { Ok(()) }
+            if twice {
+                bad_input(format!("control {name:?}: a joint is named twice"))
+            } else {
+                Ok(())
+            }
         }
         ControlKind::Constant(constant) if !CONSTANTS.contains(constant) => {
             let names: Vec<_> = CONSTANTS.iter().map(|constant| constant.name()).collect();
             let why =
                 format!("{} cannot be a control; allowed: {}", constant.name(), names.join(", "));
-            odd(format!("control {name:?}: {why}"))
+            bad_input(format!("control {name:?}: {why}"))
         }
         ControlKind::Constant(constant) => {
             for number in bounds[0] {
                 let numbers = constant.from_one_number(world, number);
                 if let Err(error) = world.with_constants(&[(*constant, &numbers)]) {
-                    return odd(format!(
+                    return bad_input(format!(
                         "control {name:?}: value {number} is not allowed: {error}"
                     ));
                 }
@@ -142,7 +148,7 @@ fn check_reach(
                     "with its offsets it pushes at [{x:?}, {y:?}, {z:?}], outside the body; \
                      allowed: up to ±[{a:?}, {b:?}, {c:?}] m"
                 );
-                return odd(format!("control {name:?}: {why}"));
+                return bad_input(format!("control {name:?}: {why}"));
             }
         }
     }

@@ -5,7 +5,7 @@ mod checks;
 use super::control::{Applied, Control, ControlKind};
 use super::path_constraint::PathConstraint;
 use super::target::Target;
-use super::{PlanError, held};
+use super::{PlanError, piecewise_loads};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -15,7 +15,7 @@ use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::world::World;
 use tumble_scene::scene::Scene;
 
-use checks::{check_control, has_body, odd, sets_alike};
+use checks::{bad_input, check_control, has_body, sets_alike};
 
 /// Largest number of steps.
 const MOST_STEPS: usize = 100_000;
@@ -92,22 +92,22 @@ impl PlanProblem {
         path_constraints: Vec<PathConstraint>,
     ) -> Result<Self, PlanError> {
         if !(1..=MOST_STEPS).contains(&steps) {
-            return odd(format!("steps is {steps}; allowed: 1 to {MOST_STEPS}"));
+            return bad_input(format!("steps is {steps}; allowed: 1 to {MOST_STEPS}"));
         }
         for (index, control) in controls.iter().enumerate() {
             check_control(control, &scene.world, steps)?;
             if controls[..index].iter().any(|other| other.name == control.name) {
-                return odd(format!("controls: {:?} is named twice", control.name));
+                return bad_input(format!("controls: {:?} is named twice", control.name));
             }
             if let Some(other) = controls[..index].iter().find(|other| sets_alike(other, control)) {
                 let (first, second) = (&other.name, &control.name);
                 let why = "set the same value; remove one";
-                return odd(format!("controls: {first:?} and {second:?} {why}"));
+                return bad_input(format!("controls: {first:?} and {second:?} {why}"));
             }
         }
         if targets.is_empty() && path_constraints.is_empty() {
-            return odd(
-                "targets: there are none; a [target] or [[path_constraints]] is needed".to_owned()
+            return bad_input(
+                "targets: there are none; a [target] or [[path_constraints]] is needed".to_owned(),
             );
         }
         let bodies = scene.world.bodies().len();
@@ -115,15 +115,17 @@ impl PlanProblem {
             if value > 0.0 && value.is_finite() {
                 return Ok(());
             }
-            odd(format!("{of} {name:?}: {what} is {value}; a number above 0 is needed"))
+            bad_input(format!("{of} {name:?}: {what} is {value}; a number above 0 is needed"))
         };
         for Target { name, body, after, kind, tolerance, weight } in &targets {
             has_body("target", name, *body, bodies)?;
             if !(1..=steps).contains(after) {
-                return odd(format!("target {name:?}: after is {after}; allowed: 1 to {steps}"));
+                return bad_input(format!(
+                    "target {name:?}: after is {after}; allowed: 1 to {steps}"
+                ));
             }
             if let Err(why) = kind.check() {
-                return odd(format!("target {name:?}: {why}"));
+                return bad_input(format!("target {name:?}: {why}"));
             }
             positive("target", name, "tolerance", *tolerance)?;
             positive("target", name, "weight", *weight)?;
@@ -131,13 +133,15 @@ impl PlanProblem {
         for PathConstraint { name, body, kind, tolerance, weight } in &path_constraints {
             has_body("path constraint", name, *body, bodies)?;
             if let Err(why) = kind.check() {
-                return odd(format!("path constraint {name:?}: {why}"));
+                return bad_input(format!("path constraint {name:?}: {why}"));
             }
             positive("path constraint", name, "tolerance", *tolerance)?;
             positive("path constraint", name, "weight", *weight)?;
         }
         if controls.is_empty() {
-            return odd("controls: there are none; at least one [[controls]] is needed".to_owned());
+            return bad_input(
+                "controls: there are none; at least one [[controls]] is needed".to_owned(),
+            );
         }
         let (mut variables, mut offsets) = (Vec::new(), Vec::new());
         let mut pushed = vec![false; bodies];
@@ -245,14 +249,17 @@ impl PlanProblem {
     pub fn clipped(&self, controls: &[f64]) -> Result<Vec<f64>, PlanError> {
         let (count, wanted) = (controls.len(), self.variables.len());
         if count != wanted {
-            return odd(format!("controls: {count} numbers are given; {wanted} are needed"));
+            return bad_input(format!("controls: {count} numbers are given; {wanted} are needed"));
         }
         let pairs = controls.iter().zip(&self.variables);
         let clip = |(value, variable): (&f64, &Variable)| {
             if value.is_finite() {
                 return Ok(value.clamp(variable.bounds[0], variable.bounds[1]));
             }
-            odd(format!("controls: {} is {value}; a number is needed", self.name_of(variable)))
+            bad_input(format!(
+                "controls: {} is {value}; a number is needed",
+                self.name_of(variable)
+            ))
         };
         pairs.map(clip).collect()
     }
@@ -329,7 +336,8 @@ impl PlanProblem {
         controls: &[f64],
         wrenches: &mut Vec<Wrench>,
     ) {
-        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        let h = self.scene.world.time_step();
+        let index = self.scene.start_index + step as u64;
         wrenches.clear();
         let loads = self.scene.loads.iter().zip(states);
         wrenches.extend(loads.map(|(load, state)| load.wrench(index, h, &state.attitude)));
@@ -357,15 +365,18 @@ impl PlanProblem {
         states: &[State],
         wrenches: &[Wrench],
     ) -> Vec<Wrench> {
-        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        let h = self.scene.world.time_step();
+        let index = self.scene.start_index + step as u64;
         let bodies = wrenches.iter().zip(&self.pushed).zip(&self.scene.loads).zip(states);
-        let each = bodies.map(|(((wrench, pushed), load), state)| match pushed {
-            false => Wrench::zero(),
-            true if load.is_none() => *wrench,
-            true => {
-                let own = load.wrench(index, h, &state.attitude);
-                Wrench { force: wrench.force - own.force, torque: wrench.torque - own.torque }
+        let each = bodies.map(|(((wrench, pushed), load), state)| {
+            if !pushed {
+                return Wrench::zero();
             }
+            if load.is_none() {
+                return *wrench;
+            }
+            let own = load.wrench(index, h, &state.attitude);
+            Wrench { force: wrench.force - own.force, torque: wrench.torque - own.torque }
         });
         each.collect()
     }
@@ -374,12 +385,13 @@ impl PlanProblem {
     ///
     /// The scene of a plan then runs to the same bits.
     fn held(&self, step: usize, wrenches: &mut [Wrench]) {
-        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        let h = self.scene.world.time_step();
+        let index = self.scene.start_index + step as u64;
         let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
         for (wrench, pushed) in wrenches.iter_mut().zip(&self.pushed) {
             if *pushed {
-                wrench.force = held::mean(&wrench.force, from, to);
-                wrench.torque = held::mean(&wrench.torque, from, to);
+                wrench.force = piecewise_loads::mean(&wrench.force, from, to);
+                wrench.torque = piecewise_loads::mean(&wrench.torque, from, to);
             }
         }
     }

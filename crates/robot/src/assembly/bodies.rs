@@ -140,8 +140,8 @@ impl Assembled {
         let shapes = self.robot.shapes.iter().enumerate();
         let touching = shapes.filter(|(index, shape)| counts(*index, shape));
         let touching: Vec<_> = touching.collect();
-        if let Some((_, odd)) = touching.get(MOST_TOUCHING) {
-            let at = &odd.at;
+        if let Some((_, excess)) = touching.get(MOST_TOUCHING) {
+            let at = &excess.at;
             return Err(format!("{at}: more than {MOST_TOUCHING} shapes have contacts"));
         }
         let is_own = |shape: &RobotShape| self.links[shape.link].0 == Some(place);

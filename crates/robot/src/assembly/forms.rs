@@ -1,7 +1,7 @@
 //! Conversion of a robot's shapes to shapes of a scene, with a limit on contact points.
 
 use super::place_of;
-use crate::frame::{LinkFrame, of_matrix};
+use crate::frame::{LinkFrame, attitude_from_matrix};
 use crate::model::{LinkMass, RobotForm, RobotShape};
 use nalgebra::Vector3;
 use tumble_core::error::Error;
@@ -94,11 +94,12 @@ pub(super) fn equivalent(mass: &LinkMass) -> PlacedForm {
     if axes.determinant() < 0.0 {
         axes.column_mut(2).neg_mut();
     }
-    let attitude = of_matrix(&axes);
+    let attitude = attitude_from_matrix(&axes);
     let frame = LinkFrame { position: mass.centre, attitude };
-    let form = match sides.min() > 1e-2 * sides.max() {
-        true => ModelForm::Box { sides: sides.into() },
-        false => ModelForm::Sphere { radius: (2.5 * moments.max() / mass.mass).sqrt().max(1e-3) },
+    let form = if sides.min() > 1e-2 * sides.max() {
+        ModelForm::Box { sides: sides.into() }
+    } else {
+        ModelForm::Sphere { radius: (2.5 * moments.max() / mass.mass).sqrt().max(1e-3) }
     };
     PlacedForm { form, place: place_of(&frame) }
 }

@@ -85,7 +85,8 @@ impl Assembled {
                     piece.piece().map_err(|error| format!("{}: {error}", shape.at))?;
                     let name = self.piece_name(shape, &links, model);
                     links.push(shape.link);
-                    let (friction, groups) = (friction_of(shape), GroupsModel::default());
+                    let friction = friction_of(shape);
+                    let groups = GroupsModel::default();
                     model.fixed.push(FixedModel { name, piece, friction, groups });
                     ShapeOwner::Fixed(model.fixed.len() - 1)
                 }

@@ -102,7 +102,8 @@ impl MjcfReader<'_> {
                     _ => None,
                 }
                 .ok_or_else(|| element.wrong("inheritrange: the joint has no range"))?;
-                let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) * inherited);
+                let middle = 0.5 * (low + high);
+                let half = 0.5 * (high - low) * inherited;
                 control_range = Some([middle - half, middle + half]);
             }
             if !self.flags.actuators {

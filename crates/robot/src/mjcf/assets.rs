@@ -67,7 +67,7 @@ impl MjcfReader<'_> {
                 let point = |three: &[f64]| std::array::from_fn(|k| three[k] * scale[k]);
                 let points: Vec<[f64; 3]> = numbers.chunks_exact(3).map(point).collect();
                 let found = match faces(element, &points, scale)? {
-                    Some(facets) => meshes::of_facets(&facets),
+                    Some(facets) => meshes::hull_from_facets(&facets),
                     None => meshes::hull(points.into_iter()),
                 };
                 (element.needed("name")?.to_owned(), found)
@@ -100,11 +100,11 @@ impl MjcfReader<'_> {
 
     /// Notes the faults of meshes that no shape uses.
     pub(super) fn note_unused(&mut self) {
-        let odd = |(name, mesh): (&String, &Result<Hulled, String>)| {
+        let invalid = |(name, mesh): (&String, &Result<Hulled, String>)| {
             let why = mesh.as_ref().err().filter(|_| !self.flat.contains(name));
             why.map(|why| format!("an unused mesh: {why}"))
         };
-        let mut sentences: Vec<_> = self.meshes.iter().filter_map(odd).collect();
+        let mut sentences: Vec<_> = self.meshes.iter().filter_map(invalid).collect();
         sentences.sort();
         sentences.into_iter().for_each(|sentence| self.notes.say(sentence));
     }

@@ -1,7 +1,7 @@
 //! `<compiler>`: units and conventions of a file.
 
 use super::defaults::Defaulted;
-use crate::frame::{LinkFrame, about, from_z, left_times, of_matrix};
+use crate::frame::{LinkFrame, about, attitude_from_matrix, from_z, left_times};
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -44,7 +44,7 @@ const ALTERNATIVES: [&str; 4] = ["axisangle", "euler", "xyaxes", "zaxis"];
 
 impl Compiler {
     /// Conventions of a file. Later elements override earlier ones.
-    pub fn of(root: &Element) -> Result<Self, String> {
+    pub fn from_root(root: &Element) -> Result<Self, String> {
         let mut compiler = Self {
             degrees: true,
             sequence: ['x', 'y', 'z'],
@@ -189,15 +189,19 @@ impl Compiler {
         if let [first, second, ..] = given[..] {
             return Err(element.wrong(format!("only one of {first} and {second} can be given")));
         }
-        let unit = |vector: Vector3<f64>, field: &str| match vector.norm() > 1e-12 {
-            true => Ok(vector.normalize()),
-            false => Err(element.wrong(format!("{field}: the length of a vector is zero"))),
+        let unit = |vector: Vector3<f64>, field: &str| {
+            if vector.norm() > 1e-12 {
+                Ok(vector.normalize())
+            } else {
+                Err(element.wrong(format!("{field}: the length of a vector is zero")))
+            }
         };
         if let Some(quaternion) = element.exactly::<4>("quat")? {
             let quaternion = Vector4::from(quaternion);
-            return match quaternion.norm() > 1e-12 {
-                true => Ok(Some(quaternion.normalize())),
-                false => Err(element.wrong("the length of quat is zero")),
+            return if quaternion.norm() > 1e-12 {
+                Ok(Some(quaternion.normalize()))
+            } else {
+                Err(element.wrong("the length of quat is zero"))
             };
         }
         if let Some([x, y, z, angle]) = element.exactly::<4>("axisangle")? {
@@ -212,7 +216,7 @@ impl Compiler {
             let y = Vector3::new(d, e, f);
             let y = unit(y - x * x.dot(&y), "xyaxes")?;
             let turn = Matrix3::from_columns(&[x, y, x.cross(&y)]);
-            return Ok(Some(of_matrix(&turn)));
+            return Ok(Some(attitude_from_matrix(&turn)));
         }
         if let Some(axis) = element.exactly::<3>("zaxis")? {
             return Ok(Some(from_z(&unit(axis.into(), "zaxis")?)));
@@ -231,9 +235,10 @@ impl Compiler {
                 _ => Vector3::z(),
             };
             let turn = about(&axis, self.angle(angle));
-            attitude = match letter.is_ascii_lowercase() {
-                true => left_times(&attitude, &turn),
-                false => left_times(&turn, &attitude),
+            attitude = if letter.is_ascii_lowercase() {
+                left_times(&attitude, &turn)
+            } else {
+                left_times(&turn, &attitude)
             };
         }
         attitude.normalize()

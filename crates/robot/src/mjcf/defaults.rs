@@ -35,7 +35,7 @@ pub struct Classes(HashMap<String, Values>);
 
 impl Classes {
     /// Classes of the `<default>` sections.
-    pub fn of(root: &Element) -> Result<Self, String> {
+    pub fn from_root(root: &Element) -> Result<Self, String> {
         let mut classes = Self(HashMap::new());
         classes.0.insert(MAIN.to_owned(), Values::new());
         for section in root.all("default") {

@@ -42,14 +42,16 @@ impl MjcfReader<'_> {
         let grid = match element.get("file") {
             Some(file) => {
                 let path = self.reading.folder.join(self.mesh_file(file));
-                let odd = |why: &dyn std::fmt::Display| format!("{}: {why}", shown::path(&path));
+                let bad_input =
+                    |why: &dyn std::fmt::Display| format!("{}: {why}", shown::path(&path));
                 let bytes =
-                    (self.reading.read)(&path, LARGEST_FILE).map_err(|error| odd(&error))?;
-                match file.to_ascii_lowercase().ends_with(".png") {
-                    true => HeightGrid::from_png(&bytes),
-                    false => of_binary(&bytes),
+                    (self.reading.read)(&path, LARGEST_FILE).map_err(|error| bad_input(&error))?;
+                if file.to_ascii_lowercase().ends_with(".png") {
+                    HeightGrid::from_png(&bytes)
+                } else {
+                    grid_from_binary(&bytes)
                 }
-                .map_err(|why| odd(&why))?
+                .map_err(|why| bad_input(&why))?
             }
             None => {
                 let (rows, columns) = (whole("nrow")?, whole("ncol")?);
@@ -99,7 +101,7 @@ impl MjcfReader<'_> {
 
 /// Heights of a file with the numbers of rows and columns as 4-byte integers and the heights as
 /// 4-byte numbers.
-fn of_binary(bytes: &[u8]) -> Result<HeightGrid, String> {
+fn grid_from_binary(bytes: &[u8]) -> Result<HeightGrid, String> {
     let none = || "it is neither a PNG image nor a binary file of heights".to_owned();
     let (head, rest) = bytes.split_at_checked(8).ok_or_else(none)?;
     let (counts, _) = head.as_chunks::<4>();

@@ -86,14 +86,14 @@ struct MjcfReader<'a> {
 /// The first fault or unsupported content that affects the motion, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let root = pruned(&includes::spliced(root, reading)?, reading.left_out)?;
-    if let Some(odd) = root.children.iter().find(|section| !SECTIONS.contains(&&*section.tag)) {
-        return Err(odd.wrong("this element is unknown or not supported"));
+    if let Some(other) = root.children.iter().find(|section| !SECTIONS.contains(&&*section.tag)) {
+        return Err(other.wrong("this element is unknown or not supported"));
     }
     root.refuse_others(&["model"], &["xmlns", "schemaLocation"])?;
-    let compiler = Compiler::of(&root)?;
+    let compiler = Compiler::from_root(&root)?;
     let root = replicated::replicated(&root, &compiler)?;
     let sections = |tag: &'static str| root.all(tag);
-    let classes = Classes::of(&root)?;
+    let classes = Classes::from_root(&root)?;
     let mut notes = RobotNotes::default();
     let (options, flags) = rest::options(&root, &mut notes)?;
     let robot = Robot::new(root.own("model").unwrap_or(""), options);

@@ -59,7 +59,8 @@ impl Copies<'_> {
         }
         let offset = Vector3::from(element.exactly::<3>("offset")?.unwrap_or_default());
         let angles = element.exactly::<3>("euler")?.unwrap_or_default();
-        let (count, between) = (count as usize, element.own("sep").unwrap_or(""));
+        let count = count as usize;
+        let between = element.own("sep").unwrap_or("");
         let digits = (count - 1).to_string().len();
         let mut position = Vector3::zeros();
         let mut frames = Vec::with_capacity(count);
@@ -77,7 +78,9 @@ impl Copies<'_> {
             let class = element.own("childclass");
             attributes.extend(class.map(|class| ("childclass".to_owned(), class.to_owned())));
             let children = element.children.iter().map(|child| named(child, &suffix)).collect();
-            let (tag, line, file) = ("frame".to_owned(), element.line, element.file.clone());
+            let tag = "frame".to_owned();
+            let line = element.line;
+            let file = element.file.clone();
             frames.push(Element { tag, attributes, children, line, file });
             position += LinkFrame { attitude, ..LinkFrame::identity() }.rotation() * offset;
         }

@@ -102,9 +102,10 @@ impl MjcfReader<'_> {
             if let Some(Err(_)) = self.meshes.get(name) {
                 // Drawing only: a flat mesh has no hull and needs none.
                 self.flat.insert(name.to_owned());
-                match link > 0 && self.files.contains_key(name) {
-                    true => self.read_look(&read, link, placed, &RobotForm::Hull(Vec::new())),
-                    false => self.notes.idle("geom with a mesh without a hull"),
+                if link > 0 && self.files.contains_key(name) {
+                    self.read_look(&read, link, placed, &RobotForm::Hull(Vec::new()))
+                } else {
+                    self.notes.idle("geom with a mesh without a hull")
                 }
                 return Ok(());
             }

@@ -122,7 +122,8 @@ impl MjcfReader<'_> {
                     self.notes.idle("tendon without forces");
                 }
             }
-            let (name, at) = (element.own("name").map(str::to_owned), element.at());
+            let name = element.own("name").map(str::to_owned);
+            let at = element.at();
             tendons.push(Tendon { name, joints, sum, at });
         }
         Ok(tendons)
@@ -152,11 +153,12 @@ impl MjcfReader<'_> {
     fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Result<TendonPull, String> {
         let number = |field: &str, acts: bool| {
             let value = read.number(field)?.unwrap_or(0.0);
-            match (0.0..=1e12).contains(&value) {
-                true => Ok(if acts { value } else { 0.0 }),
-                false => Err(read
+            if (0.0..=1e12).contains(&value) {
+                Ok(if acts { value } else { 0.0 })
+            } else {
+                Err(read
                     .element()
-                    .wrong(format!("{field} is {value:?}; allowed: one number from 0 to 1e12"))),
+                    .wrong(format!("{field} is {value:?}; allowed: one number from 0 to 1e12")))
             }
         };
         let stiffness = number("stiffness", self.flags.springs)?;

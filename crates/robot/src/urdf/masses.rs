@@ -122,10 +122,10 @@ pub(super) fn origin(element: &Element) -> Result<LinkFrame, String> {
     let Some(origin) = element.one("origin")? else { return Ok(LinkFrame::identity()) };
     let position = origin.exactly::<3>("xyz")?.unwrap_or_default();
     let [roll, pitch, yaw] = origin.exactly::<3>("rpy")?.unwrap_or_default();
-    Ok(LinkFrame { position: position.into(), attitude: of_angles(roll, pitch, yaw) })
+    Ok(LinkFrame { position: position.into(), attitude: attitude_from_angles(roll, pitch, yaw) })
 }
 
-fn of_angles(roll: f64, pitch: f64, yaw: f64) -> Vector4<f64> {
+fn attitude_from_angles(roll: f64, pitch: f64, yaw: f64) -> Vector4<f64> {
     let turned = left_times(&about(&Vector3::y(), pitch), &about(&Vector3::x(), roll));
     left_times(&about(&Vector3::z(), yaw), &turned).normalize()
 }

@@ -43,7 +43,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     }
     let root = &root;
     names::check(root, &mut notes)?;
-    let tree = LinkTree::of(root)?;
+    let tree = LinkTree::from_root(root)?;
     let options = RobotOptions {
         time_step: 0.002,
         gravity: Vector3::new(0.0, 0.0, -9.81),
@@ -167,12 +167,10 @@ impl<'a> UrdfReader<'a> {
             }
             read += 1;
         }
-        match read == self.tree.links.len() {
-            true => Ok(()),
-            false => {
-                Err(root
-                    .wrong("not all links are connected to it: the joints of others form a loop"))
-            }
+        if read == self.tree.links.len() {
+            Ok(())
+        } else {
+            Err(root.wrong("not all links are connected to it: the joints of others form a loop"))
         }
     }
 
@@ -399,11 +397,10 @@ impl<'a> UrdfReader<'a> {
             joint.friction = dynamics.bounded("friction", 0.0, [0.0, 1e12])?;
         }
         let Some(limit) = element.one("limit")? else {
-            return match limited {
-                true => {
-                    Err(element.wrong("<limit> is needed; a joint without limits is continuous"))
-                }
-                false => Ok(joint),
+            return if limited {
+                Err(element.wrong("<limit> is needed; a joint without limits is continuous"))
+            } else {
+                Ok(joint)
             };
         };
         let (low, high) =

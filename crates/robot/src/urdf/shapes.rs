@@ -148,9 +148,10 @@ impl UrdfReader<'_> {
             "box" => {
                 let size = element.exactly::<3>("size")?;
                 let size = Vector3::from(size.ok_or_else(|| element.wrong("size is needed"))?);
-                match size.iter().all(|side| (2e-6..=2e4).contains(side)) {
-                    true => Ok(RobotForm::Box(size * 0.5)),
-                    false => Err(element.wrong("size: sides from 2e-6 to 2e4 m are needed")),
+                if size.iter().all(|side| (2e-6..=2e4).contains(side)) {
+                    Ok(RobotForm::Box(size * 0.5))
+                } else {
+                    Err(element.wrong("size: sides from 2e-6 to 2e4 m are needed"))
                 }
             }
             "sphere" => Ok(RobotForm::Sphere(length("radius")?)),

@@ -16,7 +16,7 @@ pub(super) struct LinkTree<'e> {
 }
 
 impl<'e> LinkTree<'e> {
-    pub(super) fn of(root: &'e Element) -> Result<Self, String> {
+    pub(super) fn from_root(root: &'e Element) -> Result<Self, String> {
         let mut links = HashMap::new();
         for link in root.all("link") {
             if links.insert(link.needed("name")?, link).is_some() {

@@ -45,7 +45,7 @@ impl DecomposedMesh {
         });
         Ok(Self {
             pieces: pieces.collect(),
-            solid: SolidModel::from_properties(&MassProperties::of_mesh(&mesh)),
+            solid: SolidModel::from_properties(&MassProperties::from_mesh(&mesh)),
             surface: here(surface(&mesh, 0.0)),
         })
     }

@@ -155,7 +155,7 @@ fn contacts() -> Vec<ContactRow> {
 /// Film with `steps` steps.
 pub fn film(steps: u64) -> Film {
     let inertia = Matrix3::identity() * 0.01;
-    let rigid = |b: usize| RigidBody::of_pieces(1.0, inertia, pieces(b).1).unwrap();
+    let rigid = |b: usize| RigidBody::from_pieces(1.0, inertia, pieces(b).1).unwrap();
     let world = World::new(Parameters {
         bodies: (0..100).map(rigid).collect(),
         ground: Some(Plane::level()),

@@ -49,7 +49,7 @@ pub fn directions(tree: &Tree, steps: usize, draw: &mut Draw) -> Vec<Direction> 
     let (h, count) = (world.time_step(), states.len());
     let still =
         Twist { point: Vector3::zeros(), linear: Vector3::zeros(), angular: Vector3::zeros() };
-    let mut zero = Inputs::of(world);
+    let mut zero = Inputs::new(world);
     zero.forces.fill(0.0);
     zero.targets.fill(0.0);
     let none = |name| Direction {

@@ -61,7 +61,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn of(&self, mark: Mark) -> usize {
+    fn count(&self, mark: Mark) -> usize {
         self.marks.iter().filter(|((_, own), _)| *own == mark).map(|(_, count)| count).sum()
     }
 
@@ -229,7 +229,7 @@ fn compare_all(count: usize) {
     println!("{} of {count} touch the ground", tally.touching);
     println!("{} of {count} starts refused, worst agreement {:.1e}", tally.refused, tally.worst);
     assert!(tally.missed.is_empty(), "{}", tally.missed.join("\n"));
-    assert!(2 * tally.of(Mark::Agrees) > tally.all());
+    assert!(2 * tally.count(Mark::Agrees) > tally.all());
     assert!(3 * tally.touching > 2 * count);
 }
 

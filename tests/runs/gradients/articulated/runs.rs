@@ -21,11 +21,11 @@ pub struct Inputs {
 
 impl Inputs {
     /// Inputs of the world's own drives.
-    pub fn of(world: &World) -> Self {
+    pub fn new(world: &World) -> Self {
         Self {
             wrenches: vec![Wrench::zero(); world.bodies().len()],
-            forces: Constant::JointForce.of(world),
-            targets: Constant::MotorTarget.of(world),
+            forces: Constant::JointForce.values(world),
+            targets: Constant::MotorTarget.values(world),
         }
     }
 
@@ -114,7 +114,7 @@ pub fn gradient(tree: &Tree, inputs: &[Inputs], weights: &[StateChange]) -> RunG
 /// Moves a drawn tree into its situation, and returns the inputs of the `steps` that follow.
 pub fn warmed_up(tree: &mut Tree, situation: Situation, steps: usize) -> Option<Vec<Inputs>> {
     let world = &tree.world;
-    let own = Inputs::of(world);
+    let own = Inputs::new(world);
     let units: Vec<f64> = world.motors().iter().map(|of| tree.units.coordinate(of.1)).collect();
     let h = world.time_step() / tree.units.time;
     let at = |step: usize| {

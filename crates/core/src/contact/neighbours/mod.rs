@@ -5,24 +5,26 @@
 //!
 //! The plane of a face stops a point wherever it meets the plane, even beside the face. So a step
 //! uses only the features of pieces that touch, at the start of the step or on the trajectory to the
-//! end of the current solution ([`super::meeting`]). Pieces that are only near have no contact.
+//! end of the current solution ([`super::collision`]). Pieces that are only near have no contact.
 
 mod pairs;
 mod places;
 
-use super::between::Between;
 use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
+use super::collision::{BAND, Collision, CollisionSearch};
+use super::contact_builder::ContactBuilder;
 use super::exposure::{ContactSearch, Exposure};
 use super::key_index::{PieceIndex, ends_of};
-use super::meeting::{BAND, CollisionSearch, Meeting};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
 use super::partners::Partners;
 use super::placement::{PlacementCheck, PlacementScratch};
-use super::seams::{is_same, is_triangle};
 use super::shared_edge::shares_a_line_only;
+use super::terrain_seams::{is_triangle, same_contact};
 use super::{Contact, Partner};
-use crate::geometry::{ManifoldPoint, PairScratch, PieceSide, Sweep, bound, manifold};
+use crate::geometry::{
+    ManifoldPoint, PairScratch, PieceSide, Sweep, distance_lower_bound, manifold,
+};
 use crate::mechanics::{Pose, State, Trajectory, largest};
 use crate::world::{KnownSeparations, World};
 use places::set_poses;
@@ -74,7 +76,7 @@ pub(super) struct Neighbours {
     /// Poses of two bodies at their collision within the step.
     between: Vec<Pose>,
     /// Pairs that collide within the step.
-    meetings: Vec<Meeting>,
+    collisions: Vec<Collision>,
     /// First collision of each body, as a fraction of the trajectory.
     met: Vec<f64>,
     /// First pair whose collision the step passes or misses.
@@ -128,7 +130,9 @@ impl Neighbours {
             PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
         };
         // First contact of the current piece with its terrains, and how far the piece has moved.
-        let (mut piece, mut first_of_piece, mut moved_by) = (usize::MAX, 0, 0.0);
+        let mut piece = usize::MAX;
+        let mut first_of_piece = 0;
+        let mut moved_by = 0.0;
         for (index, pair) in pairs.iter_mut().enumerate() {
             let [a, b] = pair.colliders.map(|at| colliders.at(at));
             if still(a.owner) && still(b.owner) && partners.are_all(pair.colliders, still) {
@@ -141,9 +145,9 @@ impl Neighbours {
                     (piece, first_of_piece) = (pair.colliders[0], first);
                     moved_by = displacement(a.owner, extents[piece].arm, before, poses);
                 }
-                pair.room.0 -= moved_by;
-                if pair.room.0 > TOUCH * extents[piece].size {
-                    (pair.gap, pair.is_bound) = (pair.room.0, true);
+                pair.clearance.0 -= moved_by;
+                if pair.clearance.0 > TOUCH * extents[piece].size {
+                    (pair.gap, pair.is_bound) = (pair.clearance.0, true);
                     if !pair.kept.is_empty() {
                         moved_pairs.push((index, first..first));
                     }
@@ -160,13 +164,14 @@ impl Neighbours {
             pair.gap = of.contact_points(poses, &[poses], search, hint, workspace, touches).0;
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
-            let between = Between { world, colliders: [a, b], at: poses, start: poses, states };
+            let between =
+                ContactBuilder { world, colliders: [a, b], at: poses, start: poses, states };
             if is_triangle {
-                pair.room.0 = pair.gap;
+                pair.clearance.0 = pair.gap;
                 let touches = touches.iter().filter(|_| pair.gap <= TOUCH * size);
                 for contact in touches.filter_map(|touch| between.contact(touch, 0)) {
                     let known = &moved[first_of_piece..];
-                    if !known.iter().any(|known| is_same(world, known, &contact)) {
+                    if !known.iter().any(|known| same_contact(world, known, &contact)) {
                         moved.push(contact);
                     }
                 }
@@ -260,7 +265,7 @@ impl Neighbours {
         if !self.place(world, states, next) {
             return;
         }
-        let Self { memory, colliders, poses, begin, between, meetings, met, partners, .. } = self;
+        let Self { memory, colliders, poses, begin, between, collisions, met, partners, .. } = self;
         let pairs = &mut memory.pairs;
         partners.update(world, colliders, pairs);
         between.clone_from(begin);
@@ -284,30 +289,35 @@ impl Neighbours {
             is_hidden: false,
             missed: None,
         };
-        meetings.clear();
+        collisions.clear();
         met.clear();
         met.resize(states.len(), f64::INFINITY);
         let is_from_start = colliders.has_terrains() && *look.start == memory.start[..];
         for (index, pair) in pairs.iter_mut().enumerate() {
-            if is_from_start && look.stays_in_room(pair, colliders) {
+            if is_from_start && look.is_out_of_reach(pair, colliders) {
                 continue;
             }
             let (before, at) = (contacts.len(), pair.colliders);
-            meetings.extend(look.meeting(index, at, &mut pair.looked(colliders), contacts));
+            collisions.extend(look.find_collision(
+                index,
+                at,
+                &mut pair.looked(colliders),
+                contacts,
+            ));
             if contacts.len() > before {
                 meet(met, pair.owners(colliders), 0.0);
             }
         }
         // In the order of the collisions: the force on a body may prevent later ones.
-        meetings
+        collisions
             .sort_unstable_by(|x, y| x.share.total_cmp(&y.share).then_with(|| x.pair.cmp(&y.pair)));
-        for meeting in meetings {
-            let (before, pair) = (contacts.len(), &mut pairs[meeting.pair]);
+        for collision in collisions {
+            let (before, pair) = (contacts.len(), &mut pairs[collision.pair]);
             let owners = pair.owners(colliders);
-            let waits = has_met(met, owners) < meeting.share - SAME_TIME;
-            look.settle(meeting, &mut pair.looked(colliders), waits, contacts);
+            let waits = has_met(met, owners) < collision.share - SAME_TIME;
+            look.settle(collision, &mut pair.looked(colliders), waits, contacts);
             if contacts.len() > before {
-                meet(met, owners, meeting.share);
+                meet(met, owners, collision.share);
             }
         }
         self.missed = look.missed;
@@ -373,7 +383,7 @@ impl Neighbours {
             }
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
-                pair.gap = bound(pieces.0, pieces.1, &pair.hint);
+                pair.gap = distance_lower_bound(pieces.0, pieces.1, &pair.hint);
                 pair.is_bound = true;
             }
             if pair.is_bound && pair.gap < 0.0 {
@@ -383,7 +393,7 @@ impl Neighbours {
             }
             let extents = pair.colliders.map(|at| match extents.get(at) {
                 Some(extent) => *extent,
-                None => PieceExtent::of_triangle(pieces.1.0),
+                None => PieceExtent::from_triangle(pieces.1.0),
             });
             visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
         }

@@ -3,7 +3,7 @@
 use super::Neighbours;
 use crate::contact::Partner;
 use crate::contact::collider::{Colliders, PieceExtent, PieceOwner, placed};
-use crate::contact::memory::{Memory, Neighbour, Room};
+use crate::contact::memory::{Clearance, Memory, Neighbour};
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
 
@@ -18,7 +18,8 @@ impl Neighbours {
     pub(super) fn fit_boxes(&mut self, world: &World, begun: bool) {
         let is_inside = |index: usize| {
             (begun && self.is_near(index)) || {
-                let (known, around) = (&self.memory.boxes[index], self.around(world, index, begun));
+                let known = &self.memory.boxes[index];
+                let around = self.around(world, index, begun);
                 known.joined(&around) == *known
             }
         };
@@ -51,7 +52,7 @@ impl Neighbours {
         let (piece, to) = placed(world, &self.poses, collider);
         let body = self.bodies[index];
         let from = &self.begin[body];
-        let around = if begun { Aabb::of(piece, to) } else { Aabb::swept(piece, from, to) };
+        let around = if begun { Aabb::from_piece(piece, to) } else { Aabb::swept(piece, from, to) };
         around.grown(bulge(self.extents[index].arm, self.trajectories[body].angle()))
     }
 
@@ -71,12 +72,12 @@ impl Neighbours {
     /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
         self.partners.forget();
-        self.colliders = Colliders::of(world);
+        self.colliders = Colliders::new(world);
         let list = self.colliders.list();
         // Positions of the bodies are not used.
         let poses = &self.poses;
         let extents =
-            list.iter().map(|collider| PieceExtent::of(placed(world, poses, *collider).0));
+            list.iter().map(|collider| PieceExtent::from_piece(placed(world, poses, *collider).0));
         self.extents.clear();
         self.extents.extend(extents);
         self.bodies.clear();
@@ -86,7 +87,7 @@ impl Neighbours {
         }));
         let fixed =
             list[self.bodies.len()..].iter().map(|collider| placed(world, poses, *collider));
-        let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
+        let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::from_piece(piece, pose)).collect();
         self.sweep.set_fixed(&fixed);
         self.separate(world);
     }
@@ -160,7 +161,7 @@ fn known_or_new(pairs: &[Neighbour], colliders: [usize; 2]) -> Neighbour {
             gap: f64::INFINITY,
             is_bound: true,
             kept: 0..0,
-            room: Room::default(),
+            clearance: Clearance::default(),
         },
         |place| pairs[place].clone(),
     )

@@ -1,7 +1,7 @@
 //! Derivatives of contacts whose features have a gap of their own.
 
 use super::{ContactTangent, RowChange, across};
-use crate::contact::curved::{Core, Reach, shortest_way};
+use crate::contact::curved::{Core, Reach, closest_vector};
 use crate::contact::{Contact, CorePair, Curved, EllipsoidPoint};
 use crate::derivative::side::{SideChangeInput, StepSide};
 use crate::mechanics::Pose;
@@ -29,13 +29,15 @@ impl ContactTangent {
         let n = self.contact.normal();
         let (x, y) = (sides.0.place(&curved.point()), sides.1.place(&curved.foot()));
         let (u, v) = (a.rotation * curved.of_a.along, b.rotation * curved.of_b.along);
-        let way = x - y;
+        let offset_vector = x - y;
         let moved = sides.0.carried(&x) - sides.1.carried(&y);
         // Parameters inside their segments follow the nearest points.
         let is_free = |core: &Core, share: f64| core.is_segment() && share > 0.0 && share < 1.0;
         let free = (is_free(&curved.of_a, curved.shares.0), is_free(&curved.of_b, curved.shares.1));
-        let (rhs_a, rhs_b) =
-            (-(moved.dot(&u) + way.dot(&(by_a * u))), -(moved.dot(&v) + way.dot(&(by_b * v))));
+        let (rhs_a, rhs_b) = (
+            -(moved.dot(&u) + offset_vector.dot(&(by_a * u))),
+            -(moved.dot(&v) + offset_vector.dot(&(by_b * v))),
+        );
         let (slid_a, slid_b) = match free {
             (false, false) => (0.0, 0.0),
             (true, false) => (rhs_a / u.dot(&u), 0.0),
@@ -47,7 +49,7 @@ impl ContactTangent {
             }
         };
         let way_change = moved + u * slid_a - v * slid_b;
-        let distance = way.norm();
+        let distance = offset_vector.norm();
         let turned = across(&n, &way_change) / distance;
         // The impulse acts in the middle of the gap.
         let radius = self.contact.features.radius;
@@ -109,14 +111,15 @@ impl ContactTangent {
         let of = |side: &StepSide, core: &Core| {
             core.moved(&side.turned, &(side.origin + side.linear * h))
         };
-        let (shares, way) = shortest_way(&of(&self.a, &curved.of_a), &of(&self.b, &curved.of_b));
-        (shares, Reach::of(&way, &self.contact.normal()))
+        let (shares, offset_vector) =
+            closest_vector(&of(&self.a, &curved.of_a), &of(&self.b, &curved.of_b));
+        (shares, Reach::new(&offset_vector, &self.contact.normal()))
     }
 
     /// Normal of the plane at the end, in the frame of A.
     fn normal_in_a(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let seen = self.b.rotation.tr_mul(&self.contact.normal());
-        let end = self.b.turned * seen;
+        let local = self.b.rotation.tr_mul(&self.contact.normal());
+        let end = self.b.turned * local;
         (end, self.a.turned.tr_mul(&end))
     }
 
@@ -183,7 +186,10 @@ impl ContactTangent {
         of_b: &SideChangeInput,
         time_step: f64,
     ) -> RowChange {
-        let (a, b, h, one) = (&self.a, &self.b, self.time_step, &point.shape);
+        let a = &self.a;
+        let b = &self.b;
+        let h = self.time_step;
+        let one = &point.shape;
         let n = self.contact.normal();
         // The plane changes with the size of B.
         let plane = self.placed.placement.change(&self.contact, &a.change(of_a), &b.change(of_b));
@@ -193,17 +199,17 @@ impl ContactTangent {
         let core = self.contact.arm + n * radius - arm;
         // Change of the nearest point by the rotation of the plane relative to A.
         let (rolled, rolled_turn) = self.rolled(point, of_a, of_b, time_step);
-        let seen = rolled.tr_mul(&n);
+        let local = rolled.tr_mul(&n);
         let square = one.axes * one.axes.transpose();
-        let width = one.half_width(&seen);
+        let width = one.half_width(&local);
         let change = square * rolled.tr_mul(&(turned - rolled_turn.cross(&n)));
-        let across_seen = square * seen * (seen.dot(&change) / (width * width));
+        let across_local = square * local * (local.dot(&change) / (width * width));
         let stretched = |vector: &Vector3<f64>| {
             a.rotation * of_a.stretch.component_mul(&a.rotation.tr_mul(vector))
         };
         let core_stretched = rolled * of_a.stretch.component_mul(&rolled.tr_mul(&core));
         let core_change =
-            rolled_turn.cross(&core) + core_stretched - rolled * ((change - across_seen) / width);
+            rolled_turn.cross(&core) + core_stretched - rolled * ((change - across_local) / width);
         let (beyond, beyond_change) = (core - n * radius, core_change - turned * radius);
         let arm_change = of_a.turn.cross(&arm) + stretched(&arm);
         // Touched point of B.

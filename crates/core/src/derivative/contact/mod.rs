@@ -43,7 +43,7 @@ pub(crate) struct PlacedFeatures {
 
 impl PlacedFeatures {
     /// Features of `contact` for bodies at `states`.
-    pub(crate) fn of(world: &World, contact: &Contact, states: &[State]) -> Self {
+    pub(crate) fn new(world: &World, contact: &Contact, states: &[State]) -> Self {
         let (placement, room) = match &contact.features.curved {
             Some(curved) => {
                 let pose = |body: usize| states[body].pose();
@@ -51,7 +51,9 @@ impl PlacedFeatures {
                 let a = pose(contact.key.body);
                 let room = curved::room(curved, contact, &a, other.as_ref());
                 let (placement, inside) = match curved {
-                    Curved::Ellipsoid(_) => Placement::of_plane(world, contact, &a, other.as_ref()),
+                    Curved::Ellipsoid(_) => {
+                        Placement::from_plane_contact(world, contact, &a, other.as_ref())
+                    }
                     Curved::Cores(_) => (Placement::Fixed, f64::INFINITY),
                 };
                 (placement, room.min(inside))
@@ -60,7 +62,7 @@ impl PlacedFeatures {
             None => {
                 let pose = |body: usize| states[body].pose();
                 let other = contact.key.partner.body().map(pose);
-                Placement::of(world, contact, &pose(contact.key.body), other.as_ref())
+                Placement::from_contact(world, contact, &pose(contact.key.body), other.as_ref())
             }
         };
         Self { placement, room }
@@ -76,7 +78,7 @@ pub(crate) struct ContactTangent {
     a: StepSide,
     b: StepSide,
     /// Precomputed terms of the motion of a point against a plane.
-    way: PointTravel,
+    travel: PointTravel,
     /// Motion u of the contact law (m/s), world frame.
     motion: Vector3<f64>,
     /// Rebound row, if the contact bounces and this row is active.
@@ -93,7 +95,7 @@ struct PointTravel {
     arm: Vector3<f64>,
     arm_end: Vector3<f64>,
     /// Position s relative to B at k; `back` is A_B A_B⁺ᵀ.
-    seen: Vector3<f64>,
+    relative: Vector3<f64>,
     back: Matrix3<f64>,
     /// Position s⁺ relative to B at k+1; `travelled` is the displacement seen from B, and `length`
     /// the same plus the gap.
@@ -108,13 +110,13 @@ impl PointTravel {
     fn new(contact: &Contact, a: &StepSide, b: &StepSide, h: f64) -> Self {
         let point = contact.features.point;
         let (arm, arm_end) = (a.rotation * point, a.turned * point);
-        let seen = a.origin + arm - b.origin;
-        let end = seen + (a.linear - b.linear) * h + arm_end - arm;
+        let relative = a.origin + arm - b.origin;
+        let end = relative + (a.linear - b.linear) * h + arm_end - arm;
         let back = b.rotation * b.turned.transpose();
-        let travelled = back * end - seen;
+        let travelled = back * end - relative;
         let length = travelled + contact.normal() * contact.gap;
         let spin = a.spin_world - b.spin_world;
-        Self { arm, arm_end, seen, back, end, travelled, length, spin }
+        Self { arm, arm_end, relative, back, end, travelled, length, spin }
     }
 }
 
@@ -143,7 +145,7 @@ impl ContactTangent {
     ) -> Self {
         let side = |body: Option<usize>, radius| {
             body.map_or(StepSide::fixed(radius), |body| {
-                StepSide::of_body(world, body, states, next, radius)
+                StepSide::from_body(world, body, states, next, radius)
             })
         };
         let (key, h) = (&contact.key, world.time_step());
@@ -175,13 +177,12 @@ impl ContactTangent {
         let left = contact.normal().dot(&motion);
         let share = contact.rebound / coming;
         let rebound = counts.then_some(ReboundRow { plain, share, coming, left });
-        let way = PointTravel::new(contact, &a, &b, h);
-        let between = match contact.struck || contact.bounces() {
-            true => {
-                let parting = contact.departing_velocity(world, states, next);
-                (contact.normal().dot(&(parting - plain)) - contact.rebound).abs()
-            }
-            false => f64::INFINITY,
+        let travel = PointTravel::new(contact, &a, &b, h);
+        let between = if contact.struck || contact.bounces() {
+            let parting = contact.departing_velocity(world, states, next);
+            (contact.normal().dot(&(parting - plain)) - contact.rebound).abs()
+        } else {
+            f64::INFINITY
         };
         Self {
             contact: *contact,
@@ -189,7 +190,7 @@ impl ContactTangent {
             placed: *placed,
             a,
             b,
-            way,
+            travel,
             motion,
             rebound,
             between,
@@ -293,8 +294,9 @@ impl ContactTangent {
             return None;
         }
         let h = self.time_step;
-        let PointTravel { arm, arm_end, seen, back, end, travelled, spin, .. } = &self.way;
-        let (n, rho) = (self.contact.normal(), self.contact.features.radius);
+        let PointTravel { arm, arm_end, relative, back, end, travelled, spin, .. } = &self.travel;
+        let n = self.contact.normal();
+        let rho = self.contact.features.radius;
         let (zero, unit) = (Matrix3::zeros(), Matrix3::identity());
         let (carry, press) = (back / h, (n * n.transpose() - unit) / h);
         let (lever, upright) = (arm.cross_matrix(), n.cross_matrix());
@@ -307,7 +309,7 @@ impl ContactTangent {
         if self.contact.key.partner.body().is_none() {
             return Some([place, turn, RowSlopes { motion: zero, turn: zero, arms: [zero, zero] }]);
         }
-        let mut motion = carry * end.cross_matrix() + press * seen.cross_matrix()
+        let mut motion = carry * end.cross_matrix() + press * relative.cross_matrix()
             - (travelled.cross_matrix() + upright * self.contact.gap) / h;
         if rho > 0.0 {
             let rolling = upright * self.b.spin_world.cross_matrix();
@@ -389,7 +391,8 @@ impl ContactTangent {
         let FeatureChange { point: moved, radius: wider, normal, offset } = features;
         let Contact { gap, features: own, .. } = &self.contact;
         let (n, rho) = (self.contact.normal(), own.radius);
-        let PointTravel { arm, arm_end, seen, back, end, travelled, length, spin } = &self.way;
+        let PointTravel { arm, arm_end, relative, back, end, travelled, length, spin } =
+            &self.travel;
         let normal = b.rotation * normal;
         let turned = of_b.turn.cross(&n) + normal;
         let apart = of_a.position - of_b.position;
@@ -399,10 +402,10 @@ impl ContactTangent {
         let s_end_change =
             apart + (a.linear - b.linear) * time_step + turn_a.cross(arm_end) + a.turned * moved;
         // Seen from B: A_B w and A_B w⁺.
-        let seen_change = s_change - of_b.turn.cross(seen);
+        let relative_change = s_change - of_b.turn.cross(relative);
         let seen_end_change = back * (s_end_change - turn_b.cross(end));
-        let gap_change = normal.dot(seen) + n.dot(&seen_change) - offset - wider;
-        let length_change = of_b.turn.cross(travelled) + seen_end_change - seen_change
+        let gap_change = normal.dot(relative) + n.dot(&relative_change) - offset - wider;
+        let length_change = of_b.turn.cross(travelled) + seen_end_change - relative_change
             + turned * *gap
             + n * gap_change;
         let spin_change = of_a.turn.cross(&a.spin_world) - of_b.turn.cross(&b.spin_world);

@@ -148,7 +148,7 @@ impl<'a> JointTangent<'a> {
     fn place(&self, time: usize) -> (Vector3<f64>, Vector3<f64>, ByPoses<3>) {
         let (a, b) = (self.pose(0, time), self.pose(1, time));
         let [of_a, of_b] = self.joint.frames();
-        let seen = b.rotation.tr_mul(&(a.position + a.rotation * of_a.anchor - b.position));
+        let relative = b.rotation.tr_mul(&(a.position + a.rotation * of_a.anchor - b.position));
         let frame = of_b.rotation();
         let to_rows = (b.rotation * frame).transpose();
         let mut slopes = ByPoses::zeros();
@@ -156,18 +156,18 @@ impl<'a> JointTangent<'a> {
         set(&mut slopes, 3, &(-to_rows * a.rotation * of_a.anchor.cross_matrix()));
         if self.sides[1].is_some() {
             set(&mut slopes, 6, &-to_rows);
-            set(&mut slopes, 9, &(frame.transpose() * seen.cross_matrix()));
+            set(&mut slopes, 9, &(frame.transpose() * relative.cross_matrix()));
         }
-        (frame.tr_mul(&(seen - of_b.anchor)), seen, slopes)
+        (frame.tr_mul(&(relative - of_b.anchor)), relative, slopes)
     }
 
     /// Derivative of l with respect to the anchors at one of the times: δl = F_Bᵀ (A_Bᵀ A_A δa_A −
     /// δa_B) (G12).
     fn place_by_anchors(&self, time: usize) -> ByAnchors<3> {
         let to_rows = self.joint.frames()[1].rotation().transpose();
-        let seen = self.pose(1, time).rotation.tr_mul(&self.pose(0, time).rotation);
+        let relative = self.pose(1, time).rotation.tr_mul(&self.pose(0, time).rotation);
         let mut slopes = ByAnchors::<3>::zeros();
-        slopes.fixed_columns_mut::<3>(0).copy_from(&(to_rows * seen));
+        slopes.fixed_columns_mut::<3>(0).copy_from(&(to_rows * relative));
         slopes.fixed_columns_mut::<3>(3).copy_from(&-to_rows);
         slopes
     }
@@ -187,13 +187,13 @@ impl<'a> JointTangent<'a> {
             motion.set_row(k, &row);
         }
         let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
-        let seen = b.tr_mul(&a);
+        let relative = b.tr_mul(&a);
         let of_b = self.joint.frames()[1].rotation() * impulse;
         let mut torques = ByAnchors::<6>::zeros();
-        let on_a = -seen.tr_mul(&of_b).cross_matrix();
+        let on_a = -relative.tr_mul(&of_b).cross_matrix();
         torques.fixed_view_mut::<3, 3>(0, 0).copy_from(&on_a);
         if self.sides[1].is_some() {
-            let on_b = -of_b.cross_matrix() * seen;
+            let on_b = -of_b.cross_matrix() * relative;
             torques.fixed_view_mut::<3, 3>(3, 0).copy_from(&on_b);
         }
         let rates = (coordinates - self.place_by_anchors(BEFORE)) / h;
@@ -214,7 +214,8 @@ impl<'a> JointTangent<'a> {
         for (number, side) in self.sides.iter().enumerate() {
             let Some(side) = side else { continue };
             let (map, column) = (map(side), 6 * number);
-            let (place, turn) = (part(slopes, column), part(slopes, column + 3));
+            let place = part(slopes, column);
+            let turn = part(slopes, column + 3);
             set(&mut poses, column, &place);
             set(&mut poses, column + 3, &(turn * map.back));
             set(&mut velocities, column, &(place * map.time_step));
@@ -249,9 +250,9 @@ impl<'a> JointTangent<'a> {
     /// u = (l⁺ − l)/h,   locked axes: l⁺/h
     /// δP = A_B δθ_B × P,   δτ_A = a × (A_Aᵀ P × δθ_A),   δτ_B = δw × p_B + w × (p_B × δθ_B)      (G9)
     /// ```
-    pub(crate) fn of_place(&self, impulse: &Vector3<f64>) -> RowsTangent {
+    pub(crate) fn place_rows(&self, impulse: &Vector3<f64>) -> RowsTangent {
         let (joint, h) = (self.joint, self.time_step);
-        let (l, seen, coordinates) = self.place(START);
+        let (l, relative, coordinates) = self.place(START);
         let (end, _, at_end) = self.place(END);
         let (mut motion, _, mut by_time_step) = self.led(&at_end, |side| &side.on, 1.0);
         let mut moved = end;
@@ -279,7 +280,7 @@ impl<'a> JointTangent<'a> {
             load.fixed_view_mut::<3, 12>(6, 0).copy_from(&arm);
             load.fixed_view_mut::<3, 3>(0, 9).copy_from(&(-along.cross_matrix() * b));
             let mut part = load.fixed_view_mut::<3, 3>(6, 9);
-            part += seen.cross_matrix() * of_b.cross_matrix();
+            part += relative.cross_matrix() * of_b.cross_matrix();
         }
         let anchors = Some(self.anchors(impulse));
         RowsTangent { motion, by_time_step, coordinates, rates, load, stop: None, anchors }
@@ -291,7 +292,7 @@ impl<'a> JointTangent<'a> {
     /// ```text
     /// δτ_B = A_Bᵀ (A_A δt + (A_A δθ_A − A_B δθ_B) × A_A t)                             (G9)
     /// ```
-    pub(crate) fn of_turn(
+    pub(crate) fn turn_rows(
         &self,
         angles: &Vector3<f64>,
         length: f64,
@@ -332,17 +333,18 @@ impl<'a> JointTangent<'a> {
         }
         if self.sides[1].is_some() {
             let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
-            let seen = b.tr_mul(&a);
-            let of_a = seen * (own.torque[0] - torque.cross_matrix());
-            let of_b = seen * own.torque[1] + (seen * torque).cross_matrix();
+            let relative = b.tr_mul(&a);
+            let of_a = relative * (own.torque[0] - torque.cross_matrix());
+            let of_b = relative * own.torque[1] + (relative * torque).cross_matrix();
             load.fixed_view_mut::<3, 3>(6, 3).copy_from(&of_a);
             load.fixed_view_mut::<3, 3>(6, 9).copy_from(&of_b);
         }
         let stop = own.stop.map(|stop| {
-            let seen = self.pose(1, START).rotation.tr_mul(&self.pose(0, START).rotation);
+            let relative = self.pose(1, START).rotation.tr_mul(&self.pose(0, START).rotation);
             let mut by_velocities = ByPoses::<6>::zeros();
             let mut by_time_step = SVector::<f64, 6>::zeros();
-            for (row, to_body) in [(0, Some(Matrix3::identity())), (3, self.sides[1].map(|_| seen))]
+            for (row, to_body) in
+                [(0, Some(Matrix3::identity())), (3, self.sides[1].map(|_| relative))]
             {
                 let Some(to_body) = to_body else { continue };
                 for (column, slope) in [(3, stop.spins[0]), (9, stop.spins[1])] {

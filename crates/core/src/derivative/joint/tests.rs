@@ -111,9 +111,10 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
                 [Some(0), joint.other()].map(|b| b.map(|b| (ends[b].velocity, ends[b].spin)));
             let tangent = JointTangent::new(&joint, &states, STEP, velocities);
             for about in [false, true] {
-                let found = match about {
-                    false => tangent.of_place(&impulse),
-                    true => tangent.of_turn(&angles, LENGTH, &impulse).unwrap(),
+                let found = if about {
+                    tangent.turn_rows(&angles, LENGTH, &impulse).unwrap()
+                } else {
+                    tangent.place_rows(&impulse)
                 };
                 let rates = found.rates.clone().map_or_else(
                     || Rates {

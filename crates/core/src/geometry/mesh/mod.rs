@@ -68,7 +68,8 @@ impl Mesh {
         // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
         let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
         let mut numbers = std::collections::HashMap::new();
-        let (mut vertices, mut triangles) = (Vec::new(), Vec::with_capacity(facets.len()));
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::with_capacity(facets.len());
         for facet in facets {
             triangles.push(facet.map(|corner| {
                 *numbers.entry(key(&corner)).or_insert_with(|| {

@@ -38,7 +38,8 @@ impl HeightField {
     pub fn new(heights: Vec<f64>, columns: usize, spacing: [f64; 2]) -> Result<Self, Error> {
         let count = columns;
         if columns < 2 {
-            let (field, allowed) = ("columns of the height field", "2 or more");
+            let field = "columns of the height field";
+            let allowed = "2 or more";
             return Err(Error::Count { field, count, allowed });
         }
         let count = heights.len();
@@ -196,7 +197,8 @@ impl HeightField {
         let wide = self.columns - 1;
         // The box in the frame of the field; a little more covers the rounding.
         let slack = 1e-12 * (middle.amax() + half.amax() + self.position.amax());
-        let (low, high) = (middle.z - half.z - slack, middle.z + half.z + slack);
+        let low = middle.z - half.z - slack;
+        let high = middle.z + half.z + slack;
         for row in cells(1, self.rows() - 1) {
             for column in cells(0, wide) {
                 let corner = row * self.columns + column;
@@ -235,7 +237,8 @@ impl HeightField {
         };
         let rows = {
             let (one, other) = (place(from, 1), place(to, 1));
-            let (first, last) = (one.min(other).floor() - 1.0, one.max(other).floor() + 1.0);
+            let first = one.min(other).floor() - 1.0;
+            let last = one.max(other).floor() + 1.0;
             (first.max(0.0) as usize)..=(last.clamp(0.0, high as f64 - 1.0) as usize)
         };
         let mut limit = to;

@@ -68,7 +68,7 @@ impl Surface {
             next[vertex as usize] += 1;
         }
         let boxes: Vec<_> = triangles.iter().map(|triangle| box_of(&vertices, triangle)).collect();
-        Ok(Self { tree: Tree::of(&boxes), vertices, triangles, starts, around, joined: 0 })
+        Ok(Self { tree: Tree::new(&boxes), vertices, triangles, starts, around, joined: 0 })
     }
 
     /// Surface of facets with three corners each (m). Equal corners become one vertex, and so do corners
@@ -80,7 +80,8 @@ impl Surface {
         // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
         let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
         let mut numbers = HashMap::new();
-        let (mut vertices, mut triangles) = (Vec::new(), Vec::with_capacity(facets.len()));
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::with_capacity(facets.len());
         for facet in facets {
             triangles.push(facet.map(|corner| {
                 *numbers.entry(key(&corner)).or_insert_with(|| {

@@ -114,7 +114,7 @@ impl Terrain {
     }
 
     fn make(&self, triangle: usize) -> Result<Piece, Error> {
-        Ok(Piece::of_core(facet(self.corners(triangle))?, 0.0))
+        Ok(Piece::from_core(facet(self.corners(triangle))?, 0.0))
     }
 
     /// Calls `visit` on the triangles that may meet the box `around` (m): on those whose boxes meet it,

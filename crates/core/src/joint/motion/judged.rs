@@ -27,7 +27,7 @@ pub(crate) struct JointMotion {
 impl Joint {
     /// Motion of the joint in the step `states` → `next` of `time_step` (s) with `force`. `None` if
     /// a body has no state.
-    pub(crate) fn seen(
+    pub(crate) fn step_motion(
         &self,
         states: &[State],
         next: &[State],
@@ -35,7 +35,8 @@ impl Joint {
         time_step: f64,
     ) -> Option<JointMotion> {
         let frames = self.placed(states)?;
-        let (at, after) = (between(&frames[0], &frames[1]), self.coordinates(next)?);
+        let at = between(&frames[0], &frames[1]);
+        let after = self.coordinates(next)?;
         let before = self.coasted(states, -time_step)?;
         let end = self.counted(&after, &force.angles);
         let angles = self.counted(&at, &end);
@@ -106,7 +107,7 @@ impl Joint {
         force: &JointForce,
         time_step: f64,
     ) -> Option<f64> {
-        self.seen(states, next, force, time_step)?.work(self, states, next, force, time_step)
+        self.step_motion(states, next, force, time_step)?.work(self, states, next, force, time_step)
     }
 
     /// Residual of the joint's laws in the step `states` → `next` of `time_step` (s) with `force`,
@@ -121,8 +122,9 @@ impl Joint {
         force: &JointForce,
         time_step: f64,
     ) -> JointResidual {
-        let seen = self.seen(states, next, force, time_step);
-        let residual = seen.and_then(|seen| seen.residual(self, bodies, states, force, time_step));
+        let motion = self.step_motion(states, next, force, time_step);
+        let residual =
+            motion.and_then(|motion| motion.residual(self, bodies, states, force, time_step));
         residual.unwrap_or(JointResidual { locked: f64::NAN, drive: f64::NAN })
     }
 }
@@ -172,7 +174,9 @@ impl JointMotion {
         let mut work = 0.0;
         let [before_along, after_along] = [at.place - before.place, after.place - at.place];
         for (k, is_active) in along.into_iter().enumerate() {
-            let (force, earlier, later) = (force.force[k], before_along[k], after_along[k]);
+            let force = force.force[k];
+            let earlier = before_along[k];
+            let later = after_along[k];
             if is_active {
                 work += force * (earlier + later);
             } else if !matches!(joint.linear()[k], Axis::Locked) {
@@ -214,12 +218,12 @@ impl JointMotion {
         let mut response = 0.0;
         for body in [Some(joint.body), joint.other].into_iter().flatten() {
             let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else { return 1.0 };
-            let seen = |torque: &Vector3<f64>| rotation(&state.attitude).tr_mul(torque);
+            let to_local = |torque: &Vector3<f64>| rotation(&state.attitude).tr_mul(torque);
             let torque = match about {
                 // The torque map is in the frame of A.
                 Some(torque) if body == joint.body => torque,
-                Some(torque) => seen(&(rotation(&states[joint.body].attitude) * torque)),
-                None => seen(&(a.anchor - state.position).cross(&along)),
+                Some(torque) => to_local(&(rotation(&states[joint.body].attitude) * torque)),
+                None => to_local(&(a.anchor - state.position).cross(&along)),
             };
             let turns = torque.dot(&(of.inertia_inverse() * torque));
             response += unit * (along.norm_squared() / of.mass() + turns);
@@ -247,9 +251,10 @@ impl JointMotion {
                 Axis::Locked => (&mut residual.locked, u.abs()),
                 Axis::Free(_) => {
                     let graph = axis.graph(start, h, length, unit);
-                    let w = match axis.is_idle() {
-                        true => 1.0,
-                        false => self.response(joint, bodies, states, which, length),
+                    let w = if axis.is_idle() {
+                        1.0
+                    } else {
+                        self.response(joint, bodies, states, which, length)
                     };
                     (&mut residual.drive, graph.residual(u, f * h / unit / length, 1.0 / w))
                 }

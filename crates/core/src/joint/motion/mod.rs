@@ -194,9 +194,10 @@ impl Joint {
         angles: &Vector3<f64>,
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
-        match self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
-            true => self.starts_with_rates(states, at, angles, time_step),
-            false => self.starts_at(at, angles, &Vector3::zeros(), &Vector3::zeros()),
+        if self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
+            self.starts_with_rates(states, at, angles, time_step)
+        } else {
+            self.starts_at(at, angles, &Vector3::zeros(), &Vector3::zeros())
         }
     }
 
@@ -272,7 +273,8 @@ impl Joint {
             JointAxis::Angular(k) => (&mut force.torque, k),
         };
         *of.get_mut(k)? = size;
-        let (frames, state) = (self.placed(states)?, states.get(self.body)?);
+        let frames = self.placed(states)?;
+        let state = states.get(self.body)?;
         // Drives act along the directions at the start.
         let torque_map = self.turning_map(states, &at, &force.angles, 0.0);
         let acting = self.acting_at(&frames, &torque_map, state, &force);
@@ -347,7 +349,8 @@ fn between(a: &JointFrame, b: &JointFrame) -> Coordinates {
 /// Rotation vector of a quaternion (w, x, y, z), with an angle of at most π (rad).
 pub(super) fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     let along = turn.fixed_rows::<3>(1).into_owned();
-    let (sine, sign) = (along.norm(), if turn[0] < 0.0 { -1.0 } else { 1.0 });
+    let sine = along.norm();
+    let sign = if turn[0] < 0.0 { -1.0 } else { 1.0 };
     if sine == 0.0 {
         return Vector3::zeros();
     }

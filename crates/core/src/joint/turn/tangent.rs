@@ -179,7 +179,8 @@ impl Turn {
         let from = conjugation() * before.start;
         let way = product(&from, &self.start);
         let sign = 2.0_f64.copysign(way[0]);
-        let (now, then) = (left(&from), right(&self.start) * conjugation());
+        let now = left(&from);
+        let then = right(&self.start) * conjugation();
         let imaginary = |of: Matrix4x3<f64>| -> Matrix3<f64> { of.fixed_rows::<3>(1) * sign };
         let now = self.attitudes().map(|turned| imaginary(now * turned));
         let then = before.attitudes().map(|turned| imaginary(then * turned));
@@ -215,7 +216,8 @@ impl Turn {
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let back = left(&self.back);
         let moved = back * left(&whole(-b)) * right(&whole(a)) / n;
-        let (at_end, at_start) = (self.halves(&e), self.halves(&self.rest));
+        let at_end = self.halves(&e);
+        let at_start = self.halves(&self.rest);
         let stop = self.stop_tangent(along[0]);
         let start_along =
             if stop.is_some() { Vector3::new(0.0, along[1], along[2]) } else { *along };

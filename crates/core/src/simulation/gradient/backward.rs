@@ -291,7 +291,7 @@ impl Backward {
             let owed = owed.iter_mut().zip(&*dual);
             owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
         } else {
-            derivative.pull(dual, &self.asked, gradient)?;
+            derivative.vjp(dual, &self.asked, gradient)?;
             if !run.inputs.is_empty() {
                 self.found.inputs.push(gradient.constants[run.constants.len()..].to_vec());
             }
@@ -313,7 +313,7 @@ impl Backward {
             return Ok(());
         }
         if !run.constants.is_empty() {
-            self.derivative.pull(&self.owed, run.constants, &mut self.step)?;
+            self.derivative.vjp(&self.owed, run.constants, &mut self.step)?;
             self.add_constants();
         }
         self.owed.fill(StateChange::zero());

@@ -2,7 +2,7 @@
 //! every step, and the constants of the world.
 //!
 //! The run goes forward once and is then traversed backward with transposed products of the step
-//! derivatives ([`StepDerivative::pull`]). One pass suffices for any number of arguments. Steps are
+//! derivatives ([`StepDerivative::vjp`]). One pass suffices for any number of arguments. Steps are
 //! recorded as far as the memory [budget](Checkpoints) allows. A longer run is divided into segments,
 //! recursively, and their steps are taken again from saved states. The run is equal to the last bit
 //! with and without derivatives.
@@ -130,7 +130,7 @@ impl Simulation<'_> {
     fn differentiated(&mut self, run: &mut Run<'_>, start: &Saved) -> Result<RunGradient, Error> {
         for constant in run.constants.iter().filter(|c| c.is_of_shapes()) {
             // Rejects constants that cannot vary.
-            self.world().with_constants(&[(*constant, &constant.of(self.world()))])?;
+            self.world().with_constants(&[(*constant, &constant.values(self.world()))])?;
         }
         self.check_motion()?;
         let mut backward = Backward::begin(run, self.index(), self.world())?;

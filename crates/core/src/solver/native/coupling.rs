@@ -42,7 +42,7 @@ impl Coupling {
     ///
     /// `share` is M over the mass of its body A. A gap that opens or closes at most at the speed
     /// `level` (m/s) is treated as zero.
-    pub(super) fn of_contact(contact: &Contact, time_step: f64, share: f64, level: f64) -> Self {
+    pub(super) fn from_contact(contact: &Contact, time_step: f64, share: f64, level: f64) -> Self {
         let (normal, radius) = (contact.normal(), contact.features.radius);
         let tangential = share * contact.response.tangential;
         let normal_response = share * contact.response.normal;
@@ -56,11 +56,12 @@ impl Coupling {
             offset: normal * approach(contact, time_step, level),
             rebound: contact.rebound,
             rows: CouplingRows {
-                compliance_ratio: match contact.is_rounded() {
-                    true => (ROLLING_COMPLIANCE * tangential / COMPLIANCE).max(1.0),
-                    false => 1.0,
+                compliance_ratio: if contact.is_rounded() {
+                    (ROLLING_COMPLIANCE * tangential / COMPLIANCE).max(1.0)
+                } else {
+                    1.0
                 },
-                ..CouplingRows::of_contact(contact.frame, tangential, normal_response)
+                ..CouplingRows::from_contact(contact.frame, tangential, normal_response)
             },
             law: CouplingLaw::Cone(Cone { friction: contact.law.friction }),
         }
@@ -70,32 +71,32 @@ impl Coupling {
     ///
     /// `offset` is the position error over h (m/s) in these axes. `response` is the response of
     /// each row.
-    pub(super) fn of_place(
+    pub(super) fn from_place(
         lever: Lever,
         frame: Matrix3<f64>,
         offset: Vector3<f64>,
         response: &Vector3<f64>,
         law: CouplingLaw,
     ) -> Self {
-        let rows = CouplingRows::of_joint(frame, response);
+        let rows = CouplingRows::from_joint(frame, response);
         Self { lever, offset: frame * offset, rebound: 0.0, rows, law }
     }
 
     /// Coupling of a joint's rotation. `torque_map` maps its impulse to a torque on A. It has no
     /// offset, because the rows (J4) contain the error at the start of the step.
-    pub(super) fn of_turn(
+    pub(super) fn from_turn(
         torque_map: Matrix3<f64>,
         response: &Vector3<f64>,
         law: CouplingLaw,
     ) -> Self {
         let zero = Vector3::zeros();
-        let rows = CouplingRows::of_joint(Matrix3::identity(), response);
+        let rows = CouplingRows::from_joint(Matrix3::identity(), response);
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map };
         Self { lever, offset: zero, rebound: 0.0, rows, law }
     }
 
     /// Coupling of abstract rows with a law. `offset` is their motion without bodies (m/s).
-    pub(super) fn of_rows(rows: CouplingRows, offset: Vector3<f64>, law: CouplingLaw) -> Self {
+    pub(super) fn from_rows(rows: CouplingRows, offset: Vector3<f64>, law: CouplingLaw) -> Self {
         let (zero, nothing) = (Vector3::zeros(), Matrix3::zeros());
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map: nothing };
         Self { lever, offset, rebound: 0.0, rows, law }
@@ -144,7 +145,8 @@ impl Coupling {
         departing: &Vector3<f64>,
     ) -> (Vector3<f64>, bool) {
         let normal = &self.rows.normal();
-        let (along, left) = (normal.dot(&u), normal.dot(departing) - self.rebound);
+        let along = normal.dot(&u);
+        let left = normal.dot(departing) - self.rebound;
         if left >= along { (u, false) } else { (u + normal * (left - along), true) }
     }
 }

@@ -73,11 +73,11 @@ impl<'a> EllipsoidMotion<'a> {
         let mut apart = a.velocity(&ellipsoid.centre);
         // Rates of the normal: (n⁺ − n)/h, and (n_A⁺ − n_A)/h in the frame of A.
         let mut turned = Vector3::zeros();
-        let mut seen = a.turning.sweep().tr_mul(&start);
+        let mut local = a.turning.sweep().tr_mul(&start);
         let mut opening = 0.0;
         if let Some(b) = &b {
             turned = b.turning.swept(&rows.normal);
-            seen += (a.rotation + a.turning.sweep() * time_step).tr_mul(&turned);
+            local += (a.rotation + a.turning.sweep() * time_step).tr_mul(&turned);
             let relative = apart - b.linear;
             opening += turned.dot(&(arm + relative * time_step)) + start.dot(&relative);
             apart -= b.velocity(foot);
@@ -85,7 +85,7 @@ impl<'a> EllipsoidMotion<'a> {
             opening += start.dot(&apart);
         }
         let before = a.rotation.tr_mul(&start);
-        let after = before + seen * time_step;
+        let after = before + local * time_step;
         let half = |n: &Vector3<f64>| ellipsoid.axes.tr_mul(n);
         let (width, was) = (half(&after), half(&before));
         let reach = point.width(&after);

@@ -191,7 +191,7 @@ impl StepSetting {
     /// Multiplies the residual tolerances by `factor`.
     pub(super) fn loosen(&mut self, factor: f64) {
         if factor > 1.0 {
-            self.tolerances = self.tolerances.loosened(factor);
+            self.tolerances = self.tolerances.tolerance_factor(factor);
         }
     }
 

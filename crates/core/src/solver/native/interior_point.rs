@@ -96,7 +96,8 @@ impl<E: Equations> InteriorPoint<E> {
         /// Multiple of κ above which the products are reduced as for a solution.
         const FAR: f64 = 4.0;
         self.start(equations, scale, iterate);
-        let (tolerances, mut before) = (equations.tolerances(), f64::INFINITY);
+        let tolerances = equations.tolerances();
+        let mut before = f64::INFINITY;
         for _ in 0..INTERIOR_ITERATIONS {
             let off = self.barriers.iter().map(|at| at.off_centre(kappa)).fold(0.0, f64::max);
             let error = self.error(equations, iterate);
@@ -200,7 +201,8 @@ impl<E: Equations> InteriorPoint<E> {
     /// Computes the direction to products of `kappa`, to second order along the last predictor.
     fn correct(&mut self, equations: &E, kappa: f64) -> bool {
         let Self { barriers, steps, pending, eliminations, points, .. } = self;
-        let (couplings, graphs) = (equations.couplings().iter().zip(&*points), equations.graphs());
+        let couplings = equations.couplings().iter().zip(&*points);
+        let graphs = equations.graphs();
         let at = barriers.iter().zip(&*steps).zip(couplings);
         for (((barrier, predictor), (coupling, u)), (elimination, rest)) in
             at.zip(eliminations.iter_mut().zip(pending))

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 /// Islands of a step, ordered by their first bodies, with their contents.
 #[derive(Debug, Clone, Default)]
-pub(super) struct IslandParts {
+pub(super) struct IslandPartition {
     /// Connected bodies. Each set begins with the first body of its island.
     sets: DisjointSets,
     /// Island of each body, [`NONE`] without contact.
@@ -140,7 +140,7 @@ impl IslandView<'_> {
     /// True if the island is large and its forces changed in the last step.
     pub(super) fn changes(&self) -> bool {
         let has_joints = !self.joints.is_empty();
-        Settings::of(self.bodies.len(), self.contacts.len(), has_joints).is_large
+        Settings::for_island(self.bodies.len(), self.contacts.len(), has_joints).is_large
             && self.unsettled > CHANGING
             && self.unsettled < f64::INFINITY
     }
@@ -152,7 +152,7 @@ impl IslandView<'_> {
     }
 }
 
-impl IslandParts {
+impl IslandPartition {
     /// Finds the islands of a step and those to be solved.
     ///
     /// An island must be solved if it has a new contact or a `marked` body. With `joints_are_new`

@@ -13,10 +13,10 @@
 //!
 //! ```text
 //! NativeSolver::solve       repeats the following until no contact is missed
-//!   IslandParts::find       islands of the candidates, with the last forces
-//!   IslandPart::solve       couplings of an island: contacts, joints and gears
+//!   IslandPartition::find       islands of the candidates, with the last forces
+//!   IslandProblem::solve       couplings of an island: contacts, joints and gears
 //!     StageSolver::solve    Newton, proximal point, interior point
-//!   IslandPart::write       new states, force and slip of every contact
+//!   IslandProblem::write       new states, force and slip of every contact
 //! ```
 //!
 //! A *coupling* has three rows u and an impulse p̂: a contact, or an anchor or rotation of a joint.
@@ -26,6 +26,8 @@
 //! equal, vanishing compliance at every contact point (N6). It is the limit of very stiff, equal
 //! springs.
 
+mod body_equation;
+mod contact_problem;
 mod coupling;
 mod effort;
 mod ellipsoid_motion;
@@ -33,14 +35,12 @@ mod equations;
 mod fixed_motion;
 mod interior_point;
 mod island;
+mod island_problem;
 mod islands;
 mod law;
 mod linearised;
-mod member;
 mod newton;
 mod pair_motion;
-mod part;
-mod posed;
 mod proximal;
 mod round_motion;
 mod settings;
@@ -60,11 +60,11 @@ use crate::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 use crate::world::World;
-use islands::{IslandParts, Marked, StepContacts};
+use island_problem::{IslandProblem, ProblemPool, SolveAccuracy};
+use islands::{IslandPartition, Marked, StepContacts};
 pub use law::MapPiece;
 pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
-use part::{IslandPart, Parts, SolveAccuracy};
 pub use stages::STARTS;
 use stages::{StageOutcome, StageRun};
 #[cfg(feature = "threads")]
@@ -83,9 +83,9 @@ pub struct NativeSolver {
     /// scale.
     residual: f64,
     accepted: f64,
-    islands: IslandParts,
+    islands: IslandPartition,
     /// Problems of the islands, with memory kept from step to step.
-    parts: Parts,
+    parts: ProblemPool,
     /// Solve result of each body's island.
     ends: Vec<IslandEnd>,
     /// Scratch of [`NativeSolver::reached`] and [`NativeSolver::admit_foreseen`].
@@ -103,14 +103,14 @@ impl NativeSolver {
     /// Solver for steps of `world`.
     #[must_use]
     pub fn new(world: &World) -> Self {
-        let mut first = IslandPart::default();
+        let mut first = IslandProblem::default();
         let points = world.bodies().iter().map(|body| body.contact_points().len());
         first.reserve(world, points.max().unwrap_or(0));
         Self {
             residual: ACCEPTED_RESIDUAL,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
-            islands: IslandParts::default(),
-            parts: Parts::new(first),
+            islands: IslandPartition::default(),
+            parts: ProblemPool::new(first),
             ends: Vec::new(),
             reached: Vec::with_capacity(world.bodies().len()),
             rests: Vec::new(),
@@ -138,7 +138,7 @@ impl NativeSolver {
     }
 
     /// Factor on the usual residual tolerances.
-    fn loosened(&self) -> f64 {
+    fn tolerance_factor(&self) -> f64 {
         self.residual / ACCEPTED_RESIDUAL
     }
 
@@ -211,7 +211,7 @@ impl NativeSolver {
                 };
             }
         }
-        let depth = deepest_miss(step, &self.reached, self.loosened(), false);
+        let depth = missed_contact_depth(step, &self.reached, self.tolerance_factor(), false);
         candidates.admit_missed(step.world, step.states, &self.reached, depth)
     }
 
@@ -232,15 +232,16 @@ impl NativeSolver {
         let Self { islands, rests, .. } = self;
         islands.keep(step, StepContacts { contacts, known }, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
-        let (accepted, loosened) = (self.accepted, self.loosened());
-        let asked = SolveAccuracy { accepted, loosened, is_preliminary };
-        let is_solved = self.solve_on_threads(step, contacts, asked)?;
+        let accepted = self.accepted;
+        let tolerance_factor = self.tolerance_factor();
+        let accuracy = SolveAccuracy { accepted, tolerance_factor, is_preliminary };
+        let is_solved = self.solve_on_threads(step, contacts, accuracy)?;
         // The order of the islands is independent of the threads.
         let mut iterations = 0_u32;
         for (number, island) in self.islands.changed() {
-            let part = self.parts.of(number);
+            let part = self.parts.get_mut(number);
             if !is_solved {
-                part.solve(step, contacts, &island, asked)?;
+                part.solve(step, contacts, &island, accuracy)?;
             }
             let ended = part.write(step, contacts, &island, solution);
             let StageOutcome { solved, run, retried, .. } = ended.outcome;
@@ -278,9 +279,9 @@ impl NativeSolver {
             let more = self.solve_islands(step, candidates.contacts(), is_preliminary, solution)?;
             iterations = iterations.saturating_add(more);
             is_preliminary = self.ends.iter().any(|end| end.is_preliminary);
-            let loosened = self.loosened();
+            let tolerance_factor = self.tolerance_factor();
             let reached = self.reached(step, solution);
-            let depth = deepest_miss(step, reached, loosened, is_preliminary);
+            let depth = missed_contact_depth(step, reached, tolerance_factor, is_preliminary);
             if candidates.admit_missed(step.world, step.states, reached, depth) {
                 self.find_islands(step, candidates.contacts(), Marked::NONE, solution);
             } else if is_preliminary {
@@ -329,12 +330,12 @@ impl NativeSolver {
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
-        asked: SolveAccuracy,
+        accuracy: SolveAccuracy,
     ) -> Result<bool, Error> {
         let Self { islands, parts, threads, .. } = self;
         match threads {
             Some(threads) if threads.are_worth_it(islands) => {
-                threads.solve(step, contacts, islands, parts, asked).map(|()| true)
+                threads.solve(step, contacts, islands, parts, accuracy).map(|()| true)
             }
             _ => Ok(false),
         }
@@ -391,9 +392,14 @@ impl IslandEnd {
 
 /// Depth (m) at the end of the step above which a contact counts as missed.
 ///
-/// It is below the resolution of the certificate for steps with `loosened` times the usual
+/// It is below the resolution of the certificate for steps with `tolerance_factor` times the usual
 /// residual, and larger if the solution `is_preliminary`. It is at least the rounding of a gap.
-fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64, is_preliminary: bool) -> f64 {
+fn missed_contact_depth(
+    step: &Step<'_>,
+    next: &[State],
+    tolerance_factor: f64,
+    is_preliminary: bool,
+) -> f64 {
     let world = step.world;
     // Without a ground a gap may have any direction.
     let (normal, arm, offset) = match world.ground() {
@@ -406,11 +412,8 @@ fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64, is_preliminary: 
         rounding = rounding.max(lost);
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
-    let tolerances = Tolerances::of(world, speed).loosened(loosened);
-    let missed = match is_preliminary {
-        true => tolerances.missed_by_preliminary,
-        false => tolerances.missed,
-    };
+    let tolerances = Tolerances::new(world, speed).tolerance_factor(tolerance_factor);
+    let missed = if is_preliminary { tolerances.missed_by_preliminary } else { tolerances.missed };
     rounding.max(missed * world.time_step())
 }
 

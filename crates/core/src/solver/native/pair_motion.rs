@@ -27,7 +27,7 @@ pub(super) struct PairMotion<'a> {
     /// v_A − v_B + A_A K_A a (m/s).
     relative: Vector3<f64>,
     /// A_Bᵀ s⁺ (m).
-    seen: Vector3<f64>,
+    local: Vector3<f64>,
 }
 
 /// One of the two bodies.
@@ -52,14 +52,15 @@ impl<'a> PairMotion<'a> {
         time_step: f64,
     ) -> Self {
         let relative = apart + a.turning.swept(&coupling.lever.centre);
-        let seen = b.rotation.tr_mul(&(arm + time_step * relative));
-        Self { coupling, a, b, time_step, relative, seen }
+        let local = b.rotation.tr_mul(&(arm + time_step * relative));
+        Self { coupling, a, b, time_step, relative, local }
     }
 
     /// u (N2) (m/s).
     pub(super) fn u(&self) -> Vector3<f64> {
-        let (normal, radius) = (&self.coupling.rows.normal(), self.coupling.lever.radius);
-        let mut u = self.relative + self.b.turning.swept(&self.seen);
+        let normal = &self.coupling.rows.normal();
+        let radius = self.coupling.lever.radius;
+        let mut u = self.relative + self.b.turning.swept(&self.local);
         if radius > 0.0 {
             // The inverse rotation of B has the spin −ω_B.
             u -= radius * (self.a.turning.spin_world() + self.b.turning.spin_world()).cross(normal);
@@ -86,7 +87,7 @@ impl<'a> PairMotion<'a> {
         let swept = turning_a.swept(centre);
         let turned = -of_a * centre.cross_matrix();
         let mut by_a = seen_from * turning_a.slope(of_a, centre, arm, turned, &swept);
-        let mut by_b = -turning_b.slope_of(of_b, &self.seen);
+        let mut by_b = -turning_b.slope_of(of_b, &self.local);
         if *radius > 0.0 {
             by_a += rolling(normal, *radius, of_a);
             by_b -= rolling(normal, *radius, of_b);

@@ -8,7 +8,7 @@ use super::fixed_motion::rolling;
 use super::pair_motion::beside;
 use super::turning::BodyTurning;
 use crate::contact::CorePair;
-use crate::contact::curved::{Core, Reach, shortest_way};
+use crate::contact::curved::{Core, Reach, closest_vector};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// Additional data of a coupling of two round features.
@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Matrix3x6, Vector3};
 pub(super) struct RoundRows {
     pub(super) curved: CorePair,
     /// d (m, world): from the centre of B's feature to that of A's at step k.
-    pub(super) way: Vector3<f64>,
+    pub(super) offset_vector: Vector3<f64>,
     /// φ/h at step k (m/s).
     pub(super) approach: f64,
     /// Surface velocity (m/s, world).
@@ -92,14 +92,14 @@ impl<'a> RoundMotion<'a> {
             of_b = b.turned(&of_b, time_step);
         }
         let of_a = a.turned(&curved.of_a.along, time_step);
-        let was = round.way;
+        let was = round.offset_vector;
         // Relative to the centre of B at k, without world positions.
         let middle = was + apart * time_step;
         let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };
         let core_b = Core { from: of_b * -curved.shares.1, along: of_b };
-        let (shares, way) = shortest_way(&core_a, &core_b);
-        let reach = Reach::of(&way, &coupling.rows.normal());
-        let opening = reach.beyond(&way, &was, was.norm()) / time_step;
+        let (shares, offset_vector) = closest_vector(&core_a, &core_b);
+        let reach = Reach::new(&offset_vector, &coupling.rows.normal());
+        let opening = reach.beyond(&offset_vector, &was, was.norm()) / time_step;
         Self { coupling, round, curved, a, b, apart, shares, reach, opening }
     }
 
@@ -117,7 +117,8 @@ impl<'a> RoundMotion<'a> {
 
     /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B).
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Option<Matrix3x6<f64>>) {
-        let (normal, lever) = (&self.coupling.rows.normal(), &self.coupling.lever);
+        let normal = &self.coupling.rows.normal();
+        let lever = &self.coupling.lever;
         let (curved, shares) = (self.curved, self.shares);
         let along = normal * self.reach.direction.transpose();
         let across = Matrix3::identity() - normal * normal.transpose();

@@ -191,7 +191,7 @@ const PROBLEM: Settings = Settings { proximal_stage: true, jumps: 2, ..ONE_BODY 
 
 impl Settings {
     /// Settings of an island with `bodies` bodies and `contacts` contacts, with or without joints.
-    pub(super) fn of(bodies: usize, contacts: usize, has_joints: bool) -> &'static Self {
+    pub(super) fn for_island(bodies: usize, contacts: usize, has_joints: bool) -> &'static Self {
         match (bodies, contacts > LARGE_ISLAND) {
             _ if has_joints => &JOINTED,
             (1, false) => &ONE_BODY,
@@ -204,7 +204,7 @@ impl Settings {
 
     /// Settings of a contact problem given by matrices. With `any`, any solution is accepted.
     /// Otherwise only the one selected by vanishing compliance is.
-    pub(super) fn of_problem(any: bool) -> &'static Self {
+    pub(super) fn for_problem(any: bool) -> &'static Self {
         const ANY: Settings = Settings { takes_any: true, ..PROBLEM };
         if any { &ANY } else { &PROBLEM }
     }

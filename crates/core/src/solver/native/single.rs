@@ -1,12 +1,12 @@
 //! Equations of one body that touches only fixed objects: six unknowns, on the stack.
 
+use super::body_equation::BodyEquation;
 use super::coupling::Coupling;
 use super::equations::{
     Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocity, reserve,
 };
 use super::fixed_motion::{point_velocity, slope};
 use super::law::{Gain, LocalSolution};
-use super::member::IslandBody;
 use super::settings::Settings;
 use super::tolerances::Tolerances;
 use super::turning::BodyTurning;
@@ -21,23 +21,23 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 pub(super) struct Single {
     /// h (s).
     time_step: f64,
-    body: IslandBody,
+    body: BodyEquation,
     setting: StepSetting,
 }
 
 impl Single {
     /// Empty equations for steps of a body.
     pub(super) fn new(world: &World) -> Self {
-        let setting = StepSetting::new(Tolerances::of(world, 0.0));
-        Self { time_step: world.time_step(), body: IslandBody::room(), setting }
+        let setting = StepSetting::new(Tolerances::new(world, 0.0));
+        Self { time_step: world.time_step(), body: BodyEquation::room(), setting }
     }
 
     /// Sets the step's constants for body `index`, without couplings. `unsettled` is the relative
     /// change of its impulses over the last steps.
     pub(super) fn begin(&mut self, step: &Step<'_>, index: usize, unsettled: f64) {
         self.time_step = step.world.time_step();
-        self.body = IslandBody::new(step, index, step.world.bodies()[index].mass());
-        self.setting.begin(Tolerances::of(step.world, self.body.speed()), unsettled);
+        self.body = BodyEquation::new(step, index, step.world.bodies()[index].mass());
+        self.setting.begin(Tolerances::new(step.world, self.body.speed()), unsettled);
     }
 
     /// Reserves memory for `contacts` contacts.
@@ -47,7 +47,7 @@ impl Single {
 
     /// Adds a contact of the body with a fixed object.
     pub(super) fn admit(&mut self, contact: &Contact) {
-        self.setting.admit(Coupling::of_contact(contact, self.time_step, 1.0, 0.0));
+        self.setting.admit(Coupling::from_contact(contact, self.time_step, 1.0, 0.0));
     }
 
     /// Linear and angular residuals of the equations of motion (N1):
@@ -95,9 +95,10 @@ impl Single {
         u: &Vector3<f64>,
     ) -> Matrix3<f64> {
         let (normal, lever) = (&coupling.rows.normal(), &coupling.lever);
-        let swept = match lever.radius > 0.0 || coupling.bounces() {
-            true => turning.swept(&lever.centre),
-            false => u - velocity.linear - coupling.offset,
+        let swept = if lever.radius > 0.0 || coupling.bounces() {
+            turning.swept(&lever.centre)
+        } else {
+            u - velocity.linear - coupling.offset
         };
         let by_spin = slope(coupling, &self.body.rotation, turning, &swept);
         if !coupling.bounces() {
@@ -128,7 +129,7 @@ impl Equations for Single {
     }
 
     fn settings(&self) -> &'static Settings {
-        Settings::of(1, self.setting.couplings.len(), false)
+        Settings::for_island(1, self.setting.couplings.len(), false)
     }
 
     fn speed(&self) -> f64 {
@@ -136,7 +137,8 @@ impl Equations for Single {
     }
 
     fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Velocity) {
-        let (mut linear, mut torque) = (self.body.free.linear, Vector3::zeros());
+        let mut linear = self.body.free.linear;
+        let mut torque = Vector3::zeros();
         for (coupling, impulse) in self.setting.couplings.iter().zip(impulses) {
             linear += impulse;
             torque += coupling.lever.torque_map * impulse;

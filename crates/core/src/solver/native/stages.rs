@@ -83,9 +83,10 @@ fn runs(
     first: Option<Stage>,
     can_roll: bool,
 ) -> impl Iterator<Item = StageRun> {
-    let (second, last) = match settings.proximal_stage {
-        true => (Some(Stage::Proximal), None),
-        false => (None, Some(Stage::Proximal)),
+    let (second, last) = if settings.proximal_stage {
+        (Some(Stage::Proximal), None)
+    } else {
+        (None, Some(Stage::Proximal))
     };
     let rest = [Some(Stage::Previous), second, Some(Stage::Zero)].into_iter().flatten();
     let rest = rest.chain(CENTRES.map(Stage::InteriorPoint)).chain([Stage::Best]).chain(last);
@@ -333,11 +334,15 @@ impl<E: Equations> StageSolver<E> {
     /// solution. Returns true if the iterate was evaluated.
     fn extrapolate(&mut self, equations: &E) -> bool {
         let ahead = &mut self.other;
-        let Some(way) = equations.set_foreseen(&mut ahead.velocity, &mut ahead.impulses) else {
+        let Some(foreseen_change) =
+            equations.set_foreseen(&mut ahead.velocity, &mut ahead.impulses)
+        else {
             return false;
         };
         let missed = exact_residual(equations, ahead);
-        if missed <= EXTRAPOLATION * way || missed < exact_residual(equations, &mut self.iterate) {
+        if missed <= EXTRAPOLATION * foreseen_change
+            || missed < exact_residual(equations, &mut self.iterate)
+        {
             std::mem::swap(&mut self.iterate, &mut self.other);
         }
         true
@@ -370,9 +375,10 @@ impl<E: Equations> StageSolver<E> {
         let (map, run) =
             (NaturalMap::with_compliance(COMPLIANCE), NewtonRun::with_compliance(equations));
         let selected = newton.solve(equations, &map, run, iterate, effort);
-        let mut residual = match selected {
-            true => newton.take_limit(equations, &map, iterate, effort),
-            false => exact_residual(equations, iterate),
+        let mut residual = if selected {
+            newton.take_limit(equations, &map, iterate, effort)
+        } else {
+            exact_residual(equations, iterate)
         };
         if residual > tolerances.solved && (selected || residual <= tolerances.near) {
             let map = NaturalMap::with_compliance(POLISHING_COMPLIANCE);

@@ -2,8 +2,8 @@
 //!
 //! Each island is a separate problem with its own memory. Results do not depend on the thread.
 
-use super::islands::{IslandParts, IslandView};
-use super::part::{IslandPart, Parts, SolveAccuracy};
+use super::island_problem::{IslandProblem, ProblemPool, SolveAccuracy};
+use super::islands::{IslandPartition, IslandView};
 use super::settings::SETTLED;
 use crate::contact::Contact;
 use crate::error::Error;
@@ -51,11 +51,14 @@ impl Threads {
     }
 
     /// True if solving takes longer than waking the threads.
-    pub(super) fn are_worth_it(&self, islands: &IslandParts) -> bool {
+    pub(super) fn are_worth_it(&self, islands: &IslandPartition) -> bool {
         let mut work = 0;
-        let of = |island: &IslandView<'_>| match island.unsettled > SETTLED {
-            true => UNSETTLED * island.contacts.len(),
-            false => island.contacts.len(),
+        let of = |island: &IslandView<'_>| {
+            if island.unsettled > SETTLED {
+                UNSETTLED * island.contacts.len()
+            } else {
+                island.contacts.len()
+            }
         };
         // True from the second island on.
         islands.changed().enumerate().any(|(index, (_, island))| {
@@ -72,16 +75,16 @@ impl Threads {
         &self,
         step: &Step<'_>,
         contacts: &[Contact],
-        islands: &IslandParts,
-        parts: &mut Parts,
+        islands: &IslandPartition,
+        parts: &mut ProblemPool,
         asked: SolveAccuracy,
     ) -> Result<(), Error> {
         let parts = parts.all().par_iter_mut().with_max_len(1);
-        let solve = |part: &mut IslandPart| match part.island().and_then(|n| islands.changed_one(n))
-        {
-            Some(island) => part.solve(step, contacts, &island, asked),
-            None => Ok(()),
-        };
+        let solve =
+            |part: &mut IslandProblem| match part.island().and_then(|n| islands.changed_one(n)) {
+                Some(island) => part.solve(step, contacts, &island, asked),
+                None => Ok(()),
+            };
         self.pool.install(|| parts.try_for_each(solve))
     }
 }

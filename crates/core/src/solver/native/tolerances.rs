@@ -60,7 +60,7 @@ pub(super) struct Tolerances {
 
 impl Tolerances {
     /// Tolerances of a step of `world` whose bodies move at `speed` (m/s).
-    pub(super) fn of(world: &World, speed: f64) -> Self {
+    pub(super) fn new(world: &World, speed: f64) -> Self {
         let scale = world.speed_scale().max(ROUNDING / EXACT * speed);
         let (rounding, exact) = (1e-14 * scale, EXACT * scale);
         Self {
@@ -90,8 +90,8 @@ impl Tolerances {
     ///
     /// With `repeats_exactly` the last impulses must repeat exactly. A joint force that is the same
     /// in every step could move all bodies at the same small speed.
-    pub(super) fn of_several(world: &World, speed: f64, repeats_exactly: bool) -> Self {
-        let of_one = Self::of(world, speed);
+    pub(super) fn for_several(world: &World, speed: f64, repeats_exactly: bool) -> Self {
+        let of_one = Self::new(world, speed);
         let scale = of_one.exact / EXACT;
         let (solved, exact) = (3e-10 * scale, of_one.exact);
         let (repeated, still) =
@@ -101,7 +101,7 @@ impl Tolerances {
 
     /// Tolerances of a contact problem without a world, solved to `residual`. Its velocities and
     /// `residual` are relative to its own speed.
-    pub(super) fn of_problem(residual: f64) -> Self {
+    pub(super) fn for_problem(residual: f64) -> Self {
         let scale = (residual / ACCEPTED_RESIDUAL).max(ROUNDING / EXACT);
         // Closeness to a solution hardly depends on the tolerance: 1e-4 to 2e-2 perform similarly.
         let near = 5e-3_f64.max(10.0 * residual);
@@ -124,7 +124,7 @@ impl Tolerances {
     }
 
     /// Tolerances multiplied by `factor`.
-    pub(super) fn loosened(self, factor: f64) -> Self {
+    pub(super) fn tolerance_factor(self, factor: f64) -> Self {
         let solved = factor * self.solved;
         Self {
             rounding: factor * self.rounding,

@@ -60,7 +60,8 @@ impl BodyTurning {
         let half = 0.5 * time_step;
         let squared = spin.norm_squared();
         let shrink = 1.0 / (1.0 + half * half * squared);
-        let (odd, mut even) = (spin.cross_matrix(), half * spin * spin.transpose());
+        let odd = spin.cross_matrix();
+        let mut even = half * spin * spin.transpose();
         (0..3).for_each(|k| even[(k, k)] -= half * squared);
         let spin_world = rotation * spin;
         (there.spin, there.spin_world) = (*spin, spin_world);

@@ -121,7 +121,7 @@ impl ContactRow {
         }
         let ground = world.ground().ok_or("refers to a ground that does not exist")?;
         let (frame, offset) = (*ground.frame(), ground.offset());
-        let features = Features::of_plane(point.position, point.radius, frame, offset);
+        let features = Features::from_plane(point.position, point.radius, frame, offset);
         let Some(one) = point.smooth() else { return Ok(features) };
         let pose = states[self.body].pose();
         let is_flat = one.is_across(&pose.rotation.tr_mul(ground.normal()));
@@ -223,7 +223,7 @@ impl ContactRow {
         }
         let plane =
             Plane::new(normal, 0.0).map_err(|_| "has a normal that is not a unit vector")?;
-        let mut features = Features::of_plane(point, self.radius, *plane.frame(), offset);
+        let mut features = Features::from_plane(point, self.radius, *plane.frame(), offset);
         if let Some(one) = one {
             features = self.on_ellipsoid(features, one, true, (world, states))?;
             if let Some(Curved::Ellipsoid(found)) = &features.curved {

@@ -251,7 +251,7 @@ fn works(world: &World, record: &StepRecord) -> [f64; 6] {
     let StepRecord { states, wrenches, contacts, solution, .. } = record;
     let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
     let claim = Claim { states, next, wrenches, contacts, joints, gears };
-    EnergyBalance::of(world, &claim, solution.forces()).terms()
+    EnergyBalance::new(world, &claim, solution.forces()).terms()
 }
 
 impl JointRow {

@@ -21,7 +21,7 @@ pub(super) enum Source {
 impl Source {
     /// Source type of joint rows whose `active` axes can do work. `moves` is true for a prescribed
     /// motion.
-    pub(super) fn of(active: [bool; 3], moves: bool) -> Self {
+    pub(super) fn new(active: [bool; 3], moves: bool) -> Self {
         if moves { Self::Course } else { Self::Drives(active) }
     }
 }

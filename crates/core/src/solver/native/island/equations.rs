@@ -3,6 +3,7 @@
 //! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings};
+use crate::solver::native::body_equation::BodyEquation;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{
     Determined, Elimination, Equations, EvaluatedPoint, MapResidual, StepSetting, Velocities,
@@ -10,7 +11,6 @@ use crate::solver::native::equations::{
 };
 use crate::solver::native::islands::IslandView;
 use crate::solver::native::law::{Gain, LocalSolution};
-use crate::solver::native::member::IslandBody;
 use crate::solver::native::pair_motion::stacked;
 use crate::solver::native::settings::Settings;
 use crate::solver::native::tolerances::Tolerances;
@@ -78,7 +78,7 @@ impl Equations for Island {
     }
 
     fn settings(&self) -> &'static Settings {
-        Settings::of(self.members.len(), self.links.len(), !self.joints.is_empty())
+        Settings::for_island(self.members.len(), self.links.len(), !self.joints.is_empty())
     }
 
     fn bodies(&self) -> usize {
@@ -86,7 +86,7 @@ impl Equations for Island {
     }
 
     fn speed(&self) -> f64 {
-        self.members.iter().map(IslandBody::speed).fold(0.0, f64::max)
+        self.members.iter().map(BodyEquation::speed).fold(0.0, f64::max)
     }
 
     fn foresee(&mut self, step: &Step<'_>, island: &IslandView<'_>, previous: &[Vector3<f64>]) {
@@ -117,7 +117,7 @@ impl Equations for Island {
         velocity.copy_from(&self.ahead.0);
         impulses.clone_from(&self.ahead.1);
         let members = self.members.iter().zip(&self.ahead.0);
-        members.map(|(member, ahead)| member.way_from_old(ahead)).reduce(f64::max)
+        members.map(|(member, ahead)| member.distance_from_old(ahead)).reduce(f64::max)
     }
 
     fn determined(&self) -> Option<Determined> {
@@ -160,7 +160,7 @@ impl Equations for Island {
         }
         // Bodies tied by joints come to rest together or not at all. Otherwise a resting body would
         // break its joint.
-        let slow = |(member, velocity): (&IslandBody, &Velocity)| member.is_slow(rest, velocity);
+        let slow = |(member, velocity): (&BodyEquation, &Velocity)| member.is_slow(rest, velocity);
         if self.joints.is_empty() || self.members.iter().zip(&*velocity).all(slow) {
             for (member, velocity) in self.members.iter().zip(velocity) {
                 member.rest(rest, velocity);
@@ -218,7 +218,7 @@ impl Equations for Island {
         let turnings = &mut scratch.turnings;
         self.set_turnings(velocity, turnings);
         points.extend(self.all_linked().map(|linked| {
-            self.point_velocity(linked, velocity, LinkTurnings::of(linked.link, turnings))
+            self.point_velocity(linked, velocity, LinkTurnings::new(linked.link, turnings))
         }));
     }
 
@@ -230,12 +230,11 @@ impl Equations for Island {
         system: &mut IslandSystem,
     ) -> bool {
         let IslandSystem { blocks, turnings, .. } = system;
-        let turnings = match self.joints.is_empty() {
-            true => &at.scratch.turnings,
-            false => {
-                self.set_turnings(at.velocity, turnings);
-                &*turnings
-            }
+        let turnings = if self.joints.is_empty() {
+            &at.scratch.turnings
+        } else {
+            self.set_turnings(at.velocity, turnings);
+            &*turnings
         };
         blocks.begin(&self.pattern);
         for (index, (member, velocity)) in self.members.iter().zip(at.velocity).enumerate() {

@@ -183,7 +183,11 @@ impl Island {
         self.links.push(CouplingLink { a, kind, b: None, source });
         self.gears.push(Train { gear: index, parts, offset, length, sides });
         let response = Vector3::repeat(response);
-        self.setting.admit(Coupling::of_turn(Matrix3::zeros(), &response, CouplingLaw::Axes(axes)));
+        self.setting.admit(Coupling::from_turn(
+            Matrix3::zeros(),
+            &response,
+            CouplingLaw::Axes(axes),
+        ));
     }
 
     /// ∂u/∂V of a gear: sum of the slopes of its parts.

@@ -50,13 +50,16 @@ impl Island {
         let joint = &step.world.joints()[index];
         let Some(at) = joint.coordinates(step.states) else { return };
         let before = step.previous.joints.get(index).map_or(Vector3::zeros(), |last| last.angles);
-        let (angles, length) = (joint.counted(&at, &before), joint.length(step.world.bodies()));
+        let angles = joint.counted(&at, &before);
+        let length = joint.length(step.world.bodies());
         let sides = (place(joint.body()), joint.other().map(place));
         let [along, about] = joint.starts(step.states, &at, &angles, self.time_step);
         let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
         let turn = (joint.turning() != TurnKind::Free)
             .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));
-        let (joint, is_of_two, along) = (index, sides.1.is_some(), at.place);
+        let joint = index;
+        let is_of_two = sides.1.is_some();
+        let along = at.place;
         self.joints.push(JointPlace { joint, place, turn, length, is_of_two, along, angles });
     }
 
@@ -88,10 +91,10 @@ impl Island {
         let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, 1.0, unit);
         let axes = AxesLaw::new(&mut self.setting.graphs, true, graph);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
-        let source = Source::of(joint.active_axes()[0], joint.moves());
+        let source = Source::new(joint.active_axes()[0], joint.moves());
         self.links.push(CouplingLink { a, kind: CouplingKind::Point, b, source });
         let law = CouplingLaw::Axes(axes);
-        self.setting.admit(Coupling::of_place(lever, frame, offset, &response, law));
+        self.setting.admit(Coupling::from_place(lever, frame, offset, &response, law));
         self.links.len() - 1
     }
 
@@ -125,10 +128,10 @@ impl Island {
         let graph = |k: usize| acting[k].free_graph(&starts[k], h, length, unit);
         let axes = AxesLaw::new(&mut self.setting.graphs, false, graph);
         self.turns.push(turn);
-        let source = Source::of(joint.active_axes()[1], joint.moves());
+        let source = Source::new(joint.active_axes()[1], joint.moves());
         let kind = CouplingKind::Turn(self.turns.len() - 1);
         self.links.push(CouplingLink { a, kind, b, source });
-        self.setting.admit(Coupling::of_turn(torque_map, &response, CouplingLaw::Axes(axes)));
+        self.setting.admit(Coupling::from_turn(torque_map, &response, CouplingLaw::Axes(axes)));
         self.links.len() - 1
     }
 

@@ -13,11 +13,11 @@ mod motion;
 mod slopes;
 mod tangent;
 
+use super::body_equation::BodyEquation;
 use super::coupling::{Coupling, approach};
 use super::ellipsoid_motion::EllipsoidRows;
 use super::equations::{Determined, Equations, StepSetting, Velocity};
 use super::islands::IslandView;
-use super::member::IslandBody;
 use super::round_motion::RoundRows;
 use super::settings::SLOW;
 use super::tolerances::Tolerances;
@@ -34,7 +34,7 @@ pub(super) use gears::IslandSlope;
 use gears::Train;
 pub(super) use joints::JointPlace;
 use motion::{Both, LinkTurnings};
-pub(super) use tangent::{GearTangent, HeldSide};
+pub(super) use tangent::{GearTangent, StiffSide};
 
 /// Bodies of the island that a coupling joins.
 #[derive(Debug, Clone, Copy)]
@@ -93,7 +93,7 @@ pub(super) struct Island {
     time_step: f64,
     /// M (kg).
     mass: f64,
-    members: Vec<IslandBody>,
+    members: Vec<BodyEquation>,
     setting: StepSetting,
     links: Vec<CouplingLink>,
     /// Additional data of couplings between two round features.
@@ -124,7 +124,7 @@ impl Island {
             time_step: world.time_step(),
             mass: 1.0,
             members: Vec::new(),
-            setting: StepSetting::new(Tolerances::of(world, 0.0)),
+            setting: StepSetting::new(Tolerances::new(world, 0.0)),
             links: Vec::new(),
             rounds: Vec::new(),
             ellipsoids: Vec::new(),
@@ -146,7 +146,7 @@ impl Island {
         let logarithms: f64 = indices.iter().map(|&index| libm::log(bodies[index].mass())).sum();
         self.mass = libm::exp(logarithms / indices.len() as f64);
         self.members.clear();
-        self.members.extend(indices.iter().map(|&index| IslandBody::new(step, index, self.mass)));
+        self.members.extend(indices.iter().map(|&index| BodyEquation::new(step, index, self.mass)));
         self.links.clear();
         self.rounds.clear();
         self.ellipsoids.clear();
@@ -158,7 +158,7 @@ impl Island {
         self.ahead.1.clear();
         self.slow = SLOW * step.world.speed_scale();
         let repeats_exactly = indices.len() == 1 || !island.joints.is_empty();
-        let tolerances = Tolerances::of_several(step.world, self.speed(), repeats_exactly);
+        let tolerances = Tolerances::for_several(step.world, self.speed(), repeats_exactly);
         self.setting.begin(tolerances, island.unsettled);
     }
 
@@ -174,7 +174,7 @@ impl Island {
     }
 
     /// Bodies of the island, in order.
-    pub(super) fn members(&self) -> &[IslandBody] {
+    pub(super) fn members(&self) -> &[BodyEquation] {
         &self.members
     }
 
@@ -202,11 +202,17 @@ impl Island {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         let (h, level) = (self.time_step, self.setting.tolerances.level);
-        let (approach, carried) = (approach(contact, h, level), Vector3::zeros());
+        let approach = approach(contact, h, level);
+        let carried = Vector3::zeros();
         let kind = match contact.features.curved {
             None => CouplingKind::Point,
             Some(Curved::Cores(curved)) => {
-                self.rounds.push(RoundRows { curved, way: contact.way(), approach, carried });
+                self.rounds.push(RoundRows {
+                    curved,
+                    offset_vector: contact.offset_vector(),
+                    approach,
+                    carried,
+                });
                 CouplingKind::Round(self.rounds.len() - 1)
             }
             Some(Curved::Ellipsoid(point)) => {
@@ -225,7 +231,7 @@ impl Island {
         };
         self.links.push(CouplingLink { a, kind, b, source: Source::Contact });
         let share = self.members[a].share;
-        self.setting.admit(Coupling::of_contact(contact, h, share, level));
+        self.setting.admit(Coupling::from_contact(contact, h, share, level));
     }
 
     /// Sets the surface velocity `carried` of the contact added last (m/s, world).

@@ -3,10 +3,10 @@
 //! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{CouplingKind, CouplingLink, Island, LinkedCoupling, Other};
+use crate::solver::native::body_equation::BodyEquation;
 use crate::solver::native::ellipsoid_motion::EllipsoidMotion;
 use crate::solver::native::equations::{Equations, Velocity};
 use crate::solver::native::fixed_motion::point_velocity;
-use crate::solver::native::member::IslandBody;
 use crate::solver::native::pair_motion::{PairMotion, PairSide};
 use crate::solver::native::round_motion::{RoundMotion, RoundSide};
 use crate::solver::native::turning::BodyTurning;
@@ -91,8 +91,8 @@ impl Island {
         });
         let (mut way, mut apart, mut count) = (0.0_f64, 0.0_f64, 0);
         for ((member, led), velocity) in led.clone().zip(&*velocity) {
-            way = way.max(member.way(member.old(), &led));
-            apart = apart.max(member.way(velocity, &led));
+            way = way.max(member.distance(member.old(), &led));
+            apart = apart.max(member.distance(velocity, &led));
             count += 1;
         }
         // False for NaN.
@@ -180,8 +180,9 @@ impl Island {
         if link.kind == CouplingKind::Point && !coupling.is_contact() {
             return self.anchor_velocity(linked, velocity);
         }
-        let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
-        let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
+        let turnings = |body: usize| Both::new(&self.members[body], &velocity[body]);
+        let a = turnings(link.a);
+        let b = link.b.as_ref().map(|other| turnings(other.index));
         self.point_velocity(linked, velocity, LinkTurnings { a: &a, b: b.as_ref() })
     }
 
@@ -197,8 +198,8 @@ impl Island {
         let of_b = &velocity[other.index];
         let relative = moved - of_b.linear;
         let arm = other.arm + relative * self.time_step;
-        let seen = self.members[other.index].rotation.tr_mul(&arm);
-        relative + swept(other.index, &-of_b.spin, &seen) + coupling.offset
+        let local = self.members[other.index].rotation.tr_mul(&arm);
+        relative + swept(other.index, &-of_b.spin, &local) + coupling.offset
     }
 
     /// u of a joint's rotation. `None` for another coupling.
@@ -292,7 +293,7 @@ pub(super) struct LinkTurnings<'a> {
 
 impl<'a> LinkTurnings<'a> {
     /// Selects the rotations of the bodies of `link` from the list of all bodies.
-    pub(super) fn of(link: &CouplingLink, turnings: &'a [Both]) -> Self {
+    pub(super) fn new(link: &CouplingLink, turnings: &'a [Both]) -> Self {
         let b = link.b.as_ref().map(|other| &turnings[other.index]);
         Self { a: &turnings[link.a], b }
     }
@@ -302,7 +303,7 @@ impl Both {
     /// No rotation.
     const STILL: Self = Self { there: BodyTurning::STILL, back: BodyTurning::STILL };
 
-    pub(super) fn of(member: &IslandBody, velocity: &Velocity) -> Self {
+    pub(super) fn new(member: &BodyEquation, velocity: &Velocity) -> Self {
         let mut both = Self::STILL;
         member.set_turnings(&velocity.spin, &mut both.there, &mut both.back);
         both

@@ -39,7 +39,7 @@ impl Island {
         if !coupling.bounces() {
             return slope;
         }
-        let u = self.gap_velocity(linked, velocity, LinkTurnings::of(link, turnings));
+        let u = self.gap_velocity(linked, velocity, LinkTurnings::new(link, turnings));
         if coupling.bounded(u, &self.departing(linked, velocity)).1 {
             let normal = &coupling.rows.normal();
             let exchange = |slope: &mut Matrix3x6<f64>, along: RowVector6<f64>| {
@@ -87,7 +87,7 @@ impl Island {
             let b = other.map(|(index, _)| (index, of(&by_b)));
             return PairSlope { a: (link.a, of(&by_a)), b };
         }
-        let both = || LinkTurnings::of(link, turnings);
+        let both = || LinkTurnings::new(link, turnings);
         let curved = match link.kind {
             CouplingKind::Round(round) => {
                 Some(self.round_motion(linked, round, velocity, both()).slopes())
@@ -108,7 +108,8 @@ impl Island {
                 PairSlope { a: (link.a, by_a), b: Some((other.index, by_b)) }
             }
             None => {
-                let (turning, rotation) = (&of_a.there, &self.members[link.a].rotation);
+                let turning = &of_a.there;
+                let rotation = &self.members[link.a].rotation;
                 let swept = turning.swept(&coupling.lever.centre);
                 let by_spin = slope(coupling, rotation, turning, &swept);
                 PairSlope { a: (link.a, beside(&Matrix3::identity(), &by_spin)), b: None }

@@ -27,7 +27,7 @@ pub(crate) struct GearTangent {
 /// `rows` is Fᵀ J, the motion along the rows by the body's velocities. `effect` is H T diag(g), the
 /// right-hand side of the body's equations by that motion.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct HeldSide {
+pub(crate) struct StiffSide {
     pub(crate) body: usize,
     pub(crate) rows: Matrix3x6<f64>,
     pub(crate) effect: Matrix6x3<f64>,
@@ -40,7 +40,7 @@ impl Island {
         coupling: usize,
         slope: &IslandSlope,
         gain: &Factored,
-        sides: &mut Vec<HeldSide>,
+        sides: &mut Vec<StiffSide>,
     ) {
         let linked = self.linked(coupling);
         let impulses = gain.to * Matrix3::from_diagonal(&gain.gains);
@@ -53,7 +53,7 @@ impl Island {
                         effect.fixed_rows_mut::<3>(0).copy_from(&(impulses * share));
                     }
                     effect.fixed_rows_mut::<3>(3).copy_from(&(torque_map * impulses * share));
-                    sides.push(HeldSide { body, rows: gain.from.tr_mul(slope), effect });
+                    sides.push(StiffSide { body, rows: gain.from.tr_mul(slope), effect });
                 }
             }
             (IslandSlope::Gear(slope), CouplingKind::Gear(gear)) => {
@@ -61,7 +61,7 @@ impl Island {
                     let (mut rows, mut effect) = (Matrix3x6::zeros(), Matrix6x3::zeros());
                     rows.row_mut(0).copy_from(&slope);
                     effect.column_mut(0).copy_from(&(wrench * gain.gains[0]));
-                    sides.push(HeldSide { body, rows, effect });
+                    sides.push(StiffSide { body, rows, effect });
                 }
             }
             (IslandSlope::Gear(_), _) => {}
@@ -125,7 +125,7 @@ impl Island {
 
     /// Transpose of [`add_impulses`](Self::add_impulses): maps derivatives with respect to the
     /// right-hand sides to those with respect to the coupling's impulse.
-    pub(crate) fn impulse_pulled(&self, coupling: usize, rhs: &[Vector6<f64>]) -> Vector3<f64> {
+    pub(crate) fn impulse_vjp(&self, coupling: usize, rhs: &[Vector6<f64>]) -> Vector3<f64> {
         let linked = self.linked(coupling);
         let mut impulse = Vector3::zeros();
         if let CouplingKind::Gear(gear) = linked.link.kind {
@@ -144,7 +144,7 @@ impl Island {
     }
 
     /// Transpose of [`add_torques`](Self::add_torques).
-    pub(crate) fn torques_pulled(&self, coupling: usize, rhs: &[Vector6<f64>]) -> Vector6<f64> {
+    pub(crate) fn torques_vjp(&self, coupling: usize, rhs: &[Vector6<f64>]) -> Vector6<f64> {
         let linked = self.linked(coupling);
         let mut torques = Vector6::zeros();
         if let CouplingKind::Gear(_) = linked.link.kind {

@@ -48,11 +48,11 @@ impl AxesLaw {
 
     /// Piece of the graph of row k.
     pub(crate) fn segment(&self, graphs: &[Graph], k: usize, piece: u8) -> Segment {
-        self.of(graphs, k).segment(usize::from(piece))
+        self.graph(graphs, k).segment(usize::from(piece))
     }
 
     /// Graph of row k.
-    fn of<'a>(&self, graphs: &'a [Graph], k: usize) -> &'a Graph {
+    fn graph<'a>(&self, graphs: &'a [Graph], k: usize) -> &'a Graph {
         if self.locked[k] { &LOCKED } else { &graphs[self.places[k] as usize] }
     }
 
@@ -114,17 +114,17 @@ impl AxesProjection {
         if self.axes.all_locked() {
             return self.axes.out(rows, self.u);
         }
-        let asked = |k: usize| self.axes.of(graphs, k).projected(self.projection(k), self.rho[k]);
-        let missed = self.along_rows(|k| match self.axes.locked[k] {
-            true => self.u[k],
-            false => (self.p[k] - asked(k)) / self.rho[k],
+        let asked =
+            |k: usize| self.axes.graph(graphs, k).projected(self.projection(k), self.rho[k]);
+        let missed = self.along_rows(|k| {
+            if self.axes.locked[k] { self.u[k] } else { (self.p[k] - asked(k)) / self.rho[k] }
         });
         self.axes.out(rows, missed)
     }
 
     pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {
         // A locked row has one piece, on both sides of its corner. So has a straight line.
-        let piece = |k: usize| match self.axes.of(graphs, k) {
+        let piece = |k: usize| match self.axes.graph(graphs, k) {
             graph if graph.is_straight() => 0,
             graph => graph.piece(self.projection(k), self.rho[k]) as u8,
         };
@@ -133,20 +133,20 @@ impl AxesProjection {
 
     /// Number of vertical `pieces`.
     pub(super) fn stiff_rows(&self, pieces: [u8; 3], graphs: &[Graph]) -> usize {
-        let piece = |k: usize| self.axes.of(graphs, k).segment(usize::from(pieces[k]));
+        let piece = |k: usize| self.axes.graph(graphs, k).segment(usize::from(pieces[k]));
         (0..3).filter(|&k| piece(k).is_vertical()).count()
     }
 
     /// Smallest distance of an unlocked row to its next piece (m/s).
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         let free = (0..3).filter(|k| !self.axes.locked[*k]);
-        let margin = |k: usize| self.axes.of(graphs, k).margin(self.projection(k), self.rho[k]);
+        let margin = |k: usize| self.axes.graph(graphs, k).margin(self.projection(k), self.rho[k]);
         free.map(margin).fold(f64::INFINITY, f64::min)
     }
 
     /// Smallest distance of a row to a corner of its graph (m/s). Straight lines have none.
     pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
-        let graph = |k: usize| self.axes.of(graphs, k);
+        let graph = |k: usize| self.axes.graph(graphs, k);
         let bent = (0..3).filter(|k| !graph(*k).is_straight());
         let margin = |k: usize| graph(k).margin(self.projection(k), self.rho[k]);
         bent.map(margin).fold(f64::INFINITY, f64::min)
@@ -159,7 +159,7 @@ impl AxesProjection {
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
         let held = (0..3).filter(|k| !self.axes.locked[*k]);
         let speed = |k: usize| {
-            let graph = self.axes.of(graphs, k);
+            let graph = self.axes.graph(graphs, k);
             let segment = graph.segment(graph.piece(self.projection(k), self.rho[k]));
             if segment.is_vertical() { (self.u[k] - segment.u).abs() } else { 0.0 }
         };
@@ -186,9 +186,10 @@ impl AxesProjection {
         }
         let (offset, gain) = self.along_axes(pieces, graphs, compliance);
         let diagonal = Matrix3::from_diagonal(&gain);
-        let gain = match self.axes.turned {
-            true => rows.frame * diagonal * rows.frame.transpose(),
-            false => diagonal,
+        let gain = if self.axes.turned {
+            rows.frame * diagonal * rows.frame.transpose()
+        } else {
+            diagonal
         };
         LocalSolution::full(self.axes.out(rows, offset), gain)
     }
@@ -196,9 +197,10 @@ impl AxesProjection {
     /// Offset of the local solution alone.
     pub(super) fn offset(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Vector3<f64> {
         let LawRows { rows, graphs } = of;
-        match self.axes.all_locked() {
-            true => self.axes.out(rows, self.u) * -(1.0 / compliance),
-            false => self.axes.out(rows, self.along_axes(pieces, graphs, compliance).0),
+        if self.axes.all_locked() {
+            self.axes.out(rows, self.u) * -(1.0 / compliance)
+        } else {
+            self.axes.out(rows, self.along_axes(pieces, graphs, compliance).0)
         }
     }
 
@@ -216,7 +218,7 @@ impl AxesProjection {
     ) -> (Vector3<f64>, Vector3<f64>) {
         let (mut offset, mut gain) = (Vector3::zeros(), Vector3::zeros());
         for k in 0..3 {
-            let on = self.axes.of(graphs, k).segment(usize::from(pieces[k]));
+            let on = self.axes.graph(graphs, k).segment(usize::from(pieces[k]));
             let soft = on.du - compliance * on.dp;
             offset[k] = (on.dp * (self.u[k] - on.u) - on.du * (self.p[k] - on.p)) / soft;
             gain[k] = on.dp / soft;
@@ -254,7 +256,7 @@ impl AxesBarrier {
     /// Largest distance of a row from its graph at the motion u (m/s).
     pub(super) fn error(&self, u: &Vector3<f64>, graphs: &[Graph]) -> f64 {
         let at = self.at(u);
-        let missed = |k: usize| at.axes.of(graphs, k).residual(at.u[k], at.p[k], at.rho[k]);
+        let missed = |k: usize| at.axes.graph(graphs, k).residual(at.u[k], at.p[k], at.rho[k]);
         (0..3).map(missed).fold(0.0, f64::max)
     }
 

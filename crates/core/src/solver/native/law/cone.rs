@@ -243,7 +243,7 @@ mod tests {
     /// Slipping contact with a normal impulse of 0.02 m/s. It slips along `direction` (rad) and
     /// moves with u_n along its normal.
     fn slipping(direction: f64, u_n: f64) -> (CouplingRows, ConeProjection, Vector3<f64>) {
-        let rows = CouplingRows::of_contact(Matrix3::identity(), 2.0, 1.5);
+        let rows = CouplingRows::from_contact(Matrix3::identity(), 2.0, 1.5);
         let (sin, cos) = direction.sin_cos();
         let impulse = Vector3::new(-0.006 * cos, -0.006 * sin, 0.02);
         let u = Vector3::new(0.3 * cos, 0.3 * sin, u_n);
@@ -254,7 +254,7 @@ mod tests {
 
     /// The offset for use with the point's own gain equals the one of the local solution.
     #[test]
-    fn an_offset_beside_its_own_gain_is_the_answers() {
+    fn slip_offset_with_its_own_gain_is_the_local_solutions() {
         let (rows, projection, _) = slipping(0.7, 1e-4);
         let (offset, gain) = projection.linearise_slip(&rows, COMPLIANCE);
         let found = projection.slip_offset(&rows, COMPLIANCE, &gain);
@@ -265,7 +265,7 @@ mod tests {
     /// completely. The term is a thousand times the impulse here. No part remains in either
     /// direction.
     #[test]
-    fn an_offset_beside_another_gain_makes_no_impulse_of_compliance() {
+    fn slip_offset_with_another_gain_cancels_the_compliance_term() {
         let u_n = 1e-5;
         let (rows, projection, impulse) = slipping(0.7, u_n);
         let (_, before, _) = slipping(0.6, 0.0);

@@ -24,13 +24,13 @@ pub(crate) struct LawRows<'a> {
 impl CouplingRows {
     /// Rows of a contact along the axes `frame`, (t₁, t₂, n), with the responses `tangential` and
     /// `normal`.
-    pub(crate) fn of_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
+    pub(crate) fn from_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
         let across = 1.0 / tangential;
         Self { frame, scale: Vector3::new(across, across, 1.0 / normal), compliance_ratio: 1.0 }
     }
 
     /// Rows of a joint with isotropic compliance and the given `response` of each row.
-    pub(crate) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
+    pub(crate) fn from_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
         Self { frame, scale: response.map(f64::recip), compliance_ratio: 1.0 }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::derivative::SideChangeInput;
 use crate::mechanics::RigidBody;
-use crate::solver::native::member::BodyGiven;
+use crate::solver::native::body_equation::BodyPerturbation;
 use crate::world::Constant;
 use crate::world::reshape::{Form, FormChange};
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -18,8 +18,8 @@ pub(super) struct ConstantsBase {
 }
 
 impl ConstantsBase {
-    pub(super) fn of(body: &RigidBody) -> Self {
-        Self { mass: body.mass(), inertia: *body.inertia(), form: Form::of(body).ok() }
+    pub(super) fn from_body(body: &RigidBody) -> Self {
+        Self { mass: body.mass(), inertia: *body.inertia(), form: Form::from_body(body).ok() }
     }
 }
 
@@ -39,15 +39,15 @@ impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
     }
 
     /// Change of the body's own equations of motion.
-    pub(super) fn body(&self, body: usize) -> BodyGiven {
+    pub(super) fn body(&self, body: usize) -> BodyPerturbation {
         let of = self.numbers;
         let (mass, inertia) = self.mass(body);
-        BodyGiven {
+        BodyPerturbation {
             gravity: Vector3::from_fn(|k, _| of(Constant::Gravity, k)),
             mass,
             inertia,
             time_step: of(Constant::TimeStep, 0),
-            ..BodyGiven::nothing()
+            ..BodyPerturbation::nothing()
         }
     }
 

@@ -67,9 +67,10 @@ impl LinearCoupling {
         // Along the friction impulse. Without friction: against the slip.
         let by_friction = by_friction.unwrap_or_else(|| match piece {
             MapPiece::Slip => {
-                let along = match contact.law.friction > 0.0 {
-                    true => across(&impulse),
-                    false => -across(tangent.motion()),
+                let along = if contact.law.friction > 0.0 {
+                    across(&impulse)
+                } else {
+                    -across(tangent.motion())
                 };
                 along.try_normalize(0.0).unwrap_or_default() * pressed
             }
@@ -80,7 +81,7 @@ impl LinearCoupling {
         };
         let mut coupling = Self {
             index,
-            slopes: LinearisedSlopes::of(bodies),
+            slopes: LinearisedSlopes::new(bodies),
             rotations: bodies.map(rotation),
             tangent,
             from: *from,
@@ -159,7 +160,8 @@ impl LinearCoupling {
         let mut by_velocity = follows.then(|| Box::new(RowsChange::zero()));
         for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
-                let (unit, nothing) = (Vector3::ith(k % 3, 1.0), SideChangeInput::nothing());
+                let unit = Vector3::ith(k % 3, 1.0);
+                let nothing = SideChangeInput::nothing();
                 let column = match (k, side) {
                     // A common translation of both bodies changes nothing.
                     (0..3, 1) => self.slopes.by_pose.columns(k).negated(),
@@ -218,7 +220,7 @@ impl LinearCoupling {
     }
 
     /// Change of the rows for changes of constants.
-    pub(super) fn by_constants<F: Fn(Constant, usize) -> f64>(
+    pub(super) fn jvp_wrt_constants<F: Fn(Constant, usize) -> f64>(
         &self,
         constants: &ConstantChanges<'_, F>,
     ) -> RowsChange<1> {

@@ -67,7 +67,7 @@ impl<const C: usize> AlongRow<C> {
     }
 
     /// Combines the direct motion of the row with the response of its drive to the `sum`.
-    fn of(motion: RowSVector<f64, C>, sum: RowSVector<f64, C>, local_solution: Along) -> Self {
+    fn new(motion: RowSVector<f64, C>, sum: RowSVector<f64, C>, local_solution: Along) -> Self {
         Self { motion: motion + sum * local_solution.motion, impulse: sum * local_solution.impulse }
     }
 
@@ -79,11 +79,11 @@ impl<const C: usize> AlongRow<C> {
         }
     }
 
-    fn push(&self, by: &SVector<f64, C>) -> Along {
+    fn jvp(&self, by: &SVector<f64, C>) -> Along {
         Along { motion: self.motion.tr_dot(by), impulse: self.impulse.tr_dot(by) }
     }
 
-    fn pull(&self, by: &RowsChange<1>) -> SVector<f64, C> {
+    fn vjp(&self, by: &RowsChange<1>) -> SVector<f64, C> {
         self.motion.transpose() * by.motion[0] + self.impulse.transpose() * by.impulse[0]
     }
 }
@@ -159,13 +159,14 @@ impl LinearGear {
         by_time_step.motion -= row.offset / h;
         let mut of_part = |(_, k, factor): (usize, usize, f64), tied: &TiedRows| {
             let of = &tied.of;
-            let (whole, part) = (tied.length * counted, tied.length / row.length * factor);
+            let whole = tied.length * counted;
+            let part = tied.length / row.length * factor;
             by_time_step.motion += factor * of.by_time_step[k];
             let motion = (of.motion.row(k) + of.coordinates.row(k) * whole) * factor;
-            let slopes = AlongRow::of(motion, of.coordinates.row(k) * part, to_sum);
+            let slopes = AlongRow::new(motion, of.coordinates.row(k) * part, to_sum);
             let by_anchors = of.anchors.as_ref().map_or_else(AlongRow::zero, |of| {
                 let motion = (of.motion.row(k) + of.coordinates.row(k) * whole) * factor;
-                AlongRow::of(motion, of.coordinates.row(k) * part, to_sum)
+                AlongRow::new(motion, of.coordinates.row(k) * part, to_sum)
             });
             ((tied.bodies, slopes), (tied.joint, by_anchors))
         };
@@ -195,15 +196,15 @@ impl LinearGear {
             for (side, body) in bodies.iter().enumerate() {
                 let Some(state) = body.map(|body| &states[body]) else { continue };
                 along = along
-                    .plus(row.columns::<3>(6 * side).push(&state.position))
-                    .plus(row.columns::<3>(6 * side + 3).push(&state.turn));
+                    .plus(row.columns::<3>(6 * side).jvp(&state.position))
+                    .plus(row.columns::<3>(6 * side + 3).jvp(&state.turn));
             }
         }
         along.rows()
     }
 
     /// Derivative of the row with respect to the pose of a body of the world.
-    pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<6>> {
+    pub(super) fn jacobian_wrt_state(&self, body: usize) -> Option<RowsChange<6>> {
         let mut found = None;
         for (bodies, row) in &self.by_pose {
             for side in (0..2).filter(|side| bodies[*side] == Some(body)) {
@@ -220,11 +221,11 @@ impl LinearGear {
 
     /// Changes of the gear's own row and of the coupling that the ratio acts on, each with its
     /// index.
-    pub(super) fn by_constants(
+    pub(super) fn jvp_wrt_constants(
         &self,
         of: &impl Fn(Constant, usize) -> f64,
     ) -> [(usize, RowsChange<1>); 2] {
-        let moved = self.by_anchors.iter().map(|(joint, row)| row.push(&anchors_of(*joint, of)));
+        let moved = self.by_anchors.iter().map(|(joint, row)| row.jvp(&anchors_of(*joint, of)));
         let ratio = of(Constant::GearRatio, self.gear);
         let own = moved
             .fold(Along::default(), Along::plus)
@@ -237,12 +238,12 @@ impl LinearGear {
     }
 
     /// Adds the transposed product: derivatives with respect to states.
-    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
+    pub(super) fn vjp(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
         for (bodies, row) in &self.by_pose {
             for (side, body) in bodies.iter().enumerate() {
                 let Some(state) = body.map(|body| &mut states[body]) else { continue };
-                state.position += row.columns::<3>(6 * side).pull(by);
-                state.turn += row.columns::<3>(6 * side + 3).pull(by);
+                state.position += row.columns::<3>(6 * side).vjp(by);
+                state.turn += row.columns::<3>(6 * side + 3).vjp(by);
             }
         }
     }
@@ -267,7 +268,7 @@ impl LinearGear {
                 }
                 Constant::Anchor => {
                     for (joint, row) in &self.by_anchors {
-                        add_anchors(*joint, &row.pull(&by), sums);
+                        add_anchors(*joint, &row.vjp(&by), sums);
                     }
                 }
                 _ => {}

@@ -4,16 +4,16 @@
 
 use super::constants::{ConstantChanges, ConstantsBase, places, unit};
 use super::point::{IslandStep, LinearPoint, PointCompliance};
-use super::refined::{Drawn, RefinedColumns};
+use super::refined::{RefinedColumns, Rng};
 use super::tied::Slots;
 use super::{Smoothing, StepChange, StepGradient};
 use crate::derivative::{EndMap, PlacedFeatures, StateChange};
 use crate::error::Error;
 use crate::mechanics::State;
+use crate::solver::native::body_equation::BodyPerturbation;
 use crate::solver::native::equations::Equations;
 use crate::solver::native::island::Island;
 use crate::solver::native::islands::IslandView;
-use crate::solver::native::member::BodyGiven;
 use crate::solver::native::settings::COMPLIANCE;
 use crate::step::Step;
 use crate::world::{Constant, World};
@@ -163,7 +163,7 @@ impl LinearIsland {
         let mut follows = |is_pose: bool| {
             moved.clear();
             moved.resize(step.states.len(), StateChange::zero());
-            let mut draws = Drawn::default();
+            let mut draws = Rng::default();
             for &body in &*bodies {
                 let of = &step.world.bodies()[body];
                 // Scales rotations so that they move the body's material as far as translations.
@@ -171,18 +171,19 @@ impl LinearIsland {
                 let mut draw = || Vector3::from_fn(|_, _| draws.next());
                 let (place, turn) = (draw(), draw() * across);
                 let zero = StateChange::zero();
-                moved[body] = match is_pose {
-                    true => StateChange { position: place, turn, ..zero },
-                    false => StateChange { velocity: place, spin: turn, ..zero },
+                moved[body] = if is_pose {
+                    StateChange { position: place, turn, ..zero }
+                } else {
+                    StateChange { velocity: place, spin: turn, ..zero }
                 };
             }
             let change = StepChange { states: moved, ..StepChange::default() };
             let gravity = step.world.gravity();
-            point.change(island, bodies, &change, |_| BodyGiven::nothing(), gravity);
+            point.change(island, bodies, &change, |_| BodyPerturbation::nothing(), gravity);
             let LinearPoint { newton, held, one, .. } = &mut *point;
             let pushed = one.motions.iter().map(|motion| motion.amax()).fold(0.0, f64::max);
             one.solve(island, held, newton.system());
-            one.left(held) <= LEFT * if is_pose { pushed } else { 1.0 }
+            one.residual_of_stiff_rows(held) <= LEFT * if is_pose { pushed } else { 1.0 }
         };
         self.follows_poses = follows(true);
         self.follows_velocities = !bounces || follows(false);
@@ -328,7 +329,7 @@ impl LinearIsland {
         }
     }
 
-    pub(super) fn push<F: Fn(Constant, usize) -> f64>(
+    pub(super) fn jvp<F: Fn(Constant, usize) -> f64>(
         &mut self,
         change: &StepChange<'_>,
         constants: Option<ConstantChanges<'_, F>>,
@@ -340,32 +341,32 @@ impl LinearIsland {
         for (point, weight) in weighed(all, *is_one) {
             let given = |body: usize| {
                 let of = constants.as_ref();
-                of.map_or(BodyGiven::nothing(), |constants| constants.body(body))
+                of.map_or(BodyPerturbation::nothing(), |constants| constants.body(body))
             };
             point.change(island, bodies, change, given, gravity);
             let LinearPoint { newton, held, couplings, joints, gears, one, .. } = point;
             if let Some(constants) = &constants {
                 for coupling in &*couplings {
-                    one.add(island, coupling.index, &coupling.by_constants(constants));
+                    one.add(island, coupling.index, &coupling.jvp_wrt_constants(constants));
                 }
                 for rows in &*joints {
-                    one.add(island, rows.coupling, &rows.by_constants(constants.numbers));
+                    one.add(island, rows.coupling, &rows.jvp_wrt_constants(constants.numbers));
                 }
                 for gear in &*gears {
-                    for (coupling, change) in gear.by_constants(constants.numbers) {
+                    for (coupling, change) in gear.jvp_wrt_constants(constants.numbers) {
                         one.add(island, coupling, &change);
                     }
                 }
             }
             match free {
-                Some(inverse) => one.turn(inverse),
+                Some(inverse) => one.solve_uncoupled(inverse),
                 None => one.solve(island, held, newton.system()),
             }
             for (&body, solved) in bodies.iter().zip(&one.solved) {
                 let (linear, spin) =
                     (solved.fixed_rows::<3>(0).into(), solved.fixed_rows::<3>(3).into());
                 if let Some(map) = &ends[body] {
-                    let moved = map.push(&StateChange::zero(), &linear, &spin, 0.0);
+                    let moved = map.jvp(&StateChange::zero(), &linear, &spin, 0.0);
                     end[body] = end[body].plus(weight, &moved);
                 }
             }
@@ -374,7 +375,7 @@ impl LinearIsland {
 
     /// Adds the contribution of V⁺ to ∂X⁺/∂X with respect to the state of `body`. Returns false if
     /// the body is in another island.
-    pub(super) fn by_state(
+    pub(super) fn jacobian_wrt_state(
         &mut self,
         body: usize,
         ends: &[Option<EndMap>],
@@ -392,21 +393,21 @@ impl LinearIsland {
             let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
             let of_joints = joints.iter().map(|rows| (rows.coupling, &rows.slopes));
             for (index, slopes) in of_contacts.chain(of_joints) {
-                let Some((pose, velocity)) = slopes.by_state(body) else { continue };
+                let Some((pose, velocity)) = slopes.jacobian_wrt_state(body) else { continue };
                 by_pose.add(island, index, &pose);
                 if let Some(velocity) = velocity {
                     by_velocity.add(island, index, &velocity);
                 }
             }
             for gear in &*gears {
-                if let Some(pose) = gear.by_state(body) {
+                if let Some(pose) = gear.jacobian_wrt_state(body) {
                     by_pose.add(island, gear.coupling, &pose);
                 }
             }
             match free {
                 Some(inverse) => {
-                    by_pose.turn(inverse);
-                    by_velocity.turn(inverse);
+                    by_pose.solve_uncoupled(inverse);
+                    by_velocity.solve_uncoupled(inverse);
                 }
                 None => {
                     by_pose.solve(island, held, newton.system());
@@ -428,7 +429,7 @@ impl LinearIsland {
         true
     }
 
-    pub(super) fn pull(
+    pub(super) fn vjp(
         &mut self,
         by_velocity: &[(Vector3<f64>, Vector3<f64>)],
         gravity: &Vector3<f64>,
@@ -446,12 +447,12 @@ impl LinearIsland {
                 rhs.fixed_rows_mut::<3>(3).copy_from(&(spin * weight));
             }
             match free {
-                Some(inverse) => one.turn(&inverse.transpose()),
+                Some(inverse) => one.solve_uncoupled(&inverse.transpose()),
                 None => one.solve_transposed(island, held, newton.system()),
             }
             for (place, &body) in bodies.iter().enumerate() {
                 let (member, rhs) = (&island.members()[place], &one.solved[place]);
-                let (velocity, spin, wrench) = member.change_pulled(rhs);
+                let (velocity, spin, wrench) = member.change_vjp(rhs);
                 let state = &mut gradient.states[body];
                 state.velocity += velocity;
                 state.spin += spin;
@@ -466,19 +467,19 @@ impl LinearIsland {
                 }
             }
             for rows in &*joints {
-                let by = one.pulled(island, rows.coupling);
-                rows.slopes.pull(&by, &mut gradient.states);
+                let by = one.rows_vjp(island, rows.coupling);
+                rows.slopes.vjp(&by, &mut gradient.states);
                 rows.pull_constants(&by, constants, &mut gradient.constants);
             }
             for gear in &*gears {
-                let by = one.pulled(island, gear.coupling);
-                gear.pull(&by, &mut gradient.states);
-                let pulled = |coupling: usize| one.pulled(island, coupling);
+                let by = one.rows_vjp(island, gear.coupling);
+                gear.vjp(&by, &mut gradient.states);
+                let pulled = |coupling: usize| one.rows_vjp(island, coupling);
                 gear.pull_constants(pulled, constants, &mut gradient.constants);
             }
             for coupling in &*couplings {
-                let by = one.pulled(island, coupling.index);
-                coupling.slopes.pull(&by, &mut gradient.states);
+                let by = one.rows_vjp(island, coupling.index);
+                coupling.slopes.vjp(&by, &mut gradient.states);
                 coupling.pull_constants(&by, shapes, constants, &mut gradient.constants);
             }
         }

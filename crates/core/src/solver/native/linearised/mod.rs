@@ -28,7 +28,7 @@ mod rest;
 mod slopes;
 mod tied;
 
-use super::islands::{IslandParts, IslandView, KnownForces, Marked, StepContacts};
+use super::islands::{IslandPartition, IslandView, KnownForces, Marked, StepContacts};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange, nearest_untracked};
 use crate::error::{Error, in_range};
@@ -98,7 +98,7 @@ pub struct StepDerivative {
     /// Number of values of each constant, in the order of [`Constant::ALL`].
     widths: [usize; Constant::ALL.len()],
     /// Scratch of the island search.
-    found: IslandParts,
+    found: IslandPartition,
     alone: Vec<bool>,
     places: Vec<usize>,
     /// Final states of the current island, with compliance.
@@ -115,7 +115,7 @@ pub struct StepDerivative {
     smoothing: Option<Smoothing>,
     /// The differentiated step, if nothing moved in it.
     rest: Option<Box<RestingStep>>,
-    /// Cached [`by_state`](StepDerivative::by_state) results of a step at rest, by body.
+    /// Cached [`jacobian_wrt_state`](StepDerivative::jacobian_wrt_state) results of a step at rest, by body.
     at_rest: Vec<Vec<SMatrix<f64, 12, 12>>>,
     /// Transposed derivatives of V⁺ in a step at rest, for all bodies, once requested.
     pulling: Vec<Vec<SMatrix<f64, 12, 6>>>,
@@ -190,7 +190,7 @@ impl StepDerivative {
             return Ok(());
         }
         self.linearise_anew(step, contacts, solution)?;
-        self.rest = RestingStep::of(step, contacts, solution);
+        self.rest = RestingStep::from_step(step, contacts, solution);
         Ok(())
     }
 
@@ -209,7 +209,8 @@ impl StepDerivative {
         let (world, bodies) = (step.world, step.states.len());
         let sizes = [solution.states.len(), solution.contacts.len()];
         if sizes != [bodies, contacts.len()] {
-            let (field, allowed) = ("entries of a solution", "one per body, one per contact");
+            let field = "entries of a solution";
+            let allowed = "one per body, one per contact";
             return Err(Error::Count { field, count: sizes[1], allowed });
         }
         self.gravity = *world.gravity();
@@ -219,7 +220,7 @@ impl StepDerivative {
             (!world.is_held(body)).then_some(map)
         }));
         self.shapes.clear();
-        self.shapes.extend(world.bodies().iter().map(ConstantsBase::of));
+        self.shapes.extend(world.bodies().iter().map(ConstantsBase::from_body));
         self.slots.set(world);
         self.widths = Constant::ALL.map(|constant| match constant {
             of if of.is_of_drives() || of.is_of_gears() => self.slots.width(of),
@@ -361,7 +362,7 @@ impl StepDerivative {
     ///
     /// # Errors
     /// Lists whose lengths differ from the world's.
-    pub fn push(
+    pub fn jvp(
         &mut self,
         change: &StepChange<'_>,
         end: &mut Vec<StateChange>,
@@ -379,7 +380,7 @@ impl StepDerivative {
         for (body, (end, map)) in end.iter_mut().zip(&self.ends).enumerate() {
             let zero = Vector3::zeros();
             *end = match map {
-                Some(map) => map.push(&state(body), &zero, &zero, time_step),
+                Some(map) => map.jvp(&state(body), &zero, &zero, time_step),
                 None => state(body),
             };
         }
@@ -387,7 +388,7 @@ impl StepDerivative {
             let constants = (!change.constants.is_empty()).then_some(&numbers);
             let constants =
                 constants.map(|numbers| ConstantChanges { shapes: &self.shapes, numbers });
-            linear.push(change, constants, &self.gravity, &self.ends, end);
+            linear.jvp(change, constants, &self.gravity, &self.ends, end);
         }
         Ok(())
     }
@@ -395,19 +396,20 @@ impl StepDerivative {
     /// Computes ∂X⁺/∂X of every body with respect to the state of `body`, in the order of
     /// [`StateChange::to_array`].
     ///
-    /// Equals [`push`](Self::push) of twelve unit changes, with one solve for all. Bodies of other
+    /// Equals [`jvp`](Self::jvp) of twelve unit changes, with one solve for all. Bodies of other
     /// islands have zero blocks.
     ///
     /// # Errors
     /// A body index outside the world.
-    pub fn by_state(
+    pub fn jacobian_wrt_state(
         &mut self,
         body: usize,
         end: &mut Vec<SMatrix<f64, 12, 12>>,
     ) -> Result<(), Error> {
         let bodies = self.ends.len();
         if body >= bodies {
-            let (field, allowed) = ("body of a derivative", "an index of a body");
+            let field = "body of a derivative";
+            let allowed = "an index of a body";
             return Err(Error::Count { field, count: body, allowed });
         }
         end.clear();
@@ -416,9 +418,10 @@ impl StepDerivative {
             return Ok(());
         }
         end.resize(bodies, SMatrix::zeros());
-        end[body] = self.ends[body].as_ref().map_or_else(SMatrix::identity, EndMap::by_state);
+        end[body] =
+            self.ends[body].as_ref().map_or_else(SMatrix::identity, EndMap::jacobian_wrt_state);
         let islands = &mut self.islands[..self.count];
-        islands.iter_mut().any(|linear| linear.by_state(body, &self.ends, end));
+        islands.iter_mut().any(|linear| linear.jacobian_wrt_state(body, &self.ends, end));
         if self.rest.is_some() && bodies <= FEW_BODIES {
             self.at_rest.resize(bodies, Vec::new());
             self.at_rest[body].extend_from_slice(end);
@@ -428,7 +431,7 @@ impl StepDerivative {
 
     /// Propagates a vector–Jacobian product back through the position update of every body. Returns
     /// the derivatives with respect to each V⁺ and to h.
-    fn begin_pull(
+    fn begin_vjp(
         &mut self,
         end: &[StateChange],
         gradient: &mut StepGradient,
@@ -446,7 +449,7 @@ impl StepDerivative {
         for (end, map) in end.iter().zip(&self.ends) {
             let zero = (Vector3::zeros(), Vector3::zeros());
             let (start, velocity, longer) =
-                map.as_ref().map_or((*end, zero, 0.0), |map| map.pull(end));
+                map.as_ref().map_or((*end, zero, 0.0), |map| map.vjp(end));
             states.push(start);
             by_velocity.push(velocity);
             by_time_step += longer;
@@ -461,13 +464,13 @@ impl StepDerivative {
     ///
     /// # Errors
     /// A list whose length differs from the world's.
-    pub fn pull(
+    pub fn vjp(
         &mut self,
         end: &[StateChange],
         constants: &[Constant],
         gradient: &mut StepGradient,
     ) -> Result<(), Error> {
-        let (by_velocity, by_time_step) = self.begin_pull(end, gradient)?;
+        let (by_velocity, by_time_step) = self.begin_vjp(end, gradient)?;
         let widths = constants.iter().map(|constant| vec![0.0; self.width(*constant)]);
         gradient.constants.extend(widths);
         for (constant, numbers) in constants.iter().zip(&mut gradient.constants) {
@@ -476,7 +479,7 @@ impl StepDerivative {
             }
         }
         for linear in &mut self.islands[..self.count] {
-            linear.pull(&by_velocity, &self.gravity, &self.shapes, constants, gradient);
+            linear.vjp(&by_velocity, &self.gravity, &self.shapes, constants, gradient);
         }
         self.by_velocity = by_velocity;
         Ok(())

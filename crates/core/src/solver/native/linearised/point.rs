@@ -5,22 +5,22 @@
 use super::StepChange;
 use super::coupling::{ContactOnPiece, LinearCoupling};
 use super::geared::LinearGear;
-use super::refined::{Held, RefinedColumns};
+use super::refined::{RefinedColumns, StiffTerms};
 use super::tied::{self, LinearRows, Slots, SolvedRows, TiedEnds};
 use crate::contact::Contact;
 use crate::derivative::PlacedFeatures;
 use crate::error::Error;
 use crate::mechanics::State;
+use crate::solver::native::body_equation::BodyPerturbation;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::effort::SolveEffort;
 use crate::solver::native::equations::{Equations, Velocity};
 use crate::solver::native::interior_point::InteriorPoint;
 use crate::solver::native::island::Island;
+use crate::solver::native::island_problem::next_state;
 use crate::solver::native::islands::IslandView;
 use crate::solver::native::law::{Factored, LocalSolution, MapPiece, NaturalMap};
-use crate::solver::native::member::BodyGiven;
 use crate::solver::native::newton::{Iterate, Newton, NewtonRun, evaluate};
-use crate::solver::native::part::next_state;
 use crate::solver::native::settings::{CENTRES, COMPLIANCE};
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
@@ -48,7 +48,7 @@ pub(super) struct PointCompliance {
 pub(super) struct LinearPoint {
     pub(super) newton: Newton<Island>,
     pub(super) iterate: Iterate<Island>,
-    pub(super) held: Held,
+    pub(super) held: StiffTerms,
     /// Barriers of a point on the central path.
     interior: InteriorPoint<Island>,
     /// Factored gain of each coupling with a nonzero gain, with its index.
@@ -69,7 +69,7 @@ impl LinearPoint {
         Self {
             newton: Newton::new(),
             iterate: Iterate::new(),
-            held: Held::default(),
+            held: StiffTerms::default(),
             interior: InteriorPoint::new(),
             gains: Vec::new(),
             by_friction: Vec::new(),
@@ -220,7 +220,8 @@ impl LinearPoint {
         let graphs = island.graphs();
         // (N7) in the axes of the rows. Joints have no interior.
         let gain = |index: usize, u: &Vector3<f64>| {
-            let (barrier, frame) = (interior.barrier(index), &island.couplings()[index].rows.frame);
+            let barrier = interior.barrier(index);
+            let frame = &island.couplings()[index].rows.frame;
             let u = &frame.tr_mul(u);
             let (_, gain, _) = barrier.eliminate(0.0, &barrier.nothing(), u, graphs)?;
             Some((frame, gain, barrier.by_friction()))
@@ -257,7 +258,7 @@ impl LinearPoint {
         island: &Island,
         bodies: &[usize],
         change: &StepChange<'_>,
-        given: impl Fn(usize) -> BodyGiven,
+        given: impl Fn(usize) -> BodyPerturbation,
         gravity: &Vector3<f64>,
     ) {
         let Self { iterate, couplings, joints, gears, one, .. } = self;
@@ -306,7 +307,8 @@ impl LinearPoint {
         let IslandStep { step, contacts, view } = at;
         let PointCompliance { compliance, is_limit } = on;
         let Self { newton, iterate, couplings, joints, gears, gains, by_friction, .. } = self;
-        let (pieces, limit) = (newton.pieces(), if is_limit { compliance } else { 0.0 });
+        let pieces = newton.pieces();
+        let limit = if is_limit { compliance } else { 0.0 };
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
         }
@@ -315,7 +317,7 @@ impl LinearPoint {
             let Some(place) = view.contacts.get(*index) else { continue };
             let (contact, known) = (&contacts[*place], &mut placed[*index]);
             let placed =
-                known.get_or_insert_with(|| PlacedFeatures::of(step.world, contact, step.states));
+                known.get_or_insert_with(|| PlacedFeatures::new(step.world, contact, step.states));
             let on = ContactOnPiece {
                 piece: pieces[*index],
                 by_friction: by_friction.get(*index).copied(),

@@ -38,15 +38,15 @@
 use super::point::PointCompliance;
 use super::slopes::RowsChange;
 use crate::solver::native::equations::Equations;
-use crate::solver::native::island::{HeldSide, Island, IslandSlope, IslandSystem};
+use crate::solver::native::island::{Island, IslandSlope, IslandSystem, StiffSide};
 use crate::solver::native::law::Factored;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
 /// Terms of the linear system at a point, kept separate for residuals.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Held {
-    couplings: Vec<HeldRows>,
-    sides: Vec<HeldSide>,
+pub(super) struct StiffTerms {
+    couplings: Vec<StiffCoupling>,
+    sides: Vec<StiffSide>,
     /// Angular block of A for every body. The linear block is the identity.
     turning: Vec<Matrix3<f64>>,
     /// Number of solves after the first.
@@ -55,17 +55,17 @@ pub(super) struct Held {
 
 /// Coupling with a nonzero gain.
 #[derive(Debug, Clone)]
-struct HeldRows {
+struct StiffCoupling {
     index: usize,
     /// End of its range in the list of sides.
     end: usize,
     /// ε |g| of each row: 1 for a stiff row.
     stiffness: Vector3<f64>,
     /// ε D along the rows. Zero without a limit.
-    gives: Matrix3<f64>,
+    compliance_matrix: Matrix3<f64>,
 }
 
-impl Held {
+impl StiffTerms {
     /// Starts a system without couplings, with these angular blocks of A.
     pub(super) fn begin(&mut self, turning: impl Iterator<Item = Matrix3<f64>>) {
         self.couplings.clear();
@@ -85,17 +85,18 @@ impl Held {
         on: PointCompliance,
     ) {
         island.hold(index, slope, gain, &mut self.sides);
-        let mut gives = Matrix3::zeros();
+        let mut compliance_matrix = Matrix3::zeros();
         if on.is_limit {
             let along = gain.from.tr_mul(&gain.to) * Matrix3::from_diagonal(&gain.gains);
-            gives = along * on.compliance;
+            compliance_matrix = along * on.compliance;
         }
-        let (end, stiffness) = (self.sides.len(), gain.gains.abs() * on.compliance);
-        self.couplings.push(HeldRows { index, end, stiffness, gives });
+        let end = self.sides.len();
+        let stiffness = gain.gains.abs() * on.compliance;
+        self.couplings.push(StiffCoupling { index, end, stiffness, compliance_matrix });
     }
 
     /// Couplings with their sides.
-    fn couplings(&self) -> impl Iterator<Item = (&HeldRows, &[HeldSide])> {
+    fn couplings(&self) -> impl Iterator<Item = (&StiffCoupling, &[StiffSide])> {
         let mut begin = 0;
         self.couplings.iter().map(move |rows| {
             let sides = &self.sides[begin..rows.end];
@@ -129,13 +130,13 @@ impl Held {
         /// Largest number of solves after the first.
         const MOST: usize = 12;
         columns.begin(self.turning.len(), island.couplings().len());
-        let mut draws = Drawn::default();
+        let mut rng = Rng::default();
         for rows in &self.couplings {
-            columns.motions[rows.index] = SMatrix::from_fn(|_, _| draws.next());
+            columns.motions[rows.index] = SMatrix::from_fn(|_, _| rng.next());
         }
         let mut before = f64::INFINITY;
         for passes in 0..=MOST {
-            let left = columns.give_way(self, island, system);
+            let left = columns.relax_rows(self, island, system);
 
             if left <= if passes == 0 { FEW } else { LEFT } {
                 self.passes = passes.max(1);
@@ -156,9 +157,9 @@ impl Held {
 /// No small subset sums to zero. Multiples of a fixed angle would: a − b − c + d vanishes for four
 /// of them, as for the impulses that a face's corners can share.
 #[derive(Default)]
-pub(super) struct Drawn(u64);
+pub(super) struct Rng(u64);
 
-impl Drawn {
+impl Rng {
     pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -168,10 +169,10 @@ impl Drawn {
     }
 }
 
-impl HeldSide {
+impl StiffSide {
     /// Adds the motion along the rows for a change of the body's velocities.
     #[inline(always)]
-    fn see(&self, change: &[f64; 6], along: &mut [f64; 3]) {
+    fn add_row_motion(&self, change: &[f64; 6], along: &mut [f64; 3]) {
         for (column, change) in self.rows.data.0.iter().zip(change) {
             (0..3).for_each(|k| along[k] += column[k] * change);
         }
@@ -179,7 +180,7 @@ impl HeldSide {
 
     /// Adds the right-hand side of motions along the rows.
     #[inline(always)]
-    fn press(&self, along: &[f64; 3], rhs: &mut [f64; 6]) {
+    fn add_body_load(&self, along: &[f64; 3], rhs: &mut [f64; 6]) {
         for (column, along) in self.effect.data.0.iter().zip(along) {
             (0..6).for_each(|k| rhs[k] += column[k] * along);
         }
@@ -226,7 +227,7 @@ impl<const C: usize> RefinedColumns<C> {
     }
 
     /// Solves for bodies without couplings.
-    pub(super) fn turn(&mut self, inverse: &Matrix3<f64>) {
+    pub(super) fn solve_uncoupled(&mut self, inverse: &Matrix3<f64>) {
         self.solved.clone_from(&self.rhs);
         for solved in &mut self.solved {
             let turned = inverse * solved.fixed_rows::<3>(3);
@@ -235,14 +236,14 @@ impl<const C: usize> RefinedColumns<C> {
     }
 
     /// Writes b + Σ H D m to the solution's memory.
-    fn press_motions(&mut self, held: &Held) {
+    fn add_motion_loads(&mut self, stiff: &StiffTerms) {
         let Self { rhs, motions, solved, .. } = self;
         solved.clone_from(rhs);
-        for (rows, sides) in held.couplings() {
+        for (rows, sides) in stiff.couplings() {
             for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
                 if *motion != [0.0; 3] {
                     for side in sides {
-                        side.press(motion, &mut solved[side.body].data.0[column]);
+                        side.add_body_load(motion, &mut solved[side.body].data.0[column]);
                     }
                 }
             }
@@ -251,18 +252,23 @@ impl<const C: usize> RefinedColumns<C> {
 
     /// Relaxes the rows from impulses δp̂, given as motions −ε δp̂. Leaves the motions of the
     /// remainder and returns its largest entry.
-    fn give_way(&mut self, held: &Held, island: &Island, system: &mut IslandSystem) -> f64 {
+    fn relax_rows(
+        &mut self,
+        stiff: &StiffTerms,
+        island: &Island,
+        system: &mut IslandSystem,
+    ) -> f64 {
         self.rhs.iter_mut().for_each(|rhs| rhs.fill(0.0));
-        self.press_motions(held);
+        self.add_motion_loads(stiff);
         let Self { motions, solved, values, .. } = self;
         island.solve_all(system, solved, values);
         let mut largest = 0.0_f64;
-        for (rows, sides) in held.couplings() {
+        for (rows, sides) in stiff.couplings() {
             for (column, motion) in motions[rows.index].data.0.iter_mut().enumerate() {
                 for side in sides {
-                    side.see(&solved[side.body].data.0[column], motion);
+                    side.add_row_motion(&solved[side.body].data.0[column], motion);
                 }
-                *motion = (rows.gives * -Vector3::from(*motion)).into();
+                *motion = (rows.compliance_matrix * -Vector3::from(*motion)).into();
                 largest = motion.iter().fold(largest, |most, x| most.max(x.abs()));
             }
         }
@@ -270,21 +276,21 @@ impl<const C: usize> RefinedColumns<C> {
     }
 
     /// Solves for δV.
-    pub(super) fn solve(&mut self, island: &Island, held: &Held, system: &mut IslandSystem) {
-        self.press_motions(held);
+    pub(super) fn solve(&mut self, island: &Island, stiff: &StiffTerms, system: &mut IslandSystem) {
+        self.add_motion_loads(stiff);
         let Self { rhs, motions, solved, values, begun, given } = self;
         island.solve_all(system, solved, values);
-        let goes_on = held.passes > 1;
+        let goes_on = stiff.passes > 1;
         if goes_on {
             given.clear();
             given.resize(motions.len(), SMatrix::zeros());
             begun.clone_from(rhs);
         }
-        for pass in 0..held.passes {
+        for pass in 0..stiff.passes {
             if pass > 0 {
                 rhs.clone_from(begun);
             }
-            for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
+            for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&stiff.turning) {
                 for (rhs, x) in rhs.data.0.iter_mut().zip(&x.data.0) {
                     let turned = turning * Vector3::new(x[3], x[4], x[5]);
                     for k in 0..3 {
@@ -293,22 +299,22 @@ impl<const C: usize> RefinedColumns<C> {
                     }
                 }
             }
-            for (rows, sides) in held.couplings() {
+            for (rows, sides) in stiff.couplings() {
                 for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
                     let mut along = *motion;
                     for side in sides {
-                        side.see(&solved[side.body].data.0[column], &mut along);
+                        side.add_row_motion(&solved[side.body].data.0[column], &mut along);
                     }
                     let along = Vector3::from(along);
                     let mut by = along;
                     if goes_on {
                         let given = &mut given[rows.index].data.0[column];
-                        by -= rows.gives * Vector3::from(*given);
+                        by -= rows.compliance_matrix * Vector3::from(*given);
                         *given = by.into();
                     }
-                    let along: [f64; 3] = (along - rows.gives * by).into();
+                    let along: [f64; 3] = (along - rows.compliance_matrix * by).into();
                     for side in sides {
-                        side.press(&along, &mut rhs[side.body].data.0[column]);
+                        side.add_body_load(&along, &mut rhs[side.body].data.0[column]);
                     }
                 }
             }
@@ -320,24 +326,26 @@ impl<const C: usize> RefinedColumns<C> {
 
 impl RefinedColumns<1> {
     /// Largest motion of a stiff row that the solution does not cancel (m/s).
-    pub(super) fn left(&self, held: &Held) -> f64 {
-        let left = |(rows, sides): (&HeldRows, &[HeldSide])| {
+    pub(super) fn residual_of_stiff_rows(&self, stiff: &StiffTerms) -> f64 {
+        let left = |(rows, sides): (&StiffCoupling, &[StiffSide])| {
             let mut along: [f64; 3] = self.motions[rows.index].into();
-            sides.iter().for_each(|side| side.see(&self.solved[side.body].data.0[0], &mut along));
+            sides.iter().for_each(|side| {
+                side.add_row_motion(&self.solved[side.body].data.0[0], &mut along)
+            });
             Vector3::from(along).component_mul(&rows.stiffness).amax()
         };
-        held.couplings().map(left).fold(0.0, f64::max)
+        stiff.couplings().map(left).fold(0.0, f64::max)
     }
 
     /// Solves the transposed system for y. λ replaces the motions.
     pub(super) fn solve_transposed(
         &mut self,
         island: &Island,
-        held: &Held,
+        stiff: &StiffTerms,
         system: &mut IslandSystem,
     ) {
         let Self { rhs, motions, solved, values, begun: z, given } = self;
-        let pulled = |sides: &[HeldSide], values: &[Vector6<f64>]| -> Vector3<f64> {
+        let pulled = |sides: &[StiffSide], values: &[Vector6<f64>]| -> Vector3<f64> {
             sides.iter().map(|side| side.effect.tr_mul(&values[side.body])).sum()
         };
         solved.clear();
@@ -347,50 +355,50 @@ impl RefinedColumns<1> {
         given.resize(motions.len(), Vector3::zeros());
         // From the last solve to the second. The right-hand side is the dependence on the solve
         // before.
-        for _ in 0..held.passes {
+        for _ in 0..stiff.passes {
             z.clone_from(rhs);
             island.solve_transposed(system, z, values);
             solved.iter_mut().zip(&*z).for_each(|(sum, z)| *sum += z);
-            for ((rhs, z), turning) in rhs.iter_mut().zip(&*z).zip(&held.turning) {
+            for ((rhs, z), turning) in rhs.iter_mut().zip(&*z).zip(&stiff.turning) {
                 let turned = turning.tr_mul(&z.fixed_rows::<3>(3));
                 *rhs -= Vector6::new(z[0], z[1], z[2], turned[0], turned[1], turned[2]);
             }
-            for (rows, sides) in held.couplings() {
+            for (rows, sides) in stiff.couplings() {
                 let by = pulled(sides, z);
-                let by_given = given[rows.index] - rows.gives.tr_mul(&by);
-                given[rows.index] = rows.gives.tr_mul(&-by_given);
+                let by_given = given[rows.index] - rows.compliance_matrix.tr_mul(&by);
+                given[rows.index] = rows.compliance_matrix.tr_mul(&-by_given);
                 let by = by + by_given;
                 sides.iter().for_each(|side| rhs[side.body] += side.rows.tr_mul(&by));
                 motions[rows.index] += by;
             }
         }
         island.solve_transposed(system, rhs, values);
-        for (rows, sides) in held.couplings() {
+        for (rows, sides) in stiff.couplings() {
             motions[rows.index] += pulled(sides, rhs);
         }
         solved.iter_mut().zip(&*rhs).for_each(|(sum, z)| *sum += z);
     }
 
     /// Derivatives with respect to changes of a coupling's rows, from the transposed solution.
-    pub(super) fn pulled(&self, island: &Island, coupling: usize) -> RowsChange<1> {
+    pub(super) fn rows_vjp(&self, island: &Island, coupling: usize) -> RowsChange<1> {
         RowsChange {
             motion: self.motions[coupling],
-            impulse: island.impulse_pulled(coupling, &self.solved),
-            torques: island.torques_pulled(coupling, &self.solved),
+            impulse: island.impulse_vjp(coupling, &self.solved),
+            torques: island.torques_vjp(coupling, &self.solved),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Drawn;
+    use super::Rng;
 
     /// The rows of a face's corners depend on each other by ±1, those of points along an edge by
     /// 1, −2, 1. Random numbers must reveal both, at any position in the list.
     #[test]
-    fn no_few_numbers_sum_up_to_nothing() {
-        let mut draws = Drawn::default();
-        let drawn: Vec<f64> = (0..96).map(|_| draws.next()).collect();
+    fn random_numbers_have_no_small_subset_sum_of_zero() {
+        let mut rng = Rng::default();
+        let drawn: Vec<f64> = (0..96).map(|_| rng.next()).collect();
         assert!(drawn.iter().all(|x| x.abs() <= 0.5));
         for from in 0..24 {
             for apart in 1..24 {

@@ -29,7 +29,7 @@ pub(super) struct RestingStep {
 
 impl RestingStep {
     /// Records the step, if nothing moved in it.
-    pub(super) fn of(
+    pub(super) fn from_step(
         step: &Step<'_>,
         contacts: &[Contact],
         solution: &StepSolution,
@@ -74,7 +74,7 @@ impl StepDerivative {
         self.rest.is_some()
     }
 
-    /// Computes the product of [`pull`](Self::pull) with states and wrenches, from a cached matrix
+    /// Computes the product of [`vjp`](Self::vjp) with states and wrenches, from a cached matrix
     /// of a step at rest. Returns false if the matrix does not pay off.
     ///
     /// # Errors
@@ -96,15 +96,16 @@ impl StepDerivative {
             return Ok(false);
         }
         if self.pulling.is_empty() {
-            let (mut found, mut pulling) = (Vec::new(), Vec::with_capacity(bodies));
+            let mut found = Vec::new();
+            let mut pulling = Vec::with_capacity(bodies);
             for body in 0..bodies {
-                self.by_state(body, &mut found)?;
+                self.jacobian_wrt_state(body, &mut found)?;
                 let slopes = found.iter().map(|end| end.fixed_rows::<6>(6).transpose());
                 pulling.push(slopes.collect());
             }
             self.pulling = pulling;
         }
-        let (by_velocity, _) = self.begin_pull(end, gradient)?;
+        let (by_velocity, _) = self.begin_vjp(end, gradient)?;
         let StepGradient { states, wrenches, .. } = gradient;
         for (state, columns) in states.iter_mut().zip(&self.pulling) {
             let mut sums = state.to_array();
@@ -136,7 +137,7 @@ impl LinearIsland {
     fn push_wrenches(&self, states: &[StateChange], wrenches: &mut [Wrench]) {
         for (&body, member) in self.bodies.iter().zip(self.island.members()) {
             let StateChange { velocity, spin, .. } = &states[body];
-            wrenches[body] = member.wrench_pulled(velocity, spin);
+            wrenches[body] = member.wrench_vjp(velocity, spin);
         }
     }
 }

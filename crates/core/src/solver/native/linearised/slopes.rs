@@ -66,7 +66,7 @@ impl RowsChange<12> {
     }
 
     /// Transposed product of six columns, from index `first` on, and a change of the rows.
-    fn pulled(&self, first: usize, by: &RowsChange<1>) -> Vector6<f64> {
+    fn rows_vjp(&self, first: usize, by: &RowsChange<1>) -> Vector6<f64> {
         self.motion.fixed_columns::<6>(first).tr_mul(&by.motion)
             + self.impulse.fixed_columns::<6>(first).tr_mul(&by.impulse)
             + self.torques.fixed_columns::<6>(first).tr_mul(&by.torques)
@@ -98,7 +98,7 @@ fn six(position: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
 }
 
 impl LinearisedSlopes {
-    pub(super) fn of(bodies: [Option<usize>; 2]) -> Self {
+    pub(super) fn new(bodies: [Option<usize>; 2]) -> Self {
         Self { bodies, by_pose: RowsChange::zero(), by_velocity: None }
     }
 
@@ -117,21 +117,24 @@ impl LinearisedSlopes {
 
     /// Derivatives with respect to the pose of `body`, and to its velocities if they matter. `None`
     /// for other bodies.
-    pub(super) fn by_state(&self, body: usize) -> Option<(RowsChange<6>, Option<RowsChange<6>>)> {
+    pub(super) fn jacobian_wrt_state(
+        &self,
+        body: usize,
+    ) -> Option<(RowsChange<6>, Option<RowsChange<6>>)> {
         let first = 6 * (0..2).find(|side| self.bodies[*side] == Some(body))?;
         let by_velocity = self.by_velocity.as_ref().map(|slopes| slopes.columns(first));
         Some((self.by_pose.columns(first), by_velocity))
     }
 
     /// Adds the transposed product: derivatives with respect to states.
-    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
+    pub(super) fn vjp(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
         for (side, body) in self.bodies.into_iter().enumerate() {
             let Some(state) = body.map(|body| &mut states[body]) else { continue };
-            let pose = self.by_pose.pulled(6 * side, by);
+            let pose = self.by_pose.rows_vjp(6 * side, by);
             state.position += pose.fixed_rows::<3>(0);
             state.turn += pose.fixed_rows::<3>(3);
             if let Some(slopes) = &self.by_velocity {
-                let faster = slopes.pulled(6 * side, by);
+                let faster = slopes.rows_vjp(6 * side, by);
                 state.velocity += faster.fixed_rows::<3>(0);
                 state.spin += faster.fixed_rows::<3>(3);
             }

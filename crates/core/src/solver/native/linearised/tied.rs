@@ -217,7 +217,7 @@ impl Slots {
     }
 
     /// Indices of an axis.
-    fn of(&self, joint: usize, axis: JointAxis) -> AxisSlots {
+    fn axis_slots(&self, joint: usize, axis: JointAxis) -> AxisSlots {
         let first = self.axes.partition_point(|(known, ..)| *known < joint);
         let mut own = self.axes[first..].iter().take_while(|(known, ..)| *known == joint);
         own.find(|(_, known, _)| *known == axis).map_or(AxisSlots::default(), |(.., slots)| *slots)
@@ -285,15 +285,16 @@ pub(super) fn linearise(
             let frame = *island.rows(coupling);
             let impulse = frame.tr_mul(&(solved.impulses[coupling]))
                 + island.geared(coupling, solved.impulses);
-            let of = match about {
-                false => Some(tangent.of_place(&impulse)),
-                true => tangent.of_turn(angles, length, &impulse),
+            let of = if about {
+                tangent.turn_rows(angles, length, &impulse)
+            } else {
+                Some(tangent.place_rows(&impulse))
             };
             let Some(of) = of else { continue };
             let law = |k: usize| {
                 let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
                 let row = TiedRow { coupling, k, length };
-                let own = slots.of(*number, axis);
+                let own = slots.axis_slots(*number, axis);
                 TiedRowLaw::new(solved, island, row, &axes[k], &starts[k], h, own)
             };
             let laws = [law(0), law(1), law(2)];
@@ -329,7 +330,7 @@ impl LinearRows {
         frame: Matrix3<f64>,
         laws: [TiedRowLaw; 3],
     ) -> Self {
-        let mut slopes = LinearisedSlopes::of(bodies);
+        let mut slopes = LinearisedSlopes::new(bodies);
         let (load, mut by_time_step) = (&of.load, RowsChange::<1>::zero());
         let pose = &mut slopes.by_pose;
         pose.motion = of.motion;
@@ -388,7 +389,7 @@ impl LinearRows {
     }
 
     /// Change of the rows for changes of constants.
-    pub(super) fn by_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
+    pub(super) fn jvp_wrt_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
         let mut change = RowsChange::zero().plus(of(Constant::TimeStep, 0), &self.by_time_step);
         for (k, law) in self.laws.iter().enumerate() {
             let Some((motion, impulse)) = law.given(of).map(|given| law.local_solution(&given))

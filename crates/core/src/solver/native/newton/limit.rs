@@ -109,7 +109,8 @@ impl<E: Equations> Newton<E> {
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) -> f64 {
-        let (map, is_sure) = (NaturalMap::EXACT, determined == Determined::Surely);
+        let map = NaturalMap::EXACT;
+        let is_sure = determined == Determined::Surely;
         let compliance = DETERMINED_COMPLIANCE;
         let mut run = NewtonRun { compliance, ..NewtonRun::with_compliance(equations) };
         if !is_sure {

@@ -168,9 +168,10 @@ impl<E: Equations> Newton<E> {
         iterate.keep_impulses(equations, map);
         self.trial.shifts.clear();
         self.trial.shifts.extend_from_slice(&iterate.shifts);
-        match is_evaluated {
-            true => evaluate_again(equations, map, iterate),
-            false => evaluate(equations, map, iterate),
+        if is_evaluated {
+            evaluate_again(equations, map, iterate)
+        } else {
+            evaluate(equations, map, iterate)
         };
         let converged = self.go_on(equations, map, run, iterate, effort);
         iterate.forget_impulses();
@@ -239,7 +240,8 @@ impl<E: Equations> Newton<E> {
         let Iterate { velocity, impulses, points, projections, scratch, .. } = iterate;
         let is_isotropic = self.is_isotropic;
         let Self { step, pieces, eliminations, system, kept, .. } = self;
-        let (at, graphs) = (EvaluatedPoint { velocity, points, scratch }, equations.graphs());
+        let at = EvaluatedPoint { velocity, points, scratch };
+        let graphs = equations.graphs();
         let local_solution = |index: usize, coupling: &Coupling| {
             let alike;
             let mut rows = &coupling.rows;

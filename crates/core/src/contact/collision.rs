@@ -16,18 +16,18 @@
 //! rejects all contacts, the features that face each other at the start are used. Nothing crosses
 //! the plane across their shortest line.
 
-use super::admission::{is_held, is_near_held, pieces};
 use super::collider::{Collider, Colliders, PieceExtent, PieceOwner, placed, size};
+use super::contact_filter::{is_held, is_near_held, pieces};
 use super::exposure::{ContactSearch, Exposure, ExposureScratch};
 use super::key_index::PieceIndex;
 use super::memory::Neighbour;
 use super::owner::plane_of;
 use super::partners::Partners;
-use super::seams::is_triangle;
+use super::terrain_seams::is_triangle;
 use super::{Contact, Partner};
 use crate::geometry::{
-    Advance, Hint, ManifoldPoint, Moving, PairScratch, bound, first_overlap, separation,
-    stays_clear, travel,
+    Advance, Hint, ManifoldPoint, Moving, PairScratch, distance_lower_bound, first_overlap,
+    signed_distance, stays_clear, travel,
 };
 use crate::mechanics::trajectory::LARGEST_TURN;
 use crate::mechanics::{Pose, State, Trajectory};
@@ -48,7 +48,7 @@ const NEAR_OF_THIN: f64 = 1e-2;
 const DEEP: f64 = 0.1;
 /// Cosine above which two directions are equal. A pair with equal directions at its first overlap
 /// and at the end has met one side of a piece.
-const SAME_WAY: f64 = 0.9;
+const SAME_DIRECTION: f64 = 0.9;
 /// Number of bisections: a place on the trajectory is found to a fraction of 2⁻³⁰.
 const BISECTIONS: u32 = 30;
 
@@ -94,16 +94,16 @@ pub(super) struct CollisionSearch<'a> {
 
 /// Place on the trajectory at which a pair is examined.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum MeetingPlace {
+pub(super) enum SamplePose {
     Start,
     /// The start, with unlimited reach for the features that face each other.
     StartFar,
     End,
-    Between,
+    Intermediate,
 }
 
-impl MeetingPlace {
-    pub(super) fn of<'a>(
+impl SamplePose {
+    pub(super) fn poses<'a>(
         self,
         start: &'a [Pose],
         end: &'a [Pose],
@@ -112,14 +112,14 @@ impl MeetingPlace {
         match self {
             Self::Start | Self::StartFar => start,
             Self::End => end,
-            Self::Between => between,
+            Self::Intermediate => between,
         }
     }
 }
 
 /// A pair that collides on its trajectory.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Meeting {
+pub(super) struct Collision {
     /// Index of the pair.
     pub pair: usize,
     /// Place of the collision, as a fraction of the trajectory.
@@ -149,14 +149,16 @@ impl CollisionSearch<'_> {
 
     /// True if a pair with a triangle of a terrain has so much room at the start that it does not
     /// collide. Its gap becomes a bound for the end.
-    pub fn stays_in_room(&self, pair: &mut Neighbour, colliders: &Colliders) -> bool {
+    pub fn is_out_of_reach(&self, pair: &mut Neighbour, colliders: &Colliders) -> bool {
         let [number, other] = pair.colliders;
         let PieceOwner::Body(body) = colliders.at(number).owner else { return false };
         if !is_triangle(self.world, colliders.at(other)) {
             return false;
         }
-        let (trajectory, arm) = (&self.trajectories[body], self.extents[number].arm);
-        let least = pair.room.0 - trajectory.shift().norm() - arm * trajectory.angle().min(2.0);
+        let trajectory = &self.trajectories[body];
+        let arm = self.extents[number].arm;
+        let least =
+            pair.clearance.0 - trajectory.shift().norm() - arm * trajectory.angle().min(2.0);
         if least < -self.depth {
             return false;
         }
@@ -168,25 +170,25 @@ impl CollisionSearch<'_> {
     ///
     /// A pair that nearly touches at the start collides there and not where it would have moved.
     /// Its contacts are added at once. A collision is returned only if there are none.
-    pub fn meeting(
+    pub fn find_collision(
         &mut self,
         index: usize,
         indices: [usize; 2],
         pair: &mut PairState<'_>,
         contacts: &mut Vec<Contact>,
-    ) -> Option<Meeting> {
+    ) -> Option<Collision> {
         let [a, b] = pair.colliders;
         if !*pair.is_bound && *pair.gap >= -self.depth && self.stays(a) && self.stays(b) {
             return None;
         }
         let ends = (placed(self.world, self.end, a), placed(self.world, self.end, b));
-        *pair.gap = bound(ends.0, ends.1, pair.hint);
+        *pair.gap = distance_lower_bound(ends.0, ends.1, pair.hint);
         *pair.is_bound = true;
         let extents = [
             self.extents[indices[0]],
             match self.extents.get(indices[1]) {
                 Some(extent) => *extent,
-                None => PieceExtent::of_triangle(ends.1.0),
+                None => PieceExtent::from_triangle(ends.1.0),
             },
         ];
         let moving = [self.moving(a, extents[0]), self.moving(b, extents[1])];
@@ -203,7 +205,7 @@ impl CollisionSearch<'_> {
         let deep = fine + DEEP * thick;
         let passing = deep + moving[0].bulge() + moving[1].bulge();
         if *pair.gap < -self.depth {
-            *pair.gap = self.touches(pair, MeetingPlace::End);
+            *pair.gap = self.touches(pair, SamplePose::End);
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
@@ -233,13 +235,13 @@ impl CollisionSearch<'_> {
         }
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
         let (mut under, mut begins_near) = (0.0, false);
-        if bound(was.0, was.1, pair.hint) <= near {
-            let gap = self.touches(pair, MeetingPlace::Start);
+        if distance_lower_bound(was.0, was.1, pair.hint) <= near {
+            let gap = self.touches(pair, SamplePose::Start);
             under = gap.min(0.0);
             begins_near = gap <= near;
             let before = contacts.len();
             if begins_near {
-                self.admit(pair.colliders, MeetingPlace::Start, f64::NEG_INFINITY, contacts);
+                self.admit(pair.colliders, SamplePose::Start, f64::NEG_INFINITY, contacts);
             }
             if contacts.len() > before {
                 return None;
@@ -247,13 +249,11 @@ impl CollisionSearch<'_> {
         }
         // A pair that touched and ends no deeper has its features at the end.
         let is_shallow = begins_near && *pair.gap >= under - fine;
-        let first = match is_deep && is_shallow {
-            true => None,
-            false => self.first(&moving, fine - under, pair),
-        };
+        let first =
+            if is_deep && is_shallow { None } else { self.first(&moving, fine - under, pair) };
         let share = first.unwrap_or(1.0);
         let deep = deep - under;
-        Some(Meeting { pair: index, share, is_deep, goes_through, fine, deep, under, axis })
+        Some(Collision { pair: index, share, is_deep, goes_through, fine, deep, under, axis })
     }
 
     /// Adds the contacts of a pair that collides.
@@ -263,46 +263,46 @@ impl CollisionSearch<'_> {
     /// same features as at the collision.
     pub fn settle(
         &mut self,
-        meeting: &Meeting,
+        collision: &Collision,
         pair: &mut PairState<'_>,
         waits: bool,
         contacts: &mut Vec<Contact>,
     ) {
         let before = contacts.len();
-        self.place(pair.colliders, meeting.share);
-        self.touches(pair, MeetingPlace::Between);
-        if self.is_same_way(meeting, pair) {
+        self.place(pair.colliders, collision.share);
+        self.touches(pair, SamplePose::Intermediate);
+        if self.is_same_direction(collision, pair) {
             // Same direction as at the collision: all corners that come down are known at the end.
-            self.touches(pair, MeetingPlace::End);
-            self.admit(pair.colliders, MeetingPlace::End, meeting.under, contacts);
+            self.touches(pair, SamplePose::End);
+            self.admit(pair.colliders, SamplePose::End, collision.under, contacts);
             if contacts.len() > before {
                 return;
             }
-            self.touches(pair, MeetingPlace::Between);
+            self.touches(pair, SamplePose::Intermediate);
         } else if waits {
             return;
         }
-        if !self.admit(pair.colliders, MeetingPlace::Between, meeting.under, contacts) {
-            self.touches(pair, MeetingPlace::StartFar);
-            self.admit(pair.colliders, MeetingPlace::StartFar, f64::NEG_INFINITY, contacts);
+        if !self.admit(pair.colliders, SamplePose::Intermediate, collision.under, contacts) {
+            self.touches(pair, SamplePose::StartFar);
+            self.admit(pair.colliders, SamplePose::StartFar, f64::NEG_INFINITY, contacts);
         }
-        if contacts.len() == before && meeting.is_deep && meeting.share < 1.0 {
+        if contacts.len() == before && collision.is_deep && collision.share < 1.0 {
             // Its contacts hold at the end, and another feature is too deep there.
-            self.place_beside_known(meeting, pair, contacts);
-            self.touches(pair, MeetingPlace::Between);
-            self.admit(pair.colliders, MeetingPlace::Between, meeting.under, contacts);
+            self.place_beside_known(collision, pair, contacts);
+            self.touches(pair, SamplePose::Intermediate);
+            self.admit(pair.colliders, SamplePose::Intermediate, collision.under, contacts);
             if contacts.len() == before {
-                self.touches(pair, MeetingPlace::End);
-                self.admit(pair.colliders, MeetingPlace::End, meeting.under, contacts);
+                self.touches(pair, SamplePose::End);
+                self.admit(pair.colliders, SamplePose::End, collision.under, contacts);
             }
         }
-        let passes = meeting.goes_through && !self.is_hidden;
-        if contacts.len() > before || !passes && *pair.gap >= -meeting.deep {
+        let passes = collision.goes_through && !self.is_hidden;
+        if contacts.len() > before || !passes && *pair.gap >= -collision.deep {
             return;
         }
-        self.place(pair.colliders, meeting.share);
-        self.touches(pair, MeetingPlace::Between);
-        self.admit_planes_of_round(pair.colliders, meeting.under, contacts);
+        self.place(pair.colliders, collision.share);
+        self.touches(pair, SamplePose::Intermediate);
+        self.admit_planes_of_round(pair.colliders, collision.under, contacts);
         if contacts.len() == before {
             self.miss(pair.colliders);
         }
@@ -320,7 +320,7 @@ impl CollisionSearch<'_> {
     /// chord, the pieces are moved apart by the overlap of their deepest contact.
     fn place_beside_known(
         &mut self,
-        meeting: &Meeting,
+        collision: &Collision,
         pair: &mut PairState<'_>,
         contacts: &[Contact],
     ) {
@@ -331,8 +331,8 @@ impl CollisionSearch<'_> {
             self.lift(pair.colliders, contacts);
             let [a, b] = pair.colliders;
             let pieces = (placed(self.world, self.between, a), placed(self.world, self.between, b));
-            let distance = separation(pieces.0, pieces.1, pair.hint, self.scratch).distance;
-            if distance < meeting.under - meeting.fine {
+            let distance = signed_distance(pieces.0, pieces.1, pair.hint, self.scratch).distance;
+            if distance < collision.under - collision.fine {
                 met = share;
             } else {
                 clear = share;
@@ -408,13 +408,14 @@ impl CollisionSearch<'_> {
     }
 
     /// Finds the geometric contact points of a pair. Returns the gap (m).
-    fn touches(&mut self, pair: &mut PairState<'_>, at: MeetingPlace) -> f64 {
+    fn touches(&mut self, pair: &mut PairState<'_>, at: SamplePose) -> f64 {
         let [a, b] = pair.colliders;
-        let (world, poses) = (self.world, at.of(self.start, self.end, self.between));
+        let world = self.world;
+        let poses = at.poses(self.start, self.end, self.between);
         let pieces = (placed(world, poses, a), placed(world, poses, b));
         let mut reach = BAND * size(pieces.0.0).min(size(pieces.1.0));
-        if matches!(at, MeetingPlace::StartFar) {
-            reach += separation(pieces.0, pieces.1, pair.hint, self.scratch).distance.max(0.0);
+        if matches!(at, SamplePose::StartFar) {
+            reach += signed_distance(pieces.0, pieces.1, pair.hint, self.scratch).distance.max(0.0);
         }
         let plane_of = plane_of(world, self.states, self.start, a, b);
         let of =
@@ -429,9 +430,9 @@ impl CollisionSearch<'_> {
     }
 
     /// True if a pair has the same direction at its collision as at its end.
-    fn is_same_way(&self, meeting: &Meeting, pair: &PairState<'_>) -> bool {
+    fn is_same_direction(&self, collision: &Collision, pair: &PairState<'_>) -> bool {
         let (_, pose) = placed(self.world, self.between, pair.colliders[1]);
-        let axes = (meeting.axis, pair.hint.axis_from(pose));
-        matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_WAY)
+        let axes = (collision.axis, pair.hint.axis_from(pose));
+        matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_DIRECTION)
     }
 }

@@ -50,7 +50,7 @@ impl ContactProblem {
             if found.is_solved() {
                 last = Some(found.impulses.clone());
             }
-            let found = found.of_problem(self);
+            let found = found.evaluated_in(self);
             if best.as_ref().is_none_or(|best| found.residual < best.residual) {
                 best = Some(found);
             }
@@ -79,6 +79,6 @@ impl ContactProblem {
     fn none(&self, residual: f64) -> Solution {
         let impulses = vec![0.0; self.row_count()];
         let evaluation = self.evaluate(&impulses);
-        Solution::of(impulses, evaluation, residual)
+        Solution::new(impulses, evaluation, residual)
     }
 }

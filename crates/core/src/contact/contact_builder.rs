@@ -6,7 +6,7 @@
 
 use super::collider::{Collider, PieceOwner, placed};
 use super::curved::{Core, CorePair, Curved};
-use super::seams::is_triangle;
+use super::terrain_seams::is_triangle;
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
 use crate::geometry::{CorePart, Ellipsoid, Feature, ManifoldPoint, Piece, PieceSide};
 use crate::mechanics::{Pose, RigidBody, State};
@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 const SAME_PLANE: f64 = 1.0 - 1e-12;
 
 /// Converts the geometric contact points of two colliders to contacts.
-pub(super) struct Between<'a> {
+pub(super) struct ContactBuilder<'a> {
     pub(super) world: &'a World,
     /// Colliders A and B of the geometric contact points. The first one is of the body with the
     /// lower index, whichever owns the point.
@@ -30,12 +30,12 @@ pub(super) struct Between<'a> {
     pub(super) states: &'a [State],
 }
 
-impl Between<'_> {
+impl ContactBuilder<'_> {
     /// Contact for the geometric contact point `touch`. `None` between two fixed pieces.
     ///
     /// A step can need several planes for the same pair of features. `plane` numbers them from 0
     /// and becomes part of the key. For two round features, number 0 is a contact with the exact
-    /// gap of the features. It suffices unless a fast body passes through it ([`super::meeting`]).
+    /// gap of the features. It suffices unless a fast body passes through it ([`super::collision`]).
     /// Higher numbers are a point against a plane.
     pub(super) fn contact(&self, touch: &ManifoldPoint, plane: u32) -> Option<Contact> {
         let [of_point, of_plane] = match touch.point_of {
@@ -55,7 +55,8 @@ impl Between<'_> {
         }
         match (of_point.owner, of_plane.owner) {
             (PieceOwner::Body(body), owner) => {
-                let (mut features, mut plane) = (features, (touch.normal, touch.offset));
+                let mut features = features;
+                let mut plane = (touch.normal, touch.offset);
                 if is_triangle(self.world, of_plane) {
                     plane = self.plane_of_patch(touch, &mut features).unwrap_or(plane);
                 }
@@ -65,7 +66,7 @@ impl Between<'_> {
                     partner: owner.partner(),
                     pair: Some(features),
                 };
-                let mut features = Features::of_plane(
+                let mut features = Features::from_plane(
                     touch.point,
                     touch.point_radius,
                     frame_along(&plane.0),
@@ -230,7 +231,7 @@ pub fn round(pieces: [&Piece; 2], parts: [CorePart; 2], normal: &Vector3<f64>) -
     }
     let (of_a, of_b) = (core(pieces[0], parts[0])?, core(pieces[1], parts[1])?);
     let pair = CorePair { of_a, of_b, radius: radii.1, shares: (0.0, 0.0) };
-    let plane = Features::of_plane(of_a.from, radii.0, frame_along(normal), 0.0);
+    let plane = Features::from_plane(of_a.from, radii.0, frame_along(normal), 0.0);
     Some(Features { curved: Some(Curved::Cores(pair)), ..plane })
 }
 
@@ -266,7 +267,7 @@ fn turned_about(touch: &ManifoldPoint, pose: &Pose) -> Features {
     let surface = touch.point - normal * touch.point_radius;
     let foot = surface - normal * touch.gap;
     let point = pose.rotation.tr_mul(&(foot - pose.position));
-    Features::of_plane(point, 0.0, frame_along(&-normal), -normal.dot(&surface))
+    Features::from_plane(point, 0.0, frame_along(&-normal), -normal.dot(&surface))
 }
 
 /// First vertex of an edge of a body's piece.

@@ -10,7 +10,7 @@ const POINT: usize = usize::MAX;
 /// Features that can contain the closest points: those that reach into the layer between the cores
 /// where the closest points must lie.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Near {
+pub(super) struct CandidateFeatures {
     pub a: CoreFeatures,
     pub b: CoreFeatures,
 }
@@ -22,7 +22,7 @@ pub(super) struct CoreFeatures {
     edges: Vec<usize>,
 }
 
-impl Near {
+impl CandidateFeatures {
     /// Collects the features that reach into the layer along `axis` in which the closest points lie.
     ///
     /// `vertices` are those of B in the frame of A. `ends` are the highest point of A and the lowest

@@ -22,7 +22,7 @@ use nalgebra::{Vector3, Vector4};
 /// Two objects that leave too little room for a body between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub struct Squeeze {
+pub struct InfeasibleGap {
     /// The two objects: a driven or held body, and another one, a fixed piece or the ground.
     pub by: [Partner; 2],
     /// The squeezed body. If there are several, the one next to the first object.
@@ -42,7 +42,7 @@ struct SqueezeSearch<'a> {
     states: &'a [State],
     contacts: &'a [Contact],
     /// Result with the largest missing room.
-    found: Option<Squeeze>,
+    found: Option<InfeasibleGap>,
 }
 
 /// Node of the search.
@@ -63,7 +63,7 @@ pub(super) fn find(
     states: &[State],
     contacts: &[Contact],
     least: f64,
-) -> Option<Squeeze> {
+) -> Option<InfeasibleGap> {
     let mut search = SqueezeSearch { world, states, contacts, found: None };
     for contact in contacts {
         let body = Partner::Body(contact.key.body);
@@ -71,7 +71,8 @@ pub(super) fn find(
             let Some(first) = to.body() else { continue };
             // Chains start at a body with prescribed motion; fixed pieces do not squeeze by
             // themselves.
-            let (Some(_), Some(moved)) = (from.body(), search.told(from, &place(contact, states)))
+            let (Some(_), Some(moved)) =
+                (from.body(), search.prescribed_displacement(from, &place(contact, states)))
             else {
                 continue;
             };
@@ -97,7 +98,7 @@ fn towards(contact: &Contact, body: usize) -> Vector3<f64> {
 impl SqueezeSearch<'_> {
     /// Displacement in the step of a point on `of` if its motion is prescribed (m); `None` for
     /// other bodies.
-    fn told(&self, of: Partner, point: &Vector3<f64>) -> Option<Vector3<f64>> {
+    fn prescribed_displacement(&self, of: Partner, point: &Vector3<f64>) -> Option<Vector3<f64>> {
         let Some(body) = of.body() else { return Some(Vector3::zeros()) };
         if self.world.is_held(body) {
             return Some(Vector3::zeros());
@@ -113,11 +114,11 @@ impl SqueezeSearch<'_> {
     }
 
     /// Continues the search from the last body of the chain.
-    fn go_on(&mut self, way: &SearchPlace) {
+    fn go_on(&mut self, search_place: &SearchPlace) {
         let contacts = self.contacts;
-        let last = way.between[way.count - 1];
+        let last = search_place.between[search_place.count - 1];
         // A chain ends at a body with prescribed motion.
-        if self.told(Partner::Body(last), &Vector3::zeros()).is_some() {
+        if self.prescribed_displacement(Partner::Body(last), &Vector3::zeros()).is_some() {
             return;
         }
         for contact in contacts {
@@ -127,24 +128,26 @@ impl SqueezeSearch<'_> {
                 _ => continue,
             };
             let direction = -towards(contact, last);
-            let is_new = |next: usize| !way.between[..way.count].contains(&next);
-            if next == way.from || direction.dot(&way.direction) < ALIKE {
+            let is_new = |next: usize| !search_place.between[..search_place.count].contains(&next);
+            if next == search_place.from || direction.dot(&search_place.direction) < ALIKE {
                 continue;
             }
-            let closed = way.closed - contact.gap;
-            match self.told(next, &place(contact, self.states)) {
+            let closed = search_place.closed - contact.gap;
+            match self.prescribed_displacement(next, &place(contact, self.states)) {
                 Some(moved) => {
                     let lacking = closed - direction.dot(&moved);
                     if self.found.is_none_or(|found| lacking > found.lacking) {
-                        let by = [way.from, next];
-                        self.found = Some(Squeeze { by, body: way.between[0], lacking });
+                        let by = [search_place.from, next];
+                        self.found =
+                            Some(InfeasibleGap { by, body: search_place.between[0], lacking });
                     }
                 }
                 None => {
                     let Some(next) = next.body().filter(|next| is_new(*next)) else { continue };
-                    if way.count < MOST_BETWEEN {
-                        let mut on = SearchPlace { count: way.count + 1, closed, ..*way };
-                        on.between[way.count] = next;
+                    if search_place.count < MOST_BETWEEN {
+                        let mut on =
+                            SearchPlace { count: search_place.count + 1, closed, ..*search_place };
+                        on.between[search_place.count] = next;
                         self.go_on(&on);
                     }
                 }

@@ -38,7 +38,7 @@ mod tests {
 
     /// The simulator's mean of a held wrench has the bits of the search.
     #[test]
-    fn what_is_held_is_what_was_searched_with() {
+    fn mean_of_piecewise_load_has_the_bits_of_the_search() {
         let h = 0.013;
         let values: Vec<_> = (0..50)
             .map(|k| {

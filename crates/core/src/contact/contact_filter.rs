@@ -1,11 +1,11 @@
 //! Admission of the geometric contact points of a pair as contacts: those with a plane that is not
 //! known yet.
 
-use super::between::Between;
 use super::collider::{Collider, placed, size};
+use super::collision::{CollisionSearch, SamplePose};
+use super::contact_builder::ContactBuilder;
 use super::key_index::{KeyEnd, PieceIndex, end_of, ends_of};
-use super::meeting::{CollisionSearch, MeetingPlace};
-use super::seams::{is_same, is_triangle, lies_in};
+use super::terrain_seams::{is_coplanar, is_triangle, same_contact};
 use super::{Contact, ContactKey, Curved, Partner};
 use crate::geometry::Feature;
 use crate::world::World;
@@ -32,21 +32,21 @@ impl CollisionSearch<'_> {
     ) {
         let least = under - self.same_gap(colliders);
         let (world, start, states) = (self.world, self.start, self.states);
-        let between = Between { world, colliders, at: self.between, start, states };
+        let between = ContactBuilder { world, colliders, at: self.between, start, states };
         for touch in &*self.touches {
             if !matches!(touch.feature, Feature::Round(..)) {
                 continue;
             }
-            let is_same = |contact: &&Contact| {
+            let same_contact = |contact: &&Contact| {
                 is_between(&contact.key, colliders[0], colliders[1])
                     && contact.key.pair.is_some_and(|pair| pair.feature == touch.feature)
             };
             let ends = pieces(colliders);
             let planes = self.index.between(contacts, ends).map(|place| &contacts[place]);
-            let planes = planes.filter(is_same).count() as u32;
+            let planes = planes.filter(same_contact).count() as u32;
             let Some(contact) = between.contact(touch, planes.max(1)) else { continue };
             let known = self.index.between(contacts, ends).map(|place| &contacts[place]);
-            let is_known = known.filter(is_same).any(|known| {
+            let is_known = known.filter(same_contact).any(|known| {
                 known.features.curved.is_none()
                     && known.normal().dot(&contact.normal()) >= SAME_PLANE
             });
@@ -66,7 +66,7 @@ impl CollisionSearch<'_> {
     /// `contacts`.
     pub(super) fn knows(&mut self, colliders: [Collider; 2], contacts: &[Contact]) -> bool {
         let (world, start, states) = (self.world, self.start, self.states);
-        let between = Between { world, colliders, at: self.end, start, states };
+        let between = ContactBuilder { world, colliders, at: self.end, start, states };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
         found.all(|contact| unknown_plane(world, &contact, contacts, self.index).is_none())
     }
@@ -79,14 +79,14 @@ impl CollisionSearch<'_> {
     pub(super) fn admit(
         &mut self,
         colliders: [Collider; 2],
-        at: MeetingPlace,
+        at: SamplePose,
         under: f64,
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let least = under - self.same_gap(colliders);
         let (world, start, states) = (self.world, self.start, self.states);
-        let poses = at.of(start, self.end, self.between);
-        let between = Between { world, colliders, at: poses, start, states };
+        let poses = at.poses(start, self.end, self.between);
+        let between = ContactBuilder { world, colliders, at: poses, start, states };
         let mut fits = false;
         for touch in &*self.touches {
             let Some(contact) = between.contact(touch, 0) else { continue };
@@ -134,7 +134,7 @@ pub(super) fn is_near_held(world: &World, contact: &Contact, a: Collider, b: Col
 
 /// True if a contact is between two given pieces, or its plane contains the second one, a triangle.
 pub(super) fn is_held(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
-    is_between(&contact.key, a, b) || is_triangle(world, b) && lies_in(world, contact, a, b)
+    is_between(&contact.key, a, b) || is_triangle(world, b) && is_coplanar(world, contact, a, b)
 }
 
 /// True unless two contacts of an ellipsoid are too far apart on it for one of them.
@@ -157,9 +157,8 @@ fn has_another_plane(
     let known = index.between(contacts, pieces(colliders)).map(|place| &contacts[place]);
     let mut known = known.peekable();
     // The normal of a contact points to its body, either of the two.
-    let along = |known: &Contact| match known.key.body == contact.key.body {
-        true => known.normal(),
-        false => -known.normal(),
+    let along = |known: &Contact| {
+        if known.key.body == contact.key.body { known.normal() } else { -known.normal() }
     };
     known.peek().is_some() && known.all(|known| along(known).dot(&contact.normal()) < SAME_PLANE)
 }
@@ -175,7 +174,7 @@ fn unknown_plane(
     let mut planes = 0;
     let between = index.between(contacts, ends_of(&contact.key));
     for known in between.map(|place| &contacts[place]) {
-        if is_same(world, known, contact) {
+        if same_contact(world, known, contact) {
             return None;
         }
         let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key

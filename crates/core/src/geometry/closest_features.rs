@@ -4,7 +4,7 @@ use super::gjk::close_points;
 use super::hull::{Edge, span};
 use super::pair::PiecePair;
 use super::scratch::PairScratch;
-use super::segment::nearest_shares;
+use super::segment::closest_segment_parameters;
 use super::support::{highest, lowest};
 use nalgebra::Vector3;
 
@@ -46,7 +46,7 @@ const TOUCHING: f64 = 1e-12;
 /// point of B along a unit vector n. The closest points obey n·b ≤ α + ub and n·a ≥ β − ub, so features
 /// beyond these planes are skipped. If `axis` leaves many features, n is the direction between close
 /// points.
-pub(super) fn closest(
+pub(super) fn closest_features(
     pair: &PiecePair<'_>,
     scratch: &mut PairScratch,
     axis: Option<&Vector3<f64>>,
@@ -101,7 +101,7 @@ pub(super) fn closest(
             }
         }
     }
-    near.each_pair(|edge_a, edge_b| keep(of_edges(pair, vertices, edge_a, edge_b)));
+    near.each_pair(|edge_a, edge_b| keep(closest_on_edges(pair, vertices, edge_a, edge_b)));
     best
 }
 
@@ -109,7 +109,7 @@ pub(super) fn closest(
 const AT_END: f64 = 1e-9;
 
 /// Closest points p + s u and q + t v (0 ≤ s, t ≤ 1) of two edges.
-pub(super) fn of_edges(
+pub(super) fn closest_on_edges(
     pair: &PiecePair<'_>,
     vertices_b: &[Vector3<f64>],
     edge_a: usize,
@@ -120,7 +120,7 @@ pub(super) fn of_edges(
     };
     let (p, u) = part(pair.a.vertices(), pair.a.edges(), edge_a);
     let (q, v) = part(vertices_b, pair.b.edges(), edge_b);
-    let (s, t) = nearest_shares(&p, &u, &q, &v);
+    let (s, t) = closest_segment_parameters(&p, &u, &q, &v);
     let on = |edges: &[Edge], edge: usize, at: f64| match edges.get(edge) {
         None => On::Vertex(0),
         Some(edge) if at < AT_END => On::Vertex(edge.vertices[0] as usize),

@@ -9,7 +9,7 @@ use crate::solver::native::equations::StepSetting;
 use crate::solver::native::law::{AxesLaw, Cone, CouplingLaw, CouplingRows};
 use crate::solver::native::settings::Settings;
 use crate::solver::native::tolerances::Tolerances;
-use crate::sparse::FrontPlan;
+use crate::sparse::SymbolicFactorisation;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -25,12 +25,12 @@ pub(super) struct ProblemPart {
 }
 
 /// All parts, in the order of their first groups. They are solved to `residual` (m/s).
-pub(super) fn of(
+pub(super) fn problem_parts(
     problem: &ContactProblem,
     residual: f64,
     settings: &'static Settings,
 ) -> Vec<ProblemPart> {
-    let nodes = Nodes::of(problem);
+    let nodes = Nodes::from_problem(problem);
     let responses = problem.responses();
     let groups = nodes.parts(problem.laws().len());
     groups
@@ -83,7 +83,7 @@ struct Nodes {
 }
 
 impl Nodes {
-    fn of(problem: &ContactProblem) -> Self {
+    fn from_problem(problem: &ContactProblem) -> Self {
         let count = problem.laws().len();
         let mut nodes = Self {
             pushes: vec![Vec::new(); count],
@@ -197,16 +197,16 @@ impl Nodes {
         self.sizes.push(numbers.len());
         self.free.push(own.free());
         for &group in groups {
-            let (mut seen, mut pushed) =
+            let (mut motion, mut pushed) =
                 (vec![0.0; 3 * numbers.len()], vec![0.0; 3 * numbers.len()]);
             for (k, column) in problem.rows(group).enumerate() {
                 let (along, moved) = own.column(column);
                 for (at, (along, moved)) in along.iter().zip(moved).enumerate() {
-                    seen[3 * at + k] = *along;
+                    motion[3 * at + k] = *along;
                     pushed[3 * at + k] = *moved;
                 }
             }
-            self.sees[group].push((node, seen));
+            self.sees[group].push((node, motion));
             self.pushes[group].push((node, pushed));
         }
     }
@@ -289,7 +289,7 @@ impl Nodes {
                 self.sees[group].iter().map(move |(column, _)| (within(*row), within(*column)))
             })
         });
-        let plan = FrontPlan::new(&sizes, pairs.filter(|(row, column)| row != column));
+        let plan = SymbolicFactorisation::new(&sizes, pairs.filter(|(row, column)| row != column));
         let (speed, impulse) = self.units(problem, &groups, responses);
         let mut free = vec![0.0; plan.size()];
         for (at, &node) in used.iter().enumerate() {
@@ -298,7 +298,7 @@ impl Nodes {
             own.for_each(|(to, value)| *to = value / speed);
         }
         let (mut pushes, mut sees) = (Links::default(), Links::default());
-        let mut setting = StepSetting::new(Tolerances::of_problem(residual / speed));
+        let mut setting = StepSetting::new(Tolerances::for_problem(residual / speed));
         let mut scaled = Vec::new();
         for &group in &groups {
             for (node, by) in &self.pushes[group] {
@@ -331,13 +331,13 @@ impl Nodes {
     /// one.
     fn units(&self, problem: &ContactProblem, groups: &[usize], responses: &[f64]) -> (f64, f64) {
         let free = |group: &usize| {
-            let mut seen = self.offsets[*group];
+            let mut motion = self.offsets[*group];
             for (node, by) in &self.sees[*group] {
                 for (by, value) in by.chunks_exact(3).zip(&self.free[*node]) {
-                    seen += Vector3::new(by[0], by[1], by[2]) * *value;
+                    motion += Vector3::new(by[0], by[1], by[2]) * *value;
                 }
             }
-            seen.amax()
+            motion.amax()
         };
         let fastest = groups.iter().map(free).fold(0.0, f64::max);
         let speed = if fastest > 0.0 { fastest } else { 1.0 };
@@ -409,16 +409,16 @@ fn coupling(
             let frame = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
             let response = problem::Law::response(responses);
             let (tangential, normal) = (response.tangential, response.normal);
-            let rows = CouplingRows::of_contact(frame, tangential * unit, normal * unit);
-            Coupling::of_rows(rows, offset, CouplingLaw::Cone(Cone { friction: *friction }))
+            let rows = CouplingRows::from_contact(frame, tangential * unit, normal * unit);
+            Coupling::from_rows(rows, offset, CouplingLaw::Cone(Cone { friction: *friction }))
         }
         problem::Law::Rows(rows) => {
             let graph = |k: usize| rows.get(k).map_or(Graph::free(), |row| row.graph(impulse));
             let axes = AxesLaw::new(graphs, true, |k| Some(graph(k)));
             let response =
                 Vector3::from_fn(|k, _| responses.get(k).map_or(1.0, |response| response * unit));
-            let rows = CouplingRows::of_joint(Matrix3::identity(), &response);
-            Coupling::of_rows(rows, offset, CouplingLaw::Axes(axes))
+            let rows = CouplingRows::from_joint(Matrix3::identity(), &response);
+            Coupling::from_rows(rows, offset, CouplingLaw::Axes(axes))
         }
     }
 }

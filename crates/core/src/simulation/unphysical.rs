@@ -117,7 +117,7 @@ pub struct EnergyGain {
 
 /// Detects unphysical steps. Owns reusable memory.
 #[derive(Debug, Clone, Default)]
-pub struct EnergyJudge {
+pub struct EnergyCheck {
     islands: Islands,
     /// Budget of the island whose first body is this one.
     budgets: Vec<Budget>,
@@ -175,7 +175,7 @@ impl Budget {
     }
 }
 
-impl EnergyJudge {
+impl EnergyCheck {
     /// Creates an empty judge.
     #[must_use]
     pub fn new() -> Self {
@@ -189,7 +189,7 @@ impl EnergyJudge {
     /// the corresponding depth, or that starts deeper, may be lifted against gravity; this is not
     /// counted as a gain. Claims that do not fit `world` are unphysical.
     #[must_use]
-    pub fn is_wild(
+    pub fn is_unphysical(
         &mut self,
         world: &World,
         claim: &Claim<'_>,
@@ -201,10 +201,10 @@ impl EnergyJudge {
         }
         let joints = world.joints().iter().zip(claim.joints);
         let ends = (claim.states, claim.next);
-        let seen =
-            joints.map(|(joint, force)| joint.seen(ends.0, ends.1, force, world.time_step()));
-        let seen: Vec<JointMotion> = seen.flatten().collect();
-        self.cause(world, claim, &seen, forces, accepted).is_some()
+        let motions = joints
+            .map(|(joint, force)| joint.step_motion(ends.0, ends.1, force, world.time_step()));
+        let motions: Vec<JointMotion> = motions.flatten().collect();
+        self.cause(world, claim, &motions, forces, accepted).is_some()
     }
 
     /// Largest energy that an island gains in the last counted step, if it is beyond rounding.
@@ -216,20 +216,20 @@ impl EnergyJudge {
 
     /// True if the island of `body` gains energy beyond rounding in the last counted step.
     pub(super) fn gains(&self, body: usize) -> bool {
-        self.budgets[self.islands.of(body)].gains()
+        self.budgets[self.islands.label(body)].gains()
     }
 
     /// True if the island of `body` makes energy in the last counted step: it gains more than
     /// [`LARGEST_GAIN`] and the depth at the start explain.
     pub(super) fn makes(&self, body: usize) -> bool {
-        self.budgets[self.islands.of(body)].is_made()
+        self.budgets[self.islands.label(body)].is_made()
     }
 
     /// Sum over the islands of these bodies in the last counted step.
     pub(super) fn sum(&self, bodies: &[bool]) -> Budget {
         let mut sum = Budget { touches: true, ..Budget::default() };
         let islands = bodies.iter().enumerate().filter(|(_, is_member)| **is_member);
-        let mut islands: Vec<_> = islands.map(|(body, _)| self.islands.of(body)).collect();
+        let mut islands: Vec<_> = islands.map(|(body, _)| self.islands.label(body)).collect();
         islands.sort_unstable();
         islands.dedup();
         for of in islands.into_iter().map(|island| &self.budgets[island]) {
@@ -241,17 +241,17 @@ impl EnergyJudge {
         sum
     }
 
-    /// Why the step is unphysical, if it is. The claim fits the world and has the joint motions `seen`.
-    /// The other arguments are like in [`EnergyJudge::is_wild`].
+    /// Why the step is unphysical, if it is. The claim fits the world and has the joint motions `motions`.
+    /// The other arguments are like in [`EnergyCheck::is_unphysical`].
     pub(super) fn cause(
         &mut self,
         world: &World,
         claim: &Claim<'_>,
-        seen: &[JointMotion],
+        motions: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) -> Option<UnphysicalCause> {
-        self.count(world, claim, seen, forces, accepted);
+        self.count(world, claim, motions, forces, accepted);
         let h = world.time_step();
         // Comparisons are false for NaN, which is unphysical too.
         let turns_little = |next: &State| h * next.spin.norm() <= LARGEST_TURN;
@@ -267,7 +267,7 @@ impl EnergyJudge {
         &mut self,
         world: &World,
         claim: &Claim<'_>,
-        seen: &[JointMotion],
+        motions: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) {
@@ -277,12 +277,13 @@ impl EnergyJudge {
         if world.has_surfaces() {
             for index in 0..self.budgets.len() {
                 let carried = std::mem::take(&mut self.budgets[index].carried);
-                self.budgets[self.islands.of(index)].gained -= carried;
+                self.budgets[self.islands.label(index)].gained -= carried;
             }
         }
-        let (weight, slow) = (world.gravity().norm(), REST * world.speed_scale());
+        let weight = world.gravity().norm();
+        let slow = REST * world.speed_scale();
         for (index, body) in world.bodies().iter().enumerate() {
-            let budget = &mut self.budgets[self.islands.of(index)];
+            let budget = &mut self.budgets[self.islands.label(index)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
             let work = if budget.bounces { work_of_bounce } else { work };
             let [before, after] = [state, next].map(|state| kinetic_energy(world, body, state));
@@ -293,16 +294,16 @@ impl EnergyJudge {
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
             budget.mass += body.mass();
         }
-        for ((joint, force), seen) in world.joints().iter().zip(claim.joints).zip(seen) {
-            let work = seen.work(joint, claim.states, claim.next, force, h).unwrap_or(f64::NAN);
-            let budget = &mut self.budgets[self.islands.of(joint.body())];
+        for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
+            let work = motions.work(joint, claim.states, claim.next, force, h).unwrap_or(f64::NAN);
+            let budget = &mut self.budgets[self.islands.label(joint.body())];
             budget.gained -= work;
             budget.size += work.abs();
         }
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let body = world.joints()[gear.axes()[0].joint].body();
             let work = gear.work(world, claim.states, claim.next, claim.joints, *force);
-            let budget = &mut self.budgets[self.islands.of(body)];
+            let budget = &mut self.budgets[self.islands.label(body)];
             budget.gained -= work;
             budget.size += work.abs();
         }
@@ -319,12 +320,13 @@ impl EnergyJudge {
             let errors = [joint.error(claim.states), joint.beyond_limits(claim.states, angles)];
             let reach = world.bodies()[joint.body()].reach();
             let off = errors.into_iter().flatten().map(|(place, turn)| place + turn * reach);
-            self.budgets[self.islands.of(joint.body())].off += off.sum::<f64>();
+            self.budgets[self.islands.label(joint.body())].off += off.sum::<f64>();
         }
         for gear in world.gears() {
             let body = world.joints()[gear.axes()[0].joint].body();
             let off = gear.error(world.joints(), claim.states, &angles).abs();
-            self.budgets[self.islands.of(body)].off += off * world.bodies()[body].reach().max(1.0);
+            self.budgets[self.islands.label(body)].off +=
+                off * world.bodies()[body].reach().max(1.0);
         }
         let (h, weight) = (world.time_step(), world.gravity().norm());
         for budget in &mut self.budgets {
@@ -369,7 +371,7 @@ impl EnergyJudge {
         for body in 0..bodies {
             let Budget { touches, bounces, .. } = self.budgets[body];
             let under = std::mem::take(&mut self.budgets[body].under);
-            let budget = &mut self.budgets[self.islands.of(body)];
+            let budget = &mut self.budgets[self.islands.label(body)];
             budget.touches |= touches;
             budget.bounces |= bounces;
             budget.under += under;

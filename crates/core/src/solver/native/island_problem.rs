@@ -4,7 +4,7 @@ use super::ContactPiece;
 use super::effort::SolveEffort;
 use super::equations::{Equations, Velocity, reserve};
 use super::island::Island;
-use super::islands::{IslandParts, IslandView};
+use super::islands::{IslandPartition, IslandView};
 use super::single::Single;
 use super::stages::{StageOutcome, StageSolver};
 use crate::contact::Contact;
@@ -19,17 +19,17 @@ use nalgebra::Vector3;
 ///
 /// Data kept between steps, such as the elimination order, belongs to the last island solved here.
 #[derive(Debug, Clone, Default)]
-pub(super) struct IslandPart {
+pub(super) struct IslandProblem {
     /// Index of the current island. `first` is the first body of the last one.
     island: Option<usize>,
     first: Option<usize>,
     /// Problem of one body.
-    alone: Option<Box<IslandProblem<Single>>>,
+    alone: Option<Box<StagedProblem<Single>>>,
     /// Problem of several bodies, or of one with joints.
-    together: Option<Box<IslandProblem<Island>>>,
+    together: Option<Box<StagedProblem<Island>>>,
     /// Body of the last solve, if solved as a single body.
     only: Option<usize>,
-    ended: PartResult,
+    ended: ProblemResult,
 }
 
 /// Required accuracy of an island's solution.
@@ -38,7 +38,7 @@ pub(super) struct SolveAccuracy {
     /// Largest residual that is not a failure (m/s).
     pub(super) accepted: f64,
     /// Factor on the usual residual tolerances.
-    pub(super) loosened: f64,
+    pub(super) tolerance_factor: f64,
     /// True if islands that are [solved twice](IslandView::is_solved_twice) get a preliminary
     /// solution.
     pub(super) is_preliminary: bool,
@@ -46,13 +46,13 @@ pub(super) struct SolveAccuracy {
 
 /// Result of the last solve of an island.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PartResult {
+pub(super) struct ProblemResult {
     pub(super) outcome: StageOutcome,
     pub(super) iterations: u32,
 }
 
 /// Result without a solve.
-impl Default for PartResult {
+impl Default for ProblemResult {
     fn default() -> Self {
         Self { outcome: StageOutcome::UNSOLVED, iterations: 0 }
     }
@@ -60,7 +60,7 @@ impl Default for PartResult {
 
 /// Problem of an island with the equations `E`: of one body, or of several.
 #[derive(Debug, Clone)]
-struct IslandProblem<E: Equations> {
+struct StagedProblem<E: Equations> {
     equations: E,
     solver: StageSolver<E>,
     /// p̂ of the last step (m/s).
@@ -69,7 +69,7 @@ struct IslandProblem<E: Equations> {
     room: usize,
 }
 
-impl<E: Equations> IslandProblem<E> {
+impl<E: Equations> StagedProblem<E> {
     fn new(equations: E) -> Self {
         Self { equations, solver: StageSolver::new(), previous: Vec::new(), room: 0 }
     }
@@ -123,7 +123,8 @@ impl<E: Equations> IslandProblem<E> {
         let to_force = mass / step.world.time_step();
         let solved = self.solver.impulses().iter().zip(self.solver.points());
         for (&place, (impulse, u)) in island.contacts.iter().zip(solved) {
-            let (normal, force) = (contacts[place].normal(), impulse * to_force);
+            let normal = contacts[place].normal();
+            let force = impulse * to_force;
             let found = &mut solution.contacts[place];
             found.force = force;
             found.normal_force = normal.dot(&force);
@@ -132,7 +133,7 @@ impl<E: Equations> IslandProblem<E> {
     }
 }
 
-impl IslandPart {
+impl IslandProblem {
     /// Index of the current island.
     #[cfg(feature = "threads")]
     pub(super) fn island(&self) -> Option<usize> {
@@ -163,7 +164,7 @@ impl IslandPart {
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
-            problem.equations.setting_mut().loosen(asked.loosened);
+            problem.equations.setting_mut().loosen(asked.tolerance_factor);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place]);
                 if carries {
@@ -176,7 +177,7 @@ impl IslandPart {
         } else {
             let problem = together(&mut self.together, step.world);
             problem.equations.begin(step, island);
-            problem.equations.setting_mut().loosen(asked.loosened);
+            problem.equations.setting_mut().loosen(asked.tolerance_factor);
             if asked.is_preliminary && island.is_solved_twice() {
                 problem.equations.setting_mut().make_preliminary();
             }
@@ -196,7 +197,7 @@ impl IslandPart {
             let mass = problem.equations.mass();
             problem.solve(step, island, mass, asked, &mut effort)
         };
-        self.ended = PartResult { outcome, iterations: effort.iterations() };
+        self.ended = ProblemResult { outcome, iterations: effort.iterations() };
         effort.check()
     }
 
@@ -208,7 +209,7 @@ impl IslandPart {
         contacts: &[Contact],
         island: &IslandView<'_>,
         solution: &mut StepSolution,
-    ) -> PartResult {
+    ) -> ProblemResult {
         if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             solution.states[body] = next_state(step, body, problem.solver.velocity());
@@ -240,8 +241,8 @@ impl IslandPart {
 
 /// Problem memories of a solver and their assignment to islands.
 #[derive(Debug, Clone)]
-pub(super) struct Parts {
-    list: Vec<IslandPart>,
+pub(super) struct ProblemPool {
+    list: Vec<IslandProblem>,
     /// Part of each island.
     serving: Vec<usize>,
     /// Part whose last island began with the body, for each body. [`NONE`] without one.
@@ -250,14 +251,14 @@ pub(super) struct Parts {
 
 const NONE: usize = usize::MAX;
 
-impl Parts {
-    pub(super) fn new(first: IslandPart) -> Self {
+impl ProblemPool {
+    pub(super) fn new(first: IslandProblem) -> Self {
         Self { list: vec![first], serving: Vec::new(), of_first: Vec::new() }
     }
 
     /// Assigns a part to every island: the one whose last island began with the same body,
     /// otherwise a free one.
-    pub(super) fn assign(&mut self, islands: &IslandParts, bodies: usize) {
+    pub(super) fn assign(&mut self, islands: &IslandPartition, bodies: usize) {
         if bodies == 1 && self.serving == [0] && self.list[0].island == Some(0) {
             return;
         }
@@ -287,7 +288,7 @@ impl Parts {
                 left += 1;
             }
             if left == self.list.len() {
-                self.list.push(IslandPart::default());
+                self.list.push(IslandProblem::default());
             }
             self.serving[number] = left;
             let part = &mut self.list[left];
@@ -296,18 +297,18 @@ impl Parts {
     }
 
     /// Part of an island.
-    pub(super) fn get(&self, island: usize) -> &IslandPart {
+    pub(super) fn get(&self, island: usize) -> &IslandProblem {
         &self.list[self.serving[island]]
     }
 
     /// Part of an island, mutable.
-    pub(super) fn of(&mut self, island: usize) -> &mut IslandPart {
+    pub(super) fn get_mut(&mut self, island: usize) -> &mut IslandProblem {
         &mut self.list[self.serving[island]]
     }
 
     /// All parts, assigned or not.
     #[cfg(feature = "threads")]
-    pub(super) fn all(&mut self) -> &mut [IslandPart] {
+    pub(super) fn all(&mut self) -> &mut [IslandProblem] {
         &mut self.list
     }
 }
@@ -324,17 +325,17 @@ fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
 }
 
 fn alone<'a>(
-    problem: &'a mut Option<Box<IslandProblem<Single>>>,
+    problem: &'a mut Option<Box<StagedProblem<Single>>>,
     world: &World,
-) -> &'a mut IslandProblem<Single> {
-    problem.get_or_insert_with(|| Box::new(IslandProblem::new(Single::new(world))))
+) -> &'a mut StagedProblem<Single> {
+    problem.get_or_insert_with(|| Box::new(StagedProblem::new(Single::new(world))))
 }
 
 fn together<'a>(
-    problem: &'a mut Option<Box<IslandProblem<Island>>>,
+    problem: &'a mut Option<Box<StagedProblem<Island>>>,
     world: &World,
-) -> &'a mut IslandProblem<Island> {
-    problem.get_or_insert_with(|| Box::new(IslandProblem::new(Island::new(world))))
+) -> &'a mut StagedProblem<Island> {
+    problem.get_or_insert_with(|| Box::new(StagedProblem::new(Island::new(world))))
 }
 
 /// X⁺ of a body (eq. 8).

@@ -28,7 +28,7 @@ const MOST_ROWS: usize = 600;
 
 /// Constraint with rows in (J20).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Lock {
+pub enum Constraint {
     /// Joint with this index.
     Joint(usize),
     /// Gear with this index.
@@ -38,11 +38,11 @@ pub enum Lock {
 /// Problem with the constraints of one mechanism.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub enum Finding {
+pub enum RedundancyFinding {
     /// Constraints that no velocities satisfy.
     Contradiction {
         /// Constraints involved.
-        locks: Vec<Lock>,
+        locks: Vec<Constraint>,
         /// Size of the contradiction (m/s), with rotations scaled by the reach of the world's
         /// bodies.
         off: f64,
@@ -52,12 +52,12 @@ pub enum Finding {
         /// The axis.
         axis: GearAxis,
         /// Constraints that lock it.
-        locks: Vec<Lock>,
+        locks: Vec<Constraint>,
     },
     /// Linearly dependent constraints. Their individual reactions are not unique.
     Redundant {
         /// Constraints involved.
-        locks: Vec<Lock>,
+        locks: Vec<Constraint>,
         /// Number of redundant rows.
         rows: usize,
     },
@@ -95,9 +95,14 @@ impl World {
     /// the prescribed motions of world frames of joints from `time` (s) on. Mechanisms with more
     /// than 600 locked rows are skipped.
     #[must_use]
-    pub fn locked(&self, states: &[State], courses: &[(usize, Knots)], time: f64) -> Vec<Finding> {
+    pub fn locked(
+        &self,
+        states: &[State],
+        courses: &[(usize, Knots)],
+        time: f64,
+    ) -> Vec<RedundancyFinding> {
         let rows = LockedRows { world: self, states, courses, time };
-        rows.mechanisms().iter().flat_map(|mechanism| rows.of(mechanism)).collect()
+        rows.mechanisms().iter().flat_map(|mechanism| rows.findings(mechanism)).collect()
     }
 }
 
@@ -187,7 +192,7 @@ impl LockedRows<'_> {
     }
 
     /// Problems of one mechanism.
-    fn of(&self, mechanism: &Mechanism) -> Vec<Finding> {
+    fn findings(&self, mechanism: &Mechanism) -> Vec<RedundancyFinding> {
         let Some((locks, rows)) = self.rows(mechanism) else { return Vec::new() };
         let mut basis: Vec<LockedRow> = Vec::new();
         let (mut findings, mut redundant) = (Vec::new(), Vec::new());
@@ -203,7 +208,7 @@ impl LockedRows<'_> {
             let involved = involved(&left.of, &locks);
             if left.velocity.abs() > SAME_VELOCITY {
                 let off = left.velocity.abs();
-                findings.push(Finding::Contradiction { locks: involved, off });
+                findings.push(RedundancyFinding::Contradiction { locks: involved, off });
                 return findings;
             }
             too_many += 1;
@@ -222,21 +227,21 @@ impl LockedRows<'_> {
                 let mut row = LockedRow { along: along / length, velocity: 0.0, of: of_none };
                 if rest_of(&mut row, &basis) <= DEPENDENT {
                     let locks = involved(&row.of, &locks);
-                    findings.push(Finding::LockedAxis { axis: of, locks });
+                    findings.push(RedundancyFinding::LockedAxis { axis: of, locks });
                 }
             }
         }
         if too_many > 0 {
             redundant.sort();
             redundant.dedup();
-            findings.push(Finding::Redundant { locks: redundant, rows: too_many });
+            findings.push(RedundancyFinding::Redundant { locks: redundant, rows: too_many });
         }
         findings
     }
 
     /// Rows of (J20), scaled to length 1, and their constraints. `None` if there are too many or a
     /// body has no state.
-    fn rows(&self, mechanism: &Mechanism) -> Option<(Vec<Lock>, Vec<LockedRow>)> {
+    fn rows(&self, mechanism: &Mechanism) -> Option<(Vec<Constraint>, Vec<LockedRow>)> {
         let (mut locks, mut found) = (Vec::new(), Vec::new());
         for &index in &mechanism.joints {
             let joint = &self.world.joints()[index];
@@ -244,8 +249,8 @@ impl LockedRows<'_> {
                 if is_locked(joint, axis) || limits_lock(joint, axis) {
                     let of = GearAxis { joint: index, axis };
                     let along = self.along(of, &mechanism.bodies)?;
-                    let velocity = self.asked(index, axis)?;
-                    locks.push(Lock::Joint(index));
+                    let velocity = self.prescribed_speed(index, axis)?;
+                    locks.push(Constraint::Joint(index));
                     found.push((along, velocity));
                 }
             }
@@ -254,7 +259,7 @@ impl LockedRows<'_> {
             let gear = &self.world.gears()[index];
             if gear.drive().is_none() {
                 let [first, second] = *gear.axes();
-                locks.push(Lock::Gear(index));
+                locks.push(Constraint::Gear(index));
                 let [first, second] = [first, second].map(|of| self.along(of, &mechanism.bodies));
                 found.push((first? - gear.ratio() * second?, 0.0));
             }
@@ -293,15 +298,15 @@ impl LockedRows<'_> {
     }
 
     /// Velocity along a locked axis that a moving world frame prescribes to a body (m/s or rad/s).
-    fn asked(&self, index: usize, axis: JointAxis) -> Option<f64> {
+    fn prescribed_speed(&self, index: usize, axis: JointAxis) -> Option<f64> {
         let joint = &self.world.joints()[index];
         let Some((_, knots)) = self.courses.iter().find(|(of, _)| *of == index) else {
             return Some(0.0);
         };
         let h = self.world.time_step();
         let [from, to] = [self.time, self.time + h].map(|time| as_state(&knots.at(time)));
-        let way = Trajectory::between(&from, &to);
-        let (velocity, spin) = (way.shift() / h, way.turn() / h);
+        let path = Trajectory::between(&from, &to);
+        let (velocity, spin) = (path.shift() / h, path.turn() / h);
         let state = self.states.get(joint.body())?;
         let at_centre = velocity + spin.cross(&(state.position - from.position));
         let pose = state.pose();
@@ -323,7 +328,7 @@ fn rest_of(row: &mut LockedRow, basis: &[LockedRow]) -> f64 {
 }
 
 /// Constraints with significant coefficients.
-fn involved(of: &[f64], locks: &[Lock]) -> Vec<Lock> {
+fn involved(of: &[f64], locks: &[Constraint]) -> Vec<Constraint> {
     let parts = of.iter().zip(locks).filter(|(part, _)| part.abs() > DEPENDENT);
     let mut found: Vec<_> = parts.map(|(_, lock)| *lock).collect();
     found.dedup();

@@ -24,7 +24,7 @@ use super::law::{Gain, LocalSolution};
 use super::settings::Settings;
 use super::stages::{StageRun, StageSolver};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
-use crate::sparse::{FrontPlan, Fronts};
+use crate::sparse::{Fronts, SymbolicFactorisation};
 use nalgebra::{Matrix3, Vector3};
 
 /// Solves a problem part by part.
@@ -34,9 +34,11 @@ use nalgebra::{Matrix3, Vector3};
 fn solve(problem: &ContactProblem, options: &SolveOptions<'_>) -> Result<Solution, ProblemError> {
     let any = options.selection == Selection::Any;
     let mut impulses = vec![0.0; problem.row_count()];
-    let (mut iterations, mut selected, mut run) = (0, true, StageRun::PREVIOUS);
+    let mut iterations = 0;
+    let mut selected = true;
+    let mut run = StageRun::PREVIOUS;
     let mut solver = StageSolver::new();
-    let parts = parts::of(problem, options.residual, Settings::of_problem(any));
+    let parts = parts::problem_parts(problem, options.residual, Settings::for_problem(any));
     for part in &parts {
         let mut equations = part.equations.clone();
         let previous = part.scaled(problem, options.start);
@@ -62,7 +64,7 @@ fn solve(problem: &ContactProblem, options: &SolveOptions<'_>) -> Result<Solutio
             _ => run.name(),
         },
         selected: selected && evaluation.residual <= options.residual,
-        ..Solution::of(impulses, evaluation, options.residual)
+        ..Solution::new(impulses, evaluation, options.residual)
     })
 }
 
@@ -72,7 +74,7 @@ pub(super) struct PosedMotion {
     /// Values by place in the plan.
     numbers: Vec<f64>,
     /// Motion of each coupling's rows, for a direction. Empty for a point.
-    seen: Vec<Vector3<f64>>,
+    row_motions: Vec<Vector3<f64>>,
 }
 
 impl Velocities for PosedMotion {
@@ -84,12 +86,12 @@ impl Velocities for PosedMotion {
         self.numbers.clear();
         let both = from.numbers.iter().zip(&step.numbers);
         self.numbers.extend(both.map(|(from, step)| from + length * step));
-        self.seen.clear();
+        self.row_motions.clear();
     }
 
     fn copy_from(&mut self, from: &Self) {
         self.numbers.clone_from(&from.numbers);
-        self.seen.clone_from(&from.seen);
+        self.row_motions.clone_from(&from.row_motions);
     }
 
     fn is_finite(&self) -> bool {
@@ -105,7 +107,7 @@ impl Slope for CouplingSlope {
     type Velocity = PosedMotion;
 
     fn point_step(&self, change: &PosedMotion) -> Vector3<f64> {
-        change.seen[self.0]
+        change.row_motions[self.0]
     }
 }
 
@@ -141,7 +143,7 @@ impl Links {
     }
 
     /// Links of a coupling: place, size, and three entries for each value of the node.
-    fn of(&self, coupling: usize) -> impl Iterator<Item = (usize, usize, &[f64])> + Clone {
+    fn links(&self, coupling: usize) -> impl Iterator<Item = (usize, usize, &[f64])> + Clone {
         let begin = if coupling == 0 { 0 } else { self.ends[coupling - 1] };
         let links = self.links[begin..self.ends[coupling]].iter();
         links.map(|link| (link.place, link.size, &self.numbers[link.at..link.at + 3 * link.size]))
@@ -149,7 +151,7 @@ impl Links {
 
     /// Adds the effect of `along` the rows to values by place.
     fn push(&self, coupling: usize, along: &Vector3<f64>, numbers: &mut [f64]) {
-        for (place, size, by) in self.of(coupling) {
+        for (place, size, by) in self.links(coupling) {
             for (number, by) in numbers[place..place + size].iter_mut().zip(by.chunks_exact(3)) {
                 *number += by[0] * along[0] + by[1] * along[1] + by[2] * along[2];
             }
@@ -157,14 +159,14 @@ impl Links {
     }
 
     /// Row motions for values by place.
-    fn seen(&self, coupling: usize, numbers: &[f64]) -> Vector3<f64> {
-        let mut seen = Vector3::zeros();
-        for (place, size, by) in self.of(coupling) {
+    fn row_motion(&self, coupling: usize, numbers: &[f64]) -> Vector3<f64> {
+        let mut motion = Vector3::zeros();
+        for (place, size, by) in self.links(coupling) {
             for (number, by) in numbers[place..place + size].iter().zip(by.chunks_exact(3)) {
-                seen += Vector3::new(by[0], by[1], by[2]) * *number;
+                motion += Vector3::new(by[0], by[1], by[2]) * *number;
             }
         }
-        seen
+        motion
     }
 }
 
@@ -173,7 +175,7 @@ impl Links {
 pub(super) struct PosedEquations {
     setting: StepSetting,
     settings: &'static Settings,
-    plan: FrontPlan,
+    plan: SymbolicFactorisation,
     /// V_free.
     free: Vec<f64>,
     /// B; `sees` is C.
@@ -217,7 +219,7 @@ impl Equations for PosedEquations {
 
     fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut PosedMotion) {
         velocity.numbers.clone_from(&self.free);
-        velocity.seen.clear();
+        velocity.row_motions.clear();
         for (index, impulse) in impulses.iter().enumerate() {
             self.pushes.push(index, impulse, &mut velocity.numbers);
         }
@@ -255,9 +257,9 @@ impl Equations for PosedEquations {
 
     fn set_points(&self, velocity: &PosedMotion, _: &mut Vec<f64>, points: &mut Vec<Vector3<f64>>) {
         let couplings = self.setting.couplings.iter().enumerate();
-        let seen = |index| self.sees.seen(index, &velocity.numbers);
+        let motion = |index| self.sees.row_motion(index, &velocity.numbers);
         points.clear();
-        points.extend(couplings.map(|(index, coupling)| coupling.offset + seen(index)));
+        points.extend(couplings.map(|(index, coupling)| coupling.offset + motion(index)));
     }
 
     fn linearise(
@@ -278,17 +280,17 @@ impl Equations for PosedEquations {
                 Gain::Spring(stiffness) => Matrix3::from_diagonal_element(-stiffness),
                 Gain::Full(gain) => gain,
             };
-            for (row, rows, by) in self.pushes.of(index) {
+            for (row, rows, by) in self.pushes.links(index) {
                 pushed.clear();
                 pushed.extend(by.chunks_exact(3).flat_map(|by| {
                     let along = gain.tr_mul(&Vector3::new(by[0], by[1], by[2]));
                     [-along[0], -along[1], -along[2]]
                 }));
-                for (column, _, seen) in self.sees.of(index) {
+                for (column, _, motion) in self.sees.links(index) {
                     block.clear();
-                    for seen in seen.chunks_exact(3) {
+                    for motion in motion.chunks_exact(3) {
                         let entry =
-                            |by: &[f64]| by[0] * seen[0] + by[1] * seen[1] + by[2] * seen[2];
+                            |by: &[f64]| by[0] * motion[0] + by[1] * motion[1] + by[2] * motion[2];
                         block.extend(pushed.chunks_exact(3).map(entry));
                     }
                     fronts.add(&self.plan, row, column, rows, block);
@@ -313,9 +315,9 @@ impl Equations for PosedEquations {
         }
         fronts.solve(&self.plan, values, behind);
         step.numbers.clone_from(values);
-        step.seen.clear();
+        step.row_motions.clear();
         let couplings = 0..self.setting.couplings.len();
-        step.seen.extend(couplings.map(|index| self.sees.seen(index, &step.numbers)));
+        step.row_motions.extend(couplings.map(|index| self.sees.row_motion(index, &step.numbers)));
         step.is_finite()
     }
 }

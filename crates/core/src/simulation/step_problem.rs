@@ -26,7 +26,7 @@ impl ContactProblem {
     /// # Errors
     /// If the step has joints or gears, if the record is not from `world`, or if a number is not
     /// finite.
-    pub fn of_step(world: &World, record: &StepRecord) -> Result<(Self, Vec<f64>), ProblemError> {
+    pub fn from_step(world: &World, record: &StepRecord) -> Result<(Self, Vec<f64>), ProblemError> {
         if !world.joints().is_empty() {
             let why = "contact problems do not support joints";
             return Err(ProblemError::Step { why });

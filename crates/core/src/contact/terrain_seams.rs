@@ -19,7 +19,7 @@ pub(super) fn is_triangle(world: &World, collider: Collider) -> bool {
 
 /// True if `known` is between the same piece of a body and the same terrain as `contact`, at the
 /// same place and with the same normal.
-pub(super) fn is_same(world: &World, known: &Contact, contact: &Contact) -> bool {
+pub(super) fn same_contact(world: &World, known: &Contact, contact: &Contact) -> bool {
     let (key, other) = (&contact.key, &known.key);
     let (Some(pair), Some(known_pair)) = (key.pair, other.pair) else { return false };
     let is_of_pair =
@@ -35,7 +35,7 @@ pub(super) fn is_same(world: &World, known: &Contact, contact: &Contact) -> bool
 }
 
 /// True if `contact` is a plane in which the triangle `b` of a terrain lies, against a piece `a`.
-pub(super) fn lies_in(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
+pub(super) fn is_coplanar(world: &World, contact: &Contact, a: Collider, b: Collider) -> bool {
     let PieceOwner::Fixed(index) = b.owner else { return false };
     let key = &contact.key;
     let is_of_pair = (Partner::Body(key.body), key.partner, key.pair.map(|pair| pair.pieces.0))

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 
 /// Change of the data of one body.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct BodyGiven {
+pub(super) struct BodyPerturbation {
     /// δv at k (m/s, world). `spin` is δω at k (rad/s, body).
     pub(super) velocity: Vector3<f64>,
     pub(super) spin: Vector3<f64>,
@@ -27,7 +27,7 @@ pub(super) struct BodyGiven {
     pub(super) time_step: f64,
 }
 
-impl BodyGiven {
+impl BodyPerturbation {
     pub(super) fn nothing() -> Self {
         let zero = Vector3::zeros();
         Self {
@@ -44,7 +44,7 @@ impl BodyGiven {
 
 /// One body of an island.
 #[derive(Debug, Clone)]
-pub(super) struct IslandBody {
+pub(super) struct BodyEquation {
     /// h (s).
     time_step: f64,
     /// Form of the equation of rotation.
@@ -72,7 +72,7 @@ pub(super) struct IslandBody {
     mass: f64,
 }
 
-impl IslandBody {
+impl BodyEquation {
     /// Placeholder body as memory.
     pub(super) fn room() -> Self {
         let (zero, nothing) = (Vector3::zeros(), Velocity::zero());
@@ -98,7 +98,8 @@ impl IslandBody {
     #[inline(always)]
     pub(super) fn new(step: &Step<'_>, index: usize, mass: f64) -> Self {
         let (state, free) = (&step.states[index], &step.free[index]);
-        let (body, form) = (&step.world.bodies()[index], step.world.rotation());
+        let body = &step.world.bodies()[index];
+        let form = step.world.rotation();
         let time_step = step.world.time_step();
         Self {
             time_step,
@@ -159,11 +160,11 @@ impl IslandBody {
     pub(super) fn change(
         &self,
         velocity: &Velocity,
-        given: &BodyGiven,
+        given: &BodyPerturbation,
         gravity: &Vector3<f64>,
     ) -> Vector6<f64> {
         let (h, old, new) = (self.time_step, &self.old, &velocity.spin);
-        let BodyGiven {
+        let BodyPerturbation {
             velocity: faster,
             spin,
             wrench,
@@ -204,8 +205,9 @@ impl IslandBody {
 
     /// Transpose of [`change`](Self::change) for the state at k and the wrench. Maps derivatives
     /// with respect to the right-hand sides to those by v, ω, F and τ.
-    pub(super) fn change_pulled(&self, rhs: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>, Wrench) {
-        let (linear, angular) = (rhs.fixed_rows::<3>(0), rhs.fixed_rows::<3>(3).into_owned());
+    pub(super) fn change_vjp(&self, rhs: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>, Wrench) {
+        let linear = rhs.fixed_rows::<3>(0);
+        let angular = rhs.fixed_rows::<3>(3).into_owned();
         let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
         let per_mass = self.time_step / self.mass;
         let wrench = Wrench { force: linear * per_mass, torque: angular * per_mass };
@@ -214,7 +216,7 @@ impl IslandBody {
 
     /// Derivatives with respect to F and τ, from those by v and ω if these act as momenta only.
     #[cfg(feature = "save")]
-    pub(super) fn wrench_pulled(&self, velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Wrench {
+    pub(super) fn wrench_vjp(&self, velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Wrench {
         let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
         let per_mass = self.time_step / self.mass;
         // The slope of a body at rest is its inertia over its mass.
@@ -255,12 +257,12 @@ impl IslandBody {
     }
 
     /// Distance of a velocity from the one at step k, as the speed of the body's points (m/s).
-    pub(super) fn way_from_old(&self, velocity: &Velocity) -> f64 {
-        self.way(&self.old, velocity)
+    pub(super) fn distance_from_old(&self, velocity: &Velocity) -> f64 {
+        self.distance(&self.old, velocity)
     }
 
     /// Distance between two velocities, as the speed of the body's points (m/s).
-    pub(super) fn way(&self, from: &Velocity, to: &Velocity) -> f64 {
+    pub(super) fn distance(&self, from: &Velocity, to: &Velocity) -> f64 {
         let turned = (to.spin - from.spin).amax() * self.reach;
         (to.linear - from.linear).amax().max(turned)
     }
