@@ -181,7 +181,7 @@ pub fn too_stiff(scene: &Scene, run: &RunResults) -> String {
 
 /// Reason why a step has no solution, with the bodies, as far as known.
 fn reason(scene: &Scene, failure: &FailedStep) -> String {
-    if let Some(squeeze) = &failure.squeeze {
+    if let Some(squeeze) = &failure.infeasible_gap {
         return format!("no solution exists{}", squeezed(scene, squeeze));
     }
     if let Some(cause) = &failure.unphysical {
@@ -243,7 +243,7 @@ pub fn largest_gain(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 /// Bodies or pieces that leave too little space for a body.
-fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
+fn squeezed(scene: &Scene, squeeze: &InfeasibleGap) -> String {
     let [one, other] = squeeze.by.map(|of| object(scene, of));
     let body = object(scene, Partner::Body(squeeze.body));
     format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
