@@ -6,7 +6,7 @@ use anstyle::{AnsiColor, Style};
 use std::fmt::Write as _;
 use tumble_core::contact::Partner;
 use tumble_core::simulation::summary::{FailedStep, RunSummary};
-use tumble_core::simulation::wild::LARGEST_TURN;
+use tumble_core::simulation::unphysical::LARGEST_TURN;
 use tumble_core::simulation::{EnergyGain, InfeasibleGap, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
