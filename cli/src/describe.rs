@@ -6,7 +6,7 @@ use anstyle::{AnsiColor, Style};
 use std::fmt::Write as _;
 use tumble_core::contact::Partner;
 use tumble_core::simulation::summary::{FailedStep, RunSummary};
-use tumble_core::simulation::wild::LARGEST_TURN;
+use tumble_core::simulation::unphysical::LARGEST_TURN;
 use tumble_core::simulation::{EnergyGain, InfeasibleGap, UnphysicalCause};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
@@ -183,7 +183,7 @@ pub fn too_stiff(scene: &Scene, run: &RunResults) -> String {
 
 /// Reason why a step has no solution, with the bodies, as far as known.
 fn reason(scene: &Scene, failure: &FailedStep) -> String {
-    if let Some(squeeze) = &failure.squeeze {
+    if let Some(squeeze) = &failure.infeasible_gap {
         return format!("no solution exists{}", squeezed(scene, squeeze));
     }
     if let Some(cause) = &failure.unphysical {
@@ -246,7 +246,7 @@ pub fn largest_gain(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 /// Bodies or pieces that leave too little space for a body.
-fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
+fn squeezed(scene: &Scene, squeeze: &InfeasibleGap) -> String {
     let [one, other] = squeeze.by.map(|of| object(scene, of));
     let body = object(scene, Partner::Body(squeeze.body));
     format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)

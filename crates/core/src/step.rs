@@ -224,7 +224,7 @@ pub enum StepStatus {
     Substepped,
     /// Converged but unphysical: a body turns by more than a radian, energy grows or a body passes
     /// through another. The time step is too long for the motion
-    /// ([`wild`](crate::simulation::wild)).
+    /// ([`wild`](crate::simulation::unphysical)).
     Wild,
     /// Not converged, neither in one step nor in shorter ones. The result is the best point found,
     /// or a motion that does not add energy.

@@ -20,7 +20,7 @@ use tumble_core::geometry::{
 };
 use tumble_core::mechanics::load::Polyline;
 use tumble_core::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::wild::EnergyCheck;
+use tumble_core::simulation::unphysical::EnergyCheck;
 use tumble_core::step::StepSolution;
 use tumble_core::world::{Parameters, World};
 

@@ -3,7 +3,7 @@
 use super::{RELATIVE_TOLERANCE, StepContacts, StepJudge};
 use tumble_core::contact::certificate::Claim;
 use tumble_core::mechanics::{State, Wrench};
-use tumble_core::simulation::wild::LARGEST_GAIN;
+use tumble_core::simulation::unphysical::LARGEST_GAIN;
 use tumble_core::simulation::{EnergyBalance, energy};
 use tumble_scene::output::tables::TableStep;
 

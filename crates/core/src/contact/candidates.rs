@@ -167,7 +167,7 @@ impl Candidates {
     /// First pair whose collision the step `states` → `next` misses in spite of these contacts.
     ///
     /// Pieces may pass through each other. They may overlap deeply without a feature left to stop
-    /// them. Or they may rotate by more than [a radian](crate::simulation::wild::LARGEST_TURN)
+    /// them. Or they may rotate by more than [a radian](crate::simulation::unphysical::LARGEST_TURN)
     /// within reach of each other. The lists are like in [`Candidates::find`].
     pub fn missed_pair(
         &mut self,
