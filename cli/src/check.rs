@@ -137,7 +137,7 @@ fn time_step(scene: &Scene, results: &RunResults) -> String {
             "    {} of the first steps are solved, but unphysical; use a smaller time step",
             results.summary.wild
         );
-        text += &describe::first_wild(scene, &results.summary);
+        text += &describe::first_unphysical(scene, &results.summary);
     }
     text += &describe::too_stiff(scene, results);
     if !text.is_empty() {

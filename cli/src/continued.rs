@@ -35,7 +35,7 @@ pub struct Continued<'a> {
     file: PathBuf,
     saved: Saved,
     notes: ContinuedNotes,
-    kept: RowSelection,
+    selection: RowSelection,
 }
 
 impl<'a> Continued<'a> {
@@ -77,12 +77,12 @@ impl<'a> Continued<'a> {
             );
             return Err(Failure::setting("steps", why));
         }
-        let kept = run.kept.clone();
+        let selection = run.kept.clone();
         if run.outcome != UNFINISHED {
-            let states = directory.join(file_of(Table::States.name(), kept.form));
+            let states = directory.join(file_of(Table::States.name(), selection.form));
             check_rows(&states, run, &saved)?;
         }
-        Ok((on_threads(&args.setup, scene)?, Self { directory, file, saved, notes, kept }))
+        Ok((on_threads(&args.setup, scene)?, Self { directory, file, saved, notes, selection }))
     }
 
     /// Restores the end of the run in the simulation of `scene`.
@@ -97,7 +97,7 @@ impl<'a> Continued<'a> {
 
     /// Selection of rows that the run writes.
     pub fn row_selection(&self) -> &RowSelection {
-        &self.kept
+        &self.selection
     }
 
     /// Results of the run so far.

@@ -119,7 +119,7 @@ fn solved_steps(scene: &Scene, summary: &RunSummary) -> String {
     }
     if summary.wild > 0 {
         text += "    wild steps are solved, but unphysical; use a smaller time step\n";
-        text += &first_wild(scene, summary);
+        text += &first_unphysical(scene, summary);
     }
     if summary.tempered > 0 {
         let _ = writeln!(
@@ -202,7 +202,7 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
 }
 
 /// First unphysical step with the test that it exceeds.
-pub fn first_wild(scene: &Scene, summary: &RunSummary) -> String {
+pub fn first_unphysical(scene: &Scene, summary: &RunSummary) -> String {
     let Some((index, cause)) = &summary.first_wild else { return String::new() };
     let why = unphysical(scene, cause);
     format!("    k = {index:<6}   {why}\n")

@@ -59,18 +59,18 @@ impl<'a> Recording<'a> {
             }
             other => other.in_file(&run_path, FileKind::Run, &[]),
         };
-        let (model, kept) = (&run.model, &run.kept);
+        let (model, selection) = (&run.model, &run.kept);
         let world = model.world().map_err(wrong)?;
         let loads = model.loads().map_err(wrong)?;
         let courses = model.courses().map_err(wrong)?;
         let some = |of: Table, count: usize| {
-            (count > 0 && kept.has(of)).then(|| table(path, of, kept.form)).transpose()
+            (count > 0 && selection.has(of)).then(|| table(path, of, selection.form)).transpose()
         };
         let tied = (world.joints().len(), world.gears().len());
         let streams = Streams {
-            states: table(path, Table::States, kept.form)?,
+            states: table(path, Table::States, selection.form)?,
             contacts: some(Table::Contacts, 1)?,
-            steps: table(path, Table::Steps, kept.form)?,
+            steps: table(path, Table::Steps, selection.form)?,
             joints: some(Table::Joints, tied.0)?,
             gears: some(Table::Gears, tied.1)?,
             ends: some(Table::Ends, 1)?,
@@ -79,7 +79,7 @@ impl<'a> Recording<'a> {
             TablesReader::with_optional_tables(streams, world.bodies().len(), tied.0, tied.1)
                 .map_err(|error| invalid_tables(path, &error))?
                 .from_index(run.start_index)
-                .every(kept.every);
+                .every(selection.every);
         Ok(Self { path, rows, run, world, loads, courses })
     }
 

@@ -66,7 +66,7 @@ struct Prepared<'a> {
     interrupt: Arc<AtomicBool>,
     scene: Scene,
     simulation: Simulation<'static>,
-    kept: RowSelection,
+    selection: RowSelection,
     exported: Option<ExportPath<'a>>,
     /// The earlier run that this one continues.
     continued: Option<Continued<'a>>,
@@ -96,22 +96,22 @@ impl<'a> Prepared<'a> {
         let exported = args.output.export_problems.as_deref();
         let exported =
             exported.map(|path| Exported::check(path, &scene, args.out())).transpose()?;
-        let kept = continued
+        let selection = continued
             .as_ref()
             .map_or_else(|| args.row_selection(), |run| run.row_selection().clone());
-        check_kept(args, &kept)?;
+        check_selection(args, &selection)?;
         let time_step = scene.world.time_step();
-        pictures::check(args, kept.rows(scene.rows), kept.every as f64 * time_step)?;
+        pictures::check(args, selection.rows(scene.rows), selection.every as f64 * time_step)?;
         let mut simulation = scene.simulation(&interrupt)?;
         if let Some(run) = &continued {
             run.restore(&mut simulation)?;
         }
-        Ok(Self { args, interrupt, scene, simulation, kept, exported, continued, live })
+        Ok(Self { args, interrupt, scene, simulation, selection, exported, continued, live })
     }
 
     /// Names of the files of the run.
     fn names(&self) -> Vec<String> {
-        let mut names = RunWriter::names(&self.scene, &self.kept);
+        let mut names = RunWriter::names(&self.scene, &self.selection);
         names.extend([RUN_JSON, STATE].map(str::to_owned));
         names.extend(pictures::names(self.args));
         names
@@ -161,10 +161,10 @@ impl<'a> Prepared<'a> {
 
     /// Computes and writes the steps, with checkpoints.
     fn simulate(&mut self, files: &mut RunFiles<'_>) -> Result<RunResults, Failure> {
-        let Self { args, scene, simulation, kept, interrupt, continued, .. } = self;
+        let Self { args, scene, simulation, selection, interrupt, continued, .. } = self;
         let run = continued.take().map_or_else(|| RunResults::new(scene), Continued::into_run);
         let mut run_file = RunFile::new(scene, &RunResults::new(scene).ended())?;
-        (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
+        (run_file.kept, run_file.outcome) = (selection.clone(), UNFINISHED.to_owned());
         let run_json = run_file.text()?;
         let directory = files.out;
         let checkpoints =
@@ -206,14 +206,14 @@ impl<'a> RunFiles<'a> {
         parts: Vec<PendingFile>,
         out: &'a OutputDirectory,
     ) -> Result<Self, Failure> {
-        let Prepared { args, scene, simulation, kept, exported, continued, .. } = prepared;
+        let Prepared { args, scene, simulation, selection, exported, continued, .. } = prepared;
         let from = continued.as_ref().map_or(0, |_| simulation.index());
         let exported = exported
             .take()
             .map(|path_of_export| Exported::begin(path_of_export, from, args.output.overwrite));
         let exported = exported.transpose()?;
         let written = continued.as_ref().map(Continued::written);
-        let writer = RunWriter::create(scene, kept, out, written)?;
+        let writer = RunWriter::create(scene, selection, out, written)?;
         let run_json = PendingFile::create(out, RUN_JSON)?;
         let state = PendingFile::create(out, STATE)?;
         let pictures = Pictures::create(args, out)?;
@@ -222,10 +222,10 @@ impl<'a> RunFiles<'a> {
 
     /// Completes the files of the results `run` and gives them their names.
     fn publish(self, prepared: &Prepared<'_>, run: &RunResults) -> Result<WrittenRun, Failure> {
-        let Prepared { args, scene, simulation, kept, .. } = prepared;
+        let Prepared { args, scene, simulation, selection, .. } = prepared;
         let WrittenFiles { mut files, checksums, before_end } = self.writer.finish()?;
         let mut run_file = RunFile::new(scene, &run.ended())?;
-        (run_file.kept, run_file.checksums) = (kept.clone(), checksums);
+        (run_file.kept, run_file.checksums) = (selection.clone(), checksums);
         run_file.files = prepared.names();
         run_file.files.extend(self.parts.iter().map(PendingFile::name));
         self.run_json.write(run_file.text()?.as_bytes())?;
@@ -260,9 +260,9 @@ fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure 
 }
 
 /// Refuses the table ends for a run with all rows.
-fn check_kept(args: &SimulateArgs, kept: &RowSelection) -> Result<(), Failure> {
+fn check_selection(args: &SimulateArgs, selection: &RowSelection) -> Result<(), Failure> {
     let asks_for_ends = args.output.tables.iter().flatten().any(|table| *table == Table::Ends);
-    if asks_for_ends && kept.every <= 1 {
+    if asks_for_ends && selection.every <= 1 {
         let why = "the table ends needs a run that omits rows; add --every or --substeps";
         return Err(Failure::setting("tables", why));
     }

@@ -55,28 +55,28 @@ pub struct Written<'a> {
 }
 
 impl RunWriter {
-    /// Opens the files of a run of `scene` with the selection `kept`. Writes their headers, or
-    /// copies the rows of an earlier run, `written`.
+    /// Opens the files of a run of `scene` with the rows and tables of `selection`. Writes their
+    /// headers, or copies the rows of an earlier run, `written`.
     pub fn create(
         scene: &Scene,
-        kept: &RowSelection,
+        selection: &RowSelection,
         out: &OutputDirectory,
         written: Option<Written<'_>>,
     ) -> Result<Self, Failure> {
         let mut files = Vec::new();
         let mut open = |name: &str| {
-            let name = file_of(name, kept.form);
+            let name = file_of(name, selection.form);
             let file = PendingFile::create(out, &name)?;
-            let mut stream = TableSink::new(file.open()?, kept.form);
+            let mut stream = TableSink::new(file.open()?, selection.form);
             if let Some(written) = written {
                 copy_rows(&written, &name, &mut stream)?;
             }
             files.push(file);
             Ok::<_, Failure>(stream)
         };
-        let (goes_on, world) = (written.is_some(), &scene.world);
-        let (every, first) = (kept.every, scene.start_index);
-        let has = |table: Table| has(scene, kept, table);
+        let (continues, world) = (written.is_some(), &scene.world);
+        let (every, first) = (selection.every, scene.start_index);
+        let has = |table: Table| has(scene, selection, table);
         // In the order of `Streams::in_order`.
         let states = open(Table::States.name())?;
         let contacts = has(Table::Contacts).then(|| open(Table::Contacts.name())).transpose()?;
@@ -86,7 +86,7 @@ impl RunWriter {
         let ends = has(Table::Ends).then(|| open(Table::Ends.name())).transpose()?;
         let trajectory = scene.trajectory.then(|| open(TRAJECTORY)).transpose()?;
         let streams = Streams { states, contacts, steps, joints, gears, ends };
-        let tables = if goes_on {
+        let tables = if continues {
             TablesWriter::after(streams, world)
         } else {
             TablesWriter::new(streams, world).map_err(|error| files[0].failed(&error))?
@@ -94,7 +94,7 @@ impl RunWriter {
         let open = written.and_then(|written| written.rows.open.clone());
         let tables = tables.continue_from(open).driven(scene.courses.clone()).every(every, first);
         let trajectory = trajectory.map(|stream| {
-            let rows = if goes_on {
+            let rows = if continues {
                 TrajectoryWriter::after(stream, world)
             } else {
                 TrajectoryWriter::new(stream, world)
@@ -106,10 +106,10 @@ impl RunWriter {
     }
 
     /// Names of the files that [`RunWriter::create`] opens.
-    pub fn names(scene: &Scene, kept: &RowSelection) -> Vec<String> {
-        let tables = Table::ALL.into_iter().filter(|table| has(scene, kept, *table));
+    pub fn names(scene: &Scene, selection: &RowSelection) -> Vec<String> {
+        let tables = Table::ALL.into_iter().filter(|table| has(scene, selection, *table));
         let names = tables.map(Table::name).chain(scene.trajectory.then_some(TRAJECTORY));
-        names.map(|name| file_of(name, kept.form)).collect()
+        names.map(|name| file_of(name, selection.form)).collect()
     }
 
     /// Writes the rows of one step, if it is selected.
@@ -195,9 +195,9 @@ pub fn publish(
     Ok((written, text))
 }
 
-/// True if a run of `scene` with the selection `kept` has the table.
-fn has(scene: &Scene, kept: &RowSelection, table: Table) -> bool {
-    kept.has(table)
+/// True if a run of `scene` with the rows and tables of `selection` has the table.
+fn has(scene: &Scene, selection: &RowSelection, table: Table) -> bool {
+    selection.has(table)
         && match table {
             Table::Joints => !scene.joints.is_empty(),
             Table::Gears => !scene.world.gears().is_empty(),

@@ -49,7 +49,7 @@ impl VerifyFindings {
             let worst = size(b).total_cmp(&size(a));
             b.differs.is_some().cmp(&a.differs.is_some()).then(worst)
         };
-        let place = self.worst.partition_point(|kept| rank(kept, &step).is_le());
+        let place = self.worst.partition_point(|worse| rank(worse, &step).is_le());
         if place < most {
             self.worst.insert(place, step);
             self.worst.truncate(most);
@@ -62,7 +62,7 @@ impl VerifyFindings {
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file)?;
     refuse_partial(&recording)?;
-    let (mut judge, kept) = (StepJudge::new(&recording)?, recording.row_selection());
+    let (mut judge, selection) = (StepJudge::new(&recording)?, recording.row_selection());
     let (mut findings, mut previous) = (VerifyFindings::default(), None::<TableStep>);
     let mut counts = StatusCounts::default();
     while let Some(step) = recording.next_step()? {
@@ -70,7 +70,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         counts.add(&recording.world, &step);
         if let Some(previous) = previous {
             // The next stored step is not the next step if rows are omitted.
-            let ends = if kept.every > 1 { &previous.ends } else { &step.states };
+            let ends = if selection.every > 1 { &previous.ends } else { &step.states };
             let mut verified = judge.step(&previous, ends);
             let is_next = step.row.index == previous.row.index + 1;
             if verified.differs.is_none() && is_next && *ends != step.states {
@@ -92,7 +92,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
 /// after it, and all its forces. Runs with omitted tables are refused. With omitted rows, the table
 /// `ends` has the states after each stored step.
 fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
-    let (kept, place) = (recording.row_selection(), recording.place());
+    let (selection, place) = (recording.row_selection(), recording.place());
     if recording.run.pushed {
         return Err(Failure::Input(format!(
             "{place} cannot be verified: wrenches, motors or states were set during the run \
@@ -100,10 +100,10 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
         )));
     }
     let world = &recording.world;
-    let ends = usize::from(kept.every > 1);
+    let ends = usize::from(selection.every > 1);
     let counts = [1, 1, 1, world.joints().len(), world.gears().len(), ends];
     let mut needed = Table::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0);
-    match needed.find(|(table, _)| !kept.has(*table)) {
+    match needed.find(|(table, _)| !selection.has(*table)) {
         None => Ok(()),
         Some((table, _)) => Err(Failure::Input(format!(
             "{place} cannot be verified: the run did not write the table {table}; run it without \
@@ -221,7 +221,7 @@ mod tests {
             };
             findings.keep(step, 3);
         }
-        let kept: Vec<_> = findings.worst.iter().map(|step| step.index).collect();
-        assert_eq!(kept, [1, 3, 2]);
+        let worst: Vec<_> = findings.worst.iter().map(|step| step.index).collect();
+        assert_eq!(worst, [1, 3, 2]);
     }
 }

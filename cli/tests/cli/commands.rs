@@ -126,9 +126,9 @@ fn unknown_fields_of_a_scene_are_answered_with_the_nearest_name() {
         ("revolute", "hinge"),
         ("anchor", "ancor"),
     ] {
-        let said = [format!("`{other}`; did you mean `{ours}`? Expected one of")];
+        let printed = [format!("`{other}`; did you mean `{ours}`? Expected one of")];
         check(&valid.replacen(ours, other, 1))
-            .assert_refused(2, &said.each_ref().map(String::as_str));
+            .assert_refused(2, &printed.each_ref().map(String::as_str));
     }
     // No name is similar to this one.
     let end = check(&valid.replace("friction", "qqq"));

@@ -38,9 +38,9 @@ fn retried_steps_gain_no_energy() {
         substepped += words.iter().filter(|word| **word == "substepped").count();
         assert!(failed <= most_failed, "{name}: {failed} failed");
         assert_verified(&out, failed > 0);
-        let said =
+        let printed =
             end.stdout.contains("substepped steps were solved in 2 to 64 shorter steps each");
-        assert_eq!(said, words.contains(&"substepped"), "{name}: {end:?}");
+        assert_eq!(printed, words.contains(&"substepped"), "{name}: {end:?}");
     }
     assert!(substepped > 3, "{substepped}");
 }

@@ -167,8 +167,8 @@ fn a_signal_ends_an_ipopt_run_at_once_with_all_its_steps_written() {
         assert!(took < AT_ONCE, "{signal}: {took:?}");
         let found = assert_whole(&run, "interrupted", 100_000).len();
         assert!((240..100_000).contains(&found), "{signal}: {found} rows");
-        let said = format!("{found} rows, h = 0.002 s");
-        assert!(run.end.stdout.contains(&said), "{}", run.end.stdout);
+        let printed = format!("{found} rows, h = 0.002 s");
+        assert!(run.end.stdout.contains(&printed), "{}", run.end.stdout);
         let asked = "interrupted  100000 rows were requested";
         assert!(run.end.stdout.contains(asked), "{}", run.end.stdout);
         // The header and the 239 steps before the signal are the same as without a signal.
@@ -227,8 +227,8 @@ fn interrupted_quiet_run_prints_nothing_and_exits_with_130() {
     running.wait_for(INTO_CONTACT);
     running.send("INT");
     let (run, _) = running.end();
-    let said = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());
-    assert_eq!(said, (Some(130), "", ""));
+    let printed = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());
+    assert_eq!(printed, (Some(130), "", ""));
     let found = assert_whole(&run, "interrupted", 100_000);
     assert!(found.iter().any(|row| row.row.status == StepStatus::Failed));
 }
@@ -296,8 +296,8 @@ fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
             sleep(Duration::from_millis(if args[0] == "gif" { 2000 } else { 30 }));
             running.send(signal);
             let (run, took) = running.end();
-            let said = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());
-            assert_eq!(said, (Some(130), "", ""), "{args:?} {signal}");
+            let printed = (run.end.code, run.end.stdout.as_str(), run.end.stderr.as_str());
+            assert_eq!(printed, (Some(130), "", ""), "{args:?} {signal}");
             assert!(took < AT_ONCE, "{args:?} {signal}: {took:?}");
             assert_eq!(everything_in(simulated.directory.path()), before, "{args:?} {signal}");
         }
@@ -352,8 +352,8 @@ fn stop_ends_the_file_before_the_first_step_that_failed() {
         assert_eq!(found.len(), first + 1, "the last row is the state before that step");
         assert_eq!(found[first].states, rows(&recorded)[first].states);
         assert_eq!(lines(&stopped, first + 1), lines(&recorded, first + 1));
-        let said = format!("stopped      step k = {first} was not solved");
-        assert!(stopped.end.stdout.contains(&said), "{}", stopped.end.stdout);
+        let printed = format!("stopped      step k = {first} was not solved");
+        assert!(stopped.end.stdout.contains(&printed), "{}", stopped.end.stdout);
     }
 }
 

@@ -58,9 +58,9 @@ fn hinge_between_consistent_driven_bodies_is_reported_redundant() {
     let turns = "spin = [0, 0, 1]\nabout = [0, 0, 1]\n";
     let driven = |body: &str| format!("[[driven]]\nbody = \"{body}\"\n{turns}");
     let between = hinge("h", "[\"a\", \"b\"]", 0.15, "[0, 0, 1]");
-    let said = notes(&format!("{between}{}{}", driven("a"), driven("b")));
-    assert!(said.contains("have 5 redundant constraints"), "{said}");
-    assert!(said.contains("h, a-drive and b-drive together lock the axis of h"), "{said}");
+    let text = notes(&format!("{between}{}{}", driven("a"), driven("b")));
+    assert!(text.contains("have 5 redundant constraints"), "{text}");
+    assert!(text.contains("h, a-drive and b-drive together lock the axis of h"), "{text}");
 }
 
 /// Notes report axes that gears, crossed hinges or equal limits lock.
@@ -68,24 +68,24 @@ fn hinge_between_consistent_driven_bodies_is_reported_redundant() {
 fn locked_axes_are_reported() {
     let two = hinge("j", "\"a\"", 0.0, "[0, 0, 1]") + &hinge("w", "\"b\"", 0.3, "[0, 0, 1]");
     let gear = |ratio: f64| format!("[[gears]]\njoints = [\"j\", \"w\"]\nratio = {ratio}\n");
-    let said = notes(&format!("{two}{}{}", gear(1.0), gear(2.0)));
+    let text = notes(&format!("{two}{}{}", gear(1.0), gear(2.0)));
     let both = "gears[0] and gears[1] together lock the axis of j and the axis of w";
-    assert!(said.contains(both), "{said}");
-    assert!(!said.contains("redundant"), "{said}");
-    let said = notes(&format!("{two}{}", gear(0.0)));
-    assert!(said.contains("gears[0] locks the axis of j: its ratio is 0"), "{said}");
-    let said = notes(&format!("{two}{}", gear(3.0)));
-    assert!(!said.contains("lock"), "{said}");
+    assert!(text.contains(both), "{text}");
+    assert!(!text.contains("redundant"), "{text}");
+    let text = notes(&format!("{two}{}", gear(0.0)));
+    assert!(text.contains("gears[0] locks the axis of j: its ratio is 0"), "{text}");
+    let text = notes(&format!("{two}{}", gear(3.0)));
+    assert!(!text.contains("lock"), "{text}");
 
     let crossed = hinge("h1", "[\"a\", \"b\"]", 0.15, "[0, 0, 1]")
         + &hinge("h2", "[\"a\", \"b\"]", 0.15, "[0, 1, 0]");
-    let said = notes(&crossed);
-    assert!(said.contains("h1 and h2 have 4 redundant constraints"), "{said}");
-    assert!(said.contains("h1 and h2 together lock the axis of h1 and the axis of h2"), "{said}");
+    let text = notes(&crossed);
+    assert!(text.contains("h1 and h2 have 4 redundant constraints"), "{text}");
+    assert!(text.contains("h1 and h2 together lock the axis of h1 and the axis of h2"), "{text}");
 
     let stopped = hinge("h", "[\"a\", \"b\"]", 0.15, "[0, 0, 1]") + "limits = [0, 0]\n";
-    let said = notes(&stopped);
-    assert!(said.contains("h locks the axis of h: its limits are equal"), "{said}");
+    let text = notes(&stopped);
+    assert!(text.contains("h locks the axis of h: its limits are equal"), "{text}");
 }
 
 /// A planar loop in space has three redundant constraints and still moves. A chain has none.
@@ -103,7 +103,7 @@ fn planar_loop_reports_redundancy_and_chain_does_not() {
     let door = printed("door");
     assert!(door.contains("upper-hinge and lower-hinge have 5 redundant"), "{door}");
     for name in ["chain", "double-pendulum"] {
-        let said = printed(name);
-        assert!(!said.contains("redundant") && !said.contains("lock"), "{name}: {said}");
+        let text = printed(name);
+        assert!(!text.contains("redundant") && !text.contains("lock"), "{name}: {text}");
     }
 }

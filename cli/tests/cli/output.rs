@@ -32,9 +32,9 @@ fn a_second_run_removes_the_pictures_of_the_first_and_says_so() {
     let second = run(&["--steps", "4", "--html", "--out", text(&out)]);
     assert_eq!((second.code, second.stderr.as_str()), (Some(0), ""));
     assert_eq!(everything_in(&out), names(&["notes.svg", "own.html", "view.html"]));
-    let said = "removed animation.gif, plot-energy.png, plot-energy.svg, plot.png, plot.svg, \
+    let printed = "removed animation.gif, plot-energy.png, plot-energy.svg, plot.png, plot.svg, \
                 view.html from an earlier run\n";
-    assert_eq!(second.stdout.matches(said).count(), 1, "{}", second.stdout);
+    assert_eq!(second.stdout.matches(printed).count(), 1, "{}", second.stdout);
     let page = fs::read_to_string(out.join("view.html")).unwrap();
     assert_eq!(page.matches(r#""name":"rows","value":""#).count(), 1);
     assert!(page.contains(r#""name":"rows","value":"4""#), "the page is not of the second run");

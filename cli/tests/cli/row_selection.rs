@@ -198,9 +198,9 @@ fn counts_in_run_json_are_checked_against_selected_rows() {
     let file = runs.path("some", "run.json");
     unseal(&file);
     let whole = fs::read_to_string(&file).unwrap();
-    let said: serde_json::Value = serde_json::from_str(&whole).unwrap();
+    let original: serde_json::Value = serde_json::from_str(&whole).unwrap();
     let [free, touching] =
-        ["free_steps", "contact_steps"].map(|field| said["summary"][field].as_f64().unwrap());
+        ["free_steps", "contact_steps"].map(|field| original["summary"][field].as_f64().unwrap());
     let wrong: [(&[_], _, _); 8] = [
         (&[("rows", 17.0)], 1, "summary.rows is 17; the first to the last row span 16"),
         (
@@ -220,7 +220,7 @@ fn counts_in_run_json_are_checked_against_selected_rows() {
         (&[("certificate_max_m_s", 1e-3)], 1, "and all steps are counted as solved"),
     ];
     for (changes, code, words) in wrong {
-        let (mut json, pointer) = (said.clone(), changes[0].0);
+        let (mut json, pointer) = (original.clone(), changes[0].0);
         for (field, value) in changes {
             let whole = value.fract() == 0.0;
             json["summary"][field] = if whole { (*value as i64).into() } else { (*value).into() };

@@ -50,8 +50,8 @@ fn misspelt_names_of_bodies_and_joints_get_the_nearest_one() {
         ("[[motors]]\njoint = \"hnige\"\nspeed = 1.0\nmost = 1.0\n", "hnige", "hinge"),
     ] {
         fs::write(here.join("scene.toml"), format!("{STACK}{hinge}{tables}")).unwrap();
-        let said = format!("\"{word}\"; did you mean `{name}`?");
-        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[&said]);
+        let printed = format!("\"{word}\"; did you mean `{name}`?");
+        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[&printed]);
     }
 }
 
@@ -60,7 +60,7 @@ fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
     let directory = tempfile::tempdir().unwrap();
     let here = directory.path();
     let capsule = "bodies[1].capsule: a capsule is { length = …, radius = … }, m";
-    for (shape, said) in [
+    for (shape, printed) in [
         ("capsule = [0.05, 0.3]", capsule),
         ("capsule = 0.1", capsule),
         ("cylinder = [0.05, 0.3]", "cylinder: a cylinder is { length = …, radius = … }, m"),
@@ -75,7 +75,7 @@ fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
             1,
         );
         fs::write(here.join("scene.toml"), text).unwrap();
-        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[said]);
+        run_in(here, &["check", "scene.toml"]).assert_refused(2, &[printed]);
     }
     let bare = STACK.replace("[ground]\nfriction = 0.5\n", "ground = false\n");
     fs::write(here.join("scene.toml"), bare).unwrap();

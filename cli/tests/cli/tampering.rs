@@ -137,9 +137,12 @@ fn a_contact_with_the_ground_has_the_radius_of_its_point_and_no_index() {
             let (row, column) = (row(table, 12, 0), table.column(column));
             table.rows[row][column] = value.to_owned();
         });
-        let said = format!("{}{}", end.stdout, end.stderr);
+        let printed = format!("{}{}", end.stdout, end.stderr);
         assert_eq!(end.code, Some(code), "{column}: {end:?}");
-        assert!(said.contains(if code == 1 { "radius" } else { "ground" }), "{column}: {said}");
+        assert!(
+            printed.contains(if code == 1 { "radius" } else { "ground" }),
+            "{column}: {printed}"
+        );
     }
 }
 

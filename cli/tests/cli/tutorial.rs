@@ -196,11 +196,11 @@ fn many_points_are_announced() {
     );
     fs::write(&path, text).unwrap();
     let path = path.to_str().unwrap();
-    let said = |args: &[&str]| {
+    let printed = |args: &[&str]| {
         let run = simulate(&[&["--scenario", path], args].concat());
         assert_eq!(run.end.code, Some(0), "{:?}", run.end);
         run.end.stdout.contains("--solver native is faster")
     };
-    assert!(said(&["--solver", "ipopt"]));
-    assert!(!said(&["--solver", "ipopt", "--quiet"]) && !said(&[]));
+    assert!(printed(&["--solver", "ipopt"]));
+    assert!(!printed(&["--solver", "ipopt", "--quiet"]) && !printed(&[]));
 }

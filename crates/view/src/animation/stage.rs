@@ -109,8 +109,8 @@ impl Backdrop {
         let drawn = drawn(film);
         let mut points = Vec::new();
         for moment in moments {
-            for (actor, pose) in drawn.iter().zip(moment.poses.iter().chain([&to_ground])) {
-                points.extend(actor.places(pose));
+            for (drawn_body, pose) in drawn.iter().zip(moment.poses.iter().chain([&to_ground])) {
+                points.extend(drawn_body.places(pose));
             }
         }
         let mut floor = film.ground.as_ref().map(|_| Floor::under(&points, light));
@@ -182,17 +182,17 @@ impl Backdrop {
         let unit = f64::from(canvas.size()) / 800.0;
         let poses = || moment.poses.iter().chain([&self.to_ground]);
         if let Some(floor) = &self.floor {
-            let casters = self.drawn.iter().zip(poses()).flat_map(|(actor, pose)| {
+            let casters = self.drawn.iter().zip(poses()).flat_map(|(drawn_body, pose)| {
                 let places = |caster: &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
                     caster.iter().map(|point| (pose * Point3::from(*point)).coords).collect()
                 };
-                actor.casters.iter().map(places).collect::<Vec<_>>()
+                drawn_body.casters.iter().map(places).collect::<Vec<_>>()
             });
             floor.paint_shadows(canvas, &self.camera, &casters.collect::<Vec<_>>(), self.theme);
         }
         self.raster.clear();
         for (place, pose) in poses().copied().enumerate().collect::<Vec<_>>() {
-            self.paint_actor(place, &pose, unit);
+            self.paint_body(place, &pose, unit);
         }
         // Order: arrows hidden by bodies, the bodies, arrows in front of them.
         let (hidden, visible): (Vec<_>, Vec<_>) = moment.arrows.iter().partition(|arrow| {
@@ -208,14 +208,14 @@ impl Backdrop {
         }
     }
 
-    fn paint_actor(&mut self, place: usize, pose: &Isometry3<f64>, unit: f64) {
-        let (camera, raster, actor) = (&self.camera, &mut self.raster, &self.drawn[place]);
-        let (hue, reach) = (&actor.hue, actor.reach);
+    fn paint_body(&mut self, place: usize, pose: &Isometry3<f64>, unit: f64) {
+        let (camera, raster, drawn_body) = (&self.camera, &mut self.raster, &self.drawn[place]);
+        let (hue, reach) = (&drawn_body.hue, drawn_body.reach);
         let mut canvas = Canvas3d { raster, camera, light: self.light, unit, hue, reach };
-        for look in &actor.looks {
+        for look in &drawn_body.looks {
             canvas.look(look, pose);
         }
-        for bone in &actor.bones {
+        for bone in &drawn_body.bones {
             canvas.rod([bone.from, bone.to], pose, self.theme.trail);
         }
     }
@@ -229,7 +229,7 @@ impl Backdrop {
             self.aim(k);
             self.raster.clear();
             let (still, pose) = (self.drawn.len() - 1, self.to_ground);
-            self.paint_actor(still, &pose, 1.0);
+            self.paint_body(still, &pose, 1.0);
             for &body in &moving {
                 let spot = self.camera.spot(&moments[k].poses[body].translation.vector);
                 let room = BEHIND * self.drawn[body].reach;
@@ -244,12 +244,12 @@ impl Backdrop {
     fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &FrameState) {
         let height = LABEL * canvas.size() / 800.0;
         let labelled = self.drawn.iter().zip(&moment.poses);
-        let labelled = labelled.filter(|(actor, _)| !actor.label.is_empty());
-        let words = labelled.map(|(actor, pose)| {
+        let labelled = labelled.filter(|(drawn_body, _)| !drawn_body.label.is_empty());
+        let words = labelled.map(|(drawn_body, pose)| {
             let [x, _] = self.camera.project(&pose.translation.vector);
-            let heights = actor.places(pose).map(|place| self.camera.project(&place)[1]);
+            let heights = drawn_body.places(pose).map(|place| self.camera.project(&place)[1]);
             let top = heights.fold(f32::INFINITY, f32::min);
-            Lettering { text: &actor.label, at: [x, top - height / 2.0], height }
+            Lettering { text: &drawn_body.label, at: [x, top - height / 2.0], height }
         });
         lettering::labels(canvas, font, &words.collect::<Vec<_>>(), self.theme);
     }
@@ -314,8 +314,8 @@ fn extent(film: &Film, moments: &[FrameState]) -> Vector3<f64> {
     let (drawn, to_ground) = (drawn(film), film.to_ground());
     let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     for moment in moments {
-        for (actor, pose) in drawn.iter().zip(moment.poses.iter().chain([&to_ground])) {
-            for place in actor.places(pose) {
+        for (drawn_body, pose) in drawn.iter().zip(moment.poses.iter().chain([&to_ground])) {
+            for place in drawn_body.places(pose) {
                 (low, high) = (low.inf(&place), high.sup(&place));
             }
         }
@@ -376,25 +376,24 @@ fn framed(
 
 /// Bodies, then all fixed objects as one.
 fn drawn(film: &Film) -> Vec<DrawnBody> {
-    let actor = |shapes: Vec<Shape>, colour: Rgb, reach, label: &str| {
+    let drawn_body = |shapes: Vec<Shape>, colour: Rgb, reach, label: &str| {
         let spans = shapes.iter().map(Shape::span).collect();
         let casters = shapes.iter().map(Shape::surface_points).collect();
         let looks = shapes.into_iter().map(Look::new).collect();
         let (hue, label) = (Hue::from_rgb(colour), label.to_owned());
         DrawnBody { looks, spans, casters, hue, bones: Vec::new(), reach, label }
     };
-    let bodies = film
-        .bodies
-        .iter()
-        .zip(palette::body_colours(film))
-        .map(|(body, colour)| actor(body.shapes.clone(), colour, body.reach(), &body.label));
+    let bodies =
+        film.bodies.iter().zip(palette::body_colours(film)).map(|(body, colour)| {
+            drawn_body(body.shapes.clone(), colour, body.reach(), &body.label)
+        });
     let still: Vec<_> = film.fixed.iter().flat_map(|fixed| &fixed.shapes).cloned().collect();
     let points: Vec<Vector3<f64>> = still.iter().flat_map(Shape::span).collect();
     let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
     // The edge offset scales with the size. That of a body suits pieces of its size.
     let reach = film.bodies.iter().map(Object::reach).fold(reach, f64::min);
-    let mut all: Vec<_> = bodies.chain([actor(still, palette::STILL, reach, "")]).collect();
+    let mut all: Vec<_> = bodies.chain([drawn_body(still, palette::STILL, reach, "")]).collect();
     for bone in skeleton::bones(film) {
         all[bone.body].bones.push(bone);
     }

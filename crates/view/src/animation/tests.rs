@@ -91,8 +91,8 @@ fn body_hides_only_the_arrow_behind_it() {
     let corner = |i: usize| film.bodies[0].shapes[0].core()[i];
     moments[0].poses = vec![Isometry3::identity()];
     let up = |i: usize| {
-        let (from, way) = (corner(i), Vector3::new(0.0, 0.0, 3.2));
-        Arrow { from, to: from + way, reach: 3f64.sqrt() }
+        let (from, vector) = (corner(i), Vector3::new(0.0, 0.0, 3.2));
+        Arrow { from, to: from + vector, reach: 3f64.sqrt() }
     };
     moments[0].arrows = (0..8).map(up).collect();
     let mut stage = Backdrop::new(&film, &settings, &moments).unwrap();
