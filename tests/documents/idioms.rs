@@ -4,8 +4,11 @@ use super::imports::{root, sources};
 use std::fs;
 use std::path::PathBuf;
 
+/// True for a line with the idiom.
+type IsIdiom = fn(&str) -> bool;
+
 /// Name of an idiom, whether a line without indentation has it, and the largest allowed count.
-const IDIOMS: [(&str, fn(&str) -> bool, usize); 4] = [
+const IDIOMS: [(&str, IsIdiom, usize); 4] = [
     ("function `of`, instead of `new`, `from_x` or a noun", is_named_of, 91),
     ("tuple of values in a `let`", is_tuple_let, 623),
     ("arm of a `match` on a bool", is_bool_arm, 34),

@@ -73,7 +73,7 @@ pub(super) fn is_flat_end(smooth: Option<&Smooth>, normal: &Vector3<f64>) -> boo
 
 impl SmoothSide<'_> {
     /// A direction of the frame of A, in the frame of this piece.
-    pub fn to_local(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+    pub fn to_local(self, direction: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.tr_mul(direction)
     }
 

@@ -1,6 +1,6 @@
 //! Parts of the page for a program that draws a moving scene itself.
 
-use super::scripts::{BASE, STAGE};
+use super::scripts::{BASE, STAGE, joined};
 use super::{DRAWER, DRAWER_LICENCE};
 use crate::palette;
 
@@ -25,8 +25,8 @@ pub struct LiveParts {
 pub fn live_parts() -> LiveParts {
     LiveParts {
         style: palette::style() + include_str!("page/style.css"),
-        base: BASE.join("\n"),
-        stage: STAGE.join("\n"),
+        base: joined(&BASE),
+        stage: joined(&STAGE),
         drawer: DRAWER,
         drawer_licence: DRAWER_LICENCE,
     }

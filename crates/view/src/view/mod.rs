@@ -38,8 +38,10 @@ const STILL: u16 = 560;
 pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     let data = serde_json::to_string(&data::PageData::new(version, films))
         .map_err(|error| error.to_string())?;
-    let scripts =
-        format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts::page_scripts().join("\n"));
+    let scripts = format!(
+        "(() => {{\n\"use strict\";\n{}}})();\n",
+        scripts::joined(&scripts::page_scripts())
+    );
     let mut page =
         String::with_capacity(data.len() + scripts.len() + DRAWER.len() + 2 * PLOTTER.len());
     let mut rest = TEMPLATE;

@@ -47,3 +47,10 @@ pub const RECORDED: [&str; 6] = [
 pub fn page_scripts() -> Vec<&'static str> {
     [&BASE[..], &[RUNS], &STAGE, &RECORDED].concat()
 }
+
+/// Scripts one after another, without the lines that are comments.
+pub fn joined(scripts: &[&str]) -> String {
+    let lines = scripts.iter().flat_map(|script| script.lines());
+    let code = lines.filter(|line| !line.trim_start().starts_with("//"));
+    code.flat_map(|line| [line, "\n"]).collect()
+}
