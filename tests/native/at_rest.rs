@@ -105,10 +105,10 @@ struct Both {
 impl Both {
     fn new(height: f64) -> Self {
         let (world, starts) = wall(height);
-        Self::new(world, starts)
+        Self::from_world(world, starts)
     }
 
-    fn new(world: World, starts: Vec<State>) -> Self {
+    fn from_world(world: World, starts: Vec<State>) -> Self {
         let [solved, rested] = [(); 2].map(|()| Arc::new(AtomicU32::new(0)));
         let counting = Counting(NativeSolver::new(&world), solved.clone(), rested.clone());
         let resting = Simulation::new(world.clone(), starts.clone(), Motion::contact(counting));
@@ -168,7 +168,7 @@ fn resting_islands_are_not_solved_again() {
 fn single_resting_body_is_not_solved_again() {
     let scene = TutorialScene::drop();
     let world = World::new(tutorial_parameters().unwrap()).unwrap();
-    let mut both = Both::new(world, vec![scene.start(scene.attitude(42))]);
+    let mut both = Both::from_world(world, vec![scene.start(scene.attitude(42))]);
     assert!(both.steps(1500) > 200);
     assert_eq!(both.steps(50), 0);
     let push = |x: f64| Wrench { force: Vector3::new(x, 0.0, 0.0), torque: Vector3::zeros() };
@@ -197,7 +197,7 @@ fn a_wall_rests_by_itself_until_it_is_hit() {
     let (world, mut starts) = wall(0.0);
     starts[12].position = Vector3::new(-1.5, 0.0, 0.25);
     starts[12].velocity = Vector3::new(4.0, 0.0, 0.0);
-    let mut both = Both::new(world, starts);
+    let mut both = Both::from_world(world, starts);
     both.steps(20);
     let before = both.rested.load(Ordering::Relaxed);
     assert_eq!(both.steps(50), 50, "something moves");
@@ -215,7 +215,7 @@ fn a_wall_rests_by_itself_until_it_is_hit() {
 fn a_wrench_wakes_the_island_that_it_is_on() {
     let (world, mut starts) = wall(0.0);
     starts[12].position = Vector3::new(-5.0, 0.0, 40.0);
-    let mut both = Both::new(world, starts);
+    let mut both = Both::from_world(world, starts);
     both.steps(20);
     both.change(|run| {
         let force = Vector3::new(0.0, 60.0, 0.0);

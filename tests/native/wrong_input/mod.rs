@@ -15,8 +15,8 @@ use tumble_core::contact::{
 };
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::{
-    Aabb, Hint, Hull, PairScratch, Piece, PieceSide, Sweep, bound, manifold, overlap,
-    signed_distance,
+    Aabb, Hint, Hull, PairScratch, Piece, PieceSide, Sweep, distance_lower_bound, manifold,
+    overlap, signed_distance,
 };
 use tumble_core::mechanics::load::Polyline;
 use tumble_core::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
@@ -378,9 +378,10 @@ fn invalid_hints_and_poses_do_not_panic_geometry() {
                         &mut touches,
                     );
                     let (a, b) = ((a, at), (b, &poses[0]));
-                    panics.look("bound", || bound(a, b, &hint));
+                    panics.look("distance_lower_bound", || distance_lower_bound(a, b, &hint));
                     let (mut one, mut two, mut three) = (hint, hint, hint);
-                    panics.look("separation", || signed_distance(a, b, &mut one, &mut scratch));
+                    panics
+                        .look("signed_distance", || signed_distance(a, b, &mut one, &mut scratch));
                     panics.look("overlap", || overlap(a, b, &mut two, &mut scratch));
                     panics.look("manifold", || {
                         manifold(b, a, 0.1, PieceSide::A, &mut three, &mut scratch, &mut touches)
