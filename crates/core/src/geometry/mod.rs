@@ -6,7 +6,7 @@
 //! pieces of uniform density. A closed and convex [`Mesh`](mesh::Mesh) can become a piece.
 //!
 //! - [`Sweep`] is the broad phase: it finds the pairs of pieces whose boxes overlap.
-//! - [`separation()`] returns the signed distance of two pieces.
+//! - [`signed_distance`] returns the signed distance of two pieces.
 //! - [`closest_points()`] returns the points between which the distance is measured.
 //! - [`RayCaster`] intersects a ray with a piece.
 //! - [`first_overlap`] returns the time of impact of two moving pieces.
