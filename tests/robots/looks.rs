@@ -140,7 +140,7 @@ fn looks_are_read_back() {
     let mut odd = model;
     odd.looks.clear();
     let why = Film::new(&scene.world, &odd, false, Vec::new()).unwrap_err().to_string();
-    assert_eq!(why, "model.bodies[0].look: there is no such look");
+    assert_eq!(why, "model.bodies[0].look: look 0 does not exist");
 }
 
 /// Checks that a converted scenario contains the appearance. Invalid surfaces are refused by name.
