@@ -264,10 +264,9 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
     // Pairs that passed and were marked as unphysical.
     assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
-    // Steps without a solution: the solver found none, or only solutions that make energy.
-    assert!(found.failed <= 30 && found.failed + found.gaining <= 110, "{found:#?}");
-    // The examined ones among the failed steps, and those with a solution.
-    assert!(found.sought >= 1 && found.solvable <= 1, "{found:#?}");
+    // Bounds on the failed steps, the examined ones and those with a solution.
+    assert!(found.failed <= 30 && found.gaining <= 80, "{found:#?}");
+    assert!(found.sought >= 3 && found.solvable <= 1, "{found:#?}");
 }
 
 /// Checks pairs at up to 3 m/s and 0.1 rad per step of a millisecond. Only some hits of needles
