@@ -157,9 +157,9 @@ impl Exposure<'_> {
         (gap, out.is_empty())
     }
 
-    /// True if some other collider is near the pair, or if the ground is at the touching points of one
-    /// of the contacts, with the bodies at `poses`. `points` has the touching points of both colliders
-    /// for each contact (m, frames of their owners).
+    /// True if another collider or the ground may hide a contact of the pair, with the bodies at
+    /// `poses`. The ground may if a touching point lies in it. `points` has the touching points of both
+    /// colliders for each contact (m, frames of their owners).
     fn may_be_hidden(
         &self,
         poses: &[Pose],

@@ -1,8 +1,8 @@
 //! Differentials of a step's data: arguments and results of its derivatives.
 //!
 //! A [`StateChange`] has twelve numbers, because an attitude changes by a rotation vector.
-//! Derivatives with respect to the bodies at the start of the step are in `ContactTangent`, for a
-//! contact's motion and lever arms, and in `JointTangent`, for the rows of a joint.
+//! `ContactTangent` has the derivatives of a contact's motion and lever arms by the bodies at the start
+//! of the step. `JointTangent` has those of a joint's rows.
 //! [`StepDerivative`](crate::solver::native::StepDerivative) differentiates the step itself and
 //! solves for the final velocities.
 //!
