@@ -236,7 +236,7 @@ impl RolloutReport {
         statuses[usize::from(place(status))] = 1;
         let tempered = u64::from(record.restitution_share < 1.0);
         self.all.add(&RolloutTally { statuses, tempered, largest_residual: residual });
-        if matches!(status, StepStatus::Failed | StepStatus::Wild) {
+        if !status.is_solved() {
             self.unsolved.push(Unsolved { rollout, step, status, residual });
         }
     }

@@ -7,7 +7,6 @@ use std::path::Path;
 use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
@@ -32,7 +31,7 @@ fn follow<T>(scene: &Scene, of: impl Fn(&World, &[State]) -> T) -> (Vec<T>, usiz
         simulation.step(&mut record).unwrap();
         let status = record.report.status;
         assert!(
-            !matches!(status, StepStatus::Failed | StepStatus::Wild),
+            status.is_solved(),
             "k = {}: {status}, share {}",
             record.index,
             record.restitution_share

@@ -4,7 +4,6 @@ use nalgebra::{Rotation3, Vector3, Vector4};
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
 use tumble_core::world::{Fixed, Parameters, World};
 
 pub const G: f64 = 9.81;
@@ -59,7 +58,7 @@ pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
         simulation.step(&mut record).unwrap();
         let status = record.report.status;
         assert!(
-            !matches!(status, StepStatus::Failed | StepStatus::Wild),
+            status.is_solved(),
             "k = {}: {status}, {:?}",
             record.index,
             record.solution.contacts

@@ -6,7 +6,7 @@ use tumble_core::contact::Plane;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::{ContactForce, StepStatus};
+use tumble_core::step::ContactForce;
 use tumble_core::world::{Fixed, Parameters, World};
 
 const G: f64 = 9.81;
@@ -41,7 +41,7 @@ fn along_y() -> Rotation3<f64> {
 }
 
 fn is_good(record: &StepRecord) -> bool {
-    !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild)
+    record.report.status.is_solved()
 }
 
 fn touches(record: &StepRecord) -> bool {

@@ -8,7 +8,6 @@ use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::random::Draws;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
 type V = Vector3<f64>;
@@ -74,7 +73,7 @@ fn apart(usual: &[State], found: &[State], order: &[usize]) -> f64 {
 }
 
 fn is_solved(record: &StepRecord) -> bool {
-    !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild)
+    record.report.status.is_solved()
 }
 
 /// Compares runs in other orders with the usual one, up to `after` steps beyond the first contact,

@@ -121,7 +121,7 @@ fn piles_of_other_seeds_are_certified() {
             simulation.step(&mut record).unwrap();
             contact += u32::from(!record.solution.contacts.is_empty());
             let status = record.report.status;
-            if matches!(status, StepStatus::Failed | StepStatus::Wild | StepStatus::Substepped) {
+            if !status.is_one_problem() {
                 others += 1;
                 continue;
             }

@@ -261,6 +261,19 @@ impl StepStatus {
         }
     }
 
+    /// True if the states at the end of the step satisfy the laws: neither failed nor unphysical.
+    #[must_use]
+    pub fn is_solved(self) -> bool {
+        !matches!(self, Self::Failed | Self::Wild)
+    }
+
+    /// True if the step is [solved](Self::is_solved) as one problem. A substepped one is not: it has
+    /// neither a certificate nor a derivative of its own.
+    #[must_use]
+    pub fn is_one_problem(self) -> bool {
+        self.is_solved() && self != Self::Substepped
+    }
+
     /// Status with the CSV name `name`.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {

@@ -9,7 +9,6 @@ use super::target::Target;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::mechanics::State;
-use tumble_core::step::StepStatus;
 
 /// Cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +17,7 @@ pub(super) struct RunCost {
     pub task: f64,
     /// Part of the effort.
     pub effort: f64,
-    /// Number of steps with status `failed` or `wild`.
+    /// Number of steps that are not [solved as one problem](tumble_core::step::StepStatus::is_one_problem).
     pub unsolved: usize,
 }
 
@@ -90,8 +89,7 @@ impl PlanProblem {
         self.simulate_choosing(controls, choose, interrupt, &mut |simulation, _, record| {
             after += 1;
             task += self.cost_after(after, simulation.states());
-            let status = record.report.status;
-            unsolved += usize::from(matches!(status, StepStatus::Failed | StepStatus::Wild));
+            unsolved += usize::from(!record.report.status.is_one_problem());
             Ok(())
         })?;
         let task = if task.is_nan() { f64::INFINITY } else { task };

@@ -9,6 +9,7 @@
 //! `docs/planning.md` states the problem and derives the stages. Its equations have the numbers P1, P2, and so on.
 
 mod boxed;
+mod cma_es;
 mod control;
 mod cost;
 mod ddp;

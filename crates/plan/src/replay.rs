@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::simulation::StepRecord;
-use tumble_core::step::StepStatus;
 
 /// Run of a problem with given controls.
 #[derive(Debug, Clone)]
@@ -29,7 +28,7 @@ pub struct Replay {
     pub misses: Vec<Miss>,
     /// Largest residual of a step, m/s.
     pub residual: f64,
-    /// Number of steps with status `failed` or `wild`.
+    /// Number of steps that are not [solved as one problem](tumble_core::step::StepStatus::is_one_problem).
     pub unsolved: usize,
     /// Smallest margin of a contact mode, m/s, and its step.
     pub margin: Option<(f64, usize)>,
@@ -125,8 +124,7 @@ impl PlanProblem {
             if replay.residual < residual || residual.is_nan() {
                 replay.residual = residual;
             }
-            let status = record.report.status;
-            replay.unsolved += usize::from(matches!(status, StepStatus::Failed | StepStatus::Wild));
+            replay.unsolved += usize::from(!record.report.status.is_one_problem());
             replay.records.push(record.clone());
             Ok(())
         })?;

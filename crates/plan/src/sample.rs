@@ -8,12 +8,11 @@
 //! A middle round without more pieces than the previous one starts elsewhere if the best controls still miss. The seed
 //! determines all draws, on any number of threads.
 
+use super::cma_es::CmaEs;
 use super::stage::{SearchProgress, SearchWatch, Stage, StageResult};
 use super::{PlanError, PlanProblem, Replay};
-use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Sampling by CMA-ES.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -196,40 +195,34 @@ impl Sample {
         let SampleRound { number, last, from, width } = round;
         let coarse = Coarse::new(problem, self.knots_in(number), from);
         let interrupt = watch.interrupt;
-        let runs = AtomicU64::new(end.runs);
-        let loss = |point: &DVector<f64>| {
-            let (controls, outside) = coarse.controls(problem, point.as_slice());
-            runs.fetch_add(1, Ordering::Relaxed);
-            match problem.run_cost(&controls, Some(interrupt)) {
+        let loss = |(controls, outside): &(Vec<f64>, f64)| {
+            match problem.run_cost(controls, Some(interrupt)) {
                 Ok(cost) => cost.judged().min(WORST) * (1.0 + outside),
                 // A start that cannot be simulated ranks last.
                 Err(_) => WORST * (1.0 + outside),
             }
         };
-        let population = 2 * (4 + (3.0 * (coarse.count as f64).ln()) as usize);
-        let strategy = CMAESOptions::new(vec![0.0; coarse.count], width)
-            .population_size(population)
-            .parallel_update(false)
-            .seed(self.seed.wrapping_add(u64::from(number)))
-            .build(loss);
-        let mut strategy = strategy.map_err(|error| {
-            PlanError::Problem(format!("sample: CMA-ES cannot start: {error:?}"))
-        })?;
+        let population = 2 * (4 + (3.0 * libm::log(coarse.count as f64)) as usize);
+        let seed = self.seed.wrapping_add(u64::from(number)) as u32;
+        let mut search = CmaEs::new(coarse.count, population, width, seed);
         loop {
-            let ended = strategy.next_parallel().is_some();
+            let points = search.draw();
+            let points = points.iter().map(|point| coarse.controls(problem, point.as_slice()));
+            let points: Vec<_> = points.collect();
+            let losses: Vec<f64> = points.par_iter().map(loss).collect();
             end.iterations += 1;
-            end.runs = runs.load(Ordering::Relaxed);
+            end.runs += points.len() as u64;
             if watch.is_interrupted() {
                 end.message = "interrupted".to_owned();
                 return Ok(());
             }
-            if let Some(found) = strategy.current_best_individual() {
-                let (controls, _) = coarse.controls(problem, found.point.as_slice());
-                if found.value < WORST {
-                    let cost = judged(problem, &controls, watch)?;
-                    if cost < best.cost {
-                        *best = SampledRun { controls, cost };
-                    }
+            search.adapt(&losses);
+            let first = (0..points.len()).min_by(|a, b| losses[*a].total_cmp(&losses[*b]));
+            if let Some(first) = first.filter(|first| losses[*first] < WORST) {
+                let controls = &points[first].0;
+                let cost = judged(problem, controls, watch)?;
+                if cost < best.cost {
+                    *best = SampledRun { controls: controls.clone(), cost };
                 }
             }
             let progress = SearchProgress {
@@ -242,7 +235,7 @@ impl Sample {
                 end.message = "stopped".to_owned();
                 return Ok(());
             }
-            if ended || end.runs >= last {
+            if search.has_converged() || end.runs >= last {
                 return Ok(());
             }
         }

@@ -11,7 +11,7 @@ pub enum PlanStatus {
     Replayed,
     /// The replay misses a target or a path constraint.
     Missed,
-    /// A step of the replay was not solved, so that its states have no meaning.
+    /// A step of the replay is not [solved as one problem](tumble_core::step::StepStatus::is_one_problem).
     Failed,
 }
 
@@ -135,7 +135,7 @@ impl PlanProblem {
         if replay.unsolved > 0 {
             let steps = replay.unsolved;
             parts.push(format!(
-                "{steps} steps of the replay failed or are wild; shorten the time step"
+                "{steps} steps of the replay are failed, wild or substepped; shorten the time step"
             ));
         }
         parts.extend(replay.misses.iter().filter(|miss| !miss.is_met()).map(|miss| {

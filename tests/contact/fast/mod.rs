@@ -65,7 +65,7 @@ fn kinetic(world: &World, states: &[State]) -> f64 {
 }
 
 fn is_solved(record: &StepRecord) -> bool {
-    !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild)
+    record.report.status.is_solved()
 }
 
 /// Drops a ball of 5 mm from 2 m onto a shelf of 1 cm. It comes to rest on the shelf, for every
@@ -252,9 +252,7 @@ fn turn_of_two_radians_within_reach_of_something_is_unphysical() {
 /// No pair passes undetected. A pair that passes and is marked turns by more than 0.14 rad in the
 /// step. No contact lies behind its point. Some steps are far too long for the motion: a needle
 /// that is hit off its middle turns many times within a step. Others have solutions that make energy,
-/// also in shorter steps. At most one in twenty of the failed
-/// frictionless single contacts has a solution. Its impulse is several times the one that stops
-/// both bodies.
+/// also in shorter steps. None of the unsolved frictionless single contacts has a solution.
 #[test]
 #[ignore = "slow"]
 fn random_pairs_at_random_speeds_do_not_pass_each_other() {
@@ -264,9 +262,11 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
     // Pairs that passed and were marked as unphysical.
     assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
-    // Bounds on the failed steps, the examined ones and those with a solution.
-    assert!(found.failed <= 30 && found.gaining <= 80, "{found:#?}");
-    assert!(found.sought >= 3 && found.solvable <= 1, "{found:#?}");
+    // Of 1000 pairs 7 have a step without a solution, and 87 one whose solution makes energy. When 30
+    // were unsolved, 80 made energy: the sum of both is bounded.
+    assert!(found.failed <= 10 && found.failed + found.gaining <= 100, "{found:#?}");
+    // Examined unsolved steps, and those with a solution.
+    assert!(found.sought >= 1 && found.solvable == 0, "{found:#?}");
 }
 
 /// Checks pairs at up to 3 m/s and 0.1 rad per step of a millisecond. Only some hits of needles

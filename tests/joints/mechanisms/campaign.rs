@@ -144,7 +144,7 @@ fn work_of_parts(world: &World, record: &StepRecord) -> Option<(f64, f64)> {
         let (mut part, mut work) = (StepRecord::new(), 0.0);
         for _ in 0..parts {
             simulation.step(&mut part).ok()?;
-            if matches!(part.report.status, StepStatus::Failed | StepStatus::Wild) {
+            if !part.report.status.is_solved() {
                 return None;
             }
             let [before, after] = energies(&short, &part);

@@ -128,7 +128,7 @@ impl Simulation<'_> {
         let mut energy = Budget::default();
         for _ in 0..parts {
             short.step(&mut record).ok()?;
-            if matches!(record.report.status, StepStatus::Failed | StepStatus::Wild) {
+            if !record.report.status.is_solved() {
                 return None;
             }
             mean.add(&record.solution, 1.0 / parts as f64);

@@ -14,7 +14,6 @@ use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
 use crate::solver::native::{Smoothing, StepDerivative};
-use crate::step::StepStatus;
 use crate::world::Constant;
 use backward::Backward;
 
@@ -102,8 +101,7 @@ impl RunGradient {
         };
         smaller(&mut self.margin, derivative.margin());
         smaller(&mut self.feature_margin, derivative.feature_margin());
-        let unsolved = [StepStatus::Failed, StepStatus::Substepped, StepStatus::Wild];
-        self.unsolved += u64::from(unsolved.contains(&record.report.status));
+        self.unsolved += u64::from(!record.report.status.is_one_problem());
         self.unknown += u64::from(derivative.unknown() > 0);
         self.kept += u64::from(derivative.keeps_shares());
         self.limited += u64::from(record.restitution_share < 1.0);
