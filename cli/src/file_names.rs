@@ -22,14 +22,14 @@ pub const TRAJECTORY: &str = "trajectory";
 pub fn file_of(table: &str, form: TableForm) -> String {
     match form {
         TableForm::Csv => format!("{table}.csv"),
-        TableForm::Zstd => format!("{table}.csv.zst"),
+        TableForm::Gzip => format!("{table}.csv.gz"),
     }
 }
 
 /// Names of all files with rows, with and without compression.
 pub fn row_files() -> impl Iterator<Item = String> {
     let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
-    names.flat_map(|name| [TableForm::Csv, TableForm::Zstd].map(|form| file_of(name, form)))
+    names.flat_map(|name| [TableForm::Csv, TableForm::Gzip].map(|form| file_of(name, form)))
 }
 
 /// File name of part `number` of a live run, from 1 on.
@@ -47,7 +47,7 @@ pub fn is_part(name: &str) -> bool {
 
 /// True if a file with this name is compressed.
 pub fn is_compressed(name: &str) -> bool {
-    name.ends_with(".zst")
+    name.ends_with(".gz")
 }
 
 /// Prefix and suffix of temporary files.

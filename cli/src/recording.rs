@@ -34,6 +34,13 @@ impl<'a> Recording<'a> {
     /// Opens the files of a run through one of them, `path`, with the run.json in its directory.
     pub fn open(path: &'a Path) -> Result<Self, Failure> {
         refuse_no_table(path)?;
+        if path.extension().is_some_and(|end| end == "zst") {
+            return Err(Failure::Input(format!(
+                "{} is compressed by Zstandard, as older versions did; unpack the tables with \
+                 zstd -d, and set \"form\" in run.json to \"csv\"",
+                shown::path(path)
+            )));
+        }
         // Names a table that cannot be read before a run.json that does not exist.
         input::open(path).map_err(|error| {
             Failure::Input(format!("{} cannot be read: {error}", shown::path(path)))
@@ -248,7 +255,7 @@ fn refuse_no_table(path: &Path) -> Result<(), Failure> {
         }
         _ => return Ok(()),
     };
-    let names = ["states.csv", "states.csv.zst"];
+    let names = ["states.csv", "states.csv.gz"];
     let table = names.into_iter().map(|name| directory.join(name)).find(|table| table.is_file());
     let remedy = table.map_or_else(
         || "give a table of a run, DIR/states.csv".to_owned(),

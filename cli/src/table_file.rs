@@ -1,29 +1,34 @@
-//! Files of tables: CSV, or CSV compressed by Zstandard.
+//! Files of tables: CSV, or CSV compressed by gzip.
 
 use super::file_names;
 use super::input;
+use flate2::Compression;
+use flate2::bufread::MultiGzDecoder;
+use flate2::write::GzEncoder;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Cursor, IntoInnerError, Read, Write};
 use std::path::Path;
 use tumble_scene::row_selection::TableForm;
 use tumble_scene::run_file::Summed;
-use zstd::Decoder;
-use zstd::bulk::compress;
 
-/// Compression level, a compromise of size and time.
-const LEVEL: i32 = 9;
+/// Bytes of CSV per member of a compressed file. Members are compressed as a whole, so that the file
+/// does not depend on the times of its flushes. Much smaller members compress less.
+const MEMBER: usize = 1 << 24;
 
-/// Bytes of CSV per frame of a compressed file. Frames are compressed as a whole, so that the file
-/// does not depend on the times of its flushes. Much smaller frames compress less.
-const FRAME: usize = 1 << 24;
+/// A complete member of a gzip file. Its head has neither a time nor a name.
+fn compressed(rows: &[u8]) -> io::Result<Vec<u8>> {
+    let mut member = GzEncoder::new(Vec::new(), Compression::default());
+    member.write_all(rows)?;
+    member.finish()
+}
 
 /// A table being written.
 pub struct TableSink {
-    /// File for compressed frames or plain rows.
+    /// File for compressed members or plain rows.
     disk: BufWriter<Summed<File>>,
-    /// Rows of the current incomplete frame; `None` for an uncompressed file.
-    frame: Option<Vec<u8>>,
+    /// Rows of the current incomplete member; `None` for an uncompressed file.
+    member: Option<Vec<u8>>,
     /// Counter and checksum of the rows.
     rows: Summed<CountedWriter>,
 }
@@ -57,28 +62,28 @@ pub struct WrittenRows {
     /// Bytes of the temporary file with rows.
     on_disk: u64,
     /// Rows after those of the temporary file.
-    frame: Vec<u8>,
+    member: Vec<u8>,
 }
 
 impl TableSink {
     pub fn new(file: File, form: TableForm) -> Self {
-        let frame = match form {
+        let member = match form {
             TableForm::Csv => None,
-            TableForm::Zstd => Some(Vec::new()),
+            TableForm::Gzip => Some(Vec::new()),
         };
         let disk = BufWriter::new(Summed::new(file));
-        Self { disk, frame, rows: Summed::new(CountedWriter::default()) }
+        Self { disk, member, rows: Summed::new(CountedWriter::default()) }
     }
 
     /// Rows so far of the table `name`, which is being written as `temporary`.
     pub fn rows(&self, name: String, temporary: String) -> io::Result<WrittenRows> {
         let on_disk = self.disk.get_ref().get_ref().metadata()?.len();
         let (bytes, checksum) = (self.rows.get_ref().0, self.rows.checksum());
-        let frame = self.frame.clone().unwrap_or_default();
-        Ok(WrittenRows { name, temporary, bytes, checksum, on_disk, frame })
+        let member = self.member.clone().unwrap_or_default();
+        Ok(WrittenRows { name, temporary, bytes, checksum, on_disk, member })
     }
 
-    /// Syncs the rows so far to the disk, except for those of the current frame.
+    /// Syncs the rows so far to the disk, except for those of the current member.
     pub fn sync(&mut self) -> io::Result<()> {
         self.disk.flush()?;
         self.disk.get_ref().get_ref().sync_data()
@@ -87,10 +92,10 @@ impl TableSink {
     /// Syncs everything to the disk and returns the checksum of the file, so that a full disk is
     /// noticed before the rename.
     pub fn finish(mut self) -> io::Result<String> {
-        if let Some(frame) = self.frame.take()
-            && !frame.is_empty()
+        if let Some(member) = self.member.take()
+            && !member.is_empty()
         {
-            self.disk.write_all(&compress(&frame, LEVEL)?)?;
+            self.disk.write_all(&compressed(&member)?)?;
         }
         let (file, checksum) = self.disk.into_inner().map_err(IntoInnerError::into_error)?.finish();
         file.sync_all()?;
@@ -100,16 +105,16 @@ impl TableSink {
 
 impl Write for TableSink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let Some(frame) = &mut self.frame else {
+        let Some(member) = &mut self.member else {
             self.disk.write_all(bytes)?;
             return self.rows.write(bytes);
         };
-        // A frame has a fixed size and can end within a row.
-        let bytes = &bytes[..bytes.len().min(FRAME - frame.len())];
-        frame.extend_from_slice(bytes);
-        if frame.len() == FRAME {
-            self.disk.write_all(&compress(frame, LEVEL)?)?;
-            frame.clear();
+        // A member has a fixed size and can end within a row.
+        let bytes = &bytes[..bytes.len().min(MEMBER - member.len())];
+        member.extend_from_slice(bytes);
+        if member.len() == MEMBER {
+            self.disk.write_all(&compressed(member)?)?;
+            member.clear();
         }
         self.rows.write(bytes)
     }
@@ -122,7 +127,7 @@ impl Write for TableSink {
 impl WrittenRows {
     /// Converts to the rows of a complete file.
     pub fn in_place(self) -> Self {
-        Self { temporary: String::new(), on_disk: 0, frame: Vec::new(), ..self }
+        Self { temporary: String::new(), on_disk: 0, member: Vec::new(), ..self }
     }
 
     /// Copies the rows in `directory` to a new file. If a run was killed while it renamed its
@@ -133,10 +138,10 @@ impl WrittenRows {
         let temporary = temporary.map(|name| input::open(&directory.join(name)));
         let from: Box<dyn Read> = match temporary {
             Some(Ok(file)) if is_compressed && self.on_disk > 0 => {
-                let frames = Decoder::new(file.take(self.on_disk))?;
-                Box::new(frames.chain(Cursor::new(&self.frame)))
+                let members = MultiGzDecoder::new(BufReader::new(file.take(self.on_disk)));
+                Box::new(members.chain(Cursor::new(&self.member)))
             }
-            Some(Ok(_)) if is_compressed => Box::new(Cursor::new(&self.frame)),
+            Some(Ok(_)) if is_compressed => Box::new(Cursor::new(&self.member)),
             Some(Ok(file)) => Box::new(file),
             _ => Box::new(TableSource::open(&directory.join(&self.name))?),
         };
@@ -152,16 +157,16 @@ impl WrittenRows {
 /// A table being read.
 pub enum TableSource {
     Csv(File),
-    Zstd(Decoder<'static, BufReader<File>>),
+    Gzip(MultiGzDecoder<BufReader<File>>),
 }
 
 impl TableSource {
-    /// Opens a file, compressed if its name ends in `.zst`.
+    /// Opens a file, compressed if its name ends in `.gz`.
     pub fn open(path: &Path) -> io::Result<Self> {
         let file = input::open(path)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if file_names::is_compressed(&name) {
-            return Decoder::new(file).map(Self::Zstd);
+            return Ok(Self::Gzip(MultiGzDecoder::new(BufReader::new(file))));
         }
         Ok(Self::Csv(file))
     }
@@ -171,7 +176,7 @@ impl Read for TableSource {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
             Self::Csv(file) => file.read(buffer),
-            Self::Zstd(decoder) => decoder.read(buffer),
+            Self::Gzip(decoder) => decoder.read(buffer),
         }
     }
 }

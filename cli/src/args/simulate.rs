@@ -211,12 +211,9 @@ pub struct OutputArgs {
     /// with --every: the state after each written step.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "TABLE,…")]
     pub tables: Option<Vec<Table>>,
-    /// Format of the tables: CSV, or CSV compressed by Zstandard (states.csv.zst), about a tenth of
-    /// the size.
-    ///
-    /// Every command reads both [default: csv].
-    #[arg(long, value_enum)]
-    pub format: Option<TableForm>,
+    /// Compress the tables by gzip (states.csv.gz). Every command reads them, and pandas too.
+    #[arg(long)]
+    pub compact: bool,
     /// Time between checkpoints, s, 0 to 1e6; 0 for none. --continue resumes a killed run from the
     /// last one [default: 10].
     #[arg(long, value_name = "SECONDS", value_parser = values::checkpoint, allow_hyphen_values = true)]
@@ -266,17 +263,15 @@ impl SimulateArgs {
         let output = &self.output;
         let every =
             output.every.unwrap_or(1).saturating_mul(self.setup.solver.substeps.unwrap_or(1));
-        RowSelection::new(every, output.tables.as_deref(), output.format.unwrap_or_default())
+        let form = if output.compact { TableForm::Gzip } else { TableForm::Csv };
+        RowSelection::new(every, output.tables.as_deref(), form)
     }
 
     /// Names of the settings flags that are set.
     pub fn given(&self) -> Vec<&'static str> {
-        let OutputArgs { every, tables, format, .. } = &self.output;
-        let flags = [
-            ("every", every.is_some()),
-            ("tables", tables.is_some()),
-            ("format", format.is_some()),
-        ];
+        let OutputArgs { every, tables, compact, .. } = &self.output;
+        let flags =
+            [("every", every.is_some()), ("tables", tables.is_some()), ("compact", *compact)];
         self.setup.given().into_iter().chain(names_of_set(&flags)).collect()
     }
 }

@@ -20,14 +20,13 @@ pub struct RowSelection {
 
 /// Format of the files with rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum TableForm {
     /// Text.
     #[default]
     Csv,
-    /// Text compressed by Zstandard.
-    Zstd,
+    /// Text compressed by gzip.
+    Gzip,
 }
 
 impl Default for RowSelection {
