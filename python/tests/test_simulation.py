@@ -127,8 +127,8 @@ def test_mistyped_names_are_refused():
         (lambda s: tumble.rollout(3, steps=2), TypeError, "scene is int; tumble.Scene"),
         (lambda s: tumble.Trajectory.from_csv({}, "."), TypeError, "scene is dict; tumble.Scene"),
         (lambda s: s.run(2).page(s), TypeError, "other is Simulation; tumble.Trajectory"),
-        (lambda s: s.record(3, np.zeros(0)), tumble.TumbleError, "wrenches: the array has the wrong size, 0"),
-        (lambda s: s.advance(np.zeros(5)), tumble.TumbleError, "wrenches: the array has the wrong size, 5"),
+        (lambda s: s._core.record(3, np.zeros(0)), tumble.TumbleError, "wrenches: the array has the wrong size, 0"),
+        (lambda s: s._core.advance(np.zeros(5)), tumble.TumbleError, "wrenches: the array has the wrong size, 5"),
     ],
 )
 def test_what_is_another_thing_is_named(call, raised, words):
