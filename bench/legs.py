@@ -16,13 +16,13 @@ import subprocess
 import tempfile
 import tomllib
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any
 
 SEED = 20261126
 EACH = 20
 PLANS = Path(__file__).resolve().parent.parent / "scenarios" / "plans"
 
-Table = Dict[str, Any]
+Table = dict[str, Any]
 
 
 def toml(value: Any) -> str:
@@ -34,7 +34,7 @@ def toml(value: Any) -> str:
     return json.dumps(value)
 
 
-def turned(point: List[float], pivot: List[float], angle: float) -> List[float]:
+def turned(point: list[float], pivot: list[float], angle: float) -> list[float]:
     """A point turned about the y axis through a pivot."""
     x, z = point[0] - pivot[0], point[2] - pivot[2]
     sin, cos = math.sin(angle), math.cos(angle)
@@ -65,7 +65,7 @@ def vary_hopper(scene: Table, draw: random.Random) -> None:
         joint["anchor"][2] += height
 
 
-def varied(problem: str, draw: random.Random) -> Tuple[Table, Table]:
+def varied(problem: str, draw: random.Random) -> tuple[Table, Table]:
     """Scene and problem of a random start."""
     search = tomllib.loads((PLANS / f"{problem}.toml").read_text())
     scene = tomllib.loads((PLANS / search["scene"]).read_text())

@@ -14,7 +14,7 @@ import sys
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any
 
 import numpy as np
 import tumble
@@ -33,7 +33,7 @@ REST = 10
 ITERATIONS = 4
 """Iterations of a plan from the current state."""
 
-Controls = List[Dict[str, Any]]
+Controls = list[dict[str, Any]]
 
 
 @dataclass
@@ -129,7 +129,7 @@ def run(controls: Controls, first: tumble.Plan, trial: Trial, again: bool) -> Ou
     return Outcome(example.is_there(end), example.miss(end)[0], plans, seconds)
 
 
-def draw_trials(plan: tumble.Plan, count: int) -> List[Trial]:
+def draw_trials(plan: tumble.Plan, count: int) -> list[Trial]:
     """Trials with both errors. The side push comes between steps 5 and 45 of the plan's 60."""
     draw = random.Random(SEED)
     side = SIDE * float(np.linalg.norm(plan.wrenches[:, 0, :3], axis=1).sum())
@@ -143,7 +143,7 @@ def draw_trials(plan: tumble.Plan, count: int) -> List[Trial]:
     ]
 
 
-def report(name: str, outcomes: List[Outcome]) -> None:
+def report(name: str, outcomes: list[Outcome]) -> None:
     there, plans = sum(outcome.there for outcome in outcomes), sum(outcome.plans for outcome in outcomes)
     seconds = sum(outcome.seconds for outcome in outcomes)
     line = f"{name}: {there} of {len(outcomes)} there, median {1e3 * np.median([o.away for o in outcomes]):.1f} mm"

@@ -14,22 +14,22 @@ import random
 import subprocess
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Dict, Iterator, Tuple
 
 SEED = 20261124
 EACH = 20
 GRAVITY = 9.81
 
-Problem = Tuple[str, str, str]
+Problem = tuple[str, str, str]
 """Name, scene and problem file without its first line."""
 
 
-def draw_size(draw: random.Random, *ranges: Tuple[float, float]) -> Tuple[float, ...]:
+def draw_size(draw: random.Random, *ranges: tuple[float, float]) -> tuple[float, ...]:
     return tuple(round(draw.uniform(*ends), 3) for ends in ranges)
 
 
-def box(size: Tuple[float, ...], mass: float, friction: float, height: float) -> str:
+def box(size: tuple[float, ...], mass: float, friction: float, height: float) -> str:
     x, y, z = size
     return f"""time_step = 0.02
 [ground]
@@ -137,7 +137,7 @@ knots = {knots}
 """
 
 
-def rod(name: str, length: float, mass: float, top: Tuple[float, float]) -> str:
+def rod(name: str, length: float, mass: float, top: tuple[float, float]) -> str:
     y, z = top
     return f"""[[bodies]]
 name = "{name}"
@@ -147,7 +147,7 @@ position = [0, {y}, {z - length / 2!r}]
 """
 
 
-def hinge(name: str, bodies: str, place: Tuple[float, float], limits: Tuple[float, float], rest: str) -> str:
+def hinge(name: str, bodies: str, place: tuple[float, float], limits: tuple[float, float], rest: str) -> str:
     y, z = place
     return f"""[[joints]]
 name = "{name}"
@@ -252,7 +252,7 @@ tolerance = {{ {tolerance} }}
         yield f"pair-{i:02}", scene, problem
 
 
-def planned(tumble: Path, problem: Problem, stages: str, folder: Path) -> Tuple[str, float]:
+def planned(tumble: Path, problem: Problem, stages: str, folder: Path) -> tuple[str, float]:
     """Status and cost of the plan of a problem."""
     name, scene, text = problem
     (folder / "scene.toml").write_text(scene)
@@ -278,7 +278,7 @@ def main() -> None:
     arguments = parser.parse_args()
     draw = random.Random(SEED)
     problems = [problem for family in (pushes, throws, flips, swings, pairs) for problem in family(draw)]
-    solved: Dict[str, int] = {}
+    solved: dict[str, int] = {}
     with tempfile.TemporaryDirectory() as folder:
         for problem in problems:
             family = problem[0].split("-")[0]

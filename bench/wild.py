@@ -9,7 +9,6 @@ time steps divided by 1, 2, 4 and 8. An episode lasts 200 actions, or until the 
 import argparse
 
 import gymnasium
-import tumble.locomotion  # registers the environments
 from tumble.bench._report import table
 
 ENVIRONMENTS = ("Hopper", "Walker2d", "Ant", "HalfCheetah")

@@ -61,17 +61,12 @@ def triplets(matrix: cs.DM) -> dict:
 
 
 def record(function: cs.Function, kind: str, index: int, point: Point, rng) -> dict:
-    """Record of one line of the file. It contains only the constants that differ from the tutorial.
-    """
+    """Record of one line of the file. It contains only the constants that differ from the tutorial."""
     obj_factor = rng.choice((0.0, 1.0, rounded(rng.uniform(0.1, 10.0))))
     multipliers = rounded(rng.normal(size=ROW_COUNT))
     constants = {name: getattr(point.constants, name) for name in CONSTANTS}
     f, gradient, rows, jacobian, hessian = function(
-        point.x,
-        np.concatenate((point.state, point.alpha)),
-        obj_factor,
-        multipliers,
-        *map(np.array, constants.values()),
+        point.x, np.concatenate((point.state, point.alpha)), obj_factor, multipliers, *map(np.array, constants.values())
     )
     given = {
         "state": point.state.tolist(),
@@ -127,12 +122,10 @@ def face_down(rng) -> np.ndarray:
 
 
 def anything(rng, constants=TUTORIAL, *, force=100.0, spin=5.0, unit_attitudes=False) -> Point:
-    """Unphysical random numbers, rounded. Attitudes have any norm unless `unit_attitudes` is set.
-    """
+    """Unphysical random numbers, rounded. Attitudes have any norm unless `unit_attitudes` is set."""
     alpha = rng.choice((rng.integers(0, 2, 8), np.ones(8), rng.uniform(0, 1, 8))).astype(float)
     motions = [
-        (rng.normal(0, 2, 3), rng.normal(size=4), rng.normal(0, 3, 3), rng.uniform(-spin, spin, 3))
-        for _ in range(2)
+        (rng.normal(0, 2, 3), rng.normal(size=4), rng.normal(0, 3, 3), rng.uniform(-spin, spin, 3)) for _ in range(2)
     ]
     if unit_attitudes:
         motions = [(r, unit(q), v, w) for r, q, v, w in motions]
@@ -242,9 +235,7 @@ def slide_on_corner(rng, constants: nlp.Constants) -> Point:
     """One corner slides while the cube tumbles."""
     normal = rng.uniform(10, 2000)
     q, velocity, spin = unit(rng.normal(size=4)), rng.normal(0, 3, 3), rng.normal(0, 3, 3)
-    return consistent(
-        rng, lambda arrival: dragged(arrival, arrival.alpha * normal), q, velocity, spin, constants
-    )
+    return consistent(rng, lambda arrival: dragged(arrival, arrival.alpha * normal), q, velocity, spin, constants)
 
 
 def slide(index: int, rng, constants=TUTORIAL) -> Point:
@@ -293,8 +284,7 @@ def inertia(index: int, rng) -> Point:
 
 
 def parameters(index: int, rng) -> Point:
-    """Other time steps, friction (zero in every fifth point), mass, smoothing and a tilted gravity.
-    """
+    """Other time steps, friction (zero in every fifth point), mass, smoothing and a tilted gravity."""
     constants = replace(
         TUTORIAL,
         dt=rounded(10 ** rng.uniform(-4, -1.7)),

@@ -35,9 +35,8 @@ import pathlib
 import sys
 import time
 
-import numpy as np
-
 import exact_step as ex
+import numpy as np
 
 OUT = pathlib.Path(__file__).resolve().parent.parent / "exact"
 ROWS, EVERY, EXTRA = 1000, 10, 2
@@ -95,12 +94,7 @@ def run(model, X, search=False, watch=None):
             seen["not_warm"][k] = name
         if others:
             seen["other_solutions"][k] = [
-                dict(
-                    start=label,
-                    modes=list(o.modes),
-                    residual=o.residual,
-                    distance=float(np.abs(o.V - got.V).max()),
-                )
+                dict(start=label, modes=list(o.modes), residual=o.residual, distance=float(np.abs(o.V - got.V).max()))
                 for label, o in others
             ]
         if got.free:

@@ -50,9 +50,7 @@ class Params:
     mu: float = 0.3
     gravity: float = 9.81
     h: float = 0.002
-    corners: tuple = tuple(
-        (x, y, z) for z in (-1.0, 1.0) for y in (-1.0, 1.0) for x in (-1.0, 1.0)
-    )
+    corners: tuple = tuple((x, y, z) for z in (-1.0, 1.0) for y in (-1.0, 1.0) for x in (-1.0, 1.0))
 
 
 # ---------------------------------------------------------------- geometry
@@ -112,10 +110,7 @@ def residual(par, X, Xn, P, parts=False):
         np.abs((Xn[0:3] - X[0:3]) / h - vn).max(),
         np.abs(Xn[3:7] - turned(X[3:7], wn, h)).max() * ell / h,
         np.abs(vn - v - P.sum(0) / m + np.array([0, 0, par.gravity * h])).max(),
-        np.abs(
-            wn - w - np.linalg.solve(J, torque - h * np.cross(wn, J @ wn))
-        ).max()
-        * ell,
+        np.abs(wn - w - np.linalg.solve(J, torque - h * np.cross(wn, J @ wn))).max() * ell,
     )
     uz = (Xn[2] + C @ Rn[2]) / h
     ut = vn[:2] + (C @ (Rn - R)[:2].T) / h
@@ -129,9 +124,7 @@ def residual(par, X, Xn, P, parts=False):
     friction = np.sqrt(((pt - proj) ** 2).sum(1)).max() / m
     cone = np.maximum(0, np.sqrt((pt * pt).sum(1)) - mu * pz).max() / m
     if parts:
-        return dict(
-            dynamics=dyn, depth=depth, normal=normal, friction=friction, cone=cone
-        )
+        return dict(dynamics=dyn, depth=depth, normal=normal, friction=friction, cone=cone)
     return max(dyn, depth, normal, friction, cone)
 
 
@@ -174,9 +167,7 @@ class Model:
         u = self._gap(V, X, c)
         D = self._dynamics(V, X, [c], [p])
         W = -cs.jacobian(u, V) @ cs.solve(cs.jacobian(D, V), cs.jacobian(D, p))
-        self._own = _Fast(
-            cs.Function("w", [V, X, c], [cs.densify(cs.substitute(W, p, cs.SX.zeros(3)))])
-        )
+        self._own = _Fast(cs.Function("w", [V, X, c], [cs.densify(cs.substitute(W, p, cs.SX.zeros(3)))]))
 
     # Dynamics residual in velocity units.
     def _dynamics(self, V, X, cs_, ps):
@@ -198,16 +189,12 @@ class Model:
     def _gap(self, V, X, c):
         h = self.par.h
         q, w = X[3:7], V[3:6]
-        s = q + 0.5 * h * cs.vertcat(
-            -cs.dot(q[1:4], w), q[0] * w + cs.cross(q[1:4], w)
-        )
+        s = q + 0.5 * h * cs.vertcat(-cs.dot(q[1:4], w), q[0] * w + cs.cross(q[1:4], w))
         s = s / cs.sqrt(cs.dot(s, s))
         R, Rn = _rot([q[i] for i in range(4)]), _rot([s[i] for i in range(4)])
         row = lambda A, i: sum(A[i][j] * c[j] for j in range(3))
         return cs.vertcat(
-            V[0] + (row(Rn, 0) - row(R, 0)) / h,
-            V[1] + (row(Rn, 1) - row(R, 1)) / h,
-            (X[2] + h * V[2] + row(Rn, 2)) / h,
+            V[0] + (row(Rn, 0) - row(R, 0)) / h, V[1] + (row(Rn, 1) - row(R, 1)) / h, (X[2] + h * V[2] + row(Rn, 2)) / h
         )
 
     def smooth(self, n):
@@ -233,9 +220,7 @@ class Model:
             rows.append(g[2] - top)
         G = cs.vertcat(*rows)
         x = cs.vertcat(V, P)
-        f = cs.Function(
-            "s", [V, P, X, C, rho, eps, kap], [G, cs.densify(cs.jacobian(G, x))]
-        )
+        f = cs.Function("s", [V, P, X, C, rho, eps, kap], [G, cs.densify(cs.jacobian(G, x))])
         self._smooth[n] = _Fast(f)
         return self._smooth[n]
 
@@ -494,9 +479,7 @@ class Step:
         nt = np.hypot(t[:, 0], t[:, 1])
         rad = mu * np.maximum(g[:, 2], 0)
         pr = t * np.where(nt > rad, rad / np.maximum(nt, 1e-300), 1)[:, None]
-        return max(
-            np.abs(g[:, 2] - top).max(), np.hypot(*(g[:, :2] - pr).T).max()
-        )
+        return max(np.abs(g[:, 2] - top).max(), np.hypot(*(g[:, :2] - pr).T).max())
 
     def settle(self, idx, modes, V, P, rounds=8):
         """Solves with compliance from given modes and a point, then takes the limit."""
@@ -554,10 +537,7 @@ class Step:
                     ck = (Yk @ np.linalg.solve(Y.T @ Yk, np.eye(n))).T @ ek
                     D[:, k] = (ck - c) / 1e-6
                 t = np.linalg.lstsq(D, -c, rcond=1e-12)[0]
-                move = sum(
-                    t[k] * Z[:, k] / np.linalg.norm(Z[:, k] / self.par.mass)
-                    for k in range(n)
-                )
+                move = sum(t[k] * Z[:, k] / np.linalg.norm(Z[:, k] / self.par.mass) for k in range(n))
                 yn, Pn, gn, Yn, Zn, en = self.onto(st, sl, y + move)
                 if Zn.shape[1] != n:
                     return None

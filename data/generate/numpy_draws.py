@@ -15,11 +15,7 @@ SEEDS += [2**31 - 1, 2**31, 2**31 + 1, 3141592653, 2**32 - 2, 2**32 - 1]
 def draw(seed: int) -> dict:
     """Draws of rand(4) after seed(`seed`), and the quaternion d / ‖d‖."""
     draws = np.random.RandomState(seed).rand(4)
-    return {
-        "seed": seed,
-        "draws": draws.tolist(),
-        "quaternion": (draws / np.linalg.norm(draws)).tolist(),
-    }
+    return {"seed": seed, "draws": draws.tolist(), "quaternion": (draws / np.linalg.norm(draws)).tolist()}
 
 
 def main() -> None:

@@ -74,29 +74,20 @@ def figures(path):
     model = model_of(path)
     draws = np.random.default_rng(1)
     poses = [(model.qpos0.copy(), np.zeros(model.nv)), draw(model, draws), draw(model, draws)]
-    body, joint, actuator = (
-        mujoco.mjtObj.mjOBJ_BODY,
-        mujoco.mjtObj.mjOBJ_JOINT,
-        mujoco.mjtObj.mjOBJ_ACTUATOR,
-    )
+    body, joint, actuator = (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_ACTUATOR)
     return {
         "gravity": (model.opt.gravity * has_gravity(model)).tolist(),
         "time_step": model.opt.timestep,
         "bodies": [
-            {"name": name(model, body, index), "mass": model.body_mass[index]}
-            for index in range(1, model.nbody)
+            {"name": name(model, body, index), "mass": model.body_mass[index]} for index in range(1, model.nbody)
         ],
         "joints": [
             {
                 "name": name(model, joint, index),
                 "kind": int(model.jnt_type[index]),
                 "range": model.jnt_range[index].tolist() if model.jnt_limited[index] else None,
-                "reference": model.qpos0[model.jnt_qposadr[index]]
-                if model.jnt_type[index] > 1
-                else 0.0,
-                "rest": model.qpos_spring[model.jnt_qposadr[index]]
-                if model.jnt_type[index] > 1
-                else 0.0,
+                "reference": model.qpos0[model.jnt_qposadr[index]] if model.jnt_type[index] > 1 else 0.0,
+                "rest": model.qpos_spring[model.jnt_qposadr[index]] if model.jnt_type[index] > 1 else 0.0,
                 "damping": model.dof_damping[model.jnt_dofadr[index]],
                 "friction": model.dof_frictionloss[model.jnt_dofadr[index]],
                 "armature": model.dof_armature[model.jnt_dofadr[index]],

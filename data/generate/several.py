@@ -17,9 +17,9 @@ from pathlib import Path
 
 import casadi as cs
 import numpy as np
+from derivatives import rounded, triplets, unit
 
 import step_nlp as nlp
-from derivatives import rounded, triplets, unit
 
 OUTPUT = Path(__file__).resolve().parents[1] / "several.jsonl.gz"
 SEED = 13612
@@ -112,10 +112,7 @@ def problem(scene: dict) -> tuple[cs.SX, cs.SX, cs.SX]:
             dissipation.append(slip + yields + lam[i] * f_xy / (norm + eps))
             cones.append(cone)
             second.append(s2[i] - lam[i] * cone)
-    motion = [
-        end_of(body, end, force, turning, scene)
-        for body, end, force, turning in zip(bodies, ends, push, torque)
-    ]
+    motion = [end_of(body, end, force, turning, scene) for body, end, force, turning in zip(bodies, ends, push, torque)]
     f = cs.sumsqr(cs.vertcat(*s1, *s2.values())) + anchored
     return x, f, cs.vertcat(*motion, *dissipation, *gaps, *cones, *first, *second)
 
@@ -181,10 +178,7 @@ def record(index: int) -> dict:
     outputs = [f, cs.gradient(f, x), g, cs.jacobian(g, x), cs.tril(hessian)]
     function = cs.Function("step", [x, sigma, y], outputs)
     bodies = len(given["bodies"])
-    ends = [
-        np.concatenate((rng.normal(0, 2, 3), rng.normal(size=4), rng.normal(0, 3, 6)))
-        for _ in range(bodies)
-    ]
+    ends = [np.concatenate((rng.normal(0, 2, 3), rng.normal(size=4), rng.normal(0, 3, 6))) for _ in range(bodies)]
     rest = rng.uniform(-20, 20, x.numel() - nlp.STATE * bodies)
     point, multipliers = rounded(np.concatenate((*ends, rest))), rounded(rng.normal(size=g.numel()))
     factor = rounded(rng.uniform(0.1, 10))

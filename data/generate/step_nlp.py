@@ -25,9 +25,7 @@ VARIABLES = STATE + 6 * CORNERS
 
 # Slices of the variables.
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
-FX, FY, FZ, S1, S2, LAMBDA = (
-    slice(start, start + CORNERS) for start in range(STATE, VARIABLES, CORNERS)
-)
+FX, FY, FZ, S1, S2, LAMBDA = (slice(start, start + CORNERS) for start in range(STATE, VARIABLES, CORNERS))
 
 # Slices of the rows. The dissipation rows have the order x_0, y_0, x_1, y_1, ...
 ROWS = {
@@ -130,9 +128,7 @@ def dynamics_rows(constants: Constants, state: cs.SX, end: cs.SX, forces: cs.SX)
     return predicted - end
 
 
-def contact_rows(
-    constants: Constants, slip: cs.SX, heights: cs.SX, x: cs.SX, alpha: cs.SX
-) -> cs.SX:
+def contact_rows(constants: Constants, slip: cs.SX, heights: cs.SX, x: cs.SX, alpha: cs.SX) -> cs.SX:
     """Five families of contact rows, each ordered by corner.
 
         dissipation       α_i (c_xy,i + λ_i f_xy,i / (‖f_xy,i‖_ε + ε)) = 0
@@ -146,9 +142,7 @@ def contact_rows(
     eps = constants.epsilon
     f_xy, f_z, lam = cs.horzcat(x[FX], x[FY]), x[FZ], x[LAMBDA]
     norms = [smooth_norm(f_xy[i, :].T, eps) for i in range(CORNERS)]
-    dissipation = [
-        alpha[i] * (slip[i, :] + lam[i] * f_xy[i, :] / (norms[i] + eps)).T for i in range(CORNERS)
-    ]
+    dissipation = [alpha[i] * (slip[i, :] + lam[i] * f_xy[i, :] / (norms[i] + eps)).T for i in range(CORNERS)]
     cone = constants.mu * f_z - cs.vertcat(*norms)
     return cs.vertcat(*dissipation, heights, cone, x[S1] - f_z * heights, x[S2] - lam * cone)
 

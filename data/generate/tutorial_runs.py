@@ -79,12 +79,7 @@ class Problem:
         # CasADi counts clamped variables as equalities and warns of an overconstrained problem.
         with contextlib.redirect_stderr(io.StringIO()):
             solution = self.solver(
-                x0=start,
-                p=np.concatenate((state, alpha)),
-                lbx=lower,
-                ubx=upper,
-                lbg=0.0,
-                ubg=self.row_upper,
+                x0=start, p=np.concatenate((state, alpha)), lbx=lower, ubx=upper, lbg=0.0, ubg=self.row_upper
             )
         stats = self.solver.stats()
         x = np.array(solution["x"]).ravel()
@@ -103,8 +98,7 @@ def bounds(alpha: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def start_point(seed: int) -> np.ndarray:
-    """Thrown cube at a height of 2.5 m with 4 m/s along y, a spin, a random attitude and no forces.
-    """
+    """Thrown cube at a height of 2.5 m with 4 m/s along y, a spin, a random attitude and no forces."""
     np.random.seed(seed)
     draws = np.random.rand(4)
     x = np.zeros(nlp.VARIABLES)
@@ -140,12 +134,7 @@ def dynamics_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> li
     h, length = problem.constants.dt, np.abs(problem.constants.corners).max()
     p = np.concatenate((state, np.zeros(nlp.CORNERS)))
     rows = np.abs(np.array(problem.rows(x, p)).ravel()[nlp.ROWS["dynamics"]])
-    return [
-        rows[nlp.POSITION] / h,
-        rows[nlp.ATTITUDE] * length / h,
-        rows[nlp.VELOCITY],
-        rows[nlp.SPIN] * length,
-    ]
+    return [rows[nlp.POSITION] / h, rows[nlp.ATTITUDE] * length / h, rows[nlp.VELOCITY], rows[nlp.SPIN] * length]
 
 
 def contact_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
@@ -208,8 +197,7 @@ def summary(problem: Problem, seed: int, steps: list[Step], seconds: float) -> s
     ]
     for name, chosen in (("steps", values), ("steps with a corner flagged", touching)):
         lines.append(
-            f"  certificate, {len(chosen)} {name}: "
-            f"median {np.median(chosen):.3g} m/s, largest {max(chosen):.3g} m/s"
+            f"  certificate, {len(chosen)} {name}: median {np.median(chosen):.3g} m/s, largest {max(chosen):.3g} m/s"
         )
     return "\n".join(lines)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Tuple
+from typing import Any
 
 import matplotlib.pyplot as plt
 import mujoco
@@ -65,7 +65,7 @@ def turned(attitude: Floats, vector: Floats) -> Floats:
     return np.asarray(vector + 2 * (w * once + np.cross(axis, once)))
 
 
-def hard_rows() -> Tuple[Floats, Dict[str, Floats]]:
+def hard_rows() -> tuple[Floats, dict[str, Floats]]:
     """Residual of each step of the toss, and its contacts at the ends of the steps."""
     run = FLOOR.run(STEPS)
     found = run.contacts
@@ -81,7 +81,7 @@ def hard_rows() -> Tuple[Floats, Dict[str, Floats]]:
     return run.residuals, rows
 
 
-def soft_rows() -> Tuple[Floats, Dict[str, Floats]]:
+def soft_rows() -> tuple[Floats, dict[str, Floats]]:
     """Residuals and contacts of the same toss in MuJoCo."""
     model = mujoco.MjModel.from_xml_string(MODEL)
     data = mujoco.MjData(model)
@@ -89,8 +89,8 @@ def soft_rows() -> Tuple[Floats, Dict[str, Floats]]:
     data.qpos[:] = state[:7]
     # A free joint has the velocity in the world and the spin in the body, like a state.
     data.qvel[:] = state[7:]
-    residuals: List[float] = []
-    found: List[Any] = []
+    residuals: list[float] = []
+    found: list[Any] = []
     for _ in range(STEPS):
         certificate = tumble.mujoco.certify(model, data)
         residuals.append(certificate.residual)
@@ -134,7 +134,7 @@ def certificate() -> Figure:
     return figure
 
 
-def legs(points: List[List[float]], force: float, at: List[float]) -> Floats:
+def legs(points: list[list[float]], force: float, at: list[float]) -> Floats:
     """Forces that the ground exerts on a body's points if a load presses it at a place, N."""
     body = {
         "points": points,

@@ -13,7 +13,8 @@ from __future__ import annotations
 import json
 import pathlib
 import sys
-from typing import Any, Callable, Dict, List
+from collections.abc import Callable
+from typing import Any
 from xml.etree import ElementTree
 
 import contact
@@ -29,7 +30,7 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-FIGURES: Dict[str, Callable[[], Figure]] = {
+FIGURES: dict[str, Callable[[], Figure]] = {
     "hard-contact": contact.hard_contact,
     "certificate": contact.certificate,
     "selection-rule": contact.selection_rule,

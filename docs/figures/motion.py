@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any
 
 import matplotlib.pyplot as plt
 import mujoco
@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
-FREE: Dict[str, Any] = {"none": True, "friction": 0.5}
+FREE: dict[str, Any] = {"none": True, "friction": 0.5}
 BATON = {
     "name": "baton",
     "capsule": {"length": 0.5, "radius": 0.01},
@@ -134,7 +134,7 @@ def joints_as_rows() -> Figure:
     model = mujoco.MjModel.from_xml_string(BARS)
     data = mujoco.MjData(model)
     data.qvel[:] = [spin, -spin, spin]
-    theirs: List[float] = []
+    theirs: list[float] = []
     for _ in range(count + 1):
         mujoco.mj_forward(model, data)
         tip = data.xpos[3] + data.xmat[3].reshape(3, 3) @ [0, 0, 0.3]
@@ -152,7 +152,7 @@ def joints_as_rows() -> Figure:
 def unphysical_steps() -> Figure:
     """Height and spin of a baton that meets the ground, for four time steps."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 2.9), layout="constrained")
-    wild = tumble.STATUSES.index("wild")
+    wild = tumble.Status.WILD
     for step, colour in zip((0.02, 0.01, 0.005, 0.0005), (OTHER, *LEGS[2:], TUMBLE)):
         run = tumble.Scene([BATON], {"friction": 0.6}, time_step=step).run(round(0.5 / step))
         marked = np.flatnonzero(run.status == wild)

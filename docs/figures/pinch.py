@@ -9,8 +9,9 @@ Lengths are true to scale.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Callable, List, NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib
 
@@ -59,7 +60,7 @@ def hard(model: Any, data: Any) -> Any:
     return tumble.mujoco.hard_step(model, data, unsolved="raise")
 
 
-def frame(number: int, panels: List[Panel]) -> Image.Image:
+def frame(number: int, panels: list[Panel]) -> Image.Image:
     """One picture of all panels."""
     figure, axes = plt.subplots(1, len(panels), figsize=(6.4, 2.5), dpi=100)
     figure.subplots_adjust(left=0.01, right=0.99, top=0.91, bottom=0.16, wspace=0.04)

@@ -8,8 +8,6 @@ python python/examples/dask_sweep.py
 
 from __future__ import annotations
 
-from typing import List
-
 import numpy as np
 import numpy.typing as npt
 import tumble
@@ -31,7 +29,7 @@ def part(seeds: range) -> Floats:
     return runs.states[:, -1, 0].copy()
 
 
-def parts(tosses: int = TOSSES) -> List[range]:
+def parts(tosses: int = TOSSES) -> list[range]:
     return [range(first, min(first + PART, tosses)) for first in range(0, tosses, PART)]
 
 

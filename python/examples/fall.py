@@ -8,7 +8,7 @@ error. Contacts of condim 4 and 6 have sliding friction only.
 
 import argparse
 from pathlib import Path
-from typing import Any, List
+from typing import Any
 
 import numpy as np
 import tumble
@@ -17,15 +17,16 @@ import tumble
 def start(robot: tumble.Robot, rng: np.random.Generator) -> Any:
     """Random coordinates near those of the file."""
     q = np.array(robot.start)
-    for index, (name, kind, at, _, _) in enumerate(robot.joint_list):
+    for name, kind in zip(robot.joints, robot.joint_types):
         if kind == "free":
-            q[at + 2] += 0.4
-            q[at + 3 : at + 7] = np.array([0.98, 0.1, 0.15, 0.0]) / np.linalg.norm([0.98, 0.1, 0.15])
-        elif name in ("rootz", "root_z"):
-            q[at] += 0.3
+            # It is the first joint.
+            q[2] += 0.4
+            q[3:7] = np.array([0.98, 0.1, 0.15, 0.0]) / np.linalg.norm([0.98, 0.1, 0.15])
         elif kind in ("slide", "hinge"):
-            limits = robot.bounds(index)[0]
-            if limits is None:
+            at, limits = robot[name].place, robot[name].range
+            if name in ("rootz", "root_z"):
+                q[at] += 0.3
+            elif limits is None:
                 q[at] += rng.uniform(-0.15, 0.15)
             else:
                 low, high = limits
@@ -49,16 +50,13 @@ def drive(robot: tumble.Robot, rng: np.random.Generator) -> None:
         ranges = [bounds or (-1.0, 1.0) for bounds in robot.control_ranges]
         robot.controls = [rng.uniform(low, high) for low, high in ranges]
         return
-    for index, (name, kind, *_) in enumerate(robot.joint_list):
-        if kind in ("slide", "hinge") and robot.axis(index) is not None:
-            limits, efforts = robot.bounds(index)
-            joint = robot[name]
-            joint.stiffness, joint.damping = 80.0, 2.0
-            joint.most = efforts[1] if efforts else 25.0
-            joint.target = rng.uniform(*(limits or (-1.0, 1.0)))
+    for joint in robot.slides_and_hinges:
+        joint.stiffness, joint.damping = 80.0, 2.0
+        joint.most = joint.most or 25.0
+        joint.target = rng.uniform(*(joint.range or (-1.0, 1.0)))
 
 
-def fall(path: Path, rng: np.random.Generator, motors: bool, leave_out: List[str]) -> str:
+def fall(path: Path, rng: np.random.Generator, motors: bool, leave_out: list[str]) -> str:
     """Report line about the robot of a file."""
     mujoco = path.suffix == ".xml"
     scene = tumble.load(path, leave_out=leave_out, point_contacts=True if mujoco else None)
@@ -71,8 +69,8 @@ def fall(path: Path, rng: np.random.Generator, motors: bool, leave_out: List[str
         if motors and k % every == 0:
             drive(simulation.robot, rng)
         step = simulation.step()
-        wild += step.status == "wild"
-        if step.status == "substepped":
+        wild += step.status is tumble.Status.WILD
+        if step.status is tumble.Status.SUBSTEPPED:
             shorter += 1
         else:
             certified += step.residual <= 1e-9

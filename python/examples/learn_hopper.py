@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import time
 from concurrent.futures import ProcessPoolExecutor
-from typing import List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,12 +28,10 @@ TESTS = 6
 TESTED = 3
 """Number of moves between tests of the policy. The mean reward of the tests is on the curve."""
 
-_env: Optional[Hopper] = None
+_env: Hopper | None = None
 
 
-def episode(
-    task: Tuple[Floats, Floats, Floats, int, float],
-) -> Tuple[float, int, int, Floats, Floats]:
+def episode(task: tuple[Floats, Floats, Floats, int, float]) -> tuple[float, int, int, Floats, Floats]:
     """Sum of rewards of an episode, its length, its steps that did not converge, and two sums.
 
     The sums are those of the observations and of their squares. ``bonus`` is the value of a healthy
@@ -73,14 +70,14 @@ class Search:
         self.count, self.sums, self.squares = 0, np.zeros(self.shape[1]), np.zeros(self.shape[1])
         self.steps = self.unsolved = 0
 
-    def scaling(self) -> Tuple[Floats, Floats]:
+    def scaling(self) -> tuple[Floats, Floats]:
         """Mean and deviation of the observations."""
         if self.count == 0:
             return np.zeros(self.shape[1]), np.ones(self.shape[1])
         mean = self.sums / self.count
         return mean, np.sqrt(np.maximum(self.squares / self.count - mean**2, 1e-6))
 
-    def run(self, pool: ProcessPoolExecutor, policies: List[Floats], bonus: float) -> Floats:
+    def run(self, pool: ProcessPoolExecutor, policies: list[Floats], bonus: float) -> Floats:
         """Sum of rewards of an episode with each policy."""
         mean, deviation = self.scaling()
         seeds = self.rng.integers(2**31, size=len(policies))
@@ -115,7 +112,7 @@ def spacing(range_of: float) -> float:
     return float(next(power * digit for digit in (1.0, 2.0, 5.0, 10.0) if power * digit >= range_of / 7.0))
 
 
-def svg(curve: List[Tuple[int, float, float, float]]) -> str:
+def svg(curve: list[tuple[int, float, float, float]]) -> str:
     """Learning curve over steps: mean, minimum and maximum of the tests."""
     width, height, left, bottom = 640, 320, 60, 40
     steps = max(point[0] for point in curve)
@@ -163,7 +160,7 @@ def main() -> None:
     parser.add_argument("--out", default="learning.svg")
     args = parser.parse_args()
     search = Search(args.seed)
-    curve: List[Tuple[int, float, float, float]] = []
+    curve: list[tuple[int, float, float, float]] = []
     began, moves = time.monotonic(), 0
     with ProcessPoolExecutor(args.workers) as pool:
         while moves <= args.moves:

@@ -13,7 +13,7 @@ import argparse
 import csv
 import time
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Tuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -61,7 +61,7 @@ class Adapter(VecEnv):  # type: ignore[misc,unused-ignore]
     def step_wait(self) -> Any:
         """Takes a step of every environment."""
         seen, rewards, over, cut, _ = self.envs.step(targets(self.seen, self.actions))
-        infos: List[Dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for index in np.flatnonzero(self.ended):
             infos[index] = {"terminal_observation": self.seen[index], "TimeLimit.truncated": bool(self.cut[index])}
         done, self.ended, self.cut, self.seen = self.ended, over | cut, cut & ~over, seen
@@ -71,7 +71,7 @@ class Adapter(VecEnv):  # type: ignore[misc,unused-ignore]
         """Closes the environments."""
         self.envs.close()
 
-    def get_attr(self, attr_name: str, indices: Any = None) -> List[Any]:
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """Attribute of the vector environment, for each environment."""
         return [getattr(self.envs, attr_name)] * self.num_envs
 
@@ -79,11 +79,11 @@ class Adapter(VecEnv):  # type: ignore[misc,unused-ignore]
         """Sets an attribute of the vector environment."""
         setattr(self.envs, attr_name, value)
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **keywords: Any) -> List[Any]:
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **keywords: Any) -> list[Any]:
         """Result of a method of the vector environment, for each environment."""
         return [getattr(self.envs, method_name)(*args, **keywords)] * self.num_envs
 
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> List[bool]:
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
         """False: no environment has a wrapper of stable-baselines3."""
         return [False] * self.num_envs
 
@@ -121,7 +121,7 @@ class Curve(BaseCallback):  # type: ignore[misc,unused-ignore]
         super().__init__()
         self.envs, self.minutes, self.out = envs, minutes, out
         self.began, self.updates = time.monotonic(), 0
-        self.points: List[Tuple[int, float, float, float]] = []
+        self.points: list[tuple[int, float, float, float]] = []
         with open(out / "curve.csv", "w", encoding="utf-8") as file:
             file.write("steps,minutes,processor_minutes,reward,least,most,distance_m,falls,unsolved\n")
 

@@ -10,9 +10,9 @@ import resource
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from operator import itemgetter
 from pathlib import Path
-from typing import Callable, List
 
 import numpy as np
 import tumble
@@ -61,11 +61,7 @@ def main() -> None:
                 simulation.step()
 
     count = ROLLOUTS * STEPS
-    cases = [
-        ("rollout, 1 thread", batch, count),
-        ("run", runs, count),
-        ("step", steps, count // 10),
-    ]
+    cases = [("rollout, 1 thread", batch, count), ("run", runs, count), ("step", steps, count // 10)]
     fastest = {name: float("inf") for name, *_ in cases}
     for _ in range(ROUNDS):
         for name, work, _ in cases:
@@ -81,7 +77,7 @@ def main() -> None:
         begun = of.simulate()
         begun.run(300, contacts=False)
         simulation = begun
-        reads: List[Callable[[], object]] = [
+        reads: list[Callable[[], object]] = [
             lambda: None,
             lambda: simulation.contacts["force"],
             lambda: READ_ALL(simulation.contacts),

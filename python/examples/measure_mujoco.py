@@ -82,7 +82,9 @@ def main() -> None:
     arguments.add_argument("models", nargs="+", type=Path)
     arguments.add_argument("--seconds", type=float, default=2.0)
     given = arguments.parse_args()
-    print("| model | nv | steps | contacts | not solved | solver, m/s | hard, m/s | mj_step, m/s | hard, µs | mj_step, µs | ratio |")
+    print(
+        "| model | nv | steps | contacts | not solved | solver, m/s | hard, m/s | mj_step, m/s | hard, µs | mj_step, µs | ratio |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for path in given.models:
         model = mujoco.MjModel.from_xml_path(str(path))

@@ -83,7 +83,9 @@ def main() -> None:
         model, data = scene(impratio)
         while data.time < SETTLED:
             mujoco.mj_step(model, data)
-        print(f"mj_step, impratio {impratio:3.0f}: {1e6 * creep(impratio, 1.0):10.1f} µm/s; {tumble.mujoco.certify(model, data)}")
+        print(
+            f"mj_step, impratio {impratio:3.0f}: {1e6 * creep(impratio, 1.0):10.1f} µm/s; {tumble.mujoco.certify(model, data)}"
+        )
     moved, residual = hard_drop(seconds)
     print(f"hard_step: moved {moved:.1e} m in {seconds:g} s, largest residual {residual:.1e} m/s")
 

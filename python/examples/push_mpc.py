@@ -8,7 +8,6 @@ python python/examples/push_mpc.py
 from __future__ import annotations
 
 import time
-from typing import Tuple
 
 import numpy as np
 import tumble
@@ -16,16 +15,7 @@ import tumble
 BELIEVED = 0.4
 STEPS, PERIOD, SHORTEST, LONGEST = 60, 5, 15, 150
 AT = np.array([-0.15, 0.0, -0.05])
-CONTROLS = [
-    {
-        "kind": "push",
-        "face": "-x",
-        "at": AT,
-        "normal": [0, 20],
-        "tangential": [-6, 6],
-        "offset": [-0.15, 0.15],
-    }
-]
+CONTROLS = [{"kind": "push", "face": "-x", "at": AT, "normal": [0, 20], "tangential": [-6, 6], "offset": [-0.15, 0.15]}]
 HALF = np.pi / 8
 TARGET = {
     "position": [0.4, 0.15],
@@ -56,7 +46,7 @@ def wrench(plan: tumble.Plan, step: int, state: np.ndarray) -> np.ndarray:
     return np.concatenate([rotation(state[3:7]) @ force, torque])
 
 
-def miss(state: np.ndarray) -> Tuple[float, float, float]:
+def miss(state: np.ndarray) -> tuple[float, float, float]:
     """Distance (m), angle (degrees) and speed (m/s) to the target."""
     away = float(np.linalg.norm(state[:2] - TARGET["position"]))
     turn = 2 * np.arccos(min(1.0, abs(float(state[3:7] @ TARGET["attitude"]))))
@@ -69,7 +59,7 @@ def is_there(state: np.ndarray) -> bool:
     return away < 0.02 and turn < 4 and speed < 0.04
 
 
-def pushed(friction: float) -> Tuple[bool, int, float, Tuple[float, float, float]]:
+def pushed(friction: float) -> tuple[bool, int, float, tuple[float, float, float]]:
     """Runs the controller. Returns success, number of plans, plans per second and the last miss."""
     planner, truth = scene(BELIEVED), scene(friction).simulate()
     plan = tumble.plan(planner, STEPS, CONTROLS, TARGET, runs=4000)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import time
 import warnings
-from typing import Any, List, Tuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +36,7 @@ SMOOTH = 0.03
 RATE = 0.03
 
 
-def scene_of(file: str) -> Tuple[tumble.Scene, float]:
+def scene_of(file: str) -> tuple[tumble.Scene, float]:
     """The robot in a crouch on the ground with motors, and the height of its trunk at rest as it stands."""
     with warnings.catch_warnings():
         # The file has elements of Gazebo, and meshes for pictures.
@@ -46,7 +46,7 @@ def scene_of(file: str) -> Tuple[tumble.Scene, float]:
         scenes = []
         for joints in (CROUCH, STAND):
             q = np.concatenate([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], joints])
-            lowest = robot.lowest(robot.placed(q, np.zeros(18), robot.simulation.states))
+            lowest = robot.lowest(q)
             table = {"file": file, "position": [0.0, 0.0, 1.0 - lowest], "coordinates": dict(zip(names, joints))}
             scene = tumble.Scene([], {"friction": 1.0}, robots=[table], time_step=TIME_STEP)
             scenes.append(scene.with_motors(stiffness=STIFFNESS, damping=DAMPING))
@@ -140,13 +140,13 @@ def strip(scene: tumble.Scene, aimed: Floats, path: str) -> None:
     Image.fromarray(np.concatenate(pictures, axis=1)[40:200]).save(path)
 
 
-def cost(scene: tumble.Scene, aimed: Floats) -> Tuple[float, float]:
+def cost(scene: tumble.Scene, aimed: Floats) -> tuple[float, float]:
     """Processor times of a run, and of a run with its gradient, s: medians of 25."""
 
     def duals(states: Floats) -> Any:
         return np.ones((*states.shape[:3], 12))
 
-    spent: Tuple[List[float], List[float]] = ([], [])
+    spent: tuple[list[float], list[float]] = ([], [])
     for _ in range(25):
         for times, gradients in zip(spent, (None, duals)):
             began = time.process_time()

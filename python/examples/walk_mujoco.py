@@ -13,7 +13,7 @@ import argparse
 import time
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Any, Dict, Optional, Tuple
+from typing import Any
 
 import gymnasium
 import mujoco
@@ -61,16 +61,14 @@ class MujocoWalk(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         """Observation of the task."""
         return self.task.observation(self.data.qpos, self.data.qvel)
 
-    def reset(
-        self, *, seed: Optional[int] = None, options: Optional[Dict[str, Any]] = None
-    ) -> Tuple[Any, Dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Draws a new start."""
         super().reset(seed=seed)
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[:], self.data.qvel[:] = self.task.start(self.np_random)
         return self.observe(), {}
 
-    def step(self, action: Any) -> Tuple[Any, float, bool, bool, Dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Takes the steps of one action."""
         self.data.ctrl[:] = action
         mujoco.mj_step(self.model, self.data, round(PERIOD / self.model.opt.timestep))

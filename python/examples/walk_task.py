@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, Dict, Tuple, Union
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -68,7 +68,7 @@ class Task:
     def __init__(self) -> None:
         self.last, self.clock = np.zeros(len(STAND)), 0
 
-    def start(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+    def start(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Standing pose with noise on attitude, angles and rates."""
         self.last, self.clock = np.zeros(len(STAND)), 0
         attitude = np.concatenate([[1.0], rng.uniform(-0.1, 0.1, 3) / 2.0])
@@ -83,7 +83,7 @@ class Task:
         joints = [q[7:] - STAND, 0.05 * v[6:]]
         return np.concatenate([clock, turn[2], turn[0], turn.T @ v[:3], 0.25 * v[3:6], *joints, self.last])
 
-    def judge(self, q: Floats, v: Floats, aimed: Floats) -> Tuple[float, bool, Dict[str, Any]]:
+    def judge(self, q: Floats, v: Floats, aimed: Floats) -> tuple[float, bool, dict[str, Any]]:
         """Reward after motors had the targets ``aimed``, True after a fall, and info."""
         turn, action = rotation(q), (aimed - STAND) / REACH
         pace = 1.5 - abs(v[0] - SPEED) / SPEED
@@ -106,7 +106,7 @@ class Walk(RobotEnv):
         steps = round(PERIOD / scene.time_step)
         super().__init__(scene, steps, actions="pd", stiffness=STIFFNESS, damping=DAMPING)
 
-    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+    def draw(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Start of the task."""
         return self.task.start(rng)
 
@@ -114,12 +114,12 @@ class Walk(RobotEnv):
         """Observation of the task."""
         return self.task.observation(self.robot.q, self.robot.v)
 
-    def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Dict[str, Any]]:
+    def judge(self, before: Floats, action: Floats) -> tuple[float, bool, dict[str, Any]]:
         """Reward of the task."""
         return self.task.judge(self.robot.q, self.robot.v, action)
 
 
-def tumbling(file: Union[str, "os.PathLike[str]"], number: int, friction: float = 1.0) -> RobotVectorEnv:
+def tumbling(file: str | os.PathLike[str], number: int, friction: float = 1.0) -> RobotVectorEnv:
     """Environments in tumble."""
     with warnings.catch_warnings():
         # The file has elements of Gazebo, and meshes for pictures.

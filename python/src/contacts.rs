@@ -143,7 +143,7 @@ impl ContactColumns {
     }
 
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let bodies = self.pairs.all.iter().map(|(body, _)| *body as u64).collect();
+        let bodies = self.pairs.all.iter().map(|(body, _)| *body as i64).collect();
         Ok(shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
     }
 

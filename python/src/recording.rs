@@ -195,12 +195,12 @@ impl PyRecording {
         let rows = || self.rows.iter().map(|step| &step.row);
         let count = [self.rows.len()];
         let place = |status| StepStatus::ALL.iter().position(|s| *s == status).unwrap_or(0);
-        columns.set_item("k", shaped(py, rows().map(|row| row.index).collect(), &count)?)?;
+        columns.set_item("k", shaped(py, rows().map(|row| row.index as i64).collect(), &count)?)?;
         let statuses = rows().map(|row| place(row.status) as u8).collect();
         columns.set_item("status", shaped(py, statuses, &count)?)?;
-        let iterations = rows().map(|row| row.iterations).collect();
+        let iterations = rows().map(|row| i64::from(row.iterations)).collect();
         columns.set_item("iterations", shaped(py, iterations, &count)?)?;
-        let contacts = rows().map(|row| row.contacts as u64).collect();
+        let contacts = rows().map(|row| row.contacts as i64).collect();
         columns.set_item("contacts", shaped(py, contacts, &count)?)?;
         let parts = rows().flat_map(|row| row.parts).collect();
         columns.set_item("parts", shaped(py, parts, &[self.rows.len(), RESIDUAL_PARTS.len()])?)?;
@@ -213,7 +213,7 @@ impl PyRecording {
     /// Columns of the contacts, each (C,) or (C, 3).
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        let of = |step: &TableStep| std::iter::repeat_n(step.row.index, step.contacts.len());
+        let of = |step: &TableStep| std::iter::repeat_n(step.row.index as i64, step.contacts.len());
         let indices: Vec<_> = self.rows.iter().flat_map(of).collect();
         let count = indices.len();
         columns.set_item("k", shaped(py, indices, &[count])?)?;

@@ -5,7 +5,6 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-
 import tumble
 from tumble._autodiff import Differentiable
 
@@ -108,7 +107,6 @@ def test_what_is_refused():
 
 def through_torch(given):
     import torch
-
     import tumble.torch
 
     tensors = {name: torch.tensor(array, requires_grad=True) for name, array in given.items()}
@@ -120,7 +118,6 @@ def through_torch(given):
 
 def through_jax(given):
     import jax
-
     import tumble.jax
 
     jax.config.update("jax_enable_x64", True)

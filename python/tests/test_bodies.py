@@ -105,7 +105,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_one():
         (lambda: simulation.set_state("crat", scene.states[1]), "body 'crat' is unknown; did you mean `crate`?"),
         (lambda: run.plot(body="crat"), "body 'crat' is unknown; did you mean `crate`?"),
         (lambda: dog["fl_kne"], "joint 'fl_kne' is unknown; did you mean `fl_knee`?"),
-        (lambda: dog.link("trnk"), "link 'trnk' is unknown; did you mean `trunk`?"),
+        (lambda: dog.touch("trnk"), "link 'trnk' is unknown; did you mean `trunk`?"),
     ):
         with pytest.raises(tumble.TumbleError) as raised:
             ask()

@@ -4,7 +4,6 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-
 import tumble
 from tumble._autodiff import Differentiable
 
@@ -187,7 +186,6 @@ def split(given):
 
 def through_torch(scene, given):
     import torch
-
     import tumble.torch
 
     tensors = {name: torch.tensor(array, requires_grad=True) for name, array in given.items()}
@@ -199,7 +197,6 @@ def through_torch(scene, given):
 
 def through_jax(scene, given):
     import jax
-
     import tumble.jax
 
     jax.config.update("jax_enable_x64", True)

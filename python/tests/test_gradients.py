@@ -3,7 +3,6 @@ those steps."""
 
 import numpy as np
 import pytest
-
 import tumble
 
 
@@ -56,7 +55,6 @@ def test_a_run_backwards_is_that_of_its_steps():
     controls[:, 0, 0] = 0.5
     found = scene.vjp(cotangents, controls=controls, by=["friction"])
     simulation, states = scene.simulate(), scene.states
-    by_friction = 0.0
     forwards = np.zeros((12, 1))
     for k in range(steps):
         step = scene.jacobian(states, controls[k], by=["friction"])

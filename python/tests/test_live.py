@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -37,7 +37,7 @@ def scene() -> tumble.Scene:
     return tumble.Scene.from_text(SCENE)
 
 
-def page(url: str) -> Tuple[int, str]:
+def page(url: str) -> tuple[int, str]:
     address = urlsplit(url)
     connection = http.client.HTTPConnection(address.netloc, timeout=600)
     connection.request("GET", address.path)
@@ -76,7 +76,7 @@ class Window:
             parts += part
         return parts
 
-    def asked(self, **request: Any) -> Tuple[Dict[str, Any], "np.ndarray[Any, Any]"]:
+    def asked(self, **request: Any) -> tuple[dict[str, Any], np.ndarray[Any, Any]]:
         text = json.dumps(request).encode()
         assert len(text) < 126
         # The mask of zeros leaves the text as it is.
@@ -213,7 +213,7 @@ def test_the_end_of_the_program_writes_the_record(tmp_path: Path) -> None:
         "print(live.url)\n"
     )
     folder = tmp_path / "run"
-    command: List[str] = [sys.executable, "-c", program, str(folder)]
+    command: list[str] = [sys.executable, "-c", program, str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0 and done.stderr == "", done.stderr
     assert (folder / "run.json").exists() and is_free(done.stdout.strip())

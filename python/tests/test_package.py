@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import re
 import subprocess
 import sys
 import tracemalloc
@@ -68,6 +69,23 @@ def test_everything_public_is_documented():
             if not member.startswith("_"):
                 assert function.__doc__, member
     assert (PACKAGE / "py.typed").is_file()
+
+
+def test_every_public_name_is_in_a_document(root):
+    pages = [*(root / "docs").glob("**/*.md"), root / "README.md", root / "python/README.md"]
+    code = re.findall(r"```.*?```|`[^`\n]+`", "\n".join(page.read_text() for page in pages), re.DOTALL)
+    known = set(re.findall(r"\w+", " ".join(code)))
+    usual = {name for kind in (dict, tuple, int, TypeError) for name in dir(kind)}
+    for name in tumble.__all__:
+        value = getattr(tumble, name)
+        if inspect.isclass(value):
+            public = {member for member in dir(value) if not member.startswith("_")} - usual
+            public |= set(getattr(value, "__annotations__", {}))
+            public = {member for member in public if not member.startswith("_")}
+            assert not public - known, f"{name}: {sorted(public - known)}"
+            # Methods of compiled classes are private.
+            compiled = [kind for kind in value.__mro__ if vars(_tumble).get(kind.__name__) is kind]
+            assert compiled in ([], [tumble.TumbleError]), name
 
 
 def test_optional_packages_are_imported_when_they_are_used():

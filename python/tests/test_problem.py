@@ -1,11 +1,11 @@
 """Contact problems: closed forms, files and refusals."""
 
 import importlib.util
+import pickle
 import sys
 
 import numpy as np
 import pytest
-
 import tumble
 
 
@@ -303,3 +303,16 @@ def test_broken_files_of_fclib_are_refused(tmp_path):
     with h5py.File(path, "r+") as file:
         file["fclib_local/vectors"].create_group("more")
     assert tumble.ContactProblem.read(path).solve().solved
+
+
+def test_problems_are_pickled():
+    q = np.array([-1.0, 0.3, 0.1, -0.2])
+    laws = [0.4, [("box", -0.1, 0.2)]]
+    local = tumble.ContactProblem(W=np.eye(4), q=q, laws=laws)
+    form = tumble.ContactProblem(M=2.0 * np.eye(4), H=np.eye(4), f=np.zeros(4), w=q, laws=laws)
+    q[:] = 7.0
+    for problem in (local, form, form.to_local()):
+        other = pickle.loads(pickle.dumps(problem))
+        assert other.is_local == problem.is_local and other.sizes == [3, 1]
+        np.testing.assert_array_equal(other.solve().impulses, problem.solve().impulses)
+        assert problem.solve().impulses[0] > 0.9

@@ -98,7 +98,7 @@ def test_a_robot_stands_by_its_motors():
     links = robot.links_now
     for (name, _), force in forces.items():
         foot = name.replace("shank", "foot")
-        index = robot.link(foot)
+        index = robot.links.index(foot)
         assert links.positions[index, 2] == pytest.approx(0.02, abs=1e-4)
         # Contact point below the ball of the foot.
         point = rotation(links.attitudes[index]).T @ np.array([0, 0, -0.02])
@@ -106,7 +106,7 @@ def test_a_robot_stands_by_its_motors():
     np.testing.assert_allclose(needed[:6], 0.0, atol=1e-6)
     knee = robot["fl_knee"]
     held = knee.stiffness * (knee.target - knee.coordinate)
-    assert held == pytest.approx(needed[robot.joint_list[robot.joints.index("fl_knee")][3]], abs=0.11)
+    assert held == pytest.approx(needed[robot["fl_knee"].place - 1], abs=0.11)
 
 
 def rotation(q):
@@ -134,7 +134,7 @@ def test_coordinates_are_set_and_read():
     np.testing.assert_allclose(robot.links_now.positions, links.positions, atol=1e-13)
     # The Jacobian times the rates equals the velocity.
     place, turn = robot.jacobian("rr_foot", [0, 0, 0], q)
-    foot = robot.link("rr_foot")
+    foot = robot.links.index("rr_foot")
     np.testing.assert_allclose(place @ v, links.velocities[foot], atol=1e-12)
     np.testing.assert_allclose(turn @ v, links.spins[foot], atol=1e-12)
     mass = robot.mass_matrix(q)
@@ -379,3 +379,37 @@ def test_sensors_in_motion(tmp_path):
     free = tumble.load(tmp_path / "box.xml").simulate()
     table = free.robot.to_pandas(free.run(2))
     assert table.columns[2].endswith(".x") and table.columns[-1].endswith(".wz") and table.shape == (3, 15)
+
+
+def test_a_robot_and_its_joints_are_pickled_with_their_simulation(root):
+    simulation = tumble.load(root / "data/robots/quadruped.urdf").simulate()
+    robot = simulation.robot
+    robot.set_gains(stiffness=80.0, damping=2.0, most=25.0)
+    robot["fl_knee"].target = -1.0
+    simulation.run(10)
+    knee, other = pickle.loads(pickle.dumps((robot["fl_knee"], robot)))
+    assert other["fl_knee"] is knee and other.simulation is not simulation and knee.target == -1.0
+    assert copy.copy(robot) is robot and copy.deepcopy(robot) is not robot
+    simulation.run(5), other.simulation.run(5)
+    np.testing.assert_array_equal(other.q, robot.q)
+
+
+def test_targets_and_torques_are_vectors(root):
+    simulation = tumble.load(root / "data/robots/quadruped.urdf").simulate()
+    robot, joints = simulation.robot, simulation.robot.slides_and_hinges
+    assert np.isnan(robot.targets).all() and robot.targets.shape == (len(joints),)
+    robot.set_gains(stiffness=80.0, damping=2.0, most=1000.0)
+    targets = [joint.coordinate + 0.01 * (place + 1) for place, joint in enumerate(joints)]
+    robot.targets = targets
+    np.testing.assert_array_equal(robot.targets, targets)
+    before = np.array([joint.coordinate for joint in joints])
+    simulation.step()
+    rates = np.array([joint.speed for joint in joints])
+    h = simulation.scene.time_step
+    # The joints of the file have a damping of 0.02 N m s/rad and a friction of 0.1 N m.
+    expected = 80.0 * (targets - before - h * rates) - 2.02 * rates - 0.1 * np.sign(rates)
+    is_free = [joint.range is None or min(abs(joint.coordinate - limit) for limit in joint.range) > 0.1 for joint in joints]
+    assert np.sum(is_free) >= 8
+    np.testing.assert_allclose(robot.torques[is_free], expected[is_free], rtol=1e-6, atol=1e-6)
+    with pytest.raises(tumble.TumbleError, match="targets has shape"):
+        robot.targets = targets[1:]

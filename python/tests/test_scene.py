@@ -193,3 +193,18 @@ def test_a_mesh_is_decomposed_once(root):
         tumble.Scene([{**bowl, "decompose": {"pieces": 0}}], {"friction": 0.5})
     with pytest.raises(tumble.TumbleError, match="decompose it into convex pieces"):
         tumble.Scene([{"mesh": mesh, "mass": 1.0, "position": [0, 0, 0]}], {"friction": 0.5})
+
+
+def test_an_attitude_can_be_a_rotation_of_scipy():
+    Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    turned = Rotation.from_euler("xyz", [0.3, -0.2, 0.5])
+    box = {"box": 0.2, "mass": 1.0, "position": [0, 0, 3], "attitude": turned}
+    scene = tumble.Scene([box], {"friction": 0.5})
+    x, y, z, w = turned.as_quat()
+    np.testing.assert_allclose(scene.states[0, 3:7], [w, x, y, z], atol=1e-15)
+
+
+def test_unknown_keywords_name_the_known_one(scenarios):
+    for keyword, known in (("dt", "time_step"), ("h", "time_step"), ("sed", "seed")):
+        with pytest.raises(TypeError, match=f"keyword '{keyword}' is unknown; did you mean `{known}`"):
+            tumble.load(scenarios / "drop.toml", **{keyword: 1})

@@ -198,7 +198,7 @@ def test_trajectories_are_copied_and_go_to_other_processes(stack):
             assert other.scene.bodies == one.scene.bodies
             for name in ("states", "forces", "residuals", "time", "energy", "iterations"):
                 np.testing.assert_array_equal(getattr(other, name), getattr(one, name))
-            assert other.recording.has_contacts == one.recording.has_contacts
+            assert other._recording.has_contacts == one._recording.has_contacts
 
 
 def test_a_run_that_went_on_reads_back(stack, tmp_path):

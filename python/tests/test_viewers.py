@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, List, Tuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,14 +36,14 @@ def run() -> tumble.Trajectory:
     return tumble.Scene.from_text(SCENE).run(50)
 
 
-def extent(vertices: Any) -> List[float]:
+def extent(vertices: Any) -> list[float]:
     return list(np.round(vertices.max(axis=0) - vertices.min(axis=0), 2))
 
 
 def test_surfaces_have_the_extents_of_their_shapes(run: tumble.Trajectory) -> None:
-    bodies, fixed, names = run.recording.surfaces()
+    bodies, fixed, names = run._recording.surfaces()
     assert names == ["wall"] and [len(meshes) for meshes in (*bodies, *fixed)] == [1, 1, 1]
-    sizes: List[Tuple[Any, List[float]]] = [
+    sizes: list[tuple[Any, list[float]]] = [
         (bodies[0], [0.2, 0.2, 0.2]),
         (bodies[1], [0.2, 0.2, 0.6]),
         (fixed[0], [0.1, 1.0, 1.0]),

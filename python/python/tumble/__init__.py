@@ -21,13 +21,13 @@ from ._robot import Inertial, Links, Robot, RobotJoint, Site
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
+from ._status import Status
 from ._trajectory import STATE_COLUMNS, Page, Picture, Trajectory
-from ._tumble import PARAMETERS, STATUSES, TumbleError, __version__, has_ipopt
+from ._tumble import PARAMETERS, TumbleError, __version__, has_ipopt
 
 __all__ = [
     "PARAMETERS",
     "STATE_COLUMNS",
-    "STATUSES",
     "ContactProblem",
     "ContactSolution",
     "Contacts",
@@ -51,6 +51,7 @@ __all__ = [
     "Scene",
     "Simulation",
     "Site",
+    "Status",
     "Step",
     "Trajectory",
     "TumbleError",

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable, List, Mapping, Optional, Tuple
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ._arrays import numbers
 from ._checks import name_list
-from ._names import ByJoint, by_name, unknown
+from ._names import by_name, unknown
 from ._robot import Robot
 from ._tumble import TumbleError
+from ._types import ByJoint, Floats
 
-Floats = npt.NDArray[np.float64]
-Range = Tuple[float, float]
+Range = tuple[float, float]
 USED = {
     "controls": (),
     "torque": ("joints",),
@@ -37,18 +37,18 @@ class Actions:
     def __init__(
         self,
         robot: Robot,
-        kind: Optional[str] = None,
+        kind: str | None = None,
         *,
-        joints: Optional[Iterable[str]] = None,
-        ranges: Optional[Mapping[str, Range]] = None,
-        stiffness: Optional[ByJoint] = None,
-        damping: Optional[ByJoint] = None,
-        most: Optional[ByJoint] = None,
+        joints: Iterable[str] | None = None,
+        ranges: Mapping[str, Range] | None = None,
+        stiffness: ByJoint | None = None,
+        damping: ByJoint | None = None,
+        most: ByJoint | None = None,
     ) -> None:
         if kind is None:
             if not robot.actuators:
                 raise TumbleError(
-                    f"{robot.name}: the robot has no actuators; declare its actions: actions=\"torque\", "
+                    f'{robot.name}: the robot has no actuators; declare its actions: actions="torque", '
                     '"pd" (with stiffness and damping) or "position"'
                 )
             kind = "controls"
@@ -123,7 +123,7 @@ def _pair(name: str, given: Any) -> Range:
     return low, high
 
 
-def _driven(robot: Robot, joints: Optional[Iterable[str]]) -> List[str]:
+def _driven(robot: Robot, joints: Iterable[str] | None) -> list[str]:
     """Names of the driven joints: ``joints``, those with actuators, or all slides and hinges."""
     every = [joint.name for joint in robot.slides_and_hinges]
     if joints is not None:
@@ -137,16 +137,16 @@ def _driven(robot: Robot, joints: Optional[Iterable[str]]) -> List[str]:
                 raise TumbleError(f"joints has {name!r} twice; name each joint once")
         return wanted
     names = robot.joints
-    actuated = {names[joint] for parts in robot.actuator_list for joint, _ in parts[0]}
-    followers = {names[joint] for joint in robot.followers}
+    actuated = {names[joint] for parts in robot._core.actuator_list for joint, _ in parts[0]}
+    followers = {names[joint] for joint in robot._core.followers}
     found = [name for name in every if name not in followers and (not actuated or name in actuated)]
     if not found:
         raise TumbleError(f"{robot.name}: the robot has no slides or hinges to drive; use a robot with joints")
     return found
 
 
-def _joint(robot: Robot, name: str) -> Tuple[Optional[List[float]], Optional[List[float]]]:
-    return robot.bounds(robot.joints.index(name))
+def _joint(robot: Robot, name: str) -> tuple[list[float] | None, list[float] | None]:
+    return robot._core.bounds(robot.joints.index(name))
 
 
 def _force_range(robot: Robot, index: int, name: str) -> Range:
@@ -172,10 +172,10 @@ def _control_range(robot: Robot, index: int, name: str) -> Range:
     own = robot.control_ranges[index]
     if own is not None:
         return own[0], own[1]
-    joints, gear, gain, bias, force = robot.actuator_list[index]
-    limits, effort = robot.bounds(joints[0][0]) if len(joints) == 1 else (None, None)
+    joints, gear, gain, bias, force = robot._core.actuator_list[index]
+    limits, effort = robot._core.bounds(joints[0][0]) if len(joints) == 1 else (None, None)
     factor = gear * (joints[0][1] if len(joints) == 1 else 1.0)
-    ends: Optional[List[float]] = None
+    ends: list[float] | None = None
     if bias[1] != 0.0:
         # Control at which the force is zero at a limit: gain u + b₀ + b₁ gear x = 0.
         ends = None if limits is None else [-(bias[0] + bias[1] * factor * x) / gain for x in limits]

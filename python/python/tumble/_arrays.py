@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Dict, Optional, Sequence, Tuple, Union
+from collections.abc import Sequence
+from typing import Any
 
 from ._tumble import TumbleError
+from ._types import Floats
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    Floats = npt.NDArray[np.float64]
-
-Dimension = Union[int, str]
+Dimension = int | str
 
 
-def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
+def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> Floats:
     """``value`` as an array of finite float64 in C order, of one of ``shapes``.
 
     A dimension is a number, or a letter for any length. An aligned array of this type is not
@@ -30,9 +26,7 @@ def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise TumbleError(f"{name} has masked numbers; fill them first, with value.filled(...)")
     if array.dtype.kind not in "fiu":
-        raise TumbleError(
-            f"{name} has dtype {array.dtype}; real numbers, preferably float64, are needed"
-        )
+        raise TumbleError(f"{name} has dtype {array.dtype}; real numbers, preferably float64, are needed")
     if not any(_fits(array.shape, shape) for shape in shapes):
         wanted = " or ".join(_words(shape) for shape in shapes)
         raise TumbleError(f"{name} has shape {array.shape}; {wanted} is needed")
@@ -44,7 +38,16 @@ def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
     return array
 
 
-def output(name: str, array: Any, shape: Tuple[int, ...], dtype: str) -> Any:
+def quaternion(value: Any) -> Any:
+    """A rotation of SciPy as w, x, y, z. Other values stay."""
+    if not hasattr(value, "as_quat"):
+        return value
+    import numpy as np
+
+    return np.roll(value.as_quat(), 1, axis=-1)
+
+
+def output(name: str, array: Any, shape: tuple[int, ...], dtype: str) -> Any:
     """Checks that the caller's array for a result has the right type and is writable."""
     import numpy as np
 
@@ -57,13 +60,11 @@ def output(name: str, array: Any, shape: Tuple[int, ...], dtype: str) -> Any:
     if not (array.flags.c_contiguous and array.flags.writeable):
         raise TumbleError(f"out[{name!r}]: a writable array in C order is needed")
     if not array.flags.aligned:
-        raise TumbleError(
-            f"out[{name!r}] is not aligned in memory; create it with numpy.empty"
-        )
+        raise TumbleError(f"out[{name!r}] is not aligned in memory; create it with numpy.empty")
     return array
 
 
-def apart(outputs: Dict[str, Any], inputs: Dict[str, Any]) -> None:
+def apart(outputs: dict[str, Any], inputs: dict[str, Any]) -> None:
     """Refuses outputs that share memory with each other or with inputs; all are in C order."""
     import numpy as np
 
@@ -72,17 +73,15 @@ def apart(outputs: Dict[str, Any], inputs: Dict[str, Any]) -> None:
         others = {f"out[{other!r}]": outputs[other] for other in names[place + 1 :]}
         for other, array in {**others, **inputs}.items():
             if np.may_share_memory(outputs[name], array):
-                raise TumbleError(
-                    f"out[{name!r}] and {other} share memory; copy one of them"
-                )
+                raise TumbleError(f"out[{name!r}] and {other} share memory; copy one of them")
 
 
-def _fits(shape: Tuple[int, ...], wanted: Sequence[Dimension]) -> bool:
-    known: Dict[str, int] = {}
+def _fits(shape: tuple[int, ...], wanted: Sequence[Dimension]) -> bool:
+    known: dict[str, int] = {}
     if len(shape) != len(wanted):
         return False
     for length, dimension in zip(shape, wanted):
-        expected: Optional[int]
+        expected: int | None
         if isinstance(dimension, str):
             expected = known.setdefault(dimension, length)
         else:

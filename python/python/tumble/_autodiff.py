@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional, Tuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from ._rollout import batch_of, rollout
 from ._tumble import PARAMETERS, TumbleError
+from ._types import Floats
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from ._scene import Scene
-
-    Floats = npt.NDArray[np.float64]
 
 
 ARGUMENTS = ("initial_states", "controls", "motors", "joint_forces")
 """Arguments of a rollout with derivatives, besides the constants."""
 
 
-def given_arrays(arrays: Mapping[str, Any], parameters: Optional[Mapping[str, Any]]) -> Dict[str, Any]:
+def given_arrays(arrays: Mapping[str, Any], parameters: Mapping[str, Any] | None) -> dict[str, Any]:
     """Arrays that are not None by name, and then the constants."""
     for name in parameters or {}:
         if name not in PARAMETERS:
@@ -33,15 +30,11 @@ class Differentiable:
     """Rollouts of a scene as a function of named arrays."""
 
     def __init__(
-        self,
-        scene: "Scene",
-        steps: Optional[int],
-        threads: Optional[int],
-        smoothing: Optional[Tuple[str, float]] = None,
+        self, scene: Scene, steps: int | None, threads: int | None, smoothing: tuple[str, float] | None = None
     ):
         self.scene, self.steps, self.threads, self.smoothing = scene, steps, threads, smoothing
 
-    def _arguments(self, arrays: Mapping[str, Any]) -> Dict[str, Any]:
+    def _arguments(self, arrays: Mapping[str, Any]) -> dict[str, Any]:
         own = dict(arrays)
         timed = {name: own.pop(name, None) for name in ARGUMENTS}
         return {**timed, "steps": self.steps, "parameters": own}
@@ -51,11 +44,11 @@ class Differentiable:
         batch = batch_of(self.scene, **self._arguments(arrays))
         return batch.rollouts, batch.steps, len(self.scene.bodies), 13
 
-    def states(self, arrays: Mapping[str, Any]) -> "Floats":
+    def states(self, arrays: Mapping[str, Any]) -> Floats:
         """States after each step."""
         return rollout(self.scene, **self._arguments(arrays), threads=self.threads).states
 
-    def pull(self, arrays: Mapping[str, Any], states: "Floats", by_states: "Floats") -> Dict[str, "Floats"]:
+    def pull(self, arrays: Mapping[str, Any], states: Floats, by_states: Floats) -> dict[str, Floats]:
         """Vector-Jacobian product: derivatives with respect to each array, in its shape.
 
         ``by_states`` are the derivatives with respect to ``states``.
@@ -85,7 +78,7 @@ class Differentiable:
         return of_array
 
 
-def _turning(attitudes: "Floats") -> "Floats":
+def _turning(attitudes: Floats) -> Floats:
     """L(q) H, (..., 4, 3). Half of it maps a rotation in body axes to a change of attitude."""
     import numpy as np
 

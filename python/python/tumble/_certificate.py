@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, List, Optional, Tuple
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    Floats = npt.NDArray[np.float64]
+from ._types import Floats
 
 PARTS = ("penetration", "normal_law", "cone", "friction_law", "constraint")
 """Residuals of a row. Of two equal ones, the first is named."""
@@ -61,9 +56,9 @@ class Certificate:
 
     dynamics: float
     """Largest residual of Newton's law."""
-    rows: Tuple[CertificateRow, ...]
+    rows: tuple[CertificateRow, ...]
     time_step: float
-    notes: Tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     """Parts of the model that the certificate does not cover."""
 
     @property
@@ -102,7 +97,7 @@ class Certificate:
         part, row = self._worst()
         return part.replace("_", " ") if row is None else f"{part.replace('_', ' ')} at {row.kind} {row.name}"
 
-    def _worst(self) -> Tuple[str, Optional[CertificateRow]]:
+    def _worst(self) -> tuple[str, CertificateRow | None]:
         if not self.rows or self.dynamics >= max(row.residual for row in self.rows):
             return "dynamics", None
         row = max(self.rows, key=lambda each: each.residual)
@@ -136,17 +131,17 @@ class Certificate:
 
 
 def rows_of(
-    laws: "List[Tuple[Optional[float], List[Tuple[str, float, float]]]]",
+    laws: list[tuple[float | None, list[tuple[str, float, float]]]],
     dimension: int,
-    impulses: "Floats",
-    speeds: "Floats",
-    offsets: "Floats",
-    response: "Floats",
+    impulses: Floats,
+    speeds: Floats,
+    offsets: Floats,
+    response: Floats,
     time_step: float,
-    names: "List[str]",
-) -> Tuple[CertificateRow, ...]:
+    names: list[str],
+) -> tuple[CertificateRow, ...]:
     """Residuals of every group, from impulses p, row velocities u and the diagonal of W."""
-    rows: List[CertificateRow] = []
+    rows: list[CertificateRow] = []
     at = 0
     for (friction, own), name in zip(laws, names):
         size = len(own) if friction is None else dimension
@@ -164,7 +159,7 @@ def rows_of(
 
 
 def _contact(
-    name: str, friction: float, p: "Floats", u: "Floats", response: "Floats", gap: float, time_step: float
+    name: str, friction: float, p: Floats, u: Floats, response: Floats, gap: float, time_step: float
 ) -> CertificateRow:
     import numpy as np
 
@@ -195,7 +190,7 @@ def _contact(
 
 
 def _single(
-    name: str, law: Tuple[str, float, float], p: float, u: float, response: float, offset: float, time_step: float
+    name: str, law: tuple[str, float, float], p: float, u: float, response: float, offset: float, time_step: float
 ) -> CertificateRow:
     kind, least, most = law
     p, u, response = float(p), float(u), float(response)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from numbers import Real
 from operator import index
-from typing import Any, List, Mapping, Type, TypeVar
+from typing import Any, TypeVar
 
 from ._tumble import TumbleError
 
@@ -36,7 +37,7 @@ def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
     return number
 
 
-def made(name: str, value: Any, kind: Type[Kind]) -> Kind:
+def made(name: str, value: Any, kind: type[Kind]) -> Kind:
     """``value``, if it is an instance of tumble's class ``kind``."""
     if not isinstance(value, kind):
         raise TypeError(f"{name} is {type(value).__name__}; tumble.{kind.__name__} is needed")
@@ -54,7 +55,7 @@ def real(name: str, value: Any) -> float:
     return number
 
 
-def name_list(name: str, value: Any) -> List[str]:
+def name_list(name: str, value: Any) -> list[str]:
     """``value`` as a list of names. A string is refused, since its letters would be the names."""
     listed = None if isinstance(value, str) else value
     try:
@@ -68,7 +69,7 @@ def name_list(name: str, value: Any) -> List[str]:
     return items
 
 
-def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
+def tables(name: str, value: Any, instead: str = "") -> list[Mapping[str, Any]]:
     """``value`` as a list of dictionaries. ``instead`` is a hint for the error message."""
     listed = None if isinstance(value, (Mapping, str)) else value
     try:
@@ -111,6 +112,5 @@ def room(what: str, size: int) -> None:
         pass
     if size > most:
         raise MemoryError(
-            f"{what} need at least {size / 1e9:.3g} GB of memory; this process can have "
-            f"{most / 1e9:.3g} GB"
+            f"{what} need at least {size / 1e9:.3g} GB of memory; this process can have {most / 1e9:.3g} GB"
         )

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, NoReturn
+from collections.abc import Iterator
+from typing import Any, NoReturn
 
+from ._names import unknown
 from ._tumble import Columns
 
-_NAMES = (
-    *("body", "partner", "partner_body"),
-    *("point", "normal", "force", "slip", "normal_force", "gap"),
-)
+_NAMES = (*("body", "partner", "partner_body"), *("point", "normal", "force", "slip", "normal_force", "gap"))
 
 
-class Contacts(Dict[str, Any]):
+class Contacts(dict[str, Any]):
     """Contacts of a step, C in all, as a read-only mapping of columns.
 
     - ``body`` (C,), ``partner`` (tuple of C names);
@@ -30,7 +29,7 @@ class Contacts(Dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         if name not in self:
-            raise KeyError(name)
+            raise unknown("column", name, _NAMES)
         column = self._columns.column(name)
         super().__setitem__(name, column)
         return column
@@ -63,7 +62,7 @@ class Contacts(Dict[str, Any]):
         """Pairs of name and column."""
         return [(name, self[name]) for name in _NAMES]
 
-    def copy(self) -> Dict[str, Any]:
+    def copy(self) -> dict[str, Any]:
         """Copies the columns to a dictionary."""
         return {name: self[name] for name in _NAMES}
 

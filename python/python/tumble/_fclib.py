@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any
 
 from ._tumble import TumbleError
+from ._types import Location
 
 if TYPE_CHECKING:
     from ._problem import ContactProblem, ContactSolution
 
-Path_ = Union[str, "os.PathLike[str]"]
 
-
-def _h5py(path: Path_) -> Any:
+def _h5py(path: Location) -> Any:
     try:
         import h5py
     except ImportError:
@@ -25,7 +25,7 @@ def _h5py(path: Path_) -> Any:
     return h5py
 
 
-def read(path: Path_) -> Tuple[Dict[str, Any], List[Any], int]:
+def read(path: Location) -> tuple[dict[str, Any], list[Any], int]:
     """Matrices and vectors, the laws, and the dimension.
 
     Equality constraints (G and b; V, R and s) become locked rows after the contacts.
@@ -44,7 +44,7 @@ def read(path: Path_) -> Tuple[Dict[str, Any], List[Any], int]:
             def vector(key: str) -> Any:
                 return np.ravel(group["vectors"][key][()]).astype(float)
 
-            laws: List[Any] = [float(mu) for mu in vector("mu")]
+            laws: list[Any] = [float(mu) for mu in vector("mu")]
             if name == "fclib_local":
                 response, free = _sparse(group["W"]), vector("q")
                 if "R" in group:
@@ -66,29 +66,27 @@ def read(path: Path_) -> Tuple[Dict[str, Any], List[Any], int]:
             return given, laws, dimension
     except (KeyError, OSError, ValueError, IndexError, TypeError, AttributeError, TumbleError) as error:
         why = error.args[0] if isinstance(error, KeyError) and error.args else error
-        raise TumbleError(
-            f"{os.fspath(path)}: cannot be read as a contact problem of FCLIB: {why}"
-        ) from None
+        raise TumbleError(f"{os.fspath(path)}: cannot be read as a contact problem of FCLIB: {why}") from None
 
 
-def _locked(count: int) -> List[List[str]]:
+def _locked(count: int) -> list[list[str]]:
     return [["locked"] * min(3, count - first) for first in range(0, count, 3)]
 
 
 class _Sparse:
     """Sparse matrix with the interface of scipy's COO matrices."""
 
-    def __init__(self, shape: Tuple[int, int], row: Any, col: Any, data: Any) -> None:
+    def __init__(self, shape: tuple[int, int], row: Any, col: Any, data: Any) -> None:
         self.shape, self.row, self.col, self.data = shape, row, col, data
 
-    def tocoo(self) -> "_Sparse":
+    def tocoo(self) -> _Sparse:
         return self
 
-    def turned(self) -> "_Sparse":
+    def turned(self) -> _Sparse:
         """Transposed matrix."""
         return _Sparse((self.shape[1], self.shape[0]), self.col, self.row, self.data)
 
-    def with_block(self, block: "_Sparse", at: Tuple[int, int]) -> "_Sparse":
+    def with_block(self, block: _Sparse, at: tuple[int, int]) -> _Sparse:
         """Adds a block at the row and column ``at``, and extends the shape if necessary."""
         import numpy as np
 
@@ -124,7 +122,7 @@ def _sparse(group: Any) -> _Sparse:
     return _Sparse((rows, columns), *entries)
 
 
-def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSolution"]) -> None:
+def write(path: Location, problem: ContactProblem, solution: ContactSolution | None) -> None:
     """Writes a problem of contacts as triplets, and a solution in FCLIB's form."""
     import numpy as np
 
@@ -132,9 +130,7 @@ def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSol
     # Without contacts any dimension is valid.
     sizes = set(problem.sizes) or {3}
     if len(sizes) != 1 or np.isnan(problem.mu).any():
-        raise TumbleError(
-            f"{os.fspath(path)}: FCLIB supports only problems with contacts of one dimension"
-        )
+        raise TumbleError(f"{os.fspath(path)}: FCLIB supports only problems with contacts of one dimension")
 
     def content(temporary: str) -> None:
         with h5py.File(temporary, "w") as file:
@@ -163,7 +159,7 @@ def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSol
     replaced(path, content)
 
 
-def replaced(path: Path_, write: Callable[[str], object]) -> None:
+def replaced(path: Location, write: Callable[[str], object]) -> None:
     """Has ``write`` create a temporary file and renames it to ``path``."""
     folder = Path(path).parent
     try:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Iterable, Iterator, Sequence, Set
 
 from ._tumble import TumbleError, listed_files
 
@@ -49,7 +49,7 @@ def folder_of_a_run(folder: Path, names: Sequence[str], overwrite: bool) -> Iter
             (folder / name).unlink(missing_ok=True)
 
 
-def refuse_foreign(folder: Path, names: Iterable[str], overwrite: bool) -> Set[str]:
+def refuse_foreign(folder: Path, names: Iterable[str], overwrite: bool) -> set[str]:
     """Refuses a folder with foreign files of these names. Returns the files of its run.json."""
     try:
         listed = set(listed_files((folder / "run.json").read_text("utf-8")))
@@ -61,7 +61,8 @@ def refuse_foreign(folder: Path, names: Iterable[str], overwrite: bool) -> Set[s
         is_there = os.path.lexists(path)
         if is_there and not is_listed and (not overwrite or path.is_dir()):
             raise TumbleError(
-                f"{path} was not written by an earlier run: no run.json lists it; move it, choose another folder, or set overwrite=True"
+                f"{path} was not written by an earlier run: no run.json lists it; move it, choose another folder, or "
+                "set overwrite=True"
             )
     return listed
 

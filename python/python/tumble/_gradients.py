@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any
 
 from . import _tumble
 from ._arrays import numbers
 from ._checks import whole
+from ._names import unknown
+from ._types import Floats, Integers
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from ._scene import Scene
 
-    Floats = npt.NDArray[np.float64]
+
+Smoothing = tuple[str, float] | None
+"""Name and size of the smoothing."""
 
 
 @dataclass(frozen=True)
@@ -26,15 +28,15 @@ class Derivatives:
     velocity (m/s, world), spin (rad/s, body).
     """
 
-    ends: "Floats"
+    ends: Floats
     """States at the end, (N, 13)."""
-    by: Dict[str, "Floats"]
+    by: dict[str, Floats]
     """Derivatives by name: ``states``, ``wrenches`` (``controls`` of a run), and the requested constants."""
     margin: float
     """Distance to the nearest kink, m/s: a change of a contact's mode, or a new contact."""
     feature_margin: float
     """Distance to the nearest change of contact features, m/s. It matters for changes of poses and sizes."""
-    at: Tuple[int, int]
+    at: tuple[int, int]
     """Steps of these margins in a run."""
     unsolved: int
     """Number of steps that failed or are wild. Derivatives through them are not meaningful."""
@@ -48,7 +50,9 @@ class Derivatives:
     limited: int
     """Number of steps that applied only part of their restitution, which is treated as constant."""
 
-    def __getitem__(self, name: str) -> "Floats":
+    def __getitem__(self, name: str) -> Floats:
+        if name not in self.by:
+            raise unknown("derivative", name, self.by)
         return self.by[name]
 
 
@@ -59,91 +63,64 @@ class RolloutDerivatives:
     The fields are those of Derivatives with one more leading dimension.
     """
 
-    by: Dict[str, "Floats"]
+    by: dict[str, Floats]
     """Derivatives by name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...).
 
     If the rollouts had them, also ``motors`` (B, T, M) and ``joint_forces`` (B, T, D).
     """
-    margin: "Floats"
+    margin: Floats
     """Distance to the nearest kink, m/s: (B,)."""
-    feature_margin: "Floats"
+    feature_margin: Floats
     """Distance to the nearest change of contact features, m/s: (B,)."""
-    at: "npt.NDArray[np.int64]"
+    at: Integers
     """Steps of both margins: (B, 2)."""
-    unsolved: "npt.NDArray[np.int64]"
+    unsolved: Integers
     """Numbers of steps, (B,), like the following fields."""
-    unknown: "npt.NDArray[np.int64]"
-    kept: "npt.NDArray[np.int64]"
-    limited: "npt.NDArray[np.int64]"
+    unknown: Integers
+    kept: Integers
+    limited: Integers
 
-    def __getitem__(self, name: str) -> "Floats":
+    def __getitem__(self, name: str) -> Floats:
+        if name not in self.by:
+            raise unknown("derivative", name, self.by)
         return self.by[name]
 
 
 def jacobian(
-    scene: "Scene",
-    states: Any = None,
-    wrenches: Any = None,
-    *,
-    index: Optional[int] = None,
-    by: Iterable[str] = (),
-    compliance: Optional[float] = None,
-    central_path: Optional[float] = None,
+    scene: Scene, states: Any, wrenches: Any, index: int | None, by: Iterable[str], smoothing: Smoothing
 ) -> Derivatives:
-    """Derivative of the step ``index`` of ``scene`` from ``states`` (N, 13).
-
-    Loads and prescribed motions depend on the index, which is by default the scene's start. The
-    result has parts with respect to ``states`` (N, 12, N, 12) and ``wrenches`` (N, 12, N, 6). The
-    part of a constant named in ``by`` has the shape (N, 12) followed by the constant's own
-    shape.
-
-    Smoothing yields a search direction where the exact derivative is zero. ``compliance``
-    (1e-9 to 1) differentiates a step with compliant contacts. ``central_path`` (1e-6 to 10
-    m/s) differentiates a step on the central path of an interior-point method. The
-    complementarity products there equal its square.
-    """
+    """Derivative of one step: see Scene.jacobian."""
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
-    smoothing = smoothing_of(compliance, central_path)
-    found = _tumble.jacobian(scene, _states(scene, states), _index(index), pushes, names, smoothing)
+    found = _tumble.jacobian(scene._core, _states(scene, states), _index(index), pushes, names, smoothing)
     return _derivatives(found, ["states", "wrenches", *names])
 
 
 def vjp(
-    scene: "Scene",
-    cotangents: Any,
-    states: Any = None,
-    controls: Any = None,
-    *,
-    steps: Optional[int] = None,
-    index: Optional[int] = None,
-    by: Iterable[str] = (),
-    compliance: Optional[float] = None,
-    central_path: Optional[float] = None,
+    scene: Scene,
+    run: tuple[Any, Any, Any],
+    steps: int | None,
+    index: int | None,
+    by: Iterable[str],
+    smoothing: Smoothing,
 ) -> Derivatives:
-    """Derivatives of a scalar loss of a run with ``steps`` steps, in one reverse pass.
+    """Derivatives of a scalar loss of a run: see Scene.vjp. ``run`` has cotangents, states and controls.
 
-    ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The result
-    has the derivatives with respect to ``states`` (N, 12), ``controls`` (T, N, 6) and the
-    constants named in ``by``. ``steps`` defaults to the number of controls, or 1. ``index`` is the
-    first step, by default the scene's start. ``compliance`` and ``central_path`` smooth the derivatives of the steps as in ``jacobian``;
-    the run itself stays exact.
+    ``steps`` is by default that of the controls, or 1.
     """
+    cotangents, states, controls = run
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None
     if controls is not None:
         pushes = numbers("controls", controls, *_shapes(("T", count, 6)))
         if len(pushes) == 0 or (steps is not None and steps != len(pushes)):
-            raise _tumble.TumbleError(
-                f"controls have {len(pushes)} steps; {1 if steps is None else steps} are needed"
-            )
+            raise _tumble.TumbleError(f"controls have {len(pushes)} steps; {1 if steps is None else steps} are needed")
         pushes = pushes.reshape(len(pushes), count, 6)
     length = whole("steps", steps if steps is not None else 1 if pushes is None else len(pushes), 1, 9_999_999)
     duals = _of_bodies("cotangents", cotangents, (count, 12))
-    smoothing = smoothing_of(compliance, central_path)
-    found = _tumble.vjp(scene, _states(scene, states), _index(index), pushes, length, duals, names, smoothing)
+    found = _tumble.vjp(scene._core, _states(scene, states), _index(index), pushes, length, duals, names, smoothing)
     return _derivatives(found, ["states", "controls", *names])
 
 
@@ -152,20 +129,20 @@ def _shapes(shape: Any) -> Any:
     return (shape, (*shape[:-2], shape[-1])) if shape[-2] == 1 else (shape,)
 
 
-def _of_bodies(name: str, value: Any, shape: Tuple[int, int]) -> "Floats":
+def _of_bodies(name: str, value: Any, shape: tuple[int, int]) -> Floats:
     return numbers(name, value, *_shapes(shape)).reshape(shape)
 
 
-def _states(scene: "Scene", states: Any) -> "Floats":
+def _states(scene: Scene, states: Any) -> Floats:
     count = len(scene.bodies)
     return scene.states if states is None else _of_bodies("states", states, (count, 13))
 
 
-def _index(index: Optional[int]) -> Optional[int]:
+def _index(index: int | None) -> int | None:
     return None if index is None else whole("index", index, 0)
 
 
-def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> Optional[Tuple[str, float]]:
+def smoothing_of(compliance: float | None, central_path: float | None) -> Smoothing:
     """Name and size of the smoothing."""
     given = [(name, by) for name, by in (("compliance", compliance), ("central_path", central_path)) if by is not None]
     if len(given) > 1:
@@ -175,7 +152,7 @@ def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> 
     return None
 
 
-def constant_names(by: Iterable[str]) -> List[str]:
+def constant_names(by: Iterable[str]) -> list[str]:
     """Names of constants as a list."""
     if isinstance(by, str):
         raise TypeError(f"by is the string {by!r}; a list of names is needed")

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import time
 import weakref
 from pathlib import Path
 from types import TracebackType
-from typing import Dict, List, Optional, Type, Union
 
+from ._core import core_property
 from ._files import refuse_foreign
 from ._scene import Scene
 from ._trajectory import RUN_FILES, Trajectory
-from ._tumble import CoreLive, CoreScene
+from ._tumble import CoreLive
+from ._types import Location
 
-Location = Union[str, "os.PathLike[str]"]
 _PERIOD = 0.1
 _HEIGHT = 760
 
@@ -34,23 +33,18 @@ class Live:
     url: str
     """Address of the page."""
 
-    def __init__(
-        self, scene: CoreScene, record: Optional[Location] = None, *, overwrite: bool = False, port: int = 0
-    ) -> None:
+    def __init__(self, scene: Scene, record: Location | None = None, *, overwrite: bool = False, port: int = 0) -> None:
         folder = None if record is None else Path(record)
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
             parts = (path.name for path in folder.glob("part-*.toml"))
             refuse_foreign(folder, [*RUN_FILES, *parts], overwrite)
-        core = CoreLive(scene, port)
+        core = CoreLive(scene._core, port)
         self.url = core.url
         self._core = core
         self._end = weakref.finalize(self, _end, core, folder, overwrite)
 
-    @property
-    def is_running(self) -> bool:
-        """True until the server ends."""
-        return self._core.is_running
+    is_running: bool = core_property("is_running", "True until the server ends.")
 
     def stop(self) -> None:
         """Ends the server, frees its port, and writes the record. A second call does nothing."""
@@ -65,7 +59,7 @@ class Live:
             pass
         self.stop()
 
-    def scenes(self) -> List[Scene]:
+    def scenes(self) -> list[Scene]:
         """Scenes of a stopped run: those that changes ended, and the last one.
 
         ``scene.run()`` repeats what the page showed, pulls included, to the last bit.
@@ -73,14 +67,11 @@ class Live:
         self.stop()
         return [Scene.from_text(text) for text in self._core.stop()]
 
-    def __enter__(self) -> "Live":
+    def __enter__(self) -> Live:
         return self
 
     def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.stop()
 
@@ -95,14 +86,12 @@ class Live:
         return f"<tumble.Live {state}>"
 
 
-def _end(core: CoreLive, folder: Optional[Path], overwrite: bool) -> None:
+def _end(core: CoreLive, folder: Path | None, overwrite: bool) -> None:
     texts = core.stop()
     if folder is None or not texts:
         return
     *parts, text = texts
     scene = Scene.from_text(text)
     run: Trajectory = scene.run(scene.steps)
-    files: Dict[str, bytes] = {
-        f"part-{number}.toml": part.encode() for number, part in enumerate(parts, start=1)
-    }
+    files: dict[str, bytes] = {f"part-{number}.toml": part.encode() for number, part in enumerate(parts, start=1)}
     run._to_folder(folder, overwrite, files)

@@ -3,28 +3,18 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, List, Tuple
+from typing import Any
 
 import numpy as np
 
 from ._certificate import Certificate
-from ._mujoco_rows import (
-    ContactRows,
-    Floats,
-    JointRows,
-    RowCollector,
-    groups_at,
-    laws_of,
-    mujoco,
-    notes_of,
-    raised_margins,
-    step_mass,
-)
+from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins, step_mass
 from ._mujoco_step import HardStepper, single_stage
+from ._types import Floats
 from .referee import certify
 
 
-def certify_step(stepper: HardStepper, data: Any) -> Tuple[Certificate, Any]:
+def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
     """Certificate of MuJoCo's next step from ``data``, and a copy of ``data`` after that step."""
     model, collector = stepper.model, stepper.collector
     collector.check(data)
@@ -80,7 +70,7 @@ def certify_step(stepper: HardStepper, data: Any) -> Tuple[Certificate, Any]:
     return certificate, after
 
 
-def _rows_ahead(stepper: HardStepper, data: Any) -> Tuple[ContactRows, JointRows]:
+def _rows_ahead(stepper: HardStepper, data: Any) -> tuple[ContactRows, JointRows]:
     """Contacts and joint limits that the step may reach, detected with raised margins."""
     model, scratch = stepper.model, copy.copy(data)
     ahead = stepper.reach(scratch)
@@ -99,7 +89,7 @@ def _unlimited(joints: JointRows, ahead: JointRows) -> Any:
     """Joint limits ahead that have no row in MuJoCo's step."""
     limits = (int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT), int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON))
 
-    def keys(rows: JointRows) -> List[Tuple[int, int, bool]]:
+    def keys(rows: JointRows) -> list[tuple[int, int, bool]]:
         # The sign tells the lower limit from the upper one.
         return [(int(kind), int(id_), bool(J.sum() > 0.0)) for kind, id_, J in zip(rows.kind, rows.id, rows.J)]
 
@@ -109,7 +99,7 @@ def _unlimited(joints: JointRows, ahead: JointRows) -> Any:
 
 def _contact_forces(model: Any, data: Any, contacts: ContactRows) -> Floats:
     """Forces of MuJoCo's contacts along normal and tangents (C, 3), N."""
-    forces: List[Floats] = []
+    forces: list[Floats] = []
     for index in contacts.index:
         force = np.zeros(6)
         mujoco.mj_contactForce(model, data, int(index), force)

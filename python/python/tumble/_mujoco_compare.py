@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import copy
 import html
-import os
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, List, Optional, Tuple, Union
+from typing import Any
 
 import numpy as np
 
 from ._certificate import Certificate
 from ._checks import whole
 from ._mujoco_certify import certify_step
-from ._mujoco_rows import Floats, mujoco
+from ._mujoco_rows import mujoco
 from ._mujoco_step import HardStepper
+from ._types import Floats, Location
 
 _STICKS = 0.99
 """Contacts whose friction is this share of the largest one or less should not slip."""
@@ -42,9 +43,9 @@ class Comparison:
     """Residual of the certificate of each step (K, 2), m/s."""
     unsolved: int
     """Hard steps that were not solved."""
-    seconds: Tuple[float, float]
+    seconds: tuple[float, float]
     """Processor time of all steps, s."""
-    worst: Tuple[str, str]
+    worst: tuple[str, str]
     """Sentence about the step with the largest residual."""
 
     @property
@@ -52,10 +53,10 @@ class Comparison:
         """Processor time of a hard step divided by that of MuJoCo's."""
         return self.seconds[1] / max(self.seconds[0], 1e-12)
 
-    def _lines(self) -> List[Tuple[str, str, str]]:
+    def _lines(self) -> list[tuple[str, str, str]]:
         steps = len(self.times)
 
-        def largest(values: Floats) -> Tuple[str, str]:
+        def largest(values: Floats) -> tuple[str, str]:
             return f"{values[:, 0].max():.2e}", f"{values[:, 1].max():.2e}"
 
         return [
@@ -63,7 +64,11 @@ class Comparison:
             ("deepest overlap, m", *largest(self.overlap)),
             ("fastest creep, m/s", *largest(self.creep)),
             ("energy at the end, J", f"{self.energy[-1, 0]:.6g}", f"{self.energy[-1, 1]:.6g}"),
-            ("processor time, µs a step", f"{1e6 * self.seconds[0] / steps:.3g}", f"{1e6 * self.seconds[1] / steps:.3g}"),
+            (
+                "processor time, µs a step",
+                f"{1e6 * self.seconds[0] / steps:.3g}",
+                f"{1e6 * self.seconds[1] / steps:.3g}",
+            ),
         ]
 
     def table(self) -> str:
@@ -75,7 +80,7 @@ class Comparison:
         lines += [f"worst step of {name}: {text}" for name, text in zip(("MuJoCo", "hard"), self.worst)]
         return "\n".join(lines)
 
-    def page(self, path: Union[str, "os.PathLike[str]"]) -> None:
+    def page(self, path: Location) -> None:
         """Writes a page with the table and curves, which needs no network."""
         charts = [
             _chart("residual, m/s", self.times, self.residual, logarithmic=True),
@@ -97,17 +102,15 @@ class Comparison:
         Path(path).write_text(text, encoding="utf-8")
 
 
-def compare(
-    stepper: HardStepper, data: Any, steps: int, control: Optional[Callable[[Any], None]] = None
-) -> Comparison:
+def compare(stepper: HardStepper, data: Any, steps: int, control: Callable[[Any], None] | None = None) -> Comparison:
     """Takes ``steps`` of both kinds on copies of ``data``."""
     model = stepper.model
     stepper.collector.check(data)
     steps = whole("steps", steps, 1)
     soft, hard = copy.copy(data), copy.copy(data)
-    rows: List[List[float]] = []
+    rows: list[list[float]] = []
     seconds = [0.0, 0.0]
-    worst: List[Tuple[float, str]] = [(-1.0, ""), (-1.0, "")]
+    worst: list[tuple[float, str]] = [(-1.0, ""), (-1.0, "")]
     unsolved = 0
     flags = model.opt.enableflags
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
@@ -172,7 +175,8 @@ def _chart(title: str, times: Floats, values: Floats, logarithmic: bool = False)
     lines = []
     for column, colour in zip(shown.T, _COLOURS):
         points = " ".join(
-            f"{_WIDTH * (t - times[0]) / length:.1f},{_HEIGHT * (high - value) / span:.1f}" for t, value in zip(times, column)
+            f"{_WIDTH * (t - times[0]) / length:.1f},{_HEIGHT * (high - value) / span:.1f}"
+            for t, value in zip(times, column)
         )
         lines.append(f"<polyline fill='none' stroke='{colour}' points='{points}'/>")
     ends = [f"{10**end:.1e}" if logarithmic else f"{end:.4g}" for end in (low, high)]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any
 
 import numpy as np
 
-from ._mujoco_rows import ContactRows, Floats, JointRows, mujoco
+from ._mujoco_rows import ContactRows, JointRows, mujoco
 from ._problem import ContactProblem, ContactSolution, Law
+from ._types import Floats
 
 RECOVERY = 0.2
 """Speed at which overlaps and position errors of the start are removed, m/s or rad/s."""
@@ -43,8 +44,8 @@ class StepProblem:
     free: Floats
     contacts: ContactRows
     joints: JointRows
-    laws: List[Law]
-    start: Optional[Tuple[Floats, Floats]]
+    laws: list[Law]
+    start: tuple[Floats, Floats] | None
     residual: float
 
     def solve(self, offsets: Floats, fixed: Floats, thorough: bool) -> StepSolution:
@@ -60,13 +61,11 @@ class StepProblem:
             near |= missed
         return found
 
-    def _solve_near(
-        self, near: Any, offsets: Floats, fixed: Floats, found: StepSolution, thorough: bool
-    ) -> None:
+    def _solve_near(self, near: Any, offsets: Floats, fixed: Floats, found: StepSolution, thorough: bool) -> None:
         count = int(near.sum())
         rows = np.concatenate([self.contacts.J[near].reshape(3 * count, len(self.free)), self.joints.J])
         w = np.concatenate([offsets[near].ravel(), fixed])
-        laws: List[Law] = [float(value) if value > 0.0 else _FRICTIONLESS for value in self.contacts.friction[near]]
+        laws: list[Law] = [float(value) if value > 0.0 else _FRICTIONLESS for value in self.contacts.friction[near]]
         guess = None if self.start is None else np.concatenate([self.start[0][near].ravel(), self.start[1]])
         solution, found.after = self._best(rows, w, laws + self.laws, guess, thorough)
         found.iterations += solution.iterations
@@ -75,8 +74,8 @@ class StepProblem:
         found.tail = solution.impulses[3 * count :]
 
     def _best(
-        self, rows: Floats, w: Floats, laws: List[Law], guess: Optional[Floats], thorough: bool
-    ) -> Tuple[ContactSolution, Floats]:
+        self, rows: Floats, w: Floats, laws: list[Law], guess: Floats | None, thorough: bool
+    ) -> tuple[ContactSolution, Floats]:
         """Solution and velocities. The best one of all forms and starts, if the first is not solved."""
         pull = np.linalg.solve(self.mass, rows.T)
         W = rows @ pull
@@ -93,7 +92,7 @@ class StepProblem:
         return solution, self.free + pull @ solution.impulses
 
 
-def exact_offsets(contacts: ContactRows, joints: JointRows, time_step: float) -> Tuple[Floats, Floats]:
+def exact_offsets(contacts: ContactRows, joints: JointRows, time_step: float) -> tuple[Floats, Floats]:
     """Offsets of contacts (C, 3) and joint rows: gap / h, and surface velocities."""
     offsets = np.zeros((len(contacts.gap), 3))
     offsets[:, 0] = contacts.gap / time_step
@@ -101,7 +100,7 @@ def exact_offsets(contacts: ContactRows, joints: JointRows, time_step: float) ->
     return offsets, joints.gap / time_step
 
 
-def recovered(gaps: Floats, fixed: Floats, joints: JointRows, bound: float, time_step: float) -> Tuple[Floats, Floats]:
+def recovered(gaps: Floats, fixed: Floats, joints: JointRows, bound: float, time_step: float) -> tuple[Floats, Floats]:
     """Normal offsets and offsets of joint rows with which overlaps are removed at about the speed ``bound``."""
     share = min(1.0, time_step / RECOVERY_TIME) if bound > 0.0 else 0.0
     normals: Floats = np.maximum(gaps, np.minimum(-bound, share * gaps))
@@ -111,9 +110,9 @@ def recovered(gaps: Floats, fixed: Floats, joints: JointRows, bound: float, time
     return normals, rows
 
 
-def contact_keys(contacts: ContactRows) -> List[Tuple[int, int, int]]:
+def contact_keys(contacts: ContactRows) -> list[tuple[int, int, int]]:
     """Geoms of each contact and its number among those of the same geoms."""
-    seen: Dict[Tuple[int, int], int] = {}
+    seen: dict[tuple[int, int], int] = {}
     keys = []
     for first, second in contacts.geoms.tolist():
         number = seen.get((first, second), 0)
@@ -122,9 +121,9 @@ def contact_keys(contacts: ContactRows) -> List[Tuple[int, int, int]]:
     return keys
 
 
-def joint_keys(joints: JointRows) -> List[Tuple[int, int, int]]:
+def joint_keys(joints: JointRows) -> list[tuple[int, int, int]]:
     """Kind and id of each row and its number among those of the same id."""
-    seen: Dict[Tuple[int, int], int] = {}
+    seen: dict[tuple[int, int], int] = {}
     keys = []
     for pair in zip(joints.kind.tolist(), joints.id.tolist()):
         number = seen.get(pair, 0)
@@ -135,6 +134,6 @@ def joint_keys(joints: JointRows) -> List[Tuple[int, int, int]]:
 
 def by_key(
     contacts: ContactRows, joints: JointRows, impulses: Floats, tail: Floats
-) -> Tuple[Dict[Any, Floats], Dict[Any, Floats]]:
+) -> tuple[dict[Any, Floats], dict[Any, Floats]]:
     """Impulses by the keys of their rows."""
     return dict(zip(contact_keys(contacts), impulses)), dict(zip(joint_keys(joints), tail))

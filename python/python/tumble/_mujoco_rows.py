@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Iterator, List, Optional, Tuple
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ._arrays import numbers
 from ._problem import Law
 from ._tumble import TumbleError
+from ._types import Floats, Integers
 
 try:
     import mujoco as mujoco
 except ImportError as error:
     raise ImportError("tumble.mujoco needs mujoco; install it with pip install mujoco") from error
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 _EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 _LOSSES = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
@@ -148,7 +147,7 @@ class RowCollector:
         for name in ("qpos", "qvel", "act", "ctrl"):
             numbers(f"data.{name}", getattr(data, name), ("n",))
 
-    def contacts(self, data: Any, ahead: Optional[Reach] = None) -> ContactRows:
+    def contacts(self, data: Any, ahead: Reach | None = None) -> ContactRows:
         """Contacts of ``data``. ``ahead`` is how the margins were raised with which they were detected."""
         if not data.ncon:
             return self._no_contacts
@@ -205,7 +204,7 @@ class RowCollector:
             J += sign * moved[:, side, None, :] * (frames @ np.swapaxes(speeds, 1, 2))
         return J
 
-    def joints(self, data: Any, ahead: Optional[Reach] = None) -> JointRows:
+    def joints(self, data: Any, ahead: Reach | None = None) -> JointRows:
         """Rows of ``data`` that are not contacts. ``ahead`` is how the margins of limits were raised."""
         if not data.nefc:
             return self._no_joints
@@ -262,21 +261,26 @@ class RowCollector:
         return mujoco.mj_id2name(self.model, of, id_) or f"{word} {id_}"
 
 
-def notes_of(collector: RowCollector, contacts: ContactRows) -> Tuple[str, ...]:
+def notes_of(collector: RowCollector, contacts: ContactRows) -> tuple[str, ...]:
     """Parts of a step that the rows do not cover."""
     if not contacts.immovable:
         return collector.notes
     return (*collector.notes, f"{contacts.immovable} contacts whose normal no joint moves are left out")
 
 
-def laws_of(rows: JointRows, time_step: float) -> List[Law]:
+def laws_of(rows: JointRows, time_step: float) -> list[Law]:
     """Laws of the joint rows: equality constraints in groups of at most three rows, all others by themselves."""
-    laws: List[Law] = []
+    laws: list[Law] = []
     at, count = 0, len(rows.kind)
     while at < count:
         if rows.kind[at] == _EQUALITY:
             size = 1
-            while size < 3 and at + size < count and rows.kind[at + size] == _EQUALITY and rows.id[at + size] == rows.id[at]:
+            while (
+                size < 3
+                and at + size < count
+                and rows.kind[at + size] == _EQUALITY
+                and rows.id[at + size] == rows.id[at]
+            ):
                 size += 1
             laws.append(["locked"] * size)
             at += size
@@ -289,7 +293,7 @@ def laws_of(rows: JointRows, time_step: float) -> List[Law]:
     return laws
 
 
-def groups_at(laws: List[Law]) -> List[int]:
+def groups_at(laws: list[Law]) -> list[int]:
     """First row of every group of joint rows."""
     sizes = [len(law) for law in laws if not isinstance(law, float)]
     return [int(at) for at in np.concatenate([[0], np.cumsum(sizes)[:-1]])] if sizes else []
@@ -350,7 +354,7 @@ def _refuse_options(model: Any) -> None:
         raise TumbleError("the flag ipc has no hard step yet; switch it off")
 
 
-def _notes(model: Any) -> Tuple[str, ...]:
+def _notes(model: Any) -> tuple[str, ...]:
     notes = []
     integrator = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
     if integrator not in ("EULER", "IMPLICITFAST"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from ._mujoco_problem import (
 from ._mujoco_rows import (
     LIMITS,
     ContactRows,
-    Floats,
     JointRows,
     Reach,
     RowCollector,
@@ -35,6 +34,7 @@ from ._mujoco_rows import (
 )
 from ._problem import ContactProblem
 from ._tumble import TumbleError
+from ._types import Floats
 
 RESIDUAL = 1e-9
 """Residual to which a step is solved, m/s."""
@@ -87,9 +87,9 @@ class HardStep:
     """Contacts that carry a force."""
     overlap: float
     """Deepest overlap at the start of the step, m."""
-    notes: Tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     """Parts of the model that have no hard counterpart."""
-    _parts: Dict[str, Any] = field(default_factory=dict, repr=False)
+    _parts: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def problem(self) -> ContactProblem:
         """Contact problem of this step in the form M, H, f, w."""
@@ -105,7 +105,9 @@ class HardStep:
         contacts: ContactRows = self._parts["contacts"]
         joints: JointRows = self._parts["joints"]
         names = [collector.contact_name(geoms) for geoms in contacts.geoms]
-        names += [collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))]
+        names += [
+            collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))
+        ]
         return certify(names=names, notes=self.notes, **self._parts["step"])
 
 
@@ -137,7 +139,7 @@ class HardStepper:
         self.configure(restitution=restitution, unsolved=unsolved)
         self.collector = RowCollector(model)
         self._radius = _body_radii(model)
-        self._last: Optional[Tuple[Dict[Any, Floats], Dict[Any, Floats]]] = None
+        self._last: tuple[dict[Any, Floats], dict[Any, Floats]] | None = None
         self._last_time = np.nan
         self._kept = 0
         """Steps since overlaps could last be removed."""
@@ -223,7 +225,7 @@ class HardStepper:
 
     def _solve(
         self, data: Any, mass: Floats, before: Floats, free: Floats, contacts: ContactRows, joints: JointRows
-    ) -> Tuple[HardStep, Floats]:
+    ) -> tuple[HardStep, Floats]:
         time_step, size = self.model.opt.timestep, self.model.nv
         offsets, fixed = exact_offsets(contacts, joints, time_step)
         rebound = self._rebound(contacts, before)
@@ -277,7 +279,7 @@ class HardStepper:
             self._complain(f"the step to {data.time:.6g} s is not solved: residual {found.residual:.1e} m/s")
         return report, found.after
 
-    def _beyond(self, joints: JointRows) -> Tuple[str, ...]:
+    def _beyond(self, joints: JointRows) -> tuple[str, ...]:
         """Note on the limit that is exceeded most at the start of the step."""
         gaps = np.where(np.isin(joints.kind, LIMITS), joints.gap, 0.0)
         if gaps.min(initial=0.0) >= -_LEAST_BEYOND:
@@ -303,7 +305,7 @@ class HardStepper:
         if self.unsolved == "warn":
             warnings.warn(text, UnsolvedStep, stacklevel=5)
 
-    def _start(self, contacts: ContactRows, joints: JointRows) -> Optional[Tuple[Floats, Floats]]:
+    def _start(self, contacts: ContactRows, joints: JointRows) -> tuple[Floats, Floats] | None:
         """Impulses of the last step, for contacts and joint rows that it had too."""
         if self._last is None:
             return None
@@ -328,7 +330,9 @@ class HardStepper:
             _write_contacts(model, data, rows, contacts, pushes)
         data.efc_force[:] = rows
         data.qfrc_constraint[:] = step["J"].T @ forces
-        mujoco.mj_solveM(model, data, data.qacc.reshape(1, -1), (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1))
+        mujoco.mj_solveM(
+            model, data, data.qacc.reshape(1, -1), (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1)
+        )
         data.qacc_warmstart[:] = data.qacc
         if model.nsensor:
             data.qvel[:] = before

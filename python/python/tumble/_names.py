@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterable, List, Mapping, TypeVar, Union
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
 
 from ._tumble import TumbleError, name_hint
 
@@ -12,16 +13,23 @@ _MOST_LISTED = 6
 """Largest number of names in an error message."""
 
 
-def unknown(what: str, name: Any, known: Iterable[str]) -> TumbleError:
+class UnknownName(TumbleError, KeyError):
+    """Error about an unknown name: a TumbleError, and a KeyError for ``except`` and mappings."""
+
+    # A KeyError would quote its message.
+    __str__ = Exception.__str__
+
+
+def unknown(what: str, name: Any, known: Iterable[str]) -> UnknownName:
     """Error about an unknown name of ``what``, with the nearest of the known names."""
     names = list(known)
     listed = ", ".join(names[:_MOST_LISTED]) + (", …" if len(names) > _MOST_LISTED else "")
     hint = name_hint(name, names) if isinstance(name, str) else ""
-    return TumbleError(f"{what} {name!r} is unknown{hint} (known: {listed or 'none'})")
+    return UnknownName(f"{what} {name!r} is unknown{hint} (known: {listed or 'none'})")
 
 
-class ByName(Dict[str, Value]):
-    """Dictionary of ``what`` by name. An unknown name raises TumbleError with the nearest one."""
+class ByName(dict[str, Value]):
+    """Dictionary of ``what`` by name. An unknown name raises an error with the nearest one."""
 
     __slots__ = ("_what",)
 
@@ -33,11 +41,7 @@ class ByName(Dict[str, Value]):
         raise unknown(self._what, name, self)
 
 
-ByJoint = Union[float, Mapping[str, float]]
-"""One number for all joints, or numbers by the joints' names."""
-
-
-def by_name(option: str, given: Any, names: List[str], *, each: bool = False) -> Dict[str, Any]:
+def by_name(option: str, given: Any, names: list[str], *, each: bool = False) -> dict[str, Any]:
     """Values of an option by name. ``given`` has values by name, or is the value of all.
 
     :param each: True if each name needs a value.

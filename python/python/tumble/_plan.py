@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _tumble
 from ._arrays import numbers
 from ._checks import real, tables, whole
-from ._scene import Fields, Scene
+from ._scene import Scene
 from ._toml import document
 from ._tumble import TumbleError
+from ._types import Fields, Floats
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from ._trajectory import Trajectory
-
-    Floats = npt.NDArray[np.float64]
 
 
 MOST_THREADS = 1024
@@ -55,25 +52,25 @@ class Plan:
     """"replayed" if the replay meets all targets, otherwise "missed" or "failed"."""
     reason: str
     """Missed targets and reasons; empty if all targets are met."""
-    controls: "Floats"
+    controls: Floats
     """Variables of the search, in the form of ``start``; ``names`` has their names."""
-    names: List[str]
-    columns: Dict[str, "Floats"]
+    names: list[str]
+    columns: dict[str, Floats]
     """Components of the controls by name, (T,)."""
-    wrenches: "Floats"
+    wrenches: Floats
     """Wrenches of the controls on each body in each step, (T, N, 6), in the form of Simulation.step."""
-    starts: "Floats"
+    starts: Floats
     """States at the start, (N, 13)."""
     cost: float
     effort: float
     """Part of the cost that is effort."""
     residual: float
     """Largest residual of a step, m/s."""
-    miss: Dict[str, Miss]
+    miss: dict[str, Miss]
     """Misses of the targets and path constraints by name."""
-    modes: List[List[Tuple[str, str, int, str]]]
+    modes: list[list[tuple[str, str, int, str]]]
     """Contacts of each step: body, partner, the body's point, and "open", "stick" or "slip"."""
-    stages: List[Dict[str, Any]]
+    stages: list[dict[str, Any]]
     """Result of each stage: name, iterations, runs, message, cost, kept."""
     scene: Scene
     """Scene of the replay, with the plan's starts, constants and loads."""
@@ -85,7 +82,7 @@ class Plan:
         return self.status == "replayed"
 
     @cached_property
-    def run(self) -> "Trajectory":
+    def run(self) -> Trajectory:
         """Trajectory of the replay."""
         return self.scene.run(self.steps)
 
@@ -97,18 +94,18 @@ def plan(
     scene: Scene,
     steps: int,
     controls: Iterable[Fields],
-    target: Union[Fields, Iterable[Fields]],
+    target: Fields | Iterable[Fields],
     *,
-    cost: Optional[Fields] = None,
-    path_constraints: Union[Fields, Iterable[Fields]] = (),
+    cost: Fields | None = None,
+    path_constraints: Fields | Iterable[Fields] = (),
     start: Any = None,
     states: Any = None,
-    stages: Optional[Iterable[str]] = None,
+    stages: Iterable[str] | None = None,
     seed: int = 1,
-    runs: Optional[int] = None,
-    iterations: Optional[int] = None,
-    time: Optional[float] = None,
-    threads: Optional[int] = None,
+    runs: int | None = None,
+    iterations: int | None = None,
+    time: float | None = None,
+    threads: int | None = None,
 ) -> Plan:
     """Searches controls with which ``scene`` meets ``target`` after ``steps`` steps.
 
@@ -138,7 +135,7 @@ def plan(
     paths = (
         [path_constraints] if isinstance(path_constraints, Mapping) else tables("path_constraints", path_constraints)
     )
-    search: Dict[str, Any] = {}
+    search: dict[str, Any] = {}
     if stages is not None:
         names = None if isinstance(stages, str) else stages
         try:
@@ -171,14 +168,9 @@ def plan(
         bodies = len(scene.bodies)
         shapes = [(bodies, 13), (13,)] if bodies == 1 else [(bodies, 13)]
         states = numbers("states", states, *shapes).reshape(bodies, 13)
-    found = _tumble.plan(scene, text, guess, states, time, threads)
+    found = _tumble.plan(scene._core, text, guess, states, time, threads)
     misses = {name: Miss(*rest) for name, *rest in found["misses"]}
     planned = scene._with_model(found["model"], scene.start_index)
     parts = ("status", "reason", "controls", "names", "columns", "wrenches", "starts", "cost")
     others = ("effort", "residual", "modes", "stages")
-    return Plan(
-        **{name: found[name] for name in (*parts, *others)},
-        miss=misses,
-        scene=planned,
-        steps=steps,
-    )
+    return Plan(**{name: found[name] for name in (*parts, *others)}, miss=misses, scene=planned, steps=steps)

@@ -3,36 +3,32 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, List, Optional, Sequence, Tuple, Union
+from typing import Any
 
 from . import _fclib
 from ._arrays import numbers
 from ._checks import real, whole
+from ._core import core_property
 from ._tumble import CoreProblem, TumbleError
+from ._types import Floats, Location
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    Floats = npt.NDArray[np.float64]
-
-RowLaw = Union[str, Tuple[str, float, float]]
-Law = Union[float, Sequence[RowLaw]]
-Path_ = Union[str, "os.PathLike[str]"]
+RowLaw = str | tuple[str, float, float]
+Law = float | Sequence[RowLaw]
 
 
 @dataclass(frozen=True)
 class ContactSolution:
     """Solution of a ``ContactProblem``, or the best point found."""
 
-    impulses: "Floats"
+    impulses: Floats
     """Impulse p of every row, N s. The first row of a contact is the normal one."""
-    velocities: "Floats"
+    velocities: Floats
     """Velocity u of every row, m/s."""
-    body_velocities: "Floats"
+    body_velocities: Floats
     """Velocities v of the global form; empty for the local form."""
     solved: bool
     """True if the residual is at most the requested one."""
@@ -67,6 +63,8 @@ class ContactProblem:
     """
 
     _core: CoreProblem
+    _source: ContactProblem | tuple[Any, ...]
+    """The problem that was made local, or the name and the arguments of a constructor of the core."""
 
     def __init__(
         self,
@@ -78,38 +76,46 @@ class ContactProblem:
         f: Any = None,
         w: Any = None,
         mu: Any = None,
-        laws: Optional[Sequence[Law]] = None,
+        laws: Sequence[Law] | None = None,
         dimension: int = 3,
     ) -> None:
         given = {"W": W, "q": q, "M": M, "H": H, "f": f, "w": w}
         names = tuple(name for name, value in given.items() if value is not None)
         if names not in (("W", "q"), ("M", "H", "f", "w")):
-            raise TumbleError(
-                f"{', '.join(names) or 'nothing'} given; W and q, or M, H, f and w are needed"
-            )
+            raise TumbleError(f"{', '.join(names) or 'nothing'} given; W and q, or M, H, f and w are needed")
         if (mu is None) == (laws is None):
             raise TumbleError("either mu or laws is needed, not both")
         dimension = whole("dimension", dimension, 2, 3)
         groups = _contacts(mu) if laws is None else _groups(laws)
         rows = sum(len(own) if friction is None else dimension for friction, own in groups)
         vectors = {name: numbers(name, given[name], ("n",)) for name in names if name in "qfw"}
+        vectors = {name: vector.copy() for name, vector in vectors.items()}
         if W is not None:
             response = _entries("W", W, (rows, rows))
-            self._core = CoreProblem.local(response, vectors["q"], dimension, groups)
+            self._make("local", response, vectors["q"], dimension, groups)
         else:
             momentum, offset = vectors["f"], vectors["w"]
             mass = _entries("M", M, (len(momentum), len(momentum)))
             directions = _entries("H", H, (len(momentum), rows))
-            self._core = CoreProblem.of_bodies(mass, directions, momentum, offset, dimension, groups)
+            self._make("of_bodies", mass, directions, momentum, offset, dimension, groups)
+
+    def _make(self, form: str, *arguments: Any) -> None:
+        self._core = getattr(CoreProblem, form)(*arguments)
+        self._source = form, *arguments
 
     @classmethod
-    def _of(cls, core: CoreProblem) -> "ContactProblem":
+    def _of(cls, form: str, *arguments: Any) -> ContactProblem:
         problem = cls.__new__(cls)
-        problem._core = core
+        problem._make(form, *arguments)
         return problem
 
+    def __reduce__(self) -> Any:
+        """Pickles a problem as its numbers."""
+        source = self._source
+        return (type(self).to_local, (source,)) if isinstance(source, ContactProblem) else (self._of, source)
+
     @classmethod
-    def read(cls, path: Path_) -> "ContactProblem":
+    def read(cls, path: Location) -> ContactProblem:
         """Reads a file in FCLIB's HDF5 (with h5py) or in Siconos' text format."""
         try:
             content = Path(path).read_bytes()
@@ -120,11 +126,11 @@ class ContactProblem:
             if found is not None:
                 given, laws, dimension = found
                 return cls(**given, laws=laws, dimension=dimension)
-            return cls._of(CoreProblem.from_dat(content.decode()))
+            return cls._of("from_dat", content.decode())
         except (TumbleError, UnicodeDecodeError) as error:
             raise TumbleError(f"{os.fspath(path)}: cannot be read as a contact problem: {error}") from None
 
-    def write(self, path: Path_, solution: Optional[ContactSolution] = None) -> None:
+    def write(self, path: Location, solution: ContactSolution | None = None) -> None:
         """Writes a file in FCLIB's HDF5 or in Siconos' text format.
 
         HDF5 is used if the name ends in .hdf5 or .h5. It can include a ``solution`` of this
@@ -157,9 +163,7 @@ class ContactProblem:
             for own, other in pairs
         )
 
-    def solve(
-        self, *, residual: float = 1e-9, start: Any = None, rule: str = "any"
-    ) -> ContactSolution:
+    def solve(self, *, residual: float = 1e-9, start: Any = None, rule: str = "any") -> ContactSolution:
         """Solves the problem to ``residual`` (m/s), from the impulses ``start`` if not None.
 
         ``rule`` selects among several solutions. "any" takes the first one found. "compliance"
@@ -169,7 +173,7 @@ class ContactProblem:
         first = None if start is None else numbers("start", start, (sum(self.sizes),))
         residual = real("residual", residual)
         if not isinstance(rule, str):
-            raise TumbleError(f"rule is {rule!r}; \"any\" or \"compliance\" is needed")
+            raise TumbleError(f'rule is {rule!r}; "any" or "compliance" is needed')
         arrays, errors, counts, name, selected = self._core.solve(residual, first, rule)
         impulses, velocities, body_velocities = arrays
         return ContactSolution(
@@ -185,37 +189,32 @@ class ContactProblem:
             selected=selected,
         )
 
-    def evaluate(self, impulses: Any) -> Tuple["Floats", "Floats", float, float]:
+    def evaluate(self, impulses: Any) -> tuple[Floats, Floats, float, float]:
         """u, v, the residual (m/s) and the relative error of impulses, as for a solution."""
         arrays, errors = self._core.evaluate(numbers("impulses", impulses, (sum(self.sizes),)))
         return arrays[0], arrays[1], errors[0], errors[1]
 
-    def to_local(self) -> "ContactProblem":
+    def to_local(self) -> ContactProblem:
         """Equivalent problem in the local form: W = H^T M^-1 H, q = H^T M^-1 f + w."""
-        return self._of(self._core.to_local())
+        local = self._of("to_local", self._core)
+        local._source = self
+        return local
+
+    is_local: bool = core_property("is_local", "True for the form W, q; False for M, H, f, w.")
+    sizes: list[int] = core_property("sizes", "Number of rows of every group.")
 
     @property
-    def is_local(self) -> bool:
-        """True for the form W, q; False for M, H, f, w."""
-        return self._core.is_local
-
-    @property
-    def sizes(self) -> List[int]:
-        """Number of rows of every group."""
-        return self._core.sizes
-
-    @property
-    def mu(self) -> "Floats":
+    def mu(self) -> Floats:
         """Coefficient of every contact; NaN for groups that are not contacts."""
         import numpy as np
 
         return np.array([np.nan if mu is None else mu for mu in self._core.friction])
 
-    def entries(self, name: str) -> Tuple[int, int, List[int], List[int], "Floats"]:
+    def entries(self, name: str) -> tuple[int, int, list[int], list[int], Floats]:
         """Numbers of rows and columns of W, M or H, then row, column and value of each entry."""
         return self._core.entries(name)
 
-    def matrix(self, name: str) -> "Floats":
+    def matrix(self, name: str) -> Floats:
         """W, M or H as a dense array."""
         import numpy as np
 
@@ -224,7 +223,7 @@ class ContactProblem:
         dense[at, along] = values
         return dense
 
-    def vector(self, name: str) -> "Floats":
+    def vector(self, name: str) -> Floats:
         """Vector q, f or w."""
         return self._core.vector(name)
 
@@ -233,25 +232,23 @@ class ContactProblem:
         return f"<tumble.ContactProblem: {form}, {len(self.sizes)} groups, {sum(self.sizes)} rows>"
 
 
-def _contacts(mu: Any) -> List[Tuple[Optional[float], List[Tuple[str, float, float]]]]:
+def _contacts(mu: Any) -> list[tuple[float | None, list[tuple[str, float, float]]]]:
     return [(float(value), []) for value in numbers("mu", mu, ("n",))]
 
 
-def _groups(laws: Any) -> List[Tuple[Optional[float], List[Tuple[str, float, float]]]]:
+def _groups(laws: Any) -> list[tuple[float | None, list[tuple[str, float, float]]]]:
     try:
         return [_group(law) for law in laws]
     except TypeError:
-        raise TumbleError(
-            f"laws is {laws!r}; a list is needed, with coefficients or lists of rows"
-        ) from None
+        raise TumbleError(f"laws is {laws!r}; a list is needed, with coefficients or lists of rows") from None
 
 
-def _group(law: Any) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
+def _group(law: Any) -> tuple[float | None, list[tuple[str, float, float]]]:
     if isinstance(law, Real):
         return float(law), []
     if isinstance(law, str):
         raise TumbleError(f"laws: {law!r} is not a group; a list of rows is needed, for example [{law!r}]")
-    rows: List[Tuple[str, float, float]] = []
+    rows: list[tuple[str, float, float]] = []
     for row in law:
         if isinstance(row, str):
             if row == "box":
@@ -264,20 +261,20 @@ def _group(law: Any) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
     return None, rows
 
 
-def _entries(
-    name: str, value: Any, wanted: Tuple[int, int]
-) -> Tuple[int, int, List[int], List[int], "Floats"]:
+def _entries(name: str, value: Any, wanted: tuple[int, int]) -> tuple[int, int, list[int], list[int], Floats]:
     """Rows, columns and entries of a dense or sparse matrix of the shape ``wanted``."""
     import numpy as np
 
     if hasattr(value, "tocoo"):
         sparse = value.tocoo()
-        values = numbers(name, sparse.data, ("n",))
+        values = numbers(name, sparse.data, ("n",)).copy()
         rows, columns = (whole(f"{name}: a size of its shape", size, 0) for size in sparse.shape)
         at, along = (np.asarray(places) for places in (sparse.row, sparse.col))
         for places in (at, along):
             if places.shape != values.shape or (places.size and places.dtype.kind not in "iu"):
-                raise TumbleError(f"{name}: a row and a column, whole numbers, are needed for each of its {values.size} entries")
+                raise TumbleError(
+                    f"{name}: a row and a column, whole numbers, are needed for each of its {values.size} entries"
+                )
             if places.size and places.min() < 0:
                 raise TumbleError(f"{name}: an entry is at {places.min()}; 0 or more is needed")
     else:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import sys
-from typing import Callable, Optional, Union
+from collections.abc import Callable
 
-Progress = Union[bool, Callable[[int, int], object]]
-"""Callback for the steps done and all steps, about ten times per second. True writes them to stderr."""
+from ._types import Progress
 
 
-def callback(progress: Progress) -> Optional[Callable[[int, int], object]]:
+def callback(progress: Progress) -> Callable[[int, int], object] | None:
     if progress is True:
         return _written
     return progress or None

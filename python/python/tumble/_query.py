@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._arrays import numbers
 from ._checks import name_list
 from ._toml import document
 from ._tumble import TumbleError
+from ._types import Floats
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
-
-    Floats = npt.NDArray[np.float64]
 
 
 class RayHit(NamedTuple):
@@ -24,9 +24,9 @@ class RayHit(NamedTuple):
     """Name of the body or fixed piece, or "ground"."""
     distance: float
     """Distance from the origin of the ray, m."""
-    point: "Floats"
+    point: Floats
     """Point of the hit, m, world: (3,)."""
-    normal: "Floats"
+    normal: Floats
     """Outward unit normal of the surface, world: (3,). Opposite to a ray that starts inside."""
     inside: bool
     """True if the ray starts inside the object."""
@@ -35,15 +35,15 @@ class RayHit(NamedTuple):
 class RayHits(NamedTuple):
     """Nearest hits of R rays."""
 
-    owners: Tuple[Optional[str], ...]
+    owners: tuple[str | None, ...]
     """Names of the objects, "ground", or None for a ray that hits nothing: R."""
-    distances: "Floats"
+    distances: Floats
     """Distances from the origins, m: (R,). Infinite without a hit."""
-    points: "Floats"
+    points: Floats
     """Points of the hits, m, world: (R, 3). NaN without a hit."""
-    normals: "Floats"
+    normals: Floats
     """Outward unit normals, world: (R, 3). NaN without a hit."""
-    inside: "npt.NDArray[np.bool_]"
+    inside: npt.NDArray[np.bool_]
     """True for rays that start inside an object: (R,)."""
 
 
@@ -52,9 +52,9 @@ class Distance(NamedTuple):
 
     distance: float
     """Distance, m. Negative for an overlap: minus the shortest translation that separates it."""
-    points: "Floats"
+    points: Floats
     """Closest points of the first and the second object, m, world: (2, 3)."""
-    normal: "Floats"
+    normal: Floats
     """Unit vector from the first to the second object, world: (3,)."""
 
 
@@ -81,14 +81,12 @@ class Queries:
 
     __slots__ = ()
 
+    _core: Any
+    """The compiled part."""
+
     def cast_ray(
-        self,
-        origin: Any,
-        direction: Any,
-        *,
-        max_distance: float = float("inf"),
-        ignore: Iterable[str] = (),
-    ) -> Optional[RayHit]:
+        self, origin: Any, direction: Any, *, max_distance: float = float("inf"), ignore: Iterable[str] = ()
+    ) -> RayHit | None:
         """Nearest hit of a ray, or None.
 
         ``origin`` (3,) is in m, world. ``direction`` (3,) has any length except 0.
@@ -101,23 +99,13 @@ class Queries:
         return _rows(hits)[0] if hits.owners[0] is not None else None
 
     def cast_ray_all(
-        self,
-        origin: Any,
-        direction: Any,
-        *,
-        max_distance: float = float("inf"),
-        ignore: Iterable[str] = (),
-    ) -> List[RayHit]:
+        self, origin: Any, direction: Any, *, max_distance: float = float("inf"), ignore: Iterable[str] = ()
+    ) -> list[RayHit]:
         """Hits of a ray with all objects, one for each object, by distance: see cast_ray."""
         return _rows(self._hits(origin, direction, (3,), max_distance, ignore, True))
 
     def cast_rays(
-        self,
-        origins: Any,
-        directions: Any,
-        *,
-        max_distance: float = float("inf"),
-        ignore: Iterable[str] = (),
+        self, origins: Any, directions: Any, *, max_distance: float = float("inf"), ignore: Iterable[str] = ()
     ) -> RayHits:
         """Nearest hits of R rays: see cast_ray.
 
@@ -137,11 +125,11 @@ class Queries:
         Of several pieces, the nearest or deepest pair counts. Of several closest points, as between
         parallel faces, one is returned.
         """
-        return Distance(*self._core().between(_name(first), _name(second)))
+        return Distance(*self._core.between(_name(first), _name(second)))
 
     def overlaps(
         self, piece: Mapping[str, Any], *, within: float = 0.0, ignore: Iterable[str] = ()
-    ) -> Dict[str, float]:
+    ) -> dict[str, float]:
         """Objects that overlap or touch a piece: signed distances (m) by name.
 
         ``piece`` has the fields of a piece in a scenario file, in the world frame, for example
@@ -151,16 +139,16 @@ class Queries:
         if not isinstance(piece, Mapping):
             raise TumbleError(f"piece is {piece!r}; a dictionary is needed")
         path = self._folder()
-        near = self._core().near(document(piece), path, _metres("within", within), name_list("ignore", ignore))
+        near = self._core.near(document(piece), path, _metres("within", within), name_list("ignore", ignore))
         return dict(near)
 
-    def pairs_within(self, distance: float, *, excluded: bool = False) -> List[PairDistance]:
+    def pairs_within(self, distance: float, *, excluded: bool = False) -> list[PairDistance]:
         """Pairs of a body and another object that are at most ``distance`` (m) apart.
 
         Pairs that cannot touch, such as bodies that a joint connects, are left out unless
         ``excluded`` is True.
         """
-        pairs = self._core().near_pairs(_metres("distance", distance), bool(excluded))
+        pairs = self._core.near_pairs(_metres("distance", distance), bool(excluded))
         return [PairDistance(*pair) for pair in pairs]
 
     def _hits(
@@ -169,19 +157,15 @@ class Queries:
         names = ("origin", "direction") if len(shape) == 1 else ("origins", "directions")
         rays = [numbers(name, value, shape) for name, value in zip(names, (origins, directions))]
         most = _metres("max_distance", most)
-        owners, *columns = self._core().hits(*rays, most, name_list("ignore", ignore), all_)
+        owners, *columns = self._core.hits(*rays, most, name_list("ignore", ignore), all_)
         return RayHits(tuple(owners), *columns)
-
-    def _core(self) -> Any:
-        """This object with the methods of the compiled part."""
-        return self
 
     def _folder(self) -> Path:
         """Path that meshes are relative to."""
         raise NotImplementedError
 
 
-def _rows(hits: RayHits) -> List[RayHit]:
+def _rows(hits: RayHits) -> list[RayHit]:
     rows = zip(hits.owners, hits.distances, hits.points, hits.normals, hits.inside)
     return [
         RayHit(owner or "", float(distance), point, normal, bool(inside))

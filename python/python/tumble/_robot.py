@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from math import inf
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+from operator import getitem
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ._arrays import numbers
+from ._arrays import numbers, quaternion
 from ._checks import name_list, pandas, real, whole
-from ._names import ByJoint, by_name, unknown
+from ._core import core_property
+from ._names import by_name, unknown
 from ._tumble import CoreRobot, TumbleError
+from ._types import ByJoint, Floats
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ._arrays import Floats
     from ._scene import Scene
     from ._simulation import Simulation
     from ._trajectory import Trajectory
@@ -22,39 +25,39 @@ if TYPE_CHECKING:
 class Links(NamedTuple):
     """Motion of the L links of a robot, the world first."""
 
-    positions: "Floats"
+    positions: Floats
     """Positions of the links' origins, m, world: (L, 3)."""
-    attitudes: "Floats"
+    attitudes: Floats
     """Attitudes w, x, y, z, link to world: (L, 4)."""
-    velocities: "Floats"
+    velocities: Floats
     """Velocities of the links' origins, m/s, world: (L, 3)."""
-    spins: "Floats"
+    spins: Floats
     """Spins, rad/s, world: (L, 3)."""
 
 
 class Site(NamedTuple):
     """Motion of a frame on a link."""
 
-    position: "Floats"
+    position: Floats
     """Position, m, world: (3,)."""
-    attitude: "Floats"
+    attitude: Floats
     """Attitude w, x, y, z, site to world: (4,)."""
-    velocity: "Floats"
+    velocity: Floats
     """Velocity of the origin, m/s, world: (3,)."""
-    spin: "Floats"
+    spin: Floats
     """Spin, rad/s, world: (3,)."""
 
 
 class Inertial(NamedTuple):
     """Readings of an inertial measurement unit."""
 
-    gyroscope: "Floats"
+    gyroscope: Floats
     """Spin, rad/s, site frame: (3,)."""
-    accelerometer: "Floats"
+    accelerometer: Floats
     """Mean acceleration over a step minus gravity, m/s², site frame: (3,). It is g upwards at rest."""
 
 
-def _locked(values: "Floats") -> "Floats":
+def _locked(values: Floats) -> Floats:
     """Read-only copy of an array."""
     copy = values.copy()
     copy.setflags(write=False)
@@ -77,35 +80,31 @@ def _above_zero(name: str, value: float) -> float:
     return value
 
 
-def _checked(option: str, given: ByJoint, names: List[str], check: Callable[[str, float], float]) -> Dict[str, float]:
+def _checked(option: str, given: ByJoint, names: list[str], check: Callable[[str, float], float]) -> dict[str, float]:
     """Numbers of an option by name, checked."""
     each = by_name(option, given, names, each=option != "most").items()
     return {name: check(f"{option} of {name}" if isinstance(given, Mapping) else option, value) for name, value in each}
 
 
 def _gains(
-    names: List[str], stiffness: ByJoint, damping: ByJoint, most: Optional[ByJoint]
-) -> Tuple[Dict[str, float], Dict[str, float], Dict[str, float]]:
+    names: list[str], stiffness: ByJoint, damping: ByJoint, most: ByJoint | None
+) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
     """Stiffness, damping and given force limits of motors by name."""
     limits = {} if most is None else _checked("most", most, names, _from_zero)
     return _checked("stiffness", stiffness, names, _above_zero), _checked("damping", damping, names, _from_zero), limits
 
 
 def position_motors(
-    scene: "Scene",
-    stiffness: ByJoint,
-    damping: ByJoint,
-    most: Optional[ByJoint],
-    joints: Optional[Iterable[str]],
-) -> List[Tuple[int, int, float, float, float, float]]:
+    scene: Scene, stiffness: ByJoint, damping: ByJoint, most: ByJoint | None, joints: Iterable[str] | None
+) -> list[tuple[int, int, float, float, float, float]]:
     """Position motors of slides and hinges at the scene's start.
 
     Each has joint, axis, target, stiffness, damping and force limit.
     """
-    found: Dict[str, Tuple[Tuple[int, int], float, Optional[float]]] = {}
+    found: dict[str, tuple[tuple[int, int], float, float | None]] = {}
     wanted = None if joints is None else name_list("joints", joints)
     for index in range(len(scene.robots)):
-        robot = CoreRobot(scene, index)
+        robot = CoreRobot(scene._core, index)
         for number, (name, _, at, _, reference) in enumerate(robot.joint_list):
             name, axis, effort = robot.prefix + name, robot.axis(number), robot.bounds(number)[1]
             is_default = wanted is None and number not in robot.followers
@@ -139,29 +138,33 @@ class RobotJoint:
     # Slots refuse mistyped names.
     __slots__ = (
         *("name", "range", "place", "_stiffness", "_damping", "_limit"),
-        *("_robot", "_axis", "_rate", "_reference", "_target"),
+        *("_robot", "_axis", "_rate", "_reference", "_target", "_effort"),
     )
 
     name: str
     """Name in the file."""
-    range: Optional[Tuple[float, float]]
+    range: tuple[float, float] | None
     """Limits of the coordinate, or None."""
     place: int
     """Index of its coordinate in ``robot.q``."""
 
-    def __init__(self, robot: "Robot", index: int) -> None:
-        name, _, at, rate, reference = robot.joint_list[index]
-        axis = robot.axis(index)
+    def __init__(self, robot: Robot, index: int) -> None:
+        name, _, at, rate, reference = robot._core.joint_list[index]
+        axis = robot._core.axis(index)
         if axis is None:
             raise TumbleError(f"joint: {name!r} is not a slide or hinge")
-        limits, effort = robot.bounds(index)
+        limits, self._effort = robot._core.bounds(index)
         self.name = name
         self.range = None if limits is None else (limits[0], limits[1])
-        self._stiffness, self._damping = 0.0, 0.0
-        self._limit = None if effort is None else min(-effort[0], effort[1])
         self._robot, self._axis = robot, axis
         self.place, self._rate, self._reference = at, rate, reference
-        self._target: Optional[float] = None
+        self._reset()
+
+    def _reset(self) -> None:
+        """Sets gains, force limit and target as at the start."""
+        self._stiffness, self._damping = 0.0, 0.0
+        self._limit = None if self._effort is None else min(-self._effort[0], self._effort[1])
+        self._target: float | None = None
 
     @property
     def stiffness(self) -> float:
@@ -182,12 +185,12 @@ class RobotJoint:
         self._damping = _from_zero(f"damping of {self.name}", damping)
 
     @property
-    def most(self) -> Optional[float]:
+    def most(self) -> float | None:
         """Force limit of its motors, from the file, or None."""
         return self._limit
 
     @most.setter
-    def most(self, most: Optional[float]) -> None:
+    def most(self, most: float | None) -> None:
         self._limit = None if most is None else _from_zero(f"most of {self.name}", most)
 
     @property
@@ -201,13 +204,13 @@ class RobotJoint:
         return float(self._robot.v[self._rate])
 
     @property
-    def target(self) -> Optional[float]:
+    def target(self) -> float | None:
         """Target coordinate of its motor; None without one."""
         return self._target
 
     @target.setter
-    def target(self, target: Optional[float]) -> None:
-        put = self._robot.simulation.put_motor
+    def target(self, target: float | None) -> None:
+        put = self._robot.simulation._core.put_motor
         if target is None:
             put(*self._axis, None, None, 0.0, 0.0, 0.0)
         elif not self.stiffness > 0.0:
@@ -218,34 +221,38 @@ class RobotJoint:
         self._target = None if target is None else float(target)
 
     @property
-    def _motor(self) -> List[Optional[float]]:
+    def _motor(self) -> list[float | None]:
         """Stiffness, damping, force limit and target of its motor."""
         return [self.stiffness, self.damping, self.most, self._target]
 
     @_motor.setter
-    def _motor(self, motor: List[Any]) -> None:
+    def _motor(self, motor: list[Any]) -> None:
         self._stiffness, self._damping, self._limit, self._target = motor
 
-    def hold_speed(self, speed: float, most: Optional[float] = None) -> None:
+    def hold_speed(self, speed: float, most: float | None = None) -> None:
         """Sets a speed motor with the force limit ``most``, by default the one of the file."""
         most = self._most(self.most if most is None else most)
-        self._robot.simulation.put_motor(*self._axis, speed, None, 0.0, 0.0, most)
+        self._robot.simulation._core.put_motor(*self._axis, speed, None, 0.0, 0.0, most)
         self._target = None
 
-    def _most(self, most: Optional[float]) -> float:
+    def _most(self, most: float | None) -> float:
         if most is None:
             raise TumbleError(f"most of {self.name}, the force limit of its motor, is needed; set it first")
         return most
 
     def set_force(self, force: float) -> None:
         """Sets the constant force (N) or torque (N m) along the joint for the following steps."""
-        self._robot.simulation.put_force(*self._axis, force)
+        self._robot.simulation._core.put_force(*self._axis, force)
+
+    def __reduce__(self) -> Any:
+        """Pickles a joint as a part of its robot."""
+        return getitem, (self._robot, self.name)
 
     def __repr__(self) -> str:
         return f"<joint {self.name!r} at {self.coordinate:.6g}>"
 
 
-class Robot(CoreRobot):
+class Robot:
     """Robot of a simulation: ``simulation.robot``, or ``simulation.robots["prefix"]``.
 
     Coordinates q and rates v are ordered by joint as in MuJoCo:
@@ -264,31 +271,60 @@ class Robot(CoreRobot):
         simulation.step()
     """
 
-    __slots__ = ("simulation", "_near", "_controls", "_handles", "__weakref__")
+    __slots__ = ("simulation", "_core", "_near", "_controls", "_handles", "__weakref__")
 
-    simulation: "Simulation"
+    simulation: Simulation
     """Simulation of the robot."""
-    _near: "Floats"
-    _controls: "Floats"
-    _handles: Dict[str, RobotJoint]
+    _near: Floats
+    _controls: Floats
 
-    def __new__(cls, simulation: "Simulation", index: int) -> "Robot":
-        self = super().__new__(cls, simulation.scene, index)
+    def __init__(self, simulation: Simulation, index: int) -> None:
         self.simulation = simulation
-        self._near = self.start
-        self._handles = {}
-        self._controls = _locked(self.first_controls)
-        return self
+        self._core = CoreRobot(simulation.scene._core, index)
+        self._handles: dict[str, RobotJoint] = {}
+        self._reset()
+
+    def _reset(self) -> None:
+        """Sets the data beyond the simulation's own as at the start."""
+        self._near = self._core.start
+        self._controls = _locked(self._core.first_controls)
+        for joint in self._handles.values():
+            joint._reset()
+
+    name: str = core_property("name", "Name in its file.")
+    prefix: str = core_property("prefix", "Prefix of its names in the scene.")
+    notes: list[str] = core_property("notes", "Contents of its file that are ignored.")
+    links: list[str] = core_property("links", "Names of its links, the world first.")
+    bodies: list[int | None] = core_property("bodies", "Index of the scene's body of each link; None for fixed links.")
+    actuators: list[str] = core_property("actuators", "Names of its actuators.")
+    control_ranges: list[list[float] | None] = core_property(
+        "control_ranges", "Control ranges of its actuators; None for unlimited ones."
+    )
+    start: Floats = core_property("start", "Initial coordinates: (Q,).")
+    counts: tuple[int, int] = core_property("counts", "Numbers of coordinates Q and rates V.")
 
     @property
-    def joints(self) -> List[str]:
+    def joints(self) -> list[str]:
         """Names of its joints, in the order of its coordinates."""
-        return [joint[0] for joint in self.joint_list]
+        return [joint[0] for joint in self._core.joint_list]
 
     @property
-    def slides_and_hinges(self) -> List[RobotJoint]:
+    def joint_types(self) -> list[str]:
+        """Types of its joints: "free", "ball", "slide" or "hinge"."""
+        return [joint[1] for joint in self._core.joint_list]
+
+    def lowest(self, q: Any, v: Any = None) -> float:
+        """Height of the lowest body of the simulation above the ground with the robot at ``q``, m."""
+        return self._core.lowest(self._placed(q, v))
+
+    def _placed(self, q: Any, v: Any) -> Floats:
+        """States of the simulation with the robot at other coordinates and rates."""
+        return self._core.placed(*self._given(q, v), self.simulation.states)
+
+    @property
+    def slides_and_hinges(self) -> list[RobotJoint]:
         """Joints with one coordinate."""
-        one = [joint[0] for joint in self.joint_list if joint[1] in ("slide", "hinge")]
+        one = [joint[0] for joint in self._core.joint_list if joint[1] in ("slide", "hinge")]
         return [self[name] for name in one]
 
     def __getitem__(self, name: str) -> RobotJoint:
@@ -299,9 +335,7 @@ class Robot(CoreRobot):
             self._handles[name] = RobotJoint(self, names.index(name))
         return self._handles[name]
 
-    def set_gains(
-        self, *, stiffness: ByJoint, damping: ByJoint = 0.0, most: Optional[ByJoint] = None
-    ) -> None:
+    def set_gains(self, *, stiffness: ByJoint, damping: ByJoint = 0.0, most: ByJoint | None = None) -> None:
         """Sets stiffness, damping and force limit of all slides and hinges.
 
         Each is one number for all, or numbers by the joints' names. The gains apply from the next
@@ -317,7 +351,7 @@ class Robot(CoreRobot):
             joint.most = limits.get(joint.name, joint.most)
 
     @property
-    def _kept(self) -> Dict[str, Any]:
+    def _kept(self) -> dict[str, Any]:
         """Data beyond the simulation's own, for JSON.
 
         It has the last joint coordinates, the controls, and the motors by joint.
@@ -325,20 +359,20 @@ class Robot(CoreRobot):
         motors = {name: joint._motor for name, joint in self._handles.items()}
         return {"near": self._near.tolist(), "controls": self._controls.tolist(), "motors": motors}
 
-    def _keep(self, kept: Dict[str, Any]) -> None:
+    def _keep(self, kept: dict[str, Any]) -> None:
         """Restores the data ``kept`` of another robot. The simulation already has the motors."""
         self._near = numbers("near", kept["near"], self._near.shape)
         self._controls = _locked(numbers("controls", kept["controls"], self._controls.shape))
         for name, motor in kept["motors"].items():
             self[name]._motor = motor
 
-    def _now(self) -> Tuple["Floats", "Floats"]:
-        q, v = self.simulation.coordinates_of(self, self._near)
+    def _now(self) -> tuple[Floats, Floats]:
+        q, v = self.simulation._core.coordinates_of(self._core, self._near)
         self._near = q
         return q, v
 
     @property
-    def q(self) -> "Floats":
+    def q(self) -> Floats:
         """Current coordinates, (Q,).
 
         Hinge angles include full turns, as in the simulation and its motors.
@@ -350,7 +384,7 @@ class Robot(CoreRobot):
         self.set(q, self.v)
 
     @property
-    def v(self) -> "Floats":
+    def v(self) -> Floats:
         """Current rates, (V,)."""
         return self._now()[1]
 
@@ -364,45 +398,41 @@ class Robot(CoreRobot):
         The simulation then counts the turns of hinges from the angles nearest to the previous
         ones.
         """
-        positions, rates = self.counts
-        q = numbers("q", q, (positions,))
-        v = numbers("v", [0.0] * rates if v is None else v, (rates,))
-        self.simulation.states = self.placed(q, v, self.simulation.states)
+        q, v = self._given(q, v)
+        self.simulation.states = self._core.placed(q, v, self.simulation.states)
         self._near = q
 
     @property
     def links_now(self) -> Links:
         """Current motion of its links."""
-        return Links(*self.moving(self.simulation.states))
+        return Links(*self._core.moving(self.simulation.states))
 
     def kinematics(self, q: Any, v: Any = None) -> Links:
         """Motion of its links at other coordinates and rates."""
-        return Links(*self.forward(*self._given(q, v)))
+        return Links(*self._core.forward(*self._given(q, v)))
 
-    def mass_matrix(self, q: Any = None) -> "Floats":
+    def mass_matrix(self, q: Any = None) -> Floats:
         """Mass matrix (V, V) including armatures, at coordinates ``q`` or the current ones."""
-        return self.masses(self._given(q, None)[0])
+        return self._core.masses(self._given(q, None)[0])
 
-    def bias_forces(self, q: Any = None, v: Any = None) -> "Floats":
+    def bias_forces(self, q: Any = None, v: Any = None) -> Floats:
         """Bias forces (V,) of the equation of motion, including gravity.
 
         M dv/dt equals the applied generalised forces minus these.
         """
         if q is None and v is None:
-            return self.biases(*self._now())
-        return self.biases(*self._given(q, v))
+            return self._core.biases(*self._now())
+        return self._core.biases(*self._given(q, v))
 
-    def jacobian(
-        self, link: Union[int, str], point: Any = (0.0, 0.0, 0.0), q: Any = None
-    ) -> Tuple["Floats", "Floats"]:
+    def jacobian(self, link: int | str, point: Any = (0.0, 0.0, 0.0), q: Any = None) -> tuple[Floats, Floats]:
         """Jacobians (3, V) of a point's position and of its link's rotation.
 
         ``point`` is in the link frame, m.
         """
         x, y, z = (float(x) for x in numbers("point", point, (3,)))
-        return self.jacobians(self.link(link), [x, y, z], self._given(q, None)[0])
+        return self._core.jacobians(self._link(link), [x, y, z], self._given(q, None)[0])
 
-    def link(self, name: Union[int, str]) -> int:
+    def _link(self, name: int | str) -> int:
         """Index of a link."""
         links = self.links
         if isinstance(name, str):
@@ -411,13 +441,13 @@ class Robot(CoreRobot):
             return links.index(name)
         return whole("link", name, 0, len(links) - 1)
 
-    def _given(self, q: Any, v: Any) -> Tuple["Floats", "Floats"]:
+    def _given(self, q: Any, v: Any) -> tuple[Floats, Floats]:
         positions, rates = self.counts
         q = self.q if q is None else numbers("q", q, (positions,))
         return q, numbers("v", [0.0] * rates if v is None else v, (rates,))
 
     @property
-    def controls(self) -> "Floats":
+    def controls(self) -> Floats:
         """Controls of its actuators, (A,), in the order of the file.
 
         Setting them replaces all other motors of the actuated joints by the file's actuators. The
@@ -428,36 +458,57 @@ class Robot(CoreRobot):
     @controls.setter
     def controls(self, controls: Any) -> None:
         controls = numbers("controls", controls, (len(self.actuators),))
-        self.simulation.put_controls(self, controls)
+        self.simulation._core.put_controls(self._core, controls)
         self._controls = _locked(controls)
 
     @property
-    def sites(self) -> Dict[str, Tuple[str, List[float], List[float]]]:
+    def targets(self) -> Floats:
+        """Target of each of ``slides_and_hinges``; NaN without one."""
+        import numpy as np
+
+        return np.array([np.nan if joint.target is None else joint.target for joint in self.slides_and_hinges])
+
+    @targets.setter
+    def targets(self, targets: Any) -> None:
+        joints = self.slides_and_hinges
+        for joint, target in zip(joints, numbers("targets", targets, (len(joints),))):
+            joint.target = target
+
+    @property
+    def torques(self) -> Floats:
+        """Force (N) or torque (N m) along each of ``slides_and_hinges`` over the last step.
+
+        It is the sum of motor, spring, damping, friction, stop and constant force.
+        """
+        import numpy as np
+
+        columns = self.simulation._core.joint_columns
+        drives = np.concatenate([columns["force"], columns["torque"]], axis=1)
+        found: Floats = drives[tuple(np.transpose([joint._axis for joint in self.slides_and_hinges]))]
+        return found
+
+    @property
+    def sites(self) -> dict[str, tuple[str, list[float], list[float]]]:
         """Sites of an MJCF file by name: link, point (m) and attitude (w, x, y, z).
 
         ``robot.imu(*robot.sites["imu"])`` reads the sensors at a site.
         """
         links = self.links
-        return {name: (links[link], point, attitude) for name, (link, point, attitude) in self.site_list}
+        return {name: (links[link], point, attitude) for name, (link, point, attitude) in self._core.site_list}
 
     def site(
-        self,
-        link: Union[int, str],
-        point: Any = (0.0, 0.0, 0.0),
-        attitude: Any = (1.0, 0.0, 0.0, 0.0),
-        *,
-        states: Any = None,
+        self, link: int | str, point: Any = (0.0, 0.0, 0.0), attitude: Any = (1.0, 0.0, 0.0, 0.0), *, states: Any = None
     ) -> Site:
         """Motion of a site: a frame at a point of a link (m) with an attitude (w, x, y, z).
 
         It is the current motion, or the motion for the scene's body states ``states`` (N, 13).
         """
         states = self.simulation.states if states is None else self._states("states", states)
-        return Site(*self.site_motion(self._site(link, point, attitude), states))
+        return Site(*self._core.site_motion(self._site(link, point, attitude), states))
 
     def imu(
         self,
-        link: Union[int, str],
+        link: int | str,
         point: Any = (0.0, 0.0, 0.0),
         attitude: Any = (1.0, 0.0, 0.0, 0.0),
         *,
@@ -475,20 +526,15 @@ class Robot(CoreRobot):
         if (before is None) != (after is None):
             raise TumbleError("before and after: the states of both are needed, or none")
         if before is None:
-            last = self.simulation.last_states
+            last = self.simulation._core.last_states
             if last is None:
                 raise TumbleError("imu: no step was taken yet; give before and after")
             before, after = last
         before, after = self._states("before", before), self._states("after", after)
-        return Inertial(*self.site_inertial(self._site(link, point, attitude), before, after))
+        return Inertial(*self._core.site_inertial(self._site(link, point, attitude), before, after))
 
     def touch(
-        self,
-        link: Union[int, str],
-        partner: Optional[str] = None,
-        *,
-        point: Any = None,
-        radius: Optional[float] = None,
+        self, link: int | str, partner: str | None = None, *, point: Any = None, radius: float | None = None
     ) -> float:
         """Sum of the normal forces of the last step on a link and on links fixed to it, N.
 
@@ -504,9 +550,9 @@ class Robot(CoreRobot):
             if size <= 0.0:
                 raise TumbleError(f"radius is {size}; a number above 0 is needed")
             within = ([x, y, z], size)
-        return self.simulation.touched(self, self.link(link), partner, within)
+        return self.simulation._core.touched(self._core, self._link(link), partner, within)
 
-    def to_pandas(self, run: "Trajectory") -> "pd.DataFrame":
+    def to_pandas(self, run: Trajectory) -> pd.DataFrame:
         """Coordinates and rates of a run of its scene, one row per state.
 
         Columns are k, time_s, and for every slide and hinge NAME (m or rad, including full
@@ -518,15 +564,15 @@ class Robot(CoreRobot):
         pd = pandas()
         q, v, near = [], [], self.start
         for states in run.states:
-            near, rates = self.coordinates(np.ascontiguousarray(states), near)
+            near, rates = self._core.coordinates(np.ascontiguousarray(states), near)
             q.append(near)
             v.append(rates)
         places, rates_of = ("x", "y", "z"), ("vx", "vy", "vz")
         turns, spins = ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz")
         words = {"free": (places + turns, rates_of + spins), "ball": (turns, spins)}
-        table: Dict[str, Any] = {"k": run._steps["k"], "time_s": run.time}
+        table: dict[str, Any] = {"k": run._steps["k"], "time_s": run.time}
         all_q, all_v = np.array(q), np.array(v)
-        for name, kind, at, rate, _ in self.joint_list:
+        for name, kind, at, rate, _ in self._core.joint_list:
             if kind in words:
                 for first, numbers_of, parts in zip((at, rate), (all_q, all_v), words[kind]):
                     table.update({f"{name}.{part}": numbers_of[:, first + i] for i, part in enumerate(parts)})
@@ -534,15 +580,15 @@ class Robot(CoreRobot):
                 table[name], table[f"{name}.rate"] = all_q[:, at], all_v[:, rate]
         return pd.DataFrame(table)
 
-    def _site(self, link: Union[int, str], point: Any, attitude: Any) -> Tuple[int, List[float], List[float]]:
+    def _site(self, link: int | str, point: Any, attitude: Any) -> tuple[int, list[float], list[float]]:
         place = [float(x) for x in numbers("point", point, (3,))]
-        return self.link(link), place, [float(x) for x in numbers("attitude", attitude, (4,))]
+        return self._link(link), place, [float(x) for x in numbers("attitude", quaternion(attitude), (4,))]
 
-    def _states(self, name: str, states: Any) -> "Floats":
+    def _states(self, name: str, states: Any) -> Floats:
         return numbers(name, states, (len(self.simulation.bodies), 13))
 
     @property
-    def contact_forces(self) -> Dict[Tuple[str, str], "Floats"]:
+    def contact_forces(self) -> dict[tuple[str, str], Floats]:
         """Contact forces of the last step, (3,), N, world, by pairs of names.
 
         The force acts on the first object of the pair, which belongs to this robot: a body, or
@@ -553,8 +599,8 @@ class Robot(CoreRobot):
 
         scene, contacts = self.simulation.scene, self.simulation.contacts
         own = {scene.bodies[body] for body in self.bodies if body is not None}
-        own.update(scene.fixed[piece] for pieces in self.pieces[1:] for piece in pieces)
-        forces: Dict[Tuple[str, str], Any] = {}
+        own.update(scene.fixed[piece] for pieces in self._core.pieces[1:] for piece in pieces)
+        forces: dict[tuple[str, str], Any] = {}
         for body, other, force in zip(contacts["body"], contacts["partner"], contacts["force"]):
             name = scene.bodies[body]
             for pair, part in (((name, other), force), ((other, name), -force)):
@@ -562,6 +608,14 @@ class Robot(CoreRobot):
                     forces[pair] = forces.get(pair, np.zeros(3)) + part
         return forces
 
+    def __reduce__(self) -> Any:
+        """Pickles a robot as a part of its simulation."""
+        return _robot_of, (self.simulation, self.prefix)
+
     def __repr__(self) -> str:
         positions, rates = self.counts
         return f"<tumble.Robot {self.name!r}: {positions} coordinates, {rates} rates>"
+
+
+def _robot_of(simulation: Simulation, prefix: str) -> Robot:
+    return simulation.robots[prefix]

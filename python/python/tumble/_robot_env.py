@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable, Mapping
 from math import isfinite
-from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple, Union
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -16,18 +16,17 @@ from gymnasium.vector.utils import batch_space
 from ._actions import Actions, Range
 from ._arrays import numbers
 from ._checks import real, whole
-from ._names import ByJoint
 from ._robot import Robot
 from ._rollout import threads_of
 from ._scene import Scene, load
 from ._simulation import Simulation
 from ._starts import place
 from ._tumble import TumbleError, step_all
+from ._types import ByJoint, Floats, Location
 from ._window import Window
 
-Floats = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
-Info = Dict[str, Any]
+Info = dict[str, Any]
 
 EPISODE = 1000
 """Steps of an environment until an episode is truncated."""
@@ -60,8 +59,8 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         range, and an invalid file.
     """
 
-    metadata: Dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 50}
-    up: Optional[int] = None
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 50}
+    up: int | None = None
     """Index of the coordinate that lifts the robot. A start that overlaps something is lifted out of it.
 
     The default is the height of a floating base.
@@ -69,22 +68,22 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     def __init__(
         self,
-        file: Union[str, "os.PathLike[str]", Scene],
+        file: Location | Scene,
         frame_skip: int = 1,
         noise: float = 0.0,
         substeps: int = 1,
         *,
-        actions: Optional[str] = None,
-        joints: Optional[List[str]] = None,
-        ranges: Optional[Mapping[str, Range]] = None,
-        stiffness: Optional[ByJoint] = None,
-        damping: Optional[ByJoint] = None,
-        most: Optional[ByJoint] = None,
-        robot: Optional[str] = None,
-        packages: Union[str, "os.PathLike[str]", None] = None,
-        leave_out: Optional[List[str]] = None,
-        point_contacts: Optional[bool] = None,
-        render_mode: Optional[str] = None,
+        actions: str | None = None,
+        joints: list[str] | None = None,
+        ranges: Mapping[str, Range] | None = None,
+        stiffness: ByJoint | None = None,
+        damping: ByJoint | None = None,
+        most: ByJoint | None = None,
+        robot: str | None = None,
+        packages: Location | None = None,
+        leave_out: list[str] | None = None,
+        point_contacts: bool | None = None,
+        render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, "rgb_array", "human"):
             raise TumbleError(f'render_mode is {render_mode!r}; "rgb_array", "human" or None is needed')
@@ -99,7 +98,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self._window = Window("tumble", self.metadata["render_fps"]) if render_mode == "human" else None
         self._prefix = robot
         self.simulation: Simulation = self.scene.simulate()
-        floats = bool(self.robot.joint_list) and self.robot.joint_list[0][1] == "free"
+        floats = bool(self.robot._core.joint_list) and self.robot._core.joint_list[0][1] == "free"
         if self.up is None and floats:
             self.up = 2
         self.actions = Actions(
@@ -127,21 +126,19 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         """Observation: all coordinates and rates."""
         return np.concatenate([self.robot.q, self.robot.v])
 
-    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+    def draw(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Random coordinates and rates at the start."""
         q, v = self.robot.start, np.zeros(self.robot.counts[1])
         return q + rng.uniform(-self.noise, self.noise, len(q)), v
 
-    def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
+    def judge(self, before: Floats, action: Floats) -> tuple[float, bool, Info]:
         """Reward of a step, True at the end of the episode, and info.
 
         ``before`` are the coordinates at the start of the step.
         """
         return 0.0, False, {}
 
-    def reset(
-        self, *, seed: Optional[int] = None, options: Optional[Info] = None
-    ) -> Tuple[Floats, Info]:
+    def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Floats, Info]:
         """Draws a new start, from the seed if there is one. ``options`` are ignored.
 
         The info has ``unsolved``, 0, as that of a step.
@@ -161,18 +158,18 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self._show()
         return self._observed(), {"unsolved": 0}
 
-    def _drawn(self) -> Tuple[Floats, Floats]:
+    def _drawn(self) -> tuple[Floats, Floats]:
         """Drawn coordinates, clipped to the joints' ranges, and rates."""
         q, v = _parts("draw", self.draw(self.np_random), "coordinates", "rates")
         coordinates, rates = self.robot.counts
         q, v = numbers("q of draw", q, (coordinates,)).copy(), numbers("v of draw", v, (rates,))
-        for index, (_, kind, at, _, _) in enumerate(self.robot.joint_list):
-            limits = self.robot.bounds(index)[0]
+        for index, (_, kind, at, _, _) in enumerate(self.robot._core.joint_list):
+            limits = self.robot._core.bounds(index)[0]
             if kind in ("slide", "hinge") and limits is not None:
                 q[at] = min(max(q[at], limits[0]), limits[1])
         return q, v
 
-    def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
+    def step(self, action: Any) -> tuple[Floats, float, bool, bool, Info]:
         """Takes the steps of one action.
 
         Returns observation, reward, True at the end of the episode, False (``gymnasium.make``
@@ -180,7 +177,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         """
         action = self.actions.checked(action)
         before = self._begin(action)
-        (unsolved,) = step_all([self.simulation], self.frame_skip, 1)
+        (unsolved,) = step_all([self.simulation._core], self.frame_skip, 1)
         observed, reward, over, info = self._end(before, action, unsolved)
         self._show()
         return observed, reward, over, False, info
@@ -204,9 +201,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self.actions.apply(self.robot, action, self.dt)
         return before
 
-    def _end(
-        self, before: Floats, action: Floats, unsolved: int
-    ) -> Tuple[Floats, float, bool, Info]:
+    def _end(self, before: Floats, action: Floats, unsolved: int) -> tuple[Floats, float, bool, Info]:
         """Observation, reward, True at the end of the episode, and info after the steps."""
         reward, over, info = _parts("judge", self.judge(before, action), "reward", "end of the episode", "info")
         try:
@@ -222,7 +217,9 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         """Observation, with the shape of its space."""
         observed, shape = self.observe(), self.observation_space.shape
         if np.shape(observed) != shape:
-            raise TumbleError(f"observe returned an array of shape {np.shape(observed)}; {shape} is needed, as at first")
+            raise TumbleError(
+                f"observe returned an array of shape {np.shape(observed)}; {shape} is needed, as at first"
+            )
         return observed
 
 
@@ -238,14 +235,14 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     ``max_episode_steps``. Environment i draws its starts from seed + i.
     """
 
-    metadata: Dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": ["rgb_array"]}
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": ["rgb_array"]}
 
     def __init__(
         self,
         make: Callable[..., RobotEnv],
         num_envs: int = 16,
         *,
-        threads: Optional[int] = None,
+        threads: int | None = None,
         max_episode_steps: int = EPISODE,
         **keywords: Any,
     ) -> None:
@@ -270,7 +267,7 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         self._taken = np.zeros(num_envs, dtype=np.int64)
         self._ended = np.zeros(num_envs, dtype=np.bool_)
 
-    def reset(self, *, seed: Any = None, options: Optional[Info] = None) -> Tuple[Floats, Info]:
+    def reset(self, *, seed: Any = None, options: Info | None = None) -> tuple[Floats, Info]:
         """Draws new starts, from one seed for all or one for each. ``options`` are ignored."""
         if seed is None or isinstance(seed, (int, np.integer)):
             seeds = [None if seed is None else int(seed) + index for index in range(self.num_envs)]
@@ -287,7 +284,7 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         self._taken[:], self._ended[:] = 0, False
         return np.stack(observed), infos
 
-    def step(self, actions: Any) -> Tuple[Floats, Floats, Flags, Flags, Info]:
+    def step(self, actions: Any) -> tuple[Floats, Floats, Flags, Flags, Info]:
         """Takes the steps of one action in each environment.
 
         Returns observations (B, ...), rewards, terminated and truncated flags, and info.
@@ -295,8 +292,10 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         actions = numbers("actions", actions, (self.num_envs, len(self.envs[0].actions.names)))
         fresh, kept = self._ended.copy(), np.flatnonzero(~self._ended)
         begun = [self.envs[index]._begin(actions[index]) for index in kept]
-        unsolved = step_all([self.envs[index].simulation for index in kept], self.envs[0].frame_skip, self.threads)
-        observed: List[Any] = [None] * self.num_envs
+        unsolved = step_all(
+            [self.envs[index].simulation._core for index in kept], self.envs[0].frame_skip, self.threads
+        )
+        observed: list[Any] = [None] * self.num_envs
         rewards = np.zeros(self.num_envs)
         terminated = np.zeros(self.num_envs, dtype=np.bool_)
         infos: Info = {}
@@ -325,7 +324,7 @@ def _parts(method: str, returned: Any, *parts: str) -> Any:
     return returned
 
 
-def _check_alike(envs: List[RobotEnv]) -> None:
+def _check_alike(envs: list[RobotEnv]) -> None:
     """Refuses environments whose actions, observations or steps differ from those of the first one."""
     for index, env in enumerate(envs):
         if not isinstance(env, RobotEnv):
@@ -333,7 +332,9 @@ def _check_alike(envs: List[RobotEnv]) -> None:
         for name, own in _shared(env).items():
             first = _shared(envs[0])[name]
             if own != first:
-                raise TumbleError(f"{name} of environment {index} is {own}, and {first} of environment 0; make them equal")
+                raise TumbleError(
+                    f"{name} of environment {index} is {own}, and {first} of environment 0; make them equal"
+                )
 
 
 def _shared(env: RobotEnv) -> Info:

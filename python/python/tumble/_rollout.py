@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
 from math import prod
-from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._arrays import apart, numbers, output
 from ._checks import made, room, whole
 from ._gradients import RolloutDerivatives, constant_names, smoothing_of
-from ._progress import Progress, callback
+from ._progress import callback
 from ._scene import Scene
-from ._tumble import STATUSES, TumbleError, parameter_shape
+from ._status import BY_WORD, Status
+from ._tumble import TumbleError, parameter_shape
 from ._tumble import rollout as _roll_out
 from ._tumble import rollout_gradients as _gradients
+from ._types import Bytes, Floats, Progress
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     from ._trajectory import Trajectory
-
-    Floats = npt.NDArray[np.float64]
 
 
 class Unsolved(NamedTuple):
@@ -29,27 +27,27 @@ class Unsolved(NamedTuple):
 
     rollout: int
     step: int
-    status: str
+    status: Status
     residual: float
 
 
 class _Outputs(NamedTuple):
-    states: "Floats"
+    states: Floats
     """States after each step: (B, T, N, 13), in the form of Trajectory.states."""
-    forces: "Floats"
+    forces: Floats
     """Sum of the contact forces on each body over each step, N, world: (B, T, N, 3)."""
-    residuals: "Floats"
+    residuals: Floats
     """Certified residual of each step, m/s: (B, T)."""
-    status: "npt.NDArray[np.uint8]"
-    """Status of each step as an index into tumble.STATUSES: (B, T)."""
-    unsolved: List[Unsolved]
+    status: Bytes
+    """Status of each step as a number of tumble.Status: (B, T)."""
+    unsolved: list[Unsolved]
     """Steps that failed or are wild, sorted by rollout and step."""
-    tempered: List[int]
+    tempered: list[int]
     """Number of steps of each rollout that applied only part of their restitution.
 
     Full restitution would have created energy in these steps.
     """
-    counts: Dict[str, int]
+    counts: dict[str, int]
     """Number of steps with each status."""
 
 
@@ -60,9 +58,9 @@ class Rollouts(_Outputs):
     (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``).
     """
 
-    gradients: Optional[RolloutDerivatives] = None
+    gradients: RolloutDerivatives | None = None
     """Requested derivatives."""
-    _batch: "Batch"
+    _batch: Batch
 
     def __repr__(self) -> str:
         rollouts, steps = self.status.shape
@@ -74,7 +72,7 @@ class Rollouts(_Outputs):
             f"{len(self.unsolved)} steps not solved; {sizes}{derivatives}>"
         )
 
-    def trajectory(self, index: int) -> "Trajectory":
+    def trajectory(self, index: int) -> Trajectory:
         """One rollout as a trajectory with its contacts. It is simulated again, to the same bits.
 
         :raises TumbleError: for an invalid index, and if the rollouts differ in mass, inertia, gravity
@@ -94,8 +92,7 @@ class Rollouts(_Outputs):
             settings[name] = float(array[index])
         scene = Scene.from_text(text, path, **settings)
         start, push, target, force = (
-            None if of is None else of[index if len(of) > 1 else 0]
-            for of in (starts, pushes, motors, joint_forces)
+            None if of is None else of[index if len(of) > 1 else 0] for of in (starts, pushes, motors, joint_forces)
         )
         return scene.simulate(start).run(steps, push, motors=target, joint_forces=force)
 
@@ -107,14 +104,14 @@ def rollout(
     *,
     motors: Any = None,
     joint_forces: Any = None,
-    steps: Optional[int] = None,
-    parameters: Optional[Mapping[str, Any]] = None,
-    threads: Optional[int] = None,
-    out: Optional[Mapping[str, Any]] = None,
+    steps: int | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    threads: int | None = None,
+    out: Mapping[str, Any] | None = None,
     gradients: Any = None,
-    by: Optional[Iterable[str]] = None,
-    compliance: Optional[float] = None,
-    central_path: Optional[float] = None,
+    by: Iterable[str] | None = None,
+    compliance: float | None = None,
+    central_path: float | None = None,
     progress: Progress = False,
 ) -> Rollouts:
     """Simulates a scene of N bodies B times over T steps, on all cores.
@@ -188,7 +185,7 @@ def rollout(
         sum(prod(shape) * np.dtype(dtype).itemsize for shape, dtype in missing.values()),
     )
     made = {name: np.empty(shape, dtype) for name, (shape, dtype) in missing.items()}
-    arrays: Dict[str, Any] = {**wanted, **made}
+    arrays: dict[str, Any] = {**wanted, **made}
     threads = threads_of(threads)
     counts, tempered, unsolved = _roll_out(
         batch.inputs(),
@@ -205,9 +202,9 @@ def rollout(
         arrays["forces"],
         arrays["residuals"],
         arrays["status"],
-        [Unsolved(*step) for step in unsolved],
+        [Unsolved(index, step, BY_WORD[word], residual) for index, step, word, residual in unsolved],
         tempered,
-        dict(zip(STATUSES, counts)),
+        dict(zip(BY_WORD, counts)),
     )
     done._batch = batch
     if gradients is not None:
@@ -222,18 +219,18 @@ class Batch(NamedTuple):
     scene: Scene
     rollouts: int
     steps: int
-    starts: "Floats"
-    controls: Optional["Floats"]
-    motors: Optional["Floats"]
-    joint_forces: Optional["Floats"]
-    values: List[Tuple[str, "Floats"]]
+    starts: Floats
+    controls: Floats | None
+    motors: Floats | None
+    joint_forces: Floats | None
+    values: list[tuple[str, Floats]]
 
     def inputs(self) -> Any:
         """Input in the order of the compiled module."""
         scene, rollouts, length, *arrays = self
-        return (scene, rollouts, length, *arrays)
+        return (scene._core, rollouts, length, *arrays)
 
-    def arrays(self) -> Dict[str, "Floats"]:
+    def arrays(self) -> dict[str, Floats]:
         """Arrays by name."""
         given = {"controls": self.controls, "motors": self.motors, "joint_forces": self.joint_forces}
         return {
@@ -243,17 +240,13 @@ class Batch(NamedTuple):
         }
 
     def gradients(
-        self,
-        duals: Any,
-        by: Optional[Iterable[str]],
-        threads: Optional[int],
-        smoothing: Optional[Tuple[str, float]] = None,
+        self, duals: Any, by: Iterable[str] | None, threads: int | None, smoothing: tuple[str, float] | None = None
     ) -> RolloutDerivatives:
         """Derivatives for the derivatives ``duals`` with respect to states."""
         import numpy as np
 
         bodies = len(self.scene.bodies)
-        shapes: List[Any] = []
+        shapes: list[Any] = []
         for count in {1, self.rollouts}:
             shapes += [(count, self.steps, bodies, 12), (count, bodies, 12)]
         array = numbers("gradients", duals, *shapes)
@@ -284,21 +277,17 @@ def batch_of(
     controls: Any,
     motors: Any,
     joint_forces: Any,
-    steps: Optional[int],
-    parameters: Optional[Mapping[str, Any]],
+    steps: int | None,
+    parameters: Mapping[str, Any] | None,
 ) -> Batch:
     """Checks the arguments of a rollout and creates its batch."""
     scene = made("scene", scene, Scene)
     if parameters is not None and not isinstance(parameters, Mapping):
-        raise TypeError(
-            f"parameters is {type(parameters).__name__}; a dictionary of arrays by name is needed"
-        )
+        raise TypeError(f"parameters is {type(parameters).__name__}; a dictionary of arrays by name is needed")
     bodies = len(scene.bodies)
     starts = _starts(scene, initial_states, bodies)
     pushes = None if controls is None else _controls(controls, bodies)
-    values = [
-        (name, _parameter(name, value, scene)) for name, value in (parameters or {}).items()
-    ]
+    values = [(name, _parameter(name, value, scene)) for name, value in (parameters or {}).items()]
     if motors is not None and not (scene.motor_axes or scene.motor_gears):
         raise TumbleError(
             "motors: the scene has no motors; Scene.with_motors adds them to robots, and joint_forces "
@@ -319,16 +308,11 @@ def batch_of(
             raise TumbleError(f"{name} has {size} rollouts; {needed} are needed")
     for name, value in values:
         if len(value) != rollouts:
-            raise TumbleError(
-                f"parameters[{name!r}] has {len(value)} values; {rollouts}, one per rollout, are "
-                "needed"
-            )
-    return Batch(
-        scene, rollouts, length, starts, pushes, given["motors"], given["joint_forces"], values
-    )
+            raise TumbleError(f"parameters[{name!r}] has {len(value)} values; {rollouts}, one per rollout, are needed")
+    return Batch(scene, rollouts, length, starts, pushes, given["motors"], given["joint_forces"], values)
 
 
-def threads_of(threads: Optional[int]) -> int:
+def threads_of(threads: int | None) -> int:
     """Number of threads; None selects all cores."""
     if threads is not None:
         return whole("threads", threads, 1)
@@ -336,36 +320,36 @@ def threads_of(threads: Optional[int]) -> int:
     return cores or os.cpu_count() or 1
 
 
-def _starts(scene: Scene, states: Any, bodies: int) -> "Floats":
+def _starts(scene: Scene, states: Any, bodies: int) -> Floats:
     if states is None:
         return scene.states.reshape(1, bodies, 13)
-    shapes: List[Any] = [("B", bodies, 13)]
+    shapes: list[Any] = [("B", bodies, 13)]
     if bodies == 1:
         shapes.append(("B", 13))
     array = numbers("initial_states", states, *shapes)
     return array.reshape(len(array), bodies, 13)
 
 
-def _controls(controls: Any, bodies: int) -> "Floats":
-    shapes: List[Any] = [("B", "T", bodies, 6)]
+def _controls(controls: Any, bodies: int) -> Floats:
+    shapes: list[Any] = [("B", "T", bodies, 6)]
     if bodies == 1:
         shapes.append(("B", "T", 6))
     array = numbers("controls", controls, *shapes)
     return array.reshape(array.shape[0], array.shape[1], bodies, 6)
 
 
-def _of_steps(name: str, given: Any, count: int) -> Optional["Floats"]:
+def _of_steps(name: str, given: Any, count: int) -> Floats | None:
     return None if given is None else numbers(name, given, ("B", "T", count))
 
 
-def _parameter(name: Any, value: Any, scene: Scene) -> "Floats":
+def _parameter(name: Any, value: Any, scene: Scene) -> Floats:
     if not isinstance(name, str):
-        raise TumbleError(f"parameters: {name!r} is not a name; a constant is needed, for example \"friction\"")
-    shape = parameter_shape(name, scene)
+        raise TumbleError(f'parameters: {name!r} is not a name; a constant is needed, for example "friction"')
+    shape = parameter_shape(name, scene._core)
     return numbers(f"parameters[{name!r}]", value, ("B", *shape))
 
 
-def _steps(steps: Optional[int], timed: Dict[str, "Floats"]) -> int:
+def _steps(steps: int | None, timed: dict[str, Floats]) -> int:
     if not timed:
         name = "without controls, steps" if steps is None else "steps"
         return whole(name, steps, 1)

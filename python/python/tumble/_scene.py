@@ -5,24 +5,23 @@ from __future__ import annotations
 import os
 import re
 import warnings
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterable, Mapping, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from ._checks import name_list, tables, whole
+from ._core import core_property
 from ._files import written
-from ._names import ByJoint
 from ._query import Queries
 from ._toml import document
-from ._tumble import CoreRobot, CoreScene, TumbleError
+from ._tumble import CoreRobot, CoreScene, TumbleError, name_hint
+from ._types import ByJoint, Fields, Floats, Location
 
 if TYPE_CHECKING:
     from ._gradients import Derivatives
     from ._live import Live
     from ._simulation import Simulation
     from ._trajectory import Trajectory
-
-Fields = Mapping[str, Any]
-"""Table of a scenario file; scenarios/README.md has its fields."""
 
 _LARGEST_FILE = 4 << 20
 _LARGEST_ROBOT = 16 << 20
@@ -33,7 +32,29 @@ _GROUND = '{"friction": 0.3}'
 _SEED = re.compile(r"^\s*\"?seed\"?\s*=", re.MULTILINE)
 
 
-class Scene(CoreScene, Queries):
+_RANGES = {"seed": (0, _LARGEST_SEED), "steps": (1, _MOST_STEPS), "start_index": (0, _LARGEST_START)}
+
+
+class Settings(TypedDict, total=False):
+    """Keywords that override a scenario file."""
+
+    seed: int | None
+    steps: int | None
+    start_index: int | None
+    time_step: float | None
+    rotation: str | None
+    friction: float | None
+    restitution: float | None
+    solver: str | None
+    residual: float | None
+    packages: Location | None
+    leave_out: Iterable[str] | None
+    point_contacts: bool | None
+    model: str | None
+    """Bodies of a simulation, which replace those of the file: see Simulation.scene."""
+
+
+class Scene(Queries):
     """Bodies, their surroundings, their start and the solver.
 
     A scene is built from the tables of a scenario file, as dictionaries::
@@ -54,11 +75,14 @@ class Scene(CoreScene, Queries):
     ``jacobian`` and ``vjp`` compute derivatives. The methods of Queries look at its start.
     """
 
-    _source: Tuple[str, str, Dict[str, Any]]
+    __slots__ = ("_core", "_source", "__weakref__")
+
+    _core: CoreScene
+    _source: tuple[str, str, dict[str, Any]]
     """Text, path and settings of the scene."""
 
-    def __new__(
-        cls,
+    def __init__(
+        self,
         bodies: Iterable[Fields],
         ground: Fields,
         fixed: Iterable[Fields] = (),
@@ -73,15 +97,15 @@ class Scene(CoreScene, Queries):
         apart: Iterable[Fields] = (),
         terrain: Iterable[Fields] = (),
         *,
-        gravity: Union[float, Iterable[float]] = 9.81,
+        gravity: float | Iterable[float] = 9.81,
         time_step: float = 0.002,
         rotation: str = "momentum",
         steps: int = 1000,
         start_index: int = 0,
         name: str = "scene",
-        seed: Optional[int] = None,
-        folder: Union[str, "os.PathLike[str]"] = ".",
-    ) -> "Scene":
+        seed: int | None = None,
+        folder: Location = ".",
+    ) -> None:
         if ground is not None and not isinstance(ground, Mapping):
             raise TumbleError(f"ground is {ground!r}; a dictionary, for example {_GROUND}, is needed")
         ours = f": for the coefficient of the ground, use ground={_GROUND}"
@@ -97,9 +121,7 @@ class Scene(CoreScene, Queries):
                 "bodies": tables("bodies", bodies),
                 "fixed": tables("fixed", fixed),
                 "friction": tables("friction", friction, ours),
-                "restitution": tables(
-                    "restitution", restitution, ours.replace("friction", "restitution")
-                ),
+                "restitution": tables("restitution", restitution, ours.replace("friction", "restitution")),
                 "joints": tables("joints", joints),
                 "motors": tables("motors", motors),
                 "gears": tables("gears", gears),
@@ -110,53 +132,53 @@ class Scene(CoreScene, Queries):
                 "terrain": tables("terrain", terrain),
             }
         )
-        scene = cls.from_text(text, Path(folder) / "scene", seed=seed)
-        _warn(scene)
-        return scene
+        self._parse(text, Path(folder) / "scene", {"seed": seed})
+        _warn(self)
+
+    def _parse(self, text: str, path: Location, settings: Settings) -> None:
+        given = {name: _checked(name, value) for name, value in settings.items() if value is not None}
+        self._core = CoreScene(text, os.fspath(path), **given)
+        self._source = text, os.fspath(path), given
 
     @classmethod
-    def from_text(
-        cls,
-        text: str,
-        path: Union[str, "os.PathLike[str]"] = "scene",
-        *,
-        seed: Optional[int] = None,
-        steps: Optional[int] = None,
-        start_index: Optional[int] = None,
-        time_step: Optional[float] = None,
-        rotation: Optional[str] = None,
-        friction: Optional[float] = None,
-        restitution: Optional[float] = None,
-        solver: Optional[str] = None,
-        residual: Optional[float] = None,
-        packages: Union[str, "os.PathLike[str]", None] = None,
-        leave_out: Optional[Iterable[str]] = None,
-        point_contacts: Optional[bool] = None,
-        model: Optional[str] = None,
-    ) -> "Scene":
+    def from_text(cls, text: str, path: Location = "scene", **settings: Unpack[Settings]) -> Scene:
         """Parses a scenario's text. ``path`` is its name, and meshes are relative to it.
 
-        ``model`` is used by a simulation whose bodies have changed: see Simulation.scene.
+        The keywords are those of ``load``.
         """
-        first = None if start_index is None else whole("start_index", start_index, 0, _LARGEST_START)
-        settings: Dict[str, Any] = {
-            "seed": None if seed is None else whole("seed", seed, 0, _LARGEST_SEED),
-            "steps": None if steps is None else whole("steps", steps, 1, _MOST_STEPS),
-            "start_index": first,
-            "time_step": time_step,
-            "rotation": rotation,
-            "friction": friction,
-            "restitution": restitution,
-            "solver": solver,
-            "residual": residual,
-            "packages": None if packages is None else os.fspath(packages),
-            "leave_out": None if leave_out is None else name_list("leave_out", leave_out),
-            "point_contacts": point_contacts,
-            "model": model,
-        }
-        scene = super().__new__(cls, text, os.fspath(path), **settings)
-        scene._source = (text, os.fspath(path), settings)
+        scene = cls.__new__(cls)
+        scene._parse(text, path, settings)
         return scene
+
+    name: str = core_property("name", "Name of the scene.")
+    seed: int | None = core_property("seed", "Random seed of its start; None if nothing was random.")
+    bodies: list[str] = core_property("bodies", "Names of its N bodies.")
+    fixed: list[str] = core_property("fixed", "Names of its fixed pieces.")
+    joints: list[str] = core_property("joints", "Names of its J joints.")
+    joint_axes: list[list[int]] = core_property(
+        "joint_axes", "Axes of each joint that can have drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them."
+    )
+    driven_axes: list[tuple[str, int]] = core_property(
+        "driven_axes", "Axes of ``joint_forces`` and of the constants of joints: joint and number as in ``joint_axes``."
+    )
+    motor_axes: list[tuple[str, int]] = core_property(
+        "motor_axes", "Driven axes with motors, used by ``motors`` and the constants of motors."
+    )
+    gears: list[tuple[str, str]] = core_property("gears", "Names of the following and the leading joint of each gear.")
+    motor_gears: list[int] = core_property("motor_gears", "Indices in ``gears`` of the gears whose sum has a motor.")
+    robots: list[str] = core_property("robots", "Prefixes of its robots.")
+    start_index: int = core_property("start_index", "Step index k of its start.")
+    steps: int = core_property("steps", "Number of steps of a whole run.")
+    time_step: float = core_property("time_step", "Time step h, s.")
+    rotation: str = core_property("rotation", 'Discretisation of the rotation: "momentum" or "tutorial".')
+    solver: str = core_property("solver", "Solver of contact steps: native, ipopt, or rk4 without a ground.")
+    friction: float = core_property("friction", "Coefficient of friction of the world.")
+    restitution: float = core_property("restitution", "Coefficient of restitution of the world.")
+    gravity: Floats = core_property("gravity", "Gravity, m/s², world: (3,).")
+    masses: Floats = core_property("masses", "Mass of each body, kg: (N,).")
+    inertias: Floats = core_property("inertias", "Inertia of each body, kg m², body frame: (N, 3, 3).")
+    extents: Floats = core_property("extents", "Half the extents of each body along its own axes, m: (N, 3).")
+    states: Floats = core_property("states", "Initial states of the bodies: (N, 13).")
 
     def _folder(self) -> Path:
         return Path(self._source[1])
@@ -165,7 +187,7 @@ class Scene(CoreScene, Queries):
         """Pickles a scene as its text."""
         return _made, self._source
 
-    def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
+    def save(self, path: Location) -> Path:
         """Writes the scene as a scenario file for load and the command line.
 
         Keywords that override a file are not part of its text. A scene with them is refused,
@@ -186,13 +208,12 @@ class Scene(CoreScene, Queries):
             text = f"seed = {seed}\n{text}"
         if given:
             raise TumbleError(
-                f"{', '.join(given)} of this scene were given as keywords; write them into its file, "
-                "and load that"
+                f"{', '.join(given)} of this scene were given as keywords; write them into its file, and load that"
             )
         Scene.from_text(text, path)
         return written(Path(path), text.encode())
 
-    def _with_model(self, model: str, index: int) -> "Scene":
+    def _with_model(self, model: str, index: int) -> Scene:
         """Scene with the bodies of a simulation's model at step ``index``."""
         text, path, settings = self._source
         return Scene.from_text(text, path, **{**settings, "start_index": index, "model": model})
@@ -202,9 +223,9 @@ class Scene(CoreScene, Queries):
         *,
         stiffness: ByJoint,
         damping: ByJoint = 0.0,
-        most: Optional[ByJoint] = None,
-        joints: Optional[Iterable[str]] = None,
-    ) -> "Scene":
+        most: ByJoint | None = None,
+        joints: Iterable[str] | None = None,
+    ) -> Scene:
         """Scene with a position motor on slides and hinges of its robots.
 
         The motors hold the coordinates of the start. They replace motors and forces of the
@@ -219,11 +240,9 @@ class Scene(CoreScene, Queries):
 
         motors = position_motors(self, stiffness, damping, most, joints)
         text, path, settings = self._source
-        return Scene.from_text(text, path, **{**settings, "model": self.motored(motors)})
+        return Scene.from_text(text, path, **{**settings, "model": self._core.motored(motors)})
 
-    def simulate(
-        self, states: Any = None, *, threads: int = 1, index: Optional[int] = None
-    ) -> "Simulation":
+    def simulate(self, states: Any = None, *, threads: int = 1, index: int | None = None) -> Simulation:
         """Creates a simulation from the scene's start, or from ``states`` (N, 13).
 
         It begins at step ``index``, by default ``start_index``, and uses at most ``threads``
@@ -233,20 +252,12 @@ class Scene(CoreScene, Queries):
 
         return Simulation(self, states, threads=threads, index=index)
 
-    def run(
-        self, steps: Optional[int] = None, *, threads: int = 1, **keywords: Any
-    ) -> "Trajectory":
+    def run(self, steps: int | None = None, *, threads: int = 1, **keywords: Any) -> Trajectory:
         """Runs the whole scene, or its first ``steps`` steps: see Simulation and Simulation.run."""
         simulation = self.simulate(threads=threads)
         return simulation.run(self.steps if steps is None else steps, **keywords)
 
-    def live(
-        self,
-        record: Union[str, "os.PathLike[str]", None] = None,
-        *,
-        overwrite: bool = False,
-        port: int = 0,
-    ) -> "Live":
+    def live(self, record: Location | None = None, *, overwrite: bool = False, port: int = 0) -> Live:
         """Serves a page in which bodies are pulled and constants changed while the scene runs.
 
         The page is that of ``tumble run --live``, at a free port of 127.0.0.1 or at ``port``. Its
@@ -264,26 +275,26 @@ class Scene(CoreScene, Queries):
         states: Any = None,
         wrenches: Any = None,
         *,
-        index: Optional[int] = None,
+        index: int | None = None,
         by: Iterable[str] = (),
-        compliance: Optional[float] = None,
-        central_path: Optional[float] = None,
-    ) -> "Derivatives":
+        compliance: float | None = None,
+        central_path: float | None = None,
+    ) -> Derivatives:
         """Derivative of one step from ``states`` (N, 13), by default the scene's start.
 
         ``wrenches`` (N, 6) act in the step. ``index`` is the step k, by default ``start_index``;
-        states of a scene with prescribed motions or loads over time need theirs. The result has ``["states"]`` (N, 12, N, 12),
-        ``["wrenches"]`` (N, 12, N, 6), and the derivatives by the constants named in ``by``,
-        such as "friction" or "mass".
+        states of a scene with prescribed motions or loads over time need theirs. The result has
+        ``["states"]`` (N, 12, N, 12), ``["wrenches"]`` (N, 12, N, 6), and the derivatives by the
+        constants named in ``by``, such as "friction" or "mass".
 
         Smoothing yields a search direction where the exact derivative is zero. ``compliance``
         (1e-9 to 1) differentiates a step with compliant contacts. ``central_path`` (1e-6 to 10
         m/s) differentiates a step on the central path of an interior-point method, whose
         complementarity products equal its square. See Derivatives.
         """
-        from ._gradients import jacobian
+        from ._gradients import jacobian, smoothing_of
 
-        return jacobian(self, states, wrenches, index=index, by=by, compliance=compliance, central_path=central_path)
+        return jacobian(self, states, wrenches, index, by, smoothing_of(compliance, central_path))
 
     def vjp(
         self,
@@ -291,12 +302,12 @@ class Scene(CoreScene, Queries):
         states: Any = None,
         controls: Any = None,
         *,
-        steps: Optional[int] = None,
-        index: Optional[int] = None,
+        steps: int | None = None,
+        index: int | None = None,
         by: Iterable[str] = (),
-        compliance: Optional[float] = None,
-        central_path: Optional[float] = None,
-    ) -> "Derivatives":
+        compliance: float | None = None,
+        central_path: float | None = None,
+    ) -> Derivatives:
         """Derivatives of a scalar loss of a run with ``steps`` steps.
 
         ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The
@@ -305,10 +316,9 @@ class Scene(CoreScene, Queries):
         of the steps; the run stays exact. The run begins at step ``index``, by default
         ``start_index``. See Derivatives.
         """
-        from ._gradients import vjp
+        from ._gradients import smoothing_of, vjp
 
-        smoothing = {"compliance": compliance, "central_path": central_path}
-        return vjp(self, cotangents, states, controls, steps=steps, index=index, by=by, **smoothing)
+        return vjp(self, (cotangents, states, controls), steps, index, by, smoothing_of(compliance, central_path))
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)
@@ -316,30 +326,27 @@ class Scene(CoreScene, Queries):
         return f"<tumble.Scene {self.name!r}: {bodies} {plural}, h = {self.time_step} s>"
 
 
+def _checked(name: str, value: Any) -> Any:
+    """Value of a keyword that overrides a file."""
+    if name not in Settings.__annotations__:
+        meant = "; did you mean `time_step`?" if name in ("dt", "h") else name_hint(name, [*Settings.__annotations__])
+        raise TypeError(f"keyword {name!r} is unknown{meant}")
+    if name in _RANGES:
+        return whole(name, value, *_RANGES[name])
+    if name == "leave_out":
+        return name_list(name, value)
+    return os.fspath(value) if name == "packages" else value
+
+
 def _warn(scene: Scene) -> None:
     """Warns of all deviations from the robot files of a scene. The caller's caller is named."""
     for index in range(len(scene.robots)):
-        robot = CoreRobot(scene, index)
+        robot = CoreRobot(scene._core, index)
         for note in robot.notes:
             warnings.warn(f"{robot.prefix}{robot.name}: {note}", stacklevel=3)
 
 
-def load(
-    path: Union[str, "os.PathLike[str]"],
-    *,
-    seed: Optional[int] = None,
-    steps: Optional[int] = None,
-    start_index: Optional[int] = None,
-    time_step: Optional[float] = None,
-    rotation: Optional[str] = None,
-    friction: Optional[float] = None,
-    restitution: Optional[float] = None,
-    solver: Optional[str] = None,
-    residual: Optional[float] = None,
-    packages: Union[str, "os.PathLike[str]", None] = None,
-    leave_out: Optional[Iterable[str]] = None,
-    point_contacts: Optional[bool] = None,
-) -> Scene:
+def load(path: Location, **settings: Unpack[Settings]) -> Scene:
     """Reads a scenario file (TOML), or a robot's URDF or MJCF file.
 
     scenarios/README.md describes every field. A robot becomes a scene on level ground, unless
@@ -381,27 +388,12 @@ def load(
         text = content.decode()
     except UnicodeDecodeError:
         raise TumbleError(f"{path}: cannot be read as a scenario: it is not UTF-8 text") from None
-    scene = Scene.from_text(
-        text,
-        path,
-        seed=seed,
-        steps=steps,
-        start_index=start_index,
-        time_step=time_step,
-        rotation=rotation,
-        friction=friction,
-        restitution=restitution,
-        solver=solver,
-        residual=residual,
-        packages=packages,
-        leave_out=leave_out,
-        point_contacts=point_contacts,
-    )
+    scene = Scene.from_text(text, path, **settings)
     _warn(scene)
     return scene
 
 
-def _made(text: str, path: str, settings: Dict[str, Any]) -> Scene:
+def _made(text: str, path: str, settings: dict[str, Any]) -> Scene:
     return Scene.from_text(text, path, **settings)
 
 
@@ -437,7 +429,7 @@ spin = [2.0, 4.0, 6.0]
 """
 
 
-def drop(seed: int = 42, *, solver: Optional[str] = None) -> Scene:
+def drop(seed: int = 42, *, solver: str | None = None) -> Scene:
     """The tutorial's scene: a thrown cube of 2 m and 10 kg, its attitude random from ``seed``."""
     return Scene.from_text(_DROP, "drop", seed=seed, solver=solver)
 

@@ -6,22 +6,27 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._arrays import numbers
 from ._checks import made, room, whole
+from ._core import core_property
 from ._files import written
 from ._names import ByName, unknown
-from ._progress import Progress, callback
+from ._progress import callback
 from ._query import Queries
 from ._robot import Robot
 from ._scene import Scene
+from ._status import BY_WORD, Status
 from ._toml import document
 from ._trajectory import Trajectory, by_name, camera_of, contacts_frame
 from ._tumble import CoreSimulation, Recording, TumbleError
+from ._types import Floats, Location, Progress
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from ._contacts import Contacts
 
 _MOST_STEPS = 2**53 - 1
 
@@ -33,8 +38,8 @@ _AXES = {0: "x", 1: "y", 2: "slide", 3: "turn_x", 4: "turn_y", 5: "turn"}
 class Step(NamedTuple):
     """Result of a step."""
 
-    status: str
-    """Status from tumble.STATUSES. A step with the status "failed" did not converge."""
+    status: Status
+    """Status. A step with Status.FAILED did not converge."""
     residual: float
     """Certified residual of the step in the exact laws, m/s."""
     iterations: int
@@ -43,10 +48,10 @@ class Step(NamedTuple):
     @property
     def ok(self) -> bool:
         """True if the step converged to a physical solution."""
-        return self.status not in ("failed", "wild")
+        return self.status.ok
 
 
-class Simulation(CoreSimulation, Queries):
+class Simulation(Queries):
     """Running simulation of a scene of N bodies, from its start or from ``states`` (N, 13).
 
     It starts at step ``index``, by default the scene's ``start_index``. Its time is ``index``
@@ -67,48 +72,53 @@ class Simulation(CoreSimulation, Queries):
     """
 
     # Slots refuse mistyped names.
-    __slots__ = ("_scene", "_threads", "_changed", "_robots", "__weakref__")
+    __slots__ = ("_core", "_start", "_scene", "_threads", "_changed", "_robots", "__weakref__")
 
-    _scene: Scene
-    _threads: int
+    _core: CoreSimulation
+    _start: tuple[Scene, Any, int | None]
+    """Scene, states and index of the start."""
     _changed: bool
     """True if bodies were added or removed since the scene was created."""
-    _robots: Dict[str, Robot]
+    _robots: dict[str, Robot]
 
-    def __new__(
-        cls, scene: Scene, states: Any = None, *, threads: int = 1, index: Optional[int] = None
-    ) -> "Simulation":
-        scene, threads = made("scene", scene, Scene), whole("threads", threads, 1)
+    def __init__(self, scene: Scene, states: Any = None, *, threads: int = 1, index: int | None = None) -> None:
+        scene, self._threads = made("scene", scene, Scene), whole("threads", threads, 1)
         if index is not None:
             index = whole("index", index, 0, _MOST_STEPS)
-        if states is not None:
-            states = _states(scene, states)
-        self = super().__new__(cls, scene, states, threads, index)
-        self._begin(scene, threads)
-        return self
+        self._begin(scene, None if states is None else _states(scene, states).copy(), index)
 
-    def _begin(self, scene: Scene, threads: int) -> None:
-        self._scene = scene
-        self._threads = threads
-        self._changed = False
-        prefixes = enumerate(scene.robots)
-        self._robots = ByName("robot", {prefix: Robot(self, index) for index, prefix in prefixes})
+    def _begin(self, scene: Scene, states: Any = None, index: int | None = None, saved: bytes | None = None) -> None:
+        self._start = scene, states, index
+        self._core = CoreSimulation(scene._core, states, self._threads, index, saved)
+        self._scene, self._changed = scene, False
+        self._robots = ByName("robot", {prefix: Robot(self, place) for place, prefix in enumerate(scene.robots)})
+
+    def reset(self) -> None:
+        """Returns to the start of the simulation, as if it were new.
+
+        Wrenches, motors and forces of joints, gains and controls of robots, and added, removed and
+        held bodies are as at the start. A simulation of ``restore`` returns to the start of its scene.
+        """
+        scene, states, index = self._start
+        self._core = CoreSimulation(scene._core, states, self._threads, index)
+        self._scene, self._changed = scene, False
+        for robot in self._robots.values():
+            robot._reset()
 
     @classmethod
-    def _restored(cls, scene: Scene, threads: int, saved: bytes) -> "Simulation":
-        scene, threads = made("scene", scene, Scene), whole("threads", threads, 1)
-        self = super().__new__(cls, scene, None, threads, None, saved)
-        self._begin(scene, threads)
-        kept = json.loads(self.kept_besides() or "{}")
+    def _restored(cls, scene: Scene, threads: int, saved: bytes, start: Any = None) -> Simulation:
+        self = cls.__new__(cls)
+        scene, self._threads = made("scene", scene, Scene), whole("threads", threads, 1)
+        self._begin(scene, saved=saved)
+        self._start = start or self._start
+        kept = json.loads(self._core.kept_besides() or "{}")
         # Data of a robot with another name is ignored.
         for name in kept.keys() & self.robots.keys():
             self.robots[name]._keep(kept[name])
         return self
 
     @classmethod
-    def restore(
-        cls, scene: Scene, path: Union[str, "os.PathLike[str]"], *, threads: int = 1
-    ) -> "Simulation":
+    def restore(cls, scene: Scene, path: Location, *, threads: int = 1) -> Simulation:
         """Restores a simulation of ``scene`` from a file of save or a state.bin.
 
         The command line writes state.bin. Raises OSError for an unreadable file. Raises
@@ -121,37 +131,37 @@ class Simulation(CoreSimulation, Queries):
         except TumbleError as error:
             raise TumbleError(f"{os.fspath(path)}: {error}") from None
 
-    def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
+    def save(self, path: Location) -> Path:
         """Writes the simulation's state to a file.
 
         It has index, body states, forces, wrenches, and the memory of detection and solver.
         It includes turns of joints, targets and gains of robots, but not the scene: see
         restore.
         """
-        return written(Path(path), self.saved())
+        return written(Path(path), self._saved())
 
-    def saved(self) -> bytes:
+    def _saved(self) -> bytes:
         """Content of the file of save."""
-        return self.saved_with(json.dumps({name: robot._kept for name, robot in self._robots.items()}))
+        return self._core.saved_with(json.dumps({name: robot._kept for name, robot in self._robots.items()}))
 
     def __reduce__(self) -> Any:
         """Pickles a simulation as its scene and its state."""
-        return type(self)._restored, (self.scene, self._threads, self.saved())
+        return type(self)._restored, (self.scene, self._threads, self._saved(), self._start)
 
-    def __copy__(self) -> "Simulation":
-        return type(self)._restored(self.scene, self._threads, self.saved())
+    def __copy__(self) -> Simulation:
+        return type(self)._restored(self.scene, self._threads, self._saved(), self._start)
 
-    def __deepcopy__(self, memo: Any) -> "Simulation":
+    def __deepcopy__(self, memo: Any) -> Simulation:
         # Scenes are immutable.
         return self.__copy__()
 
-    def set_state(self, body: Union[int, str], state: Any) -> None:
+    def set_state(self, body: int | str, state: Any) -> None:
         """Sets the state (13,) of a body, by its index or its name.
 
         The state is checked like a start. The next step still warm-starts from the last forces.
         Assign to ``states`` to set all bodies at once.
         """
-        self.exchange(self._index(body), numbers("state", state, (13,)))
+        self._core.exchange(self._index(body), numbers("state", state, (13,)))
 
     def add_body(self, body: Mapping[str, Any]) -> str:
         """Adds a body as the last one, and returns its name.
@@ -163,38 +173,44 @@ class Simulation(CoreSimulation, Queries):
         """
         if not isinstance(body, Mapping):
             raise TumbleError(f"body is {body!r}; a dictionary is needed")
-        name = self.join(document(body), self._scene._source[1])
+        name = self._core.join(document(body), self._scene._source[1])
         self._changed = True
         return name
 
-    def remove_body(self, body: Union[int, str], *, joints: bool = False) -> None:
+    def remove_body(self, body: int | str, *, joints: bool = False) -> None:
         """Removes a body, by its index or its name, with all forces on it.
 
         Later bodies move up by one index. A body with joints is refused unless ``joints`` is
         True, which also removes these joints.
         """
-        self.leave(self._index(body), joints)
+        self._core.leave(self._index(body), joints)
         self._changed = True
 
-    def hold(self, body: Union[int, str]) -> None:
+    def hold(self, body: int | str) -> None:
         """Fixes a body, by its index or its name, at its pose until it is released.
 
         A fixed body has no loads, no contacts and no computational cost.
         """
-        self.keep(self._index(body), True)
+        self._core.keep(self._index(body), True)
 
-    def release(self, body: Union[int, str]) -> None:
+    @property
+    def held(self) -> list[str]:
+        """Names of the bodies that hold fixes."""
+        bodies = self.bodies
+        return [bodies[index] for index in self._core.kept()]
+
+    def release(self, body: int | str) -> None:
         """Releases a fixed body from rest.
 
         Raises TumbleError if it penetrates another body too deeply.
         """
-        self.keep(self._index(body), False)
+        self._core.keep(self._index(body), False)
 
     def _folder(self) -> Path:
         return Path(self._scene._source[1])
 
-    def _index(self, body: Union[int, str]) -> int:
-        bodies = self.bodies
+    def _index(self, body: int | str) -> int:
+        bodies = self._core.bodies
         if isinstance(body, str):
             if body not in bodies:
                 raise unknown("body", body, bodies)
@@ -204,11 +220,21 @@ class Simulation(CoreSimulation, Queries):
     @property
     def states(self) -> Any:
         """Current states: (N, 13)."""
-        return super().states
+        return self._core.states
 
     @states.setter
     def states(self, states: Any) -> None:
-        self.exchange_all(_states(self.scene, states))
+        self._core.exchange_all(_states(self.scene, states))
+
+    bodies: list[str] = core_property("bodies", "Names of its bodies.")
+    index: int = core_property("index", "Step index k.")
+    time: float = core_property("time", "Time t = k h, s.")
+    forces: Floats = core_property(
+        "forces", "Sum of the contact forces on each body over the last step, N, world: (N, 3)."
+    )
+    contacts: Contacts = core_property(
+        "contacts", "Contacts of the last step as columns. The object keeps the contacts of that step."
+    )
 
     @property
     def scene(self) -> Scene:
@@ -218,7 +244,7 @@ class Simulation(CoreSimulation, Queries):
         from their states at the first access after the change.
         """
         if self._changed:
-            self._scene = self._scene._with_model(self.told(), self.index)
+            self._scene = self._scene._with_model(self._core.told(), self.index)
             self._changed = False
         return self._scene
 
@@ -227,13 +253,15 @@ class Simulation(CoreSimulation, Queries):
 
         ``wrenches`` (N, 6), for one body also (6,), are added to gravity and the scene's
         loads. A wrench is a force (N, world frame) at the centre of mass and a torque (N m,
-        body frame). It stays in effect until a new one is set.
+        body frame). It stays in effect in later steps until another one is given: ``step(0 * wrenches)``
+        ends it.
         """
         if wrenches is not None:
             bodies = len(self.bodies)
             shapes = _shapes((bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(bodies, 6)
-        return Step(*self.advance(wrenches))
+        status, residual, iterations = self._core.advance(wrenches)
+        return Step(BY_WORD[status], residual, iterations)
 
     def run(
         self,
@@ -250,8 +278,9 @@ class Simulation(CoreSimulation, Queries):
         ``wrenches`` (T, N, 6), for one body also (T, 6), act on the bodies in each of the T
         steps, see step. ``motors`` (T, M) are targets of the motors, first those of
         ``scene.motor_axes``, then those of ``scene.motor_gears``. ``joint_forces`` (T, A) act on the
-        axes of ``scene.driven_axes``, in addition to their own (N or N m). Without ``contacts`` only states and total forces on each body are
-        recorded, which needs a tenth of the memory. Too large a recording raises MemoryError.
+        axes of ``scene.driven_axes``, in addition to their own (N or N m). Without ``contacts``
+        only states and total forces on each body are recorded, which needs a tenth of the memory. Too
+        large a recording raises MemoryError.
 
         Ctrl-C raises KeyboardInterrupt, and the simulation stays at its last step. Any
         exception that ends the run early has the recorded part as its attribute ``trajectory``.
@@ -270,7 +299,7 @@ class Simulation(CoreSimulation, Queries):
             motors = numbers("motors", motors, (steps, targets))
         if joint_forces is not None:
             joint_forces = numbers("joint_forces", joint_forces, (steps, len(self.scene.driven_axes)))
-        recorded, raised = self.record(
+        recorded, raised = self._core.record(
             steps, wrenches, motors, joint_forces, contacts=contacts, progress=callback(progress)
         )
         trajectory = Trajectory(self.scene, recorded)
@@ -279,24 +308,24 @@ class Simulation(CoreSimulation, Queries):
             raise raised
         return trajectory
 
-    def picture(self, size: int = 480, camera: Tuple[float, float] = (-32.0, 20.0)) -> Any:
+    def picture(self, size: int = 480, camera: tuple[float, float] = (-32.0, 20.0)) -> Any:
         """Image of the current state: (size, size, 3), red, green and blue from 0 to 255.
 
         ``camera`` is azimuth and elevation in degrees. The image follows the moving bodies.
         """
         size = whole("size", size, 100, 2000)
-        return self.run(0, contacts=False).recording.pixels(size, camera_of(camera))
+        return self.run(0, contacts=False)._recording.pixels(size, camera_of(camera))
 
     def set_motor(
         self,
         joint: str,
         *,
-        speed: Optional[float] = None,
-        position: Optional[float] = None,
+        speed: float | None = None,
+        position: float | None = None,
         stiffness: float = 0.0,
         damping: float = 0.0,
-        most: Optional[float] = None,
-        axis: Optional[str] = None,
+        most: float | None = None,
+        axis: str | None = None,
     ) -> None:
         """Sets the motor of a joint for the following steps.
 
@@ -307,17 +336,17 @@ class Simulation(CoreSimulation, Queries):
         """
         number, place = self._axis(joint, axis)
         most = _most(speed, position, most)
-        self.put_motor(number, place, speed, position, stiffness, damping, most)
+        self._core.put_motor(number, place, speed, position, stiffness, damping, most)
 
     def set_gear_motor(
         self,
         gear: int,
         *,
-        speed: Optional[float] = None,
-        position: Optional[float] = None,
+        speed: float | None = None,
+        position: float | None = None,
         stiffness: float = 0.0,
         damping: float = 0.0,
-        most: Optional[float] = None,
+        most: float | None = None,
     ) -> None:
         """Sets the motor of the coordinate sum of a gear with a drive.
 
@@ -326,13 +355,13 @@ class Simulation(CoreSimulation, Queries):
         """
         gear = whole("gear", gear, 0)
         most = _most(speed, position, most)
-        self.put_gear_motor(gear, speed, position, stiffness, damping, most)
+        self._core.put_gear_motor(gear, speed, position, stiffness, damping, most)
 
-    def set_force(self, joint: str, force: float, *, axis: Optional[str] = None) -> None:
+    def set_force(self, joint: str, force: float, *, axis: str | None = None) -> None:
         """Sets the constant force (N) or torque (N m) of a joint axis for the following steps."""
-        self.put_force(*self._axis(joint, axis), force)
+        self._core.put_force(*self._axis(joint, axis), force)
 
-    def _axis(self, joint: str, axis: Optional[str]) -> Tuple[int, int]:
+    def _axis(self, joint: str, axis: str | None) -> tuple[int, int]:
         names, axes = self.scene.joints, self.scene.joint_axes
         if joint not in names:
             raise unknown("joint", joint, names)
@@ -343,13 +372,11 @@ class Simulation(CoreSimulation, Queries):
         if axis is None and len(driven) == 1:
             return number, axes[number][0]
         if axis not in driven:
-            raise TumbleError(
-                f"axis of {joint} is {axis!r}; one of {', '.join(driven) or 'none'} is needed"
-            )
+            raise TumbleError(f"axis of {joint} is {axis!r}; one of {', '.join(driven) or 'none'} is needed")
         return number, driven[axis]
 
     @property
-    def robots(self) -> Dict[str, Robot]:
+    def robots(self) -> dict[str, Robot]:
         """Robots from files, by the prefix of their names in the scene."""
         return self._robots
 
@@ -363,15 +390,15 @@ class Simulation(CoreSimulation, Queries):
         return next(iter(self._robots.values()))
 
     @property
-    def joints(self) -> Dict[str, Dict[str, Any]]:
+    def joints(self) -> dict[str, dict[str, Any]]:
         """Joints by name, in the form of Trajectory.joints.
 
         Coordinates are current; rates, force and torque belong to the last step, 0 before the
         first.
         """
-        return by_name(self.scene, self.joint_columns, ...)
+        return by_name(self.scene, self._core.joint_columns, ...)
 
-    def contacts_to_pandas(self) -> "pd.DataFrame":
+    def contacts_to_pandas(self) -> pd.DataFrame:
         """Contacts of the last step, one row each: see Trajectory.contacts_to_pandas, without k."""
         return contacts_frame(self.scene, self.contacts)
 
@@ -389,7 +416,7 @@ def _shapes(shape: Any, bodies: int) -> Any:
     return [shape, shape[:-2] + shape[-1:]] if bodies == 1 else [shape]
 
 
-def _most(speed: Optional[float], position: Optional[float], most: Optional[float]) -> float:
+def _most(speed: float | None, position: float | None, most: float | None) -> float:
     """Checks the arguments of a motor and returns its force limit."""
     if speed is not None and position is not None:
         raise TumbleError("speed: only one of speed and position can be given")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any
 
 from ._robot import Robot
 from ._tumble import TumbleError
 
 if TYPE_CHECKING:
-    from ._arrays import Floats
+    from ._types import Floats
 
 FIRST_LIFT = 1e-3
 """First trial of a lift, m. Later ones are twice as high."""
@@ -18,14 +18,14 @@ ACCURACY = 1e-4
 """Largest distance of a lift from the least one, m. A fall from there has 4 cm/s."""
 
 
-def place(robot: Robot, q: "Floats", v: "Floats", up: Optional[int]) -> None:
+def place(robot: Robot, q: Floats, v: Floats, up: int | None) -> None:
     """Sets coordinates and rates, lifted out of the ground, other bodies, fixed pieces and terrain.
 
     ``up`` is the index of the coordinate that lifts the robot, or None.
 
     :raises TumbleError: for an overlap that a lift does not remove.
     """
-    lowest = robot.lowest(robot.placed(q, v, robot.simulation.states))
+    lowest = robot.lowest(q, v)
     if up is not None and lowest < 0.0:
         q[up] -= lowest
     refusal = _refusal(robot, q, v)
@@ -50,13 +50,13 @@ def place(robot: Robot, q: "Floats", v: "Floats", up: Optional[int]) -> None:
     robot.set(_lifted(q, up, bottom + high + overlap), v)
 
 
-def _lifted(q: "Floats", up: int, height: float) -> Any:
+def _lifted(q: Floats, up: int, height: float) -> Any:
     lifted = q.copy()
     lifted[up] = height
     return lifted
 
 
-def _refusal(robot: Robot, q: "Floats", v: "Floats") -> Optional[TumbleError]:
+def _refusal(robot: Robot, q: Floats, v: Floats) -> TumbleError | None:
     """Sets coordinates and rates. Returns the error of a simulation that refuses them."""
     try:
         robot.set(q, v)

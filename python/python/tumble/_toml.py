@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import zlib
-from typing import Any, Mapping
+from collections.abc import Mapping
+from typing import Any
 
+from ._arrays import quaternion
 from ._checks import LARGEST_WHOLE, shown
 from ._tumble import TumbleError
 
@@ -25,9 +27,7 @@ def _key(key: Any) -> str:
 def _string(text: str) -> str:
     if any("\ud800" <= c <= "\udfff" for c in text):
         raise TumbleError(f"{text!r} is not valid text: it has half of a surrogate pair")
-    inner = "".join(
-        f"\\u{ord(c):04x}" if ord(c) < 32 or c in '"\\' or ord(c) == 127 else c for c in text
-    )
+    inner = "".join(f"\\u{ord(c):04x}" if ord(c) < 32 or c in '"\\' or ord(c) == 127 else c for c in text)
     return f'"{inner}"'
 
 
@@ -41,6 +41,7 @@ def _packed(array: Any) -> str:
 def _value(name: str, value: Any) -> str:
     if name.endswith(".heights") and getattr(value, "ndim", 0) == 2 and value.dtype.kind in "fiu":
         return _packed(value)
+    value = quaternion(value)
     if hasattr(value, "tolist"):
         # numpy arrays and scalars.
         value = value.tolist()
@@ -56,9 +57,7 @@ def _value(name: str, value: Any) -> str:
         return repr(value)
     if isinstance(value, Mapping):
         inner = ", ".join(
-            f"{_key(key)} = {_value(f'{name}.{key}', item)}"
-            for key, item in value.items()
-            if item is not None
+            f"{_key(key)} = {_value(f'{name}.{key}', item)}" for key, item in value.items() if item is not None
         )
         return f"{{ {inner} }}"
     try:

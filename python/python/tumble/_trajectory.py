@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import base64
 import html
-import os
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any
 
 from ._arrays import numbers
 from ._checks import made, pandas, real, whole
 from ._files import folder_of_a_run, written
 from ._names import ByName, unknown
-from ._progress import Progress, callback
+from ._progress import callback
 from ._scene import Scene
-from ._tumble import RESIDUAL_PARTS, STATUSES, Recording, TumbleError
+from ._status import Status
+from ._tumble import RESIDUAL_PARTS, Recording, TumbleError
+from ._types import Bytes, Floats, Integers, Location, Progress
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
     import pandas as pd
 
-    Floats = npt.NDArray[np.float64]
-
-Location = Union[str, "os.PathLike[str]"]
 
 STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
 """Table columns of the 13 numbers of a state, in their order."""
@@ -45,13 +42,12 @@ _JOINT_COLUMNS = {
 """Columns of joints, with prefix and suffix of their components in joints.csv."""
 
 
-def camera_of(camera: Any) -> Tuple[float, float]:
+def camera_of(camera: Any) -> tuple[float, float]:
     """Azimuth and elevation of a camera, degrees."""
     azimuth, elevation = map(float, numbers("camera", camera, (2,)))
     if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
         raise TumbleError(
-            f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
-            "degrees are needed"
+            f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 degrees are needed"
         )
     return azimuth, elevation
 
@@ -80,47 +76,42 @@ class Trajectory:
         """Scene of the run."""
         return self._scene
 
-    @property
-    def recording(self) -> Recording:
-        """The run in the compiled module."""
-        return self._recording
-
     @cached_property
-    def states(self) -> "Floats":
+    def states(self) -> Floats:
         """States (K, N, 13).
 
         Columns are position (m, world), quaternion w, x, y, z (body to world), velocity (m/s,
         world) and spin (rad/s, body).
         """
-        return self.recording.states()
+        return self._recording.states()
 
     @property
-    def positions(self) -> "Floats":
+    def positions(self) -> Floats:
         """Centres of mass, m, world: (K, N, 3), a view."""
         return self.states[..., 0:3]
 
     @property
-    def attitudes(self) -> "Floats":
+    def attitudes(self) -> Floats:
         """Unit quaternions w, x, y, z, body to world: (K, N, 4), a view."""
         return self.states[..., 3:7]
 
     @property
-    def velocities(self) -> "Floats":
+    def velocities(self) -> Floats:
         """Velocities of the centres of mass, m/s, world: (K, N, 3), a view."""
         return self.states[..., 7:10]
 
     @property
-    def spins(self) -> "Floats":
+    def spins(self) -> Floats:
         """Angular velocities, rad/s, body: (K, N, 3), a view."""
         return self.states[..., 10:13]
 
     @cached_property
-    def forces(self) -> "Floats":
+    def forces(self) -> Floats:
         """Sum of the contact forces on each body over each step, N, world: (T, N, 3)."""
-        return self.recording.forces()
+        return self._recording.forces()
 
     @cached_property
-    def contacts(self) -> Dict[str, Any]:
+    def contacts(self) -> dict[str, Any]:
         """Candidate contacts of all steps, C in all, as columns.
 
         - ``k``, ``body`` (C,), ``partner`` (C names);
@@ -133,10 +124,10 @@ class Trajectory:
         Raises TumbleError for a run recorded without contacts.
         """
         self._need_contacts("contacts")
-        return self.recording.contacts()
+        return ByName("column", self._recording.contacts())
 
     @cached_property
-    def joints(self) -> Dict[str, Dict[str, Any]]:
+    def joints(self) -> dict[str, dict[str, Any]]:
         """Joints by name, as columns.
 
         - ``coordinate`` (K,) is the angle of a hinge including full turns, rad, or the
@@ -149,30 +140,30 @@ class Trajectory:
         - ``force`` (N) and ``torque`` (N m), (T, 3) each, act on the first body over each
           step, and their opposites on the second. They are in the second body's joint frame.
         """
-        return by_name(self.scene, self.recording.joints(), slice(None, -1))
+        return by_name(self.scene, self._recording.joints(), slice(None, -1))
 
     @cached_property
-    def gears(self) -> Dict[str, "Floats"]:
+    def gears(self) -> dict[str, Floats]:
         """Gears of the scene.
 
         ``coordinates`` (K, G, 2) are those of the following and the leading joint, m or rad
         including full turns. ``force`` (T, G) acts along the first coordinate over each step,
         N or N m.
         """
-        columns = self.recording.gears()
-        return {"coordinates": columns["coordinates"], "force": columns["force"][:-1]}
+        columns = self._recording.gears()
+        return ByName("column", {"coordinates": columns["coordinates"], "force": columns["force"][:-1]})
 
     @cached_property
-    def _steps(self) -> Dict[str, Any]:
-        return self.recording.steps()
+    def _steps(self) -> dict[str, Any]:
+        return self._recording.steps()
 
     @property
-    def time(self) -> "Floats":
+    def time(self) -> Floats:
         """Time t of each state, s: (K,)."""
         return self._steps["time"]  # type: ignore[no-any-return]
 
     @property
-    def energy(self) -> "Floats":
+    def energy(self) -> Floats:
         """Kinetic and potential energy relative to the world's origin, J: (K,).
 
         With the rotation "momentum" it is the energy at the states' times, which free motion
@@ -182,22 +173,22 @@ class Trajectory:
         return self._steps["energy"]  # type: ignore[no-any-return]
 
     @property
-    def residuals(self) -> "Floats":
+    def residuals(self) -> Floats:
         """Certified residual of each step, m/s: (T,)."""
         return self._steps["residual"][:-1]  # type: ignore[no-any-return]
 
     @property
-    def iterations(self) -> "npt.NDArray[np.uint32]":
+    def iterations(self) -> Integers:
         """Iterations of the solver in each step: (T,)."""
         return self._steps["iterations"][:-1]  # type: ignore[no-any-return]
 
     @property
-    def overlaps(self) -> "Floats":
+    def overlaps(self) -> Floats:
         """Largest overlap of pieces after each step, m: (T,)."""
         return self._steps["overlap"][:-1]  # type: ignore[no-any-return]
 
     @property
-    def restitution_shares(self) -> "Floats":
+    def restitution_shares(self) -> Floats:
         """Applied fraction of the restitution in each step: (T,).
 
         It is below 1 in steps where full restitution would have created energy.
@@ -205,7 +196,7 @@ class Trajectory:
         return self._steps["restitution_share"][:-1]  # type: ignore[no-any-return]
 
     @property
-    def stiffness(self) -> "Floats":
+    def stiffness(self) -> Floats:
         """Product h ω of each step, (T,), with ω the highest frequency of taut joints.
 
         More than 2 in consecutive steps makes a taut chain unstable. It is 0 without joints.
@@ -213,19 +204,19 @@ class Trajectory:
         return self._steps["stiffness"][:-1]  # type: ignore[no-any-return]
 
     @property
-    def status(self) -> "npt.NDArray[np.uint8]":
-        """Status of each step as an index into tumble.STATUSES: (T,)."""
+    def status(self) -> Bytes:
+        """Status of each step as a number of tumble.Status: (T,)."""
         return self._steps["status"][:-1]  # type: ignore[no-any-return]
 
     @property
-    def unsolved(self) -> List[Tuple[int, str]]:
+    def unsolved(self) -> list[tuple[int, Status]]:
         """Steps that failed or are wild: index in the T steps, and status."""
-        words = (STATUSES[place] for place in self.status)
-        return [(k, word) for k, word in enumerate(words) if word in ("failed", "wild")]
+        found = enumerate(map(Status, self.status.tolist()))
+        return [(k, status) for k, status in found if not status.ok]
 
     def __len__(self) -> int:
         """Number of states K."""
-        return len(self.recording)
+        return len(self._recording)
 
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, slice):
@@ -235,26 +226,26 @@ class Trajectory:
                     f"[{first}:{end}:{stride}] is not a part of a trajectory; consecutive states are "
                     "needed, for example run[100:200]; run.states[::10] has every tenth state"
                 )
-            return Trajectory(self.scene, self.recording.part(first, end))
+            return Trajectory(self.scene, self._recording.part(first, end))
         return self.states[key]
 
-    def __iter__(self) -> "Iterator[Floats]":
+    def __iter__(self) -> Iterator[Floats]:
         """Iterates over the states (N, 13) of each row."""
         return iter(self.states)
 
     def __reduce__(self) -> Any:
         """Pickles a trajectory as its tables."""
-        recording = self.recording
+        recording = self._recording
         forces = None if recording.has_contacts else recording.forces()
         return _restored, (self.scene, recording.tables(), forces)
 
-    def __copy__(self) -> "Trajectory":
-        return Trajectory(self.scene, self.recording)
+    def __copy__(self) -> Trajectory:
+        return Trajectory(self.scene, self._recording)
 
-    def __deepcopy__(self, _: Any) -> "Trajectory":
+    def __deepcopy__(self, _: Any) -> Trajectory:
         return self.__copy__()
 
-    def to_pandas(self) -> "pd.DataFrame":
+    def to_pandas(self) -> pd.DataFrame:
         """One row per state and body.
 
         Columns are k, time_s, body (its name), and the 13 numbers of the state.
@@ -271,7 +262,7 @@ class Trajectory:
         frame.insert(2, "body", self.scene.bodies * rows)
         return frame
 
-    def steps_to_pandas(self) -> "pd.DataFrame":
+    def steps_to_pandas(self) -> pd.DataFrame:
         """One row per step.
 
         Columns are k, time_s, status, iterations, residual_m_s, its parts, overlap_m, placement_m
@@ -285,7 +276,7 @@ class Trajectory:
             {
                 "k": steps["k"],
                 "time_s": steps["time"],
-                "status": [STATUSES[place] for place in steps["status"]],
+                "status": [Status(number).word for number in steps["status"].tolist()],
                 "iterations": steps["iterations"],
                 "residual_m_s": steps["residual"],
                 **{f"{part}_m_s": steps["parts"][:, place] for place, part in enumerate(RESIDUAL_PARTS)},
@@ -296,7 +287,7 @@ class Trajectory:
             }
         )
 
-    def contacts_to_pandas(self) -> "pd.DataFrame":
+    def contacts_to_pandas(self) -> pd.DataFrame:
         """One row per candidate contact.
 
         Columns are k, body and partner (names), the components of point_m, normal, force_N
@@ -307,7 +298,7 @@ class Trajectory:
         frame.insert(0, "k", self.contacts["k"])
         return frame
 
-    def joints_to_pandas(self) -> "pd.DataFrame":
+    def joints_to_pandas(self) -> pd.DataFrame:
         """One row per state and joint.
 
         Columns are k, time_s, joint (its name), and those of joints.csv. Rates, forces and
@@ -317,7 +308,7 @@ class Trajectory:
 
         pd = pandas()
         names = self.scene.joints
-        rows, columns = len(self), self.recording.joints()
+        rows, columns = len(self), self._recording.joints()
         table = {}
         for name, (start, unit) in _JOINT_COLUMNS.items():
             for place, axis in enumerate("xyz"):
@@ -328,7 +319,7 @@ class Trajectory:
         frame.insert(2, "joint", names * rows)
         return frame
 
-    def to_csv(self, folder: Location, overwrite: bool = False) -> List[Path]:
+    def to_csv(self, folder: Location, overwrite: bool = False) -> list[Path]:
         """Writes the run as tables and run.json.
 
         The tables are states.csv, contacts.csv and steps.csv, plus joints.csv and gears.csv
@@ -344,21 +335,19 @@ class Trajectory:
         """
         return self._to_folder(folder, overwrite, {})
 
-    def _to_folder(
-        self, folder: Location, overwrite: bool, more: Mapping[str, bytes]
-    ) -> List[Path]:
+    def _to_folder(self, folder: Location, overwrite: bool, more: Mapping[str, bytes]) -> list[Path]:
         """Writes the run as to_csv, with more files of the same run."""
         self._need_contacts("to_csv")
-        folder, recording = Path(folder), self.recording
+        folder, recording = Path(folder), self._recording
         tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
         tables.update(more)
-        files: Dict[str, Optional[bytes]] = {**tables, "run.json": recording.run_json(tables)}
+        files: dict[str, bytes | None] = {**tables, "run.json": recording.run_json(tables)}
         given = {name: content for name, content in files.items() if content is not None}
         with folder_of_a_run(folder, list(given), overwrite):
             return [written(folder / name, content) for name, content in given.items()]
 
     @classmethod
-    def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
+    def from_csv(cls, scene: Scene, folder: Location) -> Trajectory:
         """Reads the tables of a run of ``scene`` or of a part of one.
 
         ``folder`` contains tables of to_csv or the command line. A run.json beside the tables
@@ -369,9 +358,9 @@ class Trajectory:
         run = json.read_text("utf-8") if json.is_file() else None
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
         tables = [(folder / f"{name}.csv").read_bytes() for name in names]
-        return cls(scene, Recording.of_tables(scene, tables, run=run))
+        return cls(scene, Recording.of_tables(scene._core, tables, run=run))
 
-    def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
+    def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = 0) -> Any:
         """Plots of a body over time as SVG.
 
         ``sheet`` is "motion", with contact forces, or "energy". ``body`` is an index or a
@@ -383,18 +372,18 @@ class Trajectory:
             raise TumbleError(f"{path}: a name that ends in .svg or .png is needed")
         if sheet == "motion":
             self._need_contacts("the plot of motion")
-        svg = self.recording.svg(sheet, self._body(body))
+        svg = self._recording.svg(sheet, self._body(body))
         if path is None:
             return Picture("image/svg+xml", svg.encode())
         return written(Path(path), svg.encode() if ends == ".svg" else Recording.png(svg))
 
     def gif(
         self,
-        path: Optional[Location] = None,
+        path: Location | None = None,
         *,
         speed: float = 1.0,
         size: int = 480,
-        camera: Optional[Tuple[float, float]] = None,
+        camera: tuple[float, float] | None = None,
         dark: bool = False,
         progress: Progress = False,
     ) -> Any:
@@ -414,17 +403,17 @@ class Trajectory:
         if not 100 <= whole("size", size, 0) <= 2000:
             raise TumbleError(f"size is {size}; allowed: 100 to 2000")
         view = None if camera is None else camera_of(camera)
-        content = self.recording.gif(speed, size, view, bool(dark), callback(progress))
+        content = self._recording.gif(speed, size, view, bool(dark), callback(progress))
         return Picture("image/gif", content) if path is None else written(Path(path), content)
 
-    def page(self, other: Optional["Trajectory"] = None) -> str:
+    def page(self, other: Trajectory | None = None) -> str:
         """Self-contained HTML page that plays the motion, side by side with ``other``."""
         runs = [self] if other is None else [self, made("other", other, Trajectory)]
         for run in runs:
             run._need_contacts("the page")
-        return self.recording.page(None if other is None else other.recording)
+        return self._recording.page(None if other is None else other._recording)
 
-    def view(self, path: Optional[Location] = None, other: Optional["Trajectory"] = None) -> Any:
+    def view(self, path: Location | None = None, other: Trajectory | None = None) -> Any:
         """Page that plays the motion.
 
         It is written to ``path``, which ends in .html. Without a path, the result is an
@@ -445,12 +434,11 @@ class Trajectory:
             return whole("body", body, 0, len(names) - 1)
         except TumbleError:
             raise TumbleError(
-                f"body is {body!r}; a name, for example {names[0]!r}, or an index from 0 to "
-                f"{len(names) - 1} is needed"
+                f"body is {body!r}; a name, for example {names[0]!r}, or an index from 0 to {len(names) - 1} is needed"
             ) from None
 
     def _need_contacts(self, what: str) -> None:
-        if not self.recording.has_contacts:
+        if not self._recording.has_contacts:
             raise TumbleError(
                 f"{what}: the run was recorded without contacts; record it with contacts=True, or "
                 "use forces, their sum on each body"
@@ -460,23 +448,17 @@ class Trajectory:
         steps = len(self) - 1
         seconds = steps * self.scene.time_step
         unsolved = len(self.unsolved)
-        return (
-            f"<tumble.Trajectory of {self.scene.name!r}: {steps} steps, {seconds:.3f} s, "
-            f"{unsolved} not solved>"
-        )
+        return f"<tumble.Trajectory of {self.scene.name!r}: {steps} steps, {seconds:.3f} s, {unsolved} not solved>"
 
-    def _repr_html_(self) -> Optional[str]:
-        return Page(self.page())._repr_html_() if self.recording.has_contacts else None
+    def _repr_html_(self) -> str | None:
+        return Page(self.page())._repr_html_() if self._recording.has_contacts else None
 
 
-def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> "pd.DataFrame":
+def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> pd.DataFrame:
     """Table of contacts from their columns, one row each."""
     pd = pandas()
     bodies = scene.bodies
-    columns: Dict[str, Any] = {
-        "body": [bodies[place] for place in contacts["body"]],
-        "partner": contacts["partner"],
-    }
+    columns: dict[str, Any] = {"body": [bodies[place] for place in contacts["body"]], "partner": contacts["partner"]}
     for name, unit in (("point", "_m"), ("normal", ""), ("force", "_N"), ("slip", "_m_s")):
         for place, axis in enumerate("xyz"):
             columns[f"{name}_{axis}{unit}"] = contacts[name][:, place]
@@ -485,13 +467,11 @@ def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> "pd.DataFrame":
     return pd.DataFrame(columns)
 
 
-def _restored(scene: Scene, tables: List[bytes], forces: Any) -> Trajectory:
-    return Trajectory(scene, Recording.of_tables(scene, tables, forces))
+def _restored(scene: Scene, tables: list[bytes], forces: Any) -> Trajectory:
+    return Trajectory(scene, Recording.of_tables(scene._core, tables, forces))
 
 
-def by_name(
-    scene: Scene, columns: Dict[str, "Floats"], steps: Any
-) -> Dict[str, Dict[str, "Floats"]]:
+def by_name(scene: Scene, columns: dict[str, Floats], steps: Any) -> dict[str, dict[str, Floats]]:
     """Columns of all joints, (…, J, 3), by joint.
 
     ``steps`` selects the rows of quantities that belong to steps.
@@ -501,18 +481,19 @@ def by_name(
     places = np.concatenate([columns["place"], columns["angles"]], axis=-1)
     rates = np.concatenate([columns["velocity"], columns["spin"]], axis=-1)
     places.flags.writeable = rates.flags.writeable = False
-    joints: Dict[str, Dict[str, Floats]] = {}
+    joints: dict[str, dict[str, Floats]] = {}
     for number, (name, axes) in enumerate(zip(scene.joints, scene.joint_axes)):
         one: Any = axes[0] if len(axes) == 1 else axes
         of_steps = {"speed": rates[..., number, one]}
         names = ("velocity", "spin", "force", "torque")
         of_steps.update({column: columns[column][..., number, :] for column in names})
-        joints[name] = {
+        columns_of = {
             "coordinate": places[..., number, one],
             "place": columns["place"][..., number, :],
             "angles": columns["angles"][..., number, :],
             **{column: numbers[steps] for column, numbers in of_steps.items()},
         }
+        joints[name] = ByName("column", columns_of)
     return ByName("joint", joints)
 
 
@@ -523,10 +504,7 @@ class Page:
         self.html = text
 
     def _repr_html_(self) -> str:
-        return (
-            f'<iframe srcdoc="{html.escape(self.html)}" width="100%" height="640" '
-            'style="border: 0"></iframe>'
-        )
+        return f'<iframe srcdoc="{html.escape(self.html)}" width="100%" height="640" style="border: 0"></iframe>'
 
 
 class Picture:
@@ -536,7 +514,7 @@ class Picture:
         self.media_type = media_type
         self.data = data
 
-    def _repr_mimebundle_(self, **_: Any) -> Dict[str, str]:
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
         if self.media_type == "image/svg+xml":
             return {self.media_type: self.data.decode()}
         return {self.media_type: base64.b64encode(self.data).decode()}

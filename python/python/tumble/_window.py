@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Optional
+from typing import Any
 
 from ._tumble import TumbleError
 
@@ -19,10 +19,12 @@ class Window:
         try:
             import pygame
         except ImportError:
-            raise TumbleError('render_mode is "human", which needs pygame; install it with pip install pygame') from None
+            raise TumbleError(
+                'render_mode is "human", which needs pygame; install it with pip install pygame'
+            ) from None
         self._pygame = pygame
         self._title, self._rate = title, rate
-        self._surface: Optional[Any] = None
+        self._surface: Any | None = None
         self._is_closed = False
 
     def show(self, image: Any) -> None:

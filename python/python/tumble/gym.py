@@ -10,7 +10,7 @@ not converge are counted in ``info["unsolved"]``.
 
 from __future__ import annotations
 
-from typing import Any, Dict, Optional, Tuple
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -24,11 +24,11 @@ from ._arrays import numbers
 from ._rollout import Rollouts, rollout
 from ._scene import Scene
 from ._tumble import TumbleError
+from ._types import Floats
 
-Floats = npt.NDArray[np.float64]
 Observation = npt.NDArray[np.float32]
 Flags = npt.NDArray[np.bool_]
-Info = Dict[str, Any]
+Info = dict[str, Any]
 
 SIDE = 0.1
 """Side of the cube, m. Its mass is 1 kg."""
@@ -77,7 +77,7 @@ def _observed(states: Floats, targets: Floats) -> Observation:
     return observed
 
 
-def _drawn(rng: np.random.Generator) -> Tuple[Floats, Floats]:
+def _drawn(rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Random start, turned about the vertical, and random target at least 0.1 m away."""
     position, target = rng.uniform(-RANGE, RANGE, (2, 2))
     while np.hypot(*(target - position)) < 0.1:
@@ -99,7 +99,7 @@ def _pushed(scene: Scene, states: Floats, actions: Floats, threads: int) -> Roll
     return rollout(scene, states, controls, threads=threads)
 
 
-def _judged(states: Floats, targets: Floats) -> Tuple[Floats, Flags, Flags]:
+def _judged(states: Floats, targets: Floats) -> tuple[Floats, Flags, Flags]:
     """Reward, True if the cube is at the target, and True if it is lost: each (B,).
 
     The reward is minus the distance in m, and 1 more at the target.
@@ -123,7 +123,7 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     - End: the cube is slow at the target, or lost at 2 m from the origin.
     """
 
-    metadata: Dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}
 
     def __init__(self, friction: float = 0.4) -> None:
         self.scene = scene(friction)
@@ -132,9 +132,7 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self._state = np.zeros(13)
         self._target = np.zeros(2)
 
-    def reset(
-        self, *, seed: Optional[int] = None, options: Optional[Info] = None
-    ) -> Tuple[Observation, Info]:
+    def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Observation, Info]:
         """Draws a new start and target, from the seed if there is one.
 
         The info has ``target``, (2,), m. ``options`` are ignored.
@@ -143,7 +141,7 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self._state, self._target = _drawn(self.np_random)
         return self._observation(), {"target": self._target.copy()}
 
-    def step(self, action: Any) -> Tuple[Observation, float, bool, bool, Info]:
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, Info]:
         """Pushes for 50 ms.
 
         Returns observation, reward, True at the end of the episode, False (``gymnasium.make``
@@ -171,14 +169,10 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     ``max_episode_steps``. Environment i draws its starts from seed + i.
     """
 
-    metadata: Dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
+    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
 
     def __init__(
-        self,
-        num_envs: int = 16,
-        friction: float = 0.4,
-        threads: int = 1,
-        max_episode_steps: int = EPISODE,
+        self, num_envs: int = 16, friction: float = 0.4, threads: int = 1, max_episode_steps: int = EPISODE
     ) -> None:
         self.num_envs = num_envs
         self.scene = scene(friction)
@@ -194,9 +188,7 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         self._taken = np.zeros(num_envs, dtype=np.int64)
         self._ended = np.zeros(num_envs, dtype=np.bool_)
 
-    def reset(
-        self, *, seed: Any = None, options: Optional[Info] = None
-    ) -> Tuple[Observation, Info]:
+    def reset(self, *, seed: Any = None, options: Info | None = None) -> tuple[Observation, Info]:
         """Draws new starts and targets, from one seed for all or one for each.
 
         ``options`` are ignored.
@@ -209,9 +201,7 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
             self._draw(index)
         return _observed(self._states, self._targets), {}
 
-    def step(
-        self, actions: Any
-    ) -> Tuple[Observation, Floats, Flags, Flags, Info]:
+    def step(self, actions: Any) -> tuple[Observation, Floats, Flags, Flags, Info]:
         """Pushes each cube for 50 ms.
 
         Returns observations (B, 15), rewards, terminated and truncated flags, and info. The

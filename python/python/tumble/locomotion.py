@@ -18,12 +18,13 @@ from __future__ import annotations
 from functools import partial
 from math import hypot
 from pathlib import Path
-from typing import Any, Tuple
+from typing import Any
 
 import gymnasium
 import numpy as np
 
-from ._robot_env import EPISODE, Floats, Info, RobotEnv, RobotVectorEnv
+from ._robot_env import EPISODE, Info, RobotEnv, RobotVectorEnv
+from ._types import Floats
 
 __all__ = ["EPISODE", "Ant", "HalfCheetah", "Hopper", "RobotEnv", "RobotVectorEnv", "Runner", "Walker2d", "model"]
 
@@ -64,7 +65,7 @@ class Runner(RobotEnv):
         x = float(after[self.forward])
         return {"x_position": x, "x_velocity": (x - float(before[self.forward])) / self.dt}
 
-    def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
+    def judge(self, before: Floats, action: Floats) -> tuple[float, bool, Info]:
         """Reward: speed along x, plus the healthy reward, minus the control cost."""
         after, well = self.robot.q, self.is_healthy()
         info = self.progress(before, after)
@@ -75,7 +76,7 @@ class Runner(RobotEnv):
         return speed + survive - cost, self.ends_unwell and not well, info
 
 
-def _noisy(env: RobotEnv, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+def _noisy(env: RobotEnv, rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Start with uniform noise on the coordinates and normal noise on the rates."""
     q, v = RobotEnv.draw(env, rng)
     return q, env.noise * rng.standard_normal(len(v))
@@ -88,17 +89,12 @@ class Hopper(Runner):
     fastest = 10.0
 
     def __init__(
-        self,
-        file: Any = None,
-        frame_skip: int = 4,
-        noise: float = 5e-3,
-        substeps: int = 1,
-        **keywords: Any,
+        self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3, substeps: int = 1, **keywords: Any
     ) -> None:
         file = model("hopper.xml") if file is None else file
         super().__init__(file, frame_skip, noise, substeps, **keywords)
 
-    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+    def draw(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Uniform noise on coordinates and rates."""
         q, v = super().draw(rng)
         return q, rng.uniform(-self.noise, self.noise, len(v))
@@ -119,12 +115,7 @@ class Walker2d(Hopper):
     """Planar walker with two legs. The episode ends when it falls."""
 
     def __init__(
-        self,
-        file: Any = None,
-        frame_skip: int = 4,
-        noise: float = 5e-3,
-        substeps: int = 1,
-        **keywords: Any,
+        self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3, substeps: int = 1, **keywords: Any
     ) -> None:
         file = model("walker2d_v5.xml") if file is None else file
         super().__init__(file, frame_skip, noise, substeps, **keywords)
@@ -142,17 +133,12 @@ class HalfCheetah(Runner):
     ends_unwell = False
 
     def __init__(
-        self,
-        file: Any = None,
-        frame_skip: int = 5,
-        noise: float = 0.1,
-        substeps: int = 4,
-        **keywords: Any,
+        self, file: Any = None, frame_skip: int = 5, noise: float = 0.1, substeps: int = 4, **keywords: Any
     ) -> None:
         file = model("half_cheetah.xml") if file is None else file
         super().__init__(file, frame_skip, noise, substeps, **keywords)
 
-    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+    def draw(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Uniform noise on the coordinates, normal noise on the rates."""
         return _noisy(self, rng)
 
@@ -166,17 +152,12 @@ class Ant(Runner):
     healthy_reward = 1.0
 
     def __init__(
-        self,
-        file: Any = None,
-        frame_skip: int = 5,
-        noise: float = 0.1,
-        substeps: int = 1,
-        **keywords: Any,
+        self, file: Any = None, frame_skip: int = 5, noise: float = 0.1, substeps: int = 1, **keywords: Any
     ) -> None:
         file = model("ant.xml") if file is None else file
         super().__init__(file, frame_skip, noise, substeps, **keywords)
 
-    def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
+    def draw(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Uniform noise on the coordinates, normal noise on the rates."""
         return _noisy(self, rng)
 

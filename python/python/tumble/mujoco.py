@@ -10,7 +10,8 @@ How-to and limits: docs/referee.md.
 from __future__ import annotations
 
 from collections import OrderedDict
-from typing import Any, Callable, Optional
+from collections.abc import Callable
+from typing import Any
 
 from ._certificate import Certificate
 from ._mujoco_certify import certify_step
@@ -22,7 +23,7 @@ __all__ = ["Comparison", "HardStep", "HardStepper", "UnsolvedStep", "certify", "
 
 _MOST_STEPPERS = 8
 """Models of which ``hard_step`` keeps a stepper."""
-_STEPPERS: "OrderedDict[int, HardStepper]" = OrderedDict()
+_STEPPERS: OrderedDict[int, HardStepper] = OrderedDict()
 
 
 def hard_step(model: Any, data: Any, *, restitution: float = 0.0, unsolved: str = "warn") -> HardStep:
@@ -45,9 +46,7 @@ def certify(model: Any, data: Any) -> Certificate:
     return certify_step(_stepper(model), data)[0]
 
 
-def compare(
-    model: Any, data: Any, steps: int, *, control: Optional[Callable[[Any], None]] = None
-) -> Comparison:
+def compare(model: Any, data: Any, steps: int, *, control: Callable[[Any], None] | None = None) -> Comparison:
     """MuJoCo's steps beside hard steps, from copies of ``data``.
 
     :param steps: number of steps of both kinds.

@@ -10,20 +10,19 @@
 
 from __future__ import annotations
 
-from typing import Any, List, Optional, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ._arrays import numbers
 from ._certificate import Certificate, CertificateRow, rows_of
 from ._checks import real, whole
 from ._problem import Law, _groups
 from ._tumble import TumbleError
+from ._types import Floats, Integers
 
 __all__ = ["Certificate", "CertificateRow", "certify", "certify_bodies"]
-
-Floats = npt.NDArray[np.float64]
 
 
 def certify(
@@ -39,7 +38,7 @@ def certify(
     w: Any = None,
     lengths: Any = None,
     dimension: int = 3,
-    names: Optional[Sequence[str]] = None,
+    names: Sequence[str] | None = None,
     notes: Sequence[str] = (),
 ) -> Certificate:
     """Certificate of a step in generalised coordinates.
@@ -114,7 +113,7 @@ def certify_bodies(
     attitudes_after: Any = None,
     gaps_after: Any = None,
     slips: Any = None,
-    names: Optional[Sequence[str]] = None,
+    names: Sequence[str] | None = None,
     notes: Sequence[str] = (),
 ) -> Certificate:
     """Certificate of a step of N rigid bodies with C contacts. All vectors are in the world's frame.
@@ -216,7 +215,7 @@ def _positive(name: str, value: Any) -> float:
     return number
 
 
-def _names(names: Optional[Sequence[str]], count: int) -> List[str]:
+def _names(names: Sequence[str] | None, count: int) -> list[str]:
     if names is None:
         return [str(place) for place in range(count)]
     listed = [str(name) for name in names]
@@ -225,7 +224,7 @@ def _names(names: Optional[Sequence[str]], count: int) -> List[str]:
     return listed
 
 
-def _name(labels: List[str], body: int) -> str:
+def _name(labels: list[str], body: int) -> str:
     return labels[body] if body >= 0 else "world"
 
 
@@ -264,14 +263,20 @@ def _frames(normals: Floats) -> Floats:
     return np.stack([n, first, np.cross(n, first)], axis=1)
 
 
-def _pairs(pairs: Any, contacts: int, count: int) -> "npt.NDArray[np.int64]":
+def _pairs(pairs: Any, contacts: int, count: int) -> Integers:
     array = np.asarray(pairs)
     if array.size == 0 and contacts == 0:
         return np.zeros((0, 2), np.int64)
     if array.shape != (contacts, 2) or array.dtype.kind not in "iu":
-        raise TumbleError(f"pairs has shape {array.shape} and dtype {array.dtype}; whole numbers ({contacts}, 2) are needed")
+        raise TumbleError(
+            f"pairs has shape {array.shape} and dtype {array.dtype}; whole numbers ({contacts}, 2) are needed"
+        )
     if array.min() < -1 or array.max() >= count:
-        raise TumbleError(f"pairs has body {array.min() if array.min() < -1 else array.max()}; -1 to {count - 1} are needed")
+        raise TumbleError(
+            f"pairs has body {array.min() if array.min() < -1 else array.max()}; -1 to {count - 1} are needed"
+        )
     if (array[:, 0] == array[:, 1]).any():
-        raise TumbleError(f"pairs has body {array[array[:, 0] == array[:, 1]][0, 0]} twice in a contact; two bodies are needed")
+        raise TumbleError(
+            f"pairs has body {array[array[:, 0] == array[:, 1]][0, 0]} twice in a contact; two bodies are needed"
+        )
     return array.astype(np.int64)

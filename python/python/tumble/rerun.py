@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -13,7 +13,7 @@ _TIME = "time"
 _FORCES = (0xE0, 0x6C, 0x3C)
 
 
-def log(run: Trajectory, path: str = "tumble", *, recording: Optional[Any] = None) -> None:
+def log(run: Trajectory, path: str = "tumble", *, recording: Any | None = None) -> None:
     """Logs a run below the entity ``path`` of a recording, by default the active one.
 
     The timeline "time" is that of the scene, in s. Entities are
@@ -29,7 +29,7 @@ def log(run: Trajectory, path: str = "tumble", *, recording: Optional[Any] = Non
         rr.init("tumble", spawn=True)
         tumble.rerun.log(scene.run(500))
     """
-    bodies, fixed, fixed_names = run.recording.surfaces()
+    bodies, fixed, fixed_names = run._recording.surfaces()
     names = [*(f"bodies/{rr.escape_entity_path_part(name)}" for name in run.scene.bodies)]
     names += [f"fixed/{index}-{rr.escape_entity_path_part(name)}" for index, name in enumerate(fixed_names)]
     rr.log(path, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True, recording=recording)
@@ -42,9 +42,7 @@ def log(run: Trajectory, path: str = "tumble", *, recording: Optional[Any] = Non
     # Rerun has quaternions x, y, z, w.
     attitudes = run.attitudes[..., [1, 2, 3, 0]]
     for body, name in enumerate(names[: len(bodies)]):
-        poses = rr.Transform3D.columns(
-            translation=run.positions[:, body], quaternion=attitudes[:, body]
-        )
+        poses = rr.Transform3D.columns(translation=run.positions[:, body], quaternion=attitudes[:, body])
         rr.send_columns(f"{path}/{name}", times, poses, recording=recording)
     steps = [rr.TimeColumn(_TIME, duration=run.time[:-1])]
     residuals = rr.Scalars.columns(scalars=run.residuals)
@@ -53,9 +51,9 @@ def log(run: Trajectory, path: str = "tumble", *, recording: Optional[Any] = Non
     _log_forces(run, f"{path}/contacts", steps, recording)
 
 
-def _log_forces(run: Trajectory, path: str, steps: Any, recording: Optional[Any]) -> None:
+def _log_forces(run: Trajectory, path: str, steps: Any, recording: Any | None) -> None:
     """Logs contact forces as arrows."""
-    if not run.recording.has_contacts:
+    if not run._recording.has_contacts:
         return
     contacts = run.contacts
     loaded = np.any(contacts["force"] != 0.0, axis=1)

@@ -11,7 +11,8 @@ Derivatives are exact and valid up to the next kink: docs/gradients.md.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Mapping, Optional
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from ._autodiff import Differentiable, given_arrays
 from ._gradients import smoothing_of
@@ -48,17 +49,17 @@ class _Rollout(torch.autograd.Function):
 
 
 def rollout(
-    scene: "Scene",
+    scene: Scene,
     initial_states: Any = None,
     controls: Any = None,
     *,
     motors: Any = None,
     joint_forces: Any = None,
-    steps: Optional[int] = None,
-    parameters: Optional[Mapping[str, Any]] = None,
-    compliance: Optional[float] = None,
-    central_path: Optional[float] = None,
-    threads: Optional[int] = None,
+    steps: int | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    compliance: float | None = None,
+    central_path: float | None = None,
+    threads: int | None = None,
 ) -> Any:
     """States after each step, (B, T, N, 13), as a differentiable function of tensors.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Optional
+from typing import Any
 
 import numpy as np
 import viser
@@ -21,15 +21,13 @@ class Player:
     ``show`` made it, the server.
     """
 
-    def __init__(self, run: Trajectory, server: Optional[Any], path: str) -> None:
+    def __init__(self, run: Trajectory, server: Any | None, path: str) -> None:
         self._is_own = server is None
         self.server = viser.ViserServer(host="127.0.0.1", verbose=False) if server is None else server
         self._run = run
-        bodies, fixed, _ = run.recording.surfaces()
+        bodies, fixed, _ = run._recording.surfaces()
         scene = self.server.scene
-        self._frames = [
-            scene.add_frame(f"{path}/bodies/{index}", show_axes=False) for index in range(len(bodies))
-        ]
+        self._frames = [scene.add_frame(f"{path}/bodies/{index}", show_axes=False) for index in range(len(bodies))]
         for kind, objects in (("bodies", bodies), ("fixed", fixed)):
             for index, meshes in enumerate(objects):
                 for piece, (vertices, triangles, colour) in enumerate(meshes):
@@ -72,7 +70,7 @@ class Player:
                 self._slider.value = index if index < len(time) else 0
 
 
-def show(run: Trajectory, *, server: Optional[Any] = None, path: str = "/tumble") -> Player:
+def show(run: Trajectory, *, server: Any | None = None, path: str = "/tumble") -> Player:
     """Shows a run in a viser server, by default a new one on 127.0.0.1.
 
     ``server`` is a ``viser.ViserServer`` with other things in it. Scene nodes are below ``path``.

@@ -6,8 +6,8 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
 
 from .._tumble import TumbleError
 from ._case import Case, all_cases, chosen
@@ -31,7 +31,7 @@ bad input. docs/benchmark.md describes cases and tables.
 """
 
 
-def main(arguments: Optional[Sequence[str]] = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
     try:
@@ -96,11 +96,11 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _listed(text: str) -> List[str]:
+def _listed(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
-def _pythons(given: Sequence[str]) -> Dict[str, str]:
+def _pythons(given: Sequence[str]) -> dict[str, str]:
     found = {}
     for entry in given:
         names, equals, path = entry.partition("=")

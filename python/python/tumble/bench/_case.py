@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
+from typing import Any
 
 import numpy as np
 
 from .._tumble import TumbleError
+from .._types import Floats
 from ._formula import evaluate
 from ._measures import Measures
-from ._scene import Floats, Scene, known, scene_of
+from ._scene import Scene, known, scene_of
 
 COMPONENTS = ("x", "y", "z", "vx", "vy", "vz")
 """Components of an end state that have derivatives."""
@@ -35,7 +37,7 @@ class Answer:
     reason: str
     """Reason for the tolerance."""
     source: str
-    compliant: Optional[float]
+    compliant: float | None
     """Largest error that compliant contacts may have by design; None if they have no allowance."""
 
 
@@ -66,13 +68,13 @@ class Case:
     group: str
     fast: bool
     """True if the case belongs to the short selection of the tests."""
-    parameters: Dict[str, float]
+    parameters: dict[str, float]
     table: Mapping[str, Any]
-    answers: List[Answer]
-    gradients: List[Gradient]
+    answers: list[Answer]
+    gradients: list[Gradient]
 
     @property
-    def quantities(self) -> List[Union[Answer, Gradient]]:
+    def quantities(self) -> list[Answer | Gradient]:
         """Answers, then gradients."""
         return [*self.answers, *self.gradients]
 
@@ -80,7 +82,7 @@ class Case:
         """Scene with the parameters of the case, some of them changed."""
         return scene_of(self.table, {**self.parameters, **changed})
 
-    def measure(self, scene: Scene, states: Floats) -> List[float]:
+    def measure(self, scene: Scene, states: Floats) -> list[float]:
         """Measured values of the answers."""
         names = {**self.parameters, **Measures(scene, states).names()}
         return [_number(evaluate(answer.measured, names)) for answer in self.answers]
@@ -112,7 +114,7 @@ def _case(path: Path, table: Mapping[str, Any]) -> Case:
     known("the case", table, _CASE, ("description", "group", "scene"))
     if table["group"] not in GROUPS:
         raise TumbleError(f"group is {table['group']!r}; known are {', '.join(GROUPS)}")
-    parameters: Dict[str, float] = {}
+    parameters: dict[str, float] = {}
     for name, value in table.get("parameters", {}).items():
         parameters[name] = _number(evaluate(value, parameters))
     scene = scene_of(table["scene"], parameters)
@@ -162,7 +164,7 @@ def _gradient(entry: Mapping[str, Any], constants: Mapping[str, float], scene: S
     )
 
 
-def _expected(entry: Mapping[str, Any], constants: Mapping[str, float]) -> Dict[str, Any]:
+def _expected(entry: Mapping[str, Any], constants: Mapping[str, float]) -> dict[str, Any]:
     tolerance = _number(evaluate(entry["tolerance"], constants))
     if not 0.0 < tolerance < math.inf:
         raise TumbleError(f"{entry['name']} has the tolerance {tolerance:g}; a positive number is needed")
@@ -176,14 +178,14 @@ def _number(value: Any) -> float:
     raise TumbleError(f"a number is needed, but a formula gives {type(value).__name__}")
 
 
-def all_cases(folder: Optional[Path] = None) -> List[Case]:
+def all_cases(folder: Path | None = None) -> list[Case]:
     """Cases of the package, and those of a folder, by group and name."""
     paths = sorted(Path(str(files(__package__) / "cases")).glob("*.toml"))
     if folder is not None:
         if not folder.is_dir():
             raise TumbleError(f"{folder} is not a folder; give one with case files")
         paths += sorted(folder.glob("*.toml"))
-    found: Dict[str, Case] = {}
+    found: dict[str, Case] = {}
     for path in paths:
         if path.stem in found:
             raise TumbleError(f"{path}: there is already a case {path.stem}; rename the file")
@@ -191,7 +193,7 @@ def all_cases(folder: Optional[Path] = None) -> List[Case]:
     return sorted(found.values(), key=lambda case: (GROUPS.index(case.group), case.name))
 
 
-def chosen(names: Sequence[str], patterns: Sequence[str], what: str) -> List[str]:
+def chosen(names: Sequence[str], patterns: Sequence[str], what: str) -> list[str]:
     """Names that match any of the patterns, in their order.
 
     :raises TumbleError: if a pattern matches nothing.

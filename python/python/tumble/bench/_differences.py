@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Optional, Tuple
-
 import numpy as np
 
 from ._case import COMPONENTS, Case, Gradient
@@ -13,7 +11,7 @@ _STATE = {name: place if place < 3 else place + 4 for place, name in enumerate(C
 """Place of a component in a state of 13 numbers."""
 
 
-def derivative(engine: Engine, case: Case, gradient: Gradient) -> Tuple[float, str]:
+def derivative(engine: Engine, case: Case, gradient: Gradient) -> tuple[float, str]:
     """Derivative and the method: ``own`` or ``differences``."""
     component = _STATE[gradient.component]
     found = engine.sensitivities(case.scene(), gradient.body, component)
@@ -28,7 +26,7 @@ def derivative(engine: Engine, case: Case, gradient: Gradient) -> Tuple[float, s
     return (ends[0] - ends[1]) / (2.0 * gradient.step), "differences"
 
 
-def _chained(case: Case, gradient: Gradient, found: Sensitivities) -> Optional[float]:
+def _chained(case: Case, gradient: Gradient, found: Sensitivities) -> float | None:
     """Sum of the derivatives by all inputs that depend on the parameter; None if one of them is unknown.
 
     Inputs are at most linear in a parameter of a gradient, so their central differences are exact.

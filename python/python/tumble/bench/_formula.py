@@ -5,11 +5,12 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from typing import Any, Callable, Dict, Mapping
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from .._tumble import TumbleError
 
-_BINARY: Dict[type, Callable[[Any, Any], Any]] = {
+_BINARY: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
@@ -17,7 +18,7 @@ _BINARY: Dict[type, Callable[[Any, Any], Any]] = {
     ast.Pow: operator.pow,
 }
 _CONSTANTS = {"pi": math.pi}
-_FUNCTIONS: Dict[str, Callable[..., Any]] = {
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "abs": abs,
     "acos": math.acos,
     "atan": math.atan,

@@ -7,13 +7,15 @@ a curve into a number.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fnmatch import fnmatchcase
-from typing import Any, Callable, Dict, List
+from typing import Any
 
 import numpy as np
 
 from .._tumble import TumbleError
-from ._scene import Body, Floats, Scene
+from .._types import Floats
+from ._scene import Body, Scene
 from ._solids import matrix_of
 
 
@@ -26,9 +28,9 @@ class Measures:
         self.turns = matrix_of(states[:, :, 3:7])
         self.spins = np.einsum("tnij,tnj->tni", self.turns, states[:, :, 10:13])
 
-    def names(self) -> Dict[str, Any]:
+    def names(self) -> dict[str, Any]:
         """Names for ``evaluate``."""
-        functions: Dict[str, Callable[..., Any]] = {
+        functions: dict[str, Callable[..., Any]] = {
             "energy": self.energy,
             "momentum": self.momentum,
             "angular_momentum": self.angular_momentum,
@@ -63,7 +65,7 @@ class Measures:
 
         return curve
 
-    def _some(self, pattern: str) -> List[int]:
+    def _some(self, pattern: str) -> list[int]:
         found = [place for place, body in enumerate(self.scene.free) if fnmatchcase(body.name, str(pattern))]
         if not found:
             names = ", ".join(body.name for body in self.scene.free)

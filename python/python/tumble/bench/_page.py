@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Dict, List, Sequence, Tuple
 
 from ._case import Case
 
@@ -24,7 +24,7 @@ CLASSES = {"✓": "right", "~": "yields", "✗": "wrong"}
 
 
 def page(
-    about: Dict[str, str], legend: Sequence[str], sections: Sequence[Tuple[str, List[List[str]]]], cases: Sequence[Case]
+    about: dict[str, str], legend: Sequence[str], sections: Sequence[tuple[str, list[list[str]]]], cases: Sequence[Case]
 ) -> str:
     """HTML of a report: its tables, then the files of the cases."""
     title = f"Contact benchmark, {about['date']}"
@@ -43,7 +43,7 @@ def page(
     return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{joined}\n</body></html>\n'
 
 
-def _table(rows: List[List[str]]) -> str:
+def _table(rows: list[list[str]]) -> str:
     head = "".join(f"<th>{escape(value)}</th>" for value in rows[0])
     lines = []
     for row in rows[1:]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import os
 import platform
+from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 from statistics import median
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any
 
 from .._files import written
 from .._tumble import __version__
@@ -18,7 +19,7 @@ from ._page import page
 from ._runner import Report
 from ._verdict import RIGHT, VERDICTS, WRONG, YIELDS, Outcome, counted
 
-Rows = List[List[str]]
+Rows = list[list[str]]
 FAILED = ("error", "crash", "time limit")
 SIGNS = {RIGHT: "✓", YIELDS: "~", "not modelled": "–", "error": "error", "crash": "crash", "time limit": "time"}
 
@@ -47,13 +48,13 @@ def engine_rows(report: Report) -> Rows:
     return rows
 
 
-def step_microseconds(outcomes: Sequence[Outcome]) -> Optional[float]:
+def step_microseconds(outcomes: Sequence[Outcome]) -> float | None:
     """Median over the cases of the mean time of a step, µs."""
     times = [1e6 * one.seconds / one.steps for one in outcomes if one.seconds is not None and one.steps]
     return median(times) if times else None
 
 
-def installed(report: Report) -> List[str]:
+def installed(report: Report) -> list[str]:
     """Engines that ran."""
     return [name for name, about in report.engines.items() if "missing" not in about]
 
@@ -123,7 +124,7 @@ def machine() -> str:
     return f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
 
 
-def facts(report: Report, seconds: float) -> Dict[str, str]:
+def facts(report: Report, seconds: float) -> dict[str, str]:
     """Date, machine and duration."""
     return {
         "date": date.today().isoformat(),
@@ -143,7 +144,7 @@ LEGEND = [
 ]
 
 
-def markdown(report: Report, about: Dict[str, str]) -> str:
+def markdown(report: Report, about: dict[str, str]) -> str:
     """The report in Markdown."""
     parts = [
         f"# Contact benchmark, {about['date']}",
@@ -170,10 +171,10 @@ def table(rows: Rows) -> str:
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])
 
 
-def data(report: Report, about: Dict[str, str]) -> Dict[str, Any]:
+def data(report: Report, about: dict[str, str]) -> dict[str, Any]:
     """The report as data. ``accuracy`` is the same in every run on a machine; ``times`` are not."""
-    accuracy: Dict[str, Any] = {}
-    times: Dict[str, Any] = {}
+    accuracy: dict[str, Any] = {}
+    times: dict[str, Any] = {}
     for name, outcomes in report.outcomes.items():
         accuracy[name], times[name] = {}, {}
         for case, outcome in outcomes.items():
@@ -191,7 +192,7 @@ def data(report: Report, about: Dict[str, str]) -> Dict[str, Any]:
     return {"about": about, "engines": report.engines, "cases": cases, "accuracy": accuracy, "times": times}
 
 
-def write(report: Report, folder: Path, seconds: float) -> List[Path]:
+def write(report: Report, folder: Path, seconds: float) -> list[Path]:
     """Writes bench.md, bench.json and bench.html to a folder and returns their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     about = facts(report, seconds)

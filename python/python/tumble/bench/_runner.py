@@ -7,10 +7,11 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Sequence, Tuple
+from typing import Any
 
 from ._case import Case
 from ._verdict import Outcome, judged
@@ -22,10 +23,10 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 class Report:
     """Outcomes of all engines and cases."""
 
-    engines: Dict[str, Dict[str, str]]
+    engines: dict[str, dict[str, str]]
     """Version and settings of each engine, or the reason why it is not installed."""
-    cases: List[Case]
-    outcomes: Dict[str, Dict[str, Outcome]]
+    cases: list[Case]
+    outcomes: dict[str, dict[str, Outcome]]
     """By engine, then by case."""
 
 
@@ -44,8 +45,8 @@ def run(
     :param limit: time limit of a case, s.
     :param jobs: number of engines at a time.
     """
-    outcomes: Dict[str, Dict[str, Outcome]] = {name: {} for name in engines}
-    about: Dict[str, Dict[str, str]] = {name: {} for name in engines}
+    outcomes: dict[str, dict[str, Outcome]] = {name: {} for name in engines}
+    about: dict[str, dict[str, str]] = {name: {} for name in engines}
 
     def one(name: str) -> None:
         for case, result in _results(name, cases, pythons.get(name, sys.executable), limit):
@@ -61,7 +62,7 @@ def run(
     return Report(about, list(cases), outcomes)
 
 
-def _results(name: str, cases: Sequence[Case], python: str, limit: float) -> Iterator[Tuple[Case, Dict[str, Any]]]:
+def _results(name: str, cases: Sequence[Case], python: str, limit: float) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Results of the cases of an engine, each as soon as it is there."""
     with tempfile.TemporaryDirectory() as folder:
         command = [python, "-m", f"{__package__}._worker", name, folder, str(limit), *(case.path for case in cases)]

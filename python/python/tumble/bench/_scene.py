@@ -6,17 +6,16 @@ The body's frame has its origin in the centre of mass and the principal axes of 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, List, Mapping, Sequence, Tuple
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .._tumble import TumbleError
+from .._types import Floats
 from ._formula import evaluate
 from ._solids import conjugated, matrix_of, product, quaternion_of, solid
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Body:
     name: str
     kind: str
     """``box``, ``sphere``, ``capsule`` or ``hull``."""
-    size: Tuple[float, ...]
+    size: tuple[float, ...]
     """Half sides of a box; radius of a sphere; radius and half length (between centres) of a capsule along z, m."""
     points: Floats
     """Corners of a box or a hull, (n, 3); centres of the ends of a capsule, (2, 3); centre of a sphere, (1, 3)."""
@@ -78,12 +77,12 @@ class Scene:
     restitution: float
     ground: bool
     """True for the plane z = 0, with the bodies above it."""
-    bodies: List[Body]
+    bodies: list[Body]
     """Free bodies first, then fixed ones."""
-    forces: List[Force] = field(default_factory=list)
+    forces: list[Force] = field(default_factory=list)
 
     @property
-    def free(self) -> List[Body]:
+    def free(self) -> list[Body]:
         """Bodies that move."""
         return [body for body in self.bodies if not body.fixed]
 
@@ -121,7 +120,7 @@ def scene_of(table: Mapping[str, Any], parameters: Mapping[str, float]) -> Scene
     time_step, duration = number("time_step", table["time_step"]), number("duration", table["duration"])
     if not time_step > 0.0 or not 1 <= round(duration / time_step) <= _MOST_STEPS:
         raise TumbleError(f"a duration of {duration:g} s with steps of {time_step:g} s is not 1 to {_MOST_STEPS} steps")
-    bodies: List[Body] = []
+    bodies: list[Body] = []
     for entry in table["bodies"]:
         bodies += _bodies(entry, number)
     bodies.sort(key=lambda body: body.fixed)
@@ -172,7 +171,7 @@ class _Numbers:
         return np.array([self(name, part) for part in value])
 
 
-def _force(entry: Mapping[str, Any], bodies: List[Body], number: _Numbers) -> Force:
+def _force(entry: Mapping[str, Any], bodies: list[Body], number: _Numbers) -> Force:
     known("a force", entry, _FORCE, ("body",))
     free = [body.name for body in bodies if not body.fixed]
     if entry["body"] not in free:
@@ -188,7 +187,7 @@ def _force(entry: Mapping[str, Any], bodies: List[Body], number: _Numbers) -> Fo
     )
 
 
-def _bodies(entry: Mapping[str, Any], number: _Numbers) -> List[Body]:
+def _bodies(entry: Mapping[str, Any], number: _Numbers) -> list[Body]:
     """Body of an entry, or its copies."""
     known("a body", entry, _BODY, ("name", "position"))
     name, fixed = str(entry["name"]), bool(entry.get("fixed", False))
@@ -209,7 +208,7 @@ def _bodies(entry: Mapping[str, Any], number: _Numbers) -> List[Body]:
     return _copies(body, entry["copies"], number) if "copies" in entry else [body]
 
 
-def _copies(body: Body, grid: Any, number: _Numbers) -> List[Body]:
+def _copies(body: Body, grid: Any, number: _Numbers) -> list[Body]:
     """Grid of copies, x varying fastest, named ``name-0``, ``name-1``, …"""
     known("copies", grid, {"count", "step"}, ("count", "step"))
     nx, ny, nz = (int(value) for value in number.vector("count", grid["count"]))

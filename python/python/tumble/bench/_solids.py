@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Tuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .._tumble import TumbleError
-
-Floats = npt.NDArray[np.float64]
+from .._types import Floats
 
 
 class Solid(NamedTuple):
     """Shape in the frame of its centre of mass and principal axes."""
 
     kind: str
-    size: Tuple[float, ...]
+    size: tuple[float, ...]
     points: Floats
     centre: Floats
     """Centre of mass in the shape's frame."""

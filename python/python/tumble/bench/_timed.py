@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any
 
 import numpy as np
 
 from ._scene import Scene, scene_of
 
 STEP = 0.002
-Entry = Dict[str, Any]
+Entry = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -67,13 +68,13 @@ def stacks(count: int) -> Timed:
     return _timed(f"{count} boxes", steps, [_cube(place) for place in places], 0.5, before=20)
 
 
-def first_steps() -> List[Timed]:
+def first_steps() -> list[Timed]:
     """First steps of structures at rest."""
     made = [wall(15, 20, 1), wall(25, 40, 1), pyramid(15, 1), pyramid(24, 1)]
     return [Timed(f"{one.name} of {len(one.scene.bodies)}", one.scene) for one in made]
 
 
-def heaps(seeds: Sequence[int], count: int) -> List[Timed]:
+def heaps(seeds: Sequence[int], count: int) -> list[Timed]:
     """Boxes of 0.2 to 0.31 m and 1 to 2 kg that fall above each other, onto open ground and into a bin of 2 m."""
     found = []
     half = 0.275 * (count // 9) + 1.5
@@ -100,11 +101,11 @@ def _timed(name: str, steps: int, boxes: Sequence[Entry], friction: float, befor
     return Timed(name, scene_of(table, {}), before)
 
 
-def _cube(place: Tuple[float, float, float]) -> Entry:
+def _cube(place: tuple[float, float, float]) -> Entry:
     return _box((1.0, 1.0, 1.0), 1.0, place)
 
 
-def _box(sides: Any, mass: float, place: Tuple[float, float, float], attitude: Any = (1.0, 0.0, 0.0, 0.0)) -> Entry:
+def _box(sides: Any, mass: float, place: tuple[float, float, float], attitude: Any = (1.0, 0.0, 0.0, 0.0)) -> Entry:
     """Solid box at rest."""
     numbers = {"box": sides, "position": place, "attitude": attitude}
     return {"mass": float(mass), **{name: [float(value) for value in part] for name, part in numbers.items()}}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Mapping, Optional, Union
+from typing import Any
 
 from ._case import Answer, Case, Gradient
 
@@ -30,9 +31,9 @@ class Finding:
     unit: str
     expected: float
     tolerance: float
-    allowance: Optional[float]
+    allowance: float | None
     """Largest error of compliant contacts; None where they have no allowance."""
-    measured: Optional[float]
+    measured: float | None
     """None for a value that is not finite."""
     method: str
     """``run``, or of a gradient ``own`` (the engine's derivative) or ``differences``."""
@@ -52,11 +53,11 @@ class Outcome:
     case: str
     verdict: str
     reason: str = ""
-    findings: List[Finding] = field(default_factory=list)
-    seconds: Optional[float] = None
+    findings: list[Finding] = field(default_factory=list)
+    seconds: float | None = None
     """Time of the steps, s."""
-    steps: Optional[int] = None
-    process_seconds: Optional[float] = None
+    steps: int | None = None
+    process_seconds: float | None = None
     """Time of the process, with imports and compilation, s."""
 
 
@@ -83,7 +84,7 @@ def judged(engine: str, case: Case, result: Mapping[str, Any]) -> Outcome:
     )
 
 
-def _finding(quantity: Union[Answer, Gradient], value: Optional[float], method: str, compliant: bool) -> Finding:
+def _finding(quantity: Answer | Gradient, value: float | None, method: str, compliant: bool) -> Finding:
     allowance = quantity.compliant if isinstance(quantity, Answer) else None
     error = float("inf") if value is None else abs(value - quantity.value)
     if error <= quantity.tolerance:
@@ -97,6 +98,6 @@ def _finding(quantity: Union[Answer, Gradient], value: Optional[float], method: 
     )
 
 
-def counted(outcomes: List[Outcome]) -> Dict[str, int]:
+def counted(outcomes: list[Outcome]) -> dict[str, int]:
     """Number of outcomes of each verdict."""
     return {name: sum(outcome.verdict == name for outcome in outcomes) for name in VERDICTS}

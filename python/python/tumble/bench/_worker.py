@@ -10,8 +10,9 @@ import json
 import multiprocessing
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Dict, List, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -49,13 +50,13 @@ def _child(name: str, folder: Path, path: Path) -> None:
     _leave(folder, path, result(engine(name), path), announce=False)
 
 
-def _leave(folder: Path, path: Path, found: Dict[str, Any], announce: bool = True) -> None:
+def _leave(folder: Path, path: Path, found: dict[str, Any], announce: bool = True) -> None:
     (folder / f"{path.stem}.json").write_text(json.dumps(found))
     if announce:
         print(path.stem, flush=True)
 
 
-def result(found: Engine, path: Path) -> Dict[str, Any]:
+def result(found: Engine, path: Path) -> dict[str, Any]:
     """Measured values, or the reason why there are none."""
     begin = time.perf_counter()
     case = load_case(path)
@@ -69,10 +70,10 @@ def result(found: Engine, path: Path) -> Dict[str, Any]:
     return {**facts, **measured, "process_seconds": time.perf_counter() - begin}
 
 
-def measure(found: Engine, case: Case) -> Dict[str, Any]:
+def measure(found: Engine, case: Case) -> dict[str, Any]:
     """Runs a case and measures its answers and gradients."""
     scene = case.scene()
-    values: List[float] = []
+    values: list[float] = []
     motion = Motion(np.empty(0), 0.0)
     if case.answers:
         motion = found.run(scene)

@@ -10,20 +10,22 @@ import argparse
 import json
 import os
 import sys
+from collections.abc import Callable, Sequence
 from datetime import date
 from pathlib import Path
 from statistics import mean, median
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any
 
 import numpy as np
 
 from .._files import written
 from .._tumble import TumbleError
+from .._types import Floats
 from . import _timed
 from ._case import chosen
 from ._measures import Measures
 from ._report import Rows, machine, table
-from ._scene import Floats, Scene
+from ._scene import Scene
 from ._solids import matrix_of
 from ._timed import Timed
 from .engines import MODULES, Engine, Unsupported, engine
@@ -35,7 +37,7 @@ USUAL = f"tumble,tumble-1e-6,tumble-ipopt,{BASE},drake-sap,rapier,rapier-default
 REPEATS, REPEAT_SECONDS = 25, 0.3
 SAMPLES = 100
 """Number of states in which overlaps of bodies are computed."""
-GROUPS: Dict[str, Callable[[argparse.Namespace], List[Timed]]] = {
+GROUPS: dict[str, Callable[[argparse.Namespace], list[Timed]]] = {
     "one": lambda options: [_timed.drop(seed) for seed in options.seeds],
     "several": lambda _: [_timed.stack(), _timed.pyramid(), _timed.wall(), _timed.pile()],
     "growth": lambda _: [_timed.stacks(count) for count in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)],
@@ -45,7 +47,7 @@ GROUPS: Dict[str, Callable[[argparse.Namespace], List[Timed]]] = {
 WEIGHED = ("growth", "first")
 """Groups whose memory is measured."""
 
-Key = Tuple[str, str]
+Key = tuple[str, str]
 """Names of a scene and an engine."""
 
 
@@ -54,9 +56,9 @@ class Comparison:
 
     def __init__(self, engines: Sequence[Engine], out: Path) -> None:
         self.engines, self.out = list(engines), out
-        self.times: Dict[Key, List[float]] = {}
-        self.figures: Dict[Key, Dict[str, float]] = {}
-        self.left_out: Dict[str, str] = {}
+        self.times: dict[Key, list[float]] = {}
+        self.figures: dict[Key, dict[str, float]] = {}
+        self.left_out: dict[str, str] = {}
 
     def each(self, scenes: Sequence[Timed], work: Callable[[Engine, Timed], None]) -> None:
         """Calls ``work`` for all engines and scenes. An engine that fails is left out."""
@@ -94,7 +96,7 @@ class Comparison:
         """Measures the memory of an engine."""
         self.figures[timed.name, found.name] = {"memory, MiB": found.memory(timed.scene, timed.before) / 1024}
 
-    def ratios(self, timed: Timed, name: str) -> List[float]:
+    def ratios(self, timed: Timed, name: str) -> list[float]:
         """Times of an engine by those of the reference in the same round."""
         base = self.times.get((timed.name, BASE), [])
         return [own / other for own, other in zip(self.times[timed.name, name], base)]
@@ -112,7 +114,7 @@ class Comparison:
             rows.append([timed.name, name, *("–" if np.isnan(number) else f"{number:.3g}" for number in numbers)])
         return rows
 
-    def spreads(self, scenes: Sequence[Timed]) -> List[str]:
+    def spreads(self, scenes: Sequence[Timed]) -> list[str]:
         """Lines with the range of the ratios of each engine over the scenes of a group."""
         lines = []
         for found in self.engines:
@@ -122,7 +124,7 @@ class Comparison:
         return lines
 
 
-def figures(scene: Scene, states: Floats) -> Dict[str, float]:
+def figures(scene: Scene, states: Floats) -> dict[str, float]:
     """Overlaps (m), the longest way of a body (m), the kinetic energy at the end and the largest rise of the energy (J)."""
     if not np.isfinite(states).all():
         raise RuntimeError("the motion is not finite")
@@ -173,7 +175,7 @@ def deepest_overlap(scene: Scene, states: Floats) -> float:
     return float(np.where(usable, widths - apart, np.inf).min(axis=1).max())
 
 
-def main(arguments: Optional[Sequence[str]] = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
     try:
@@ -211,7 +213,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     return 0
 
 
-def _markdown(comparison: Comparison, scenes: Dict[str, List[Timed]], head: str) -> str:
+def _markdown(comparison: Comparison, scenes: dict[str, list[Timed]], head: str) -> str:
     parts = [head]
     for group, own in scenes.items():
         parts += [f"**{group}**", table(comparison.rows(own))]
@@ -222,15 +224,15 @@ def _markdown(comparison: Comparison, scenes: Dict[str, List[Timed]], head: str)
     return "\n\n".join([*parts, "\n".join(lines)])
 
 
-def _nested(values: Dict[Key, Any]) -> Dict[str, Dict[str, Any]]:
+def _nested(values: dict[Key, Any]) -> dict[str, dict[str, Any]]:
     """Values by scene, then by engine."""
-    found: Dict[str, Dict[str, Any]] = {}
+    found: dict[str, dict[str, Any]] = {}
     for (scene, name), value in values.items():
         found.setdefault(scene, {})[name] = value
     return found
 
 
-def _numbers(text: str) -> List[int]:
+def _numbers(text: str) -> list[int]:
     return [int(part) for part in text.split(",")]
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple, Union
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import differential_evolution, minimize
@@ -13,8 +13,9 @@ from scipy.stats import qmc
 from .._checks import made, real, whole
 from .._scene import Scene
 from .._tumble import TumbleError
+from .._types import Floats, Location
 from ._recordings import Recording
-from ._simulations import REFUSED, Errors, Floats, Parameter, Simulations, parameter
+from ._simulations import REFUSED, Errors, Parameter, Simulations, parameter
 
 _SAME = 1e-5  # Recordings whose heights differ by less, m, are one recording, moved or turned about the vertical.
 _SAMPLES = 1000  # Samples of the bootstrap.
@@ -23,8 +24,8 @@ _SAMPLES = 1000  # Samples of the bootstrap.
 class Fold(NamedTuple):
     """Fit without the recordings ``kept``, and the errors on these."""
 
-    kept: List[int]
-    values: Dict[str, float]
+    kept: list[int]
+    values: dict[str, float]
     errors: Errors
     errors_at_start: Errors
 
@@ -38,16 +39,16 @@ class Fit:
     bootstrap sample takes the best of all evaluated values on resampled recordings.
     """
 
-    values: Dict[str, float]
+    values: dict[str, float]
     errors: Errors
     errors_at_start: Errors
-    progress: List[float]
-    intervals: Dict[str, Tuple[float, float]]
-    folds: List[Fold]
+    progress: list[float]
+    intervals: dict[str, tuple[float, float]]
+    folds: list[Fold]
     _simulations: Simulations = field(repr=False)
 
     @property
-    def constants(self) -> Dict[str, Floats]:
+    def constants(self) -> dict[str, Floats]:
         """Constants with the fitted values, in the form of ``rollout(parameters=...)``."""
         return self._simulations.constants(self._simulations.vector(self.values)[None])
 
@@ -65,7 +66,7 @@ class Fit:
             lines.append(f"{len(fold.kept)} kept back: {scores}; {found}")
         return "\n".join(lines)
 
-    def plot(self, path: Union[str, "os.PathLike[str]"]) -> None:
+    def plot(self, path: Location) -> None:
         """Writes a figure of the errors and the search progress.
 
         It also has the heights in six recordings from best to worst.
@@ -101,16 +102,16 @@ def fit(
     recordings: Iterable[Recording],
     parameters: Iterable[str] = ("friction", "restitution"),
     *,
-    values: Optional[Mapping[str, float]] = None,
-    bounds: Optional[Mapping[str, Tuple[float, float]]] = None,
-    begin: Optional[str] = None,
+    values: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    begin: str | None = None,
     substeps: int = 10,
     loss: str = "robust",
     evaluations: int = 240,
     polish: int = 30,
     folds: int = 0,
     seed: int = 1,
-    threads: Optional[int] = None,
+    threads: int | None = None,
 ) -> Fit:
     """Constants of a scene with which its simulations are nearest to recordings.
 
@@ -170,7 +171,7 @@ def fit(
     return Fit(dict(zip(names, found.tolist())), errors, at_start, progress, _bootstrap(sought, tried, seed), kept, simulations)
 
 
-def _bounds(of: Parameter, start: float, given: Dict[str, Tuple[float, float]]) -> List[float]:
+def _bounds(of: Parameter, start: float, given: dict[str, tuple[float, float]]) -> list[float]:
     if of.name not in given and of.bounds is None:
         raise TumbleError(f"{of.name} is {of.own:.6g} in the scene; bounds are needed for it")
     pair = [real(f"bounds[{of.name!r}]", bound) for bound in given.get(of.name, of.bounds) or ()]
@@ -179,9 +180,9 @@ def _bounds(of: Parameter, start: float, given: Dict[str, Tuple[float, float]]) 
     return pair
 
 
-def _parts(recordings: List[Recording], folds: int, seed: int) -> List[List[int]]:
+def _parts(recordings: list[Recording], folds: int, seed: int) -> list[list[int]]:
     """Random parts of the recordings. Copies of one recording stay in one part."""
-    different: List[List[int]] = []
+    different: list[list[int]] = []
     for place, recording in enumerate(recordings):
         for known in different:
             off = [of.states[..., 2] for of in (recording, recordings[known[0]])]
@@ -196,10 +197,10 @@ def _parts(recordings: List[Recording], folds: int, seed: int) -> List[List[int]
     return [sorted(place for k in order[fold::folds] for place in different[k]) for fold in range(folds)]
 
 
-Tried = List[Tuple[Floats, Floats]]  # Values (P,), and the loss of each recording with them, (R,).
+Tried = list[tuple[Floats, Floats]]  # Values (P,), and the loss of each recording with them, (R,).
 
 
-def _bootstrap(sought: List[str], tried: Tried, seed: int) -> Dict[str, Tuple[float, float]]:
+def _bootstrap(sought: list[str], tried: Tried, seed: int) -> dict[str, tuple[float, float]]:
     losses = np.array([losses for _, losses in tried])
     count = losses.shape[1]
     drawn = np.random.default_rng([seed, 1]).multinomial(count, np.full(count, 1 / count), _SAMPLES)
@@ -225,7 +226,7 @@ class _Search(NamedTuple):
         values[:, : len(low)] = np.clip(low + unit * (high - low), low, high)
         return values
 
-    def run(self, places: List[int], at_start: Floats) -> Tuple[Floats, List[float], Tried]:
+    def run(self, places: list[int], at_start: Floats) -> tuple[Floats, list[float], Tried]:
         """Values with the least loss on some recordings, progress, and all evaluations.
 
         ``at_start`` are the losses at the start.
@@ -240,7 +241,7 @@ class _Search(NamedTuple):
             progress.append(min(progress[-1], float(found.mean(axis=1).min())))
             return np.asarray(found.mean(axis=1))
 
-        def with_slopes(point: Floats) -> Tuple[float, Floats]:
+        def with_slopes(point: Floats) -> tuple[float, Floats]:
             value = self.values(point[None])[0]
             try:
                 found, slopes = simulations.gradient(value, places)

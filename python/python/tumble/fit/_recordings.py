@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import gzip
-import os
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Union
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .._arrays import numbers
 from .._checks import made, real
 from .._scene import Scene
 from .._trajectory import STATE_COLUMNS
 from .._tumble import TumbleError
-
-Floats = npt.NDArray[np.float64]
+from .._types import Floats, Location
 
 _LEAST_FRAMES = 5
 # Largest deviation of a quaternion's length from 1. Files in single precision or with few digits pass.
@@ -104,7 +101,7 @@ def _contradicts(recorded: Floats, expected: Floats, slow: float) -> bool:
     return any(fast[:, k].sum() >= 3 and np.quantile(off[fast[:, k], k], 0.25) > _APART for k in bodies)
 
 
-def read(path: Union[str, "os.PathLike[str]"], scene: Scene, *, rate: float = 148.0) -> List[Recording]:
+def read(path: Location, scene: Scene, *, rate: float = 148.0) -> list[Recording]:
     """Reads the recordings of a scene's bodies from a file, or from all such files of a folder.
 
     A table (``.csv``, ``.csv.gz``) has a column ``t_s`` and the columns of
@@ -120,7 +117,7 @@ def read(path: Union[str, "os.PathLike[str]"], scene: Scene, *, rate: float = 14
     files = [file for file in files if file.name.endswith(_KINDS)]
     if not files:
         raise TumbleError(f"{path}: there is no recording; a file {', '.join(_KINDS)} is needed")
-    found: Dict[str, Recording] = {}
+    found: dict[str, Recording] = {}
     for file in files:
         for recording in _read(file, scene, rate):
             if recording.name in found:
@@ -129,7 +126,7 @@ def read(path: Union[str, "os.PathLike[str]"], scene: Scene, *, rate: float = 14
     return list(found.values())
 
 
-def _read(file: Path, scene: Scene, rate: float) -> List[Recording]:
+def _read(file: Path, scene: Scene, rate: float) -> list[Recording]:
     stem = file.name.split(".", 1)[0]
     try:
         if file.suffix == ".pt":
@@ -155,7 +152,7 @@ def _tensor(file: Path) -> Floats:
     return numbers("the tensor", tensor, ("T", 13))
 
 
-def _of_table(table: Any, bodies: List[str], name: str) -> List[Recording]:
+def _of_table(table: Any, bodies: list[str], name: str) -> list[Recording]:
     """Splits a table into recordings at changes of ``toss_id``. Without ids it is one, ``name``."""
     needed = ["t_s", *(["body"] if len(bodies) > 1 else []), *STATE_COLUMNS]
     missing = [column for column in needed if column not in (table.dtype.names or ())]
@@ -171,7 +168,7 @@ def _of_table(table: Any, bodies: List[str], name: str) -> List[Recording]:
 
 
 # Recording of the rows of a table: one row per body and frame, frame after frame.
-def _of_rows(name: str, table: Any, bodies: List[str]) -> Recording:
+def _of_rows(name: str, table: Any, bodies: list[str]) -> Recording:
     def refused(why: str) -> TumbleError:
         return TumbleError(f"recording {name}: {why}")
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .._rollout import Rollouts, rollout
 from .._scene import Scene
 from .._tumble import PARAMETERS, TumbleError, constant_numbers, parameter_shape
+from .._types import Floats
 from ._recordings import Recording, turn_between
-
-Floats = npt.NDArray[np.float64]
 
 # Scales of both errors, in longest sides and rad: accuracy of good engines on the recorded cube.
 _DISTANCE, _ANGLE = 0.13, np.radians(17.0)
@@ -52,7 +51,7 @@ class Parameter(NamedTuple):
     constant: str
     slope: Floats
     own: float
-    bounds: Optional[Tuple[float, float]]
+    bounds: tuple[float, float] | None
 
 
 def parameter(name: str, scene: Scene) -> Parameter:
@@ -61,7 +60,7 @@ def parameter(name: str, scene: Scene) -> Parameter:
     if constant not in PARAMETERS or constant == "time_step":
         known = ", ".join(known for known in PARAMETERS if known != "time_step")
         raise TumbleError(f"{name!r} is not a parameter; use {known}")
-    found = constant_numbers(constant, scene)
+    found = constant_numbers(constant, scene._core)
     own, names = np.array(found["own"]), found["names"]
     if len(own) == 0:
         raise TumbleError(f"{name}: the scene has no {constant} to fit; leave it out")
@@ -82,21 +81,21 @@ class Simulations:
     """Simulations of recordings with values of parameters."""
 
     def __init__(
-        self, scene: Scene, recordings: List[Recording], parameters: List[Parameter], begin: str, substeps: int,
-        loss: str, threads: Optional[int],
+        self, scene: Scene, recordings: list[Recording], parameters: list[Parameter], begin: str, substeps: int,
+        loss: str, threads: int | None,
     ) -> None:
         self.scene, self.recordings, self.parameters = scene, recordings, parameters
         self.substeps, self.loss, self.threads = substeps, loss, threads
         self.length = 2 * float(scene.extents.max()) or 1.0
-        self.base: Dict[str, Floats] = {}
+        self.base: dict[str, Floats] = {}
         for name in dict.fromkeys(parameter.constant for parameter in parameters):
             varied = np.array([parameter.slope != 0 for parameter in parameters if parameter.constant == name])
             if (varied.sum(axis=0) > 1).any():
                 raise TumbleError(f"{name} is given as a whole and by one of its numbers; give only one of them")
-            self.base[name] = np.where(varied.any(axis=0), 0.0, constant_numbers(name, scene)["own"])
-        self.starts: List[Tuple[int, Floats]] = []
-        scenes: Dict[Tuple[float, int], Scene] = {}
-        groups: Dict[Tuple[float, int], List[int]] = {}
+            self.base[name] = np.where(varied.any(axis=0), 0.0, constant_numbers(name, scene._core)["own"])
+        self.starts: list[tuple[int, Floats]] = []
+        scenes: dict[tuple[float, int], Scene] = {}
+        groups: dict[tuple[float, int], list[int]] = {}
         text, path, settings = scene._source
         for place, recording in enumerate(recordings):
             bodies = recording.states.shape[1]
@@ -110,7 +109,7 @@ class Simulations:
             groups.setdefault(key, []).append(place)
             self.starts.append(_at_touch(recording, scene) if begin == "touch" else (0, _first(recording, scenes[key])))
         # A batch is as long as its longest recording, so recordings are batched by length.
-        self.batches: List[Tuple[Scene, List[int]]] = []
+        self.batches: list[tuple[Scene, list[int]]] = []
         for key, places in groups.items():
             places.sort(key=self.frames)
             self.batches += [(scenes[key], places[first : first + _BATCH]) for first in range(0, len(places), _BATCH)]
@@ -123,15 +122,15 @@ class Simulations:
         """Values in the order of the parameters, with the scene's as defaults."""
         return np.array([values.get(of.name, of.own) for of in self.parameters], dtype=float)
 
-    def constants(self, values: Floats) -> Dict[str, Floats]:
+    def constants(self, values: Floats) -> dict[str, Floats]:
         """Numbers of constants with V sets of ``values``, (V, P)."""
         found = {name: np.repeat(base[None], len(values), axis=0) for name, base in self.base.items()}
         for place, of in enumerate(self.parameters):
             found[of.constant] += values[:, place, None] * of.slope
-        shapes = {name: parameter_shape(name, self.scene) for name in found}
+        shapes = {name: parameter_shape(name, self.scene._core) for name in found}
         return {name: array.reshape(len(values), *shapes[name]) for name, array in found.items()}
 
-    def run(self, values: Floats, chosen: Sequence[int], by: Any = None) -> Iterator[Tuple[List[int], Floats, Rollouts]]:
+    def run(self, values: Floats, chosen: Sequence[int], by: Any = None) -> Iterator[tuple[list[int], Floats, Rollouts]]:
         """Batches of simulations with V sets of ``values``.
 
         Yields the recordings, the states at frames (V, R, F, N, 13) from the start on, and
@@ -158,7 +157,7 @@ class Simulations:
             done = rollout(scene, starts, threads=self.threads, gradients=by and duals, **how)
             yield places, frames(done.states), done
 
-    def deviations(self, places: Sequence[int], states: Floats) -> Tuple[Floats, Floats, Floats]:
+    def deviations(self, places: Sequence[int], states: Floats) -> tuple[Floats, Floats, Floats]:
         """Scaled position and rotation errors (V, R, F, N, 3), and weights (R, F, N) of frames."""
         recorded, weights = np.zeros(states.shape[1:]), np.zeros(states.shape[1:4])
         for row, place in enumerate(places):
@@ -176,7 +175,7 @@ class Simulations:
         error = _mean(_norm(shifts) + _norm(turns), weights)
         return error / (1 + error / _BEND) if self.loss == "robust" else error
 
-    def errors(self, values: Floats, chosen: Sequence[int]) -> List[Errors]:
+    def errors(self, values: Floats, chosen: Sequence[int]) -> list[Errors]:
         """Errors of the chosen recordings, in their order, with each of V sets of ``values``."""
         row = {place: k for k, place in enumerate(chosen)}
         table = np.zeros((4, len(values), len(chosen)))
@@ -201,11 +200,11 @@ class Simulations:
                 return np.full((1, len(chosen)), REFUSED)
             return np.asarray(np.concatenate([self.losses_or_worst(one[None], chosen) for one in values]))
 
-    def gradient(self, value: Floats, chosen: Sequence[int]) -> Tuple[Floats, Floats]:
+    def gradient(self, value: Floats, chosen: Sequence[int]) -> tuple[Floats, Floats]:
         """Losses (R,) with one set of values, and the derivatives (P,) of their mean."""
         found, slopes, row = np.zeros(len(chosen)), np.zeros(len(value)), {place: k for k, place in enumerate(chosen)}
 
-        def cotangents(places: List[int], states: Floats) -> Any:
+        def cotangents(places: list[int], states: Floats) -> Any:
             shifts, turns, weights = self.deviations(places, states)
             losses = self.losses(shifts, turns, weights)
             found[[row[place] for place in places]] = losses[0]
@@ -239,7 +238,7 @@ def _mean(of: Floats, weights: Floats) -> Floats:
     return np.asarray((of * weights).sum(axis=(-2, -1)))
 
 
-def _at_touch(recording: Recording, scene: Scene) -> Tuple[int, Floats]:
+def _at_touch(recording: Recording, scene: Scene) -> tuple[int, Floats]:
     """Start frame and state (1, 13) of a toss: the protocol of docs/reality.md."""
     extents, gravity = scene.extents[0], float(np.linalg.norm(scene.gravity))
     states, reach = recording.states[:, 0], float(np.linalg.norm(extents))
@@ -267,4 +266,4 @@ def _first(recording: Recording, scene: Scene) -> Floats:
         scene.simulate(first)
         return first
     except TumbleError:
-        return np.asarray(scene.assembled(first))
+        return np.asarray(scene._core.assembled(first))

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from typing import Any, List
+from typing import Any
 
 import numpy as np
 
@@ -47,10 +47,10 @@ def step(simulator: Any, plant: Any, scene_graph: Any) -> Certificate:
     if len(torques):
         forces = forces + plant.MakeActuationMatrix() @ torques
     inspector = scene_graph.model_inspector()
-    J: List[Any] = [np.zeros((0, plant.num_velocities()))]
+    J: list[Any] = [np.zeros((0, plant.num_velocities()))]
     impulses, offsets = np.zeros((len(contacts), 3)), np.zeros((len(contacts), 3))
-    friction: List[float] = []
-    names: List[str] = []
+    friction: list[float] = []
+    names: list[str] = []
     for place, contact in enumerate(contacts):
         pair = contact.point_pair()
         # Drake's normal points from B to A and its force acts on B.

@@ -6,7 +6,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Mapping, Optional, Tuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ except ImportError as error:
 _MASS, _FRICTION, _INERTIA = 0, 1, 2
 
 
-def step(client: int = 0, wrenches: Optional[Mapping[int, Any]] = None) -> Certificate:
+def step(client: int = 0, wrenches: Mapping[int, Any] | None = None) -> Certificate:
     """Takes a step of PyBullet and returns its certificate.
 
     Bullet damps velocities (0.04/s by default), which adds to the residual of dynamics. ``pybullet.changeDynamics``
@@ -64,7 +65,7 @@ def step(client: int = 0, wrenches: Optional[Mapping[int, Any]] = None) -> Certi
     )
 
 
-def _moving(client: int) -> List[int]:
+def _moving(client: int) -> list[int]:
     """Bodies with a mass."""
     moving = []
     for place in range(pybullet.getNumBodies(physicsClientId=client)):
@@ -77,7 +78,7 @@ def _moving(client: int) -> List[int]:
     return moving
 
 
-def _state(body: int, client: int) -> Tuple[Any, Any, Any, Any]:
+def _state(body: int, client: int) -> tuple[Any, Any, Any, Any]:
     position, (x, y, z, w) = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
     linear, angular = pybullet.getBaseVelocity(body, physicsClientId=client)
     return position, (w, x, y, z), linear, angular
@@ -91,7 +92,7 @@ def _force(contact: Any) -> Any:
 
 def _friction(contact: Any, client: int) -> float:
     """Coefficient of a pair: Bullet multiplies both."""
-    pair: Dict[int, float] = {
+    pair: dict[int, float] = {
         body: pybullet.getDynamicsInfo(body, link, physicsClientId=client)[_FRICTION]
         for body, link in ((contact[1], contact[3]), (contact[2], contact[4]))
     }

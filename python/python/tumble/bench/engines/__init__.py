@@ -7,13 +7,12 @@ the table.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Dict
 
 from ._base import Engine, Motion, Sensitivities, Unsupported
 
 __all__ = ["MODULES", "Engine", "Motion", "Sensitivities", "Unsupported", "engine"]
 
-MODULES: Dict[str, str] = {
+MODULES: dict[str, str] = {
     "tumble": "native",
     "tumble-1e-6": "native",
     "tumble-ipopt": "native",

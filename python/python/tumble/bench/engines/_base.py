@@ -5,13 +5,15 @@ from __future__ import annotations
 import multiprocessing
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Mapping, Optional
+from typing import Any
 
 import numpy as np
 
-from .._scene import Floats, Scene
+from ..._types import Floats
+from .._scene import Scene
 from .._solids import matrix_of
 
 
@@ -54,16 +56,16 @@ class Stopwatch:
 class Sensitivities:
     """Derivatives of a component of an end state. A field that is None is not known to the engine."""
 
-    position: Optional[Floats] = None
+    position: Floats | None = None
     """With respect to initial positions, (N, 3)."""
-    velocity: Optional[Floats] = None
+    velocity: Floats | None = None
     """With respect to initial velocities, (N, 3)."""
-    friction: Optional[float] = None
-    gravity: Optional[Floats] = None
+    friction: float | None = None
+    gravity: Floats | None = None
     """With respect to gravity, (3,)."""
-    mass: Optional[Floats] = None
+    mass: Floats | None = None
     """With respect to masses with fixed inertia, (N,)."""
-    force: Optional[Floats] = None
+    force: Floats | None = None
     """With respect to the force on each body in each step, (T, N, 3)."""
 
 
@@ -75,7 +77,7 @@ class Engine(ABC):
     """Settings in one line."""
     compliant: bool
     """True if contacts yield by design, so that rest and stiction hold only nearly."""
-    most_bodies: Optional[int] = None
+    most_bodies: int | None = None
     """Largest number of bodies in the section on speed, for engines that take long."""
 
     @abstractmethod
@@ -111,7 +113,7 @@ class Engine(ABC):
             raise RuntimeError(f"the process that measures memory ended with exit code {child.exitcode}")
         return int(ours.recv())
 
-    def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
+    def sensitivities(self, scene: Scene, body: int, component: int) -> Sensitivities | None:
         """Derivatives of ``component`` of the end state of ``body``, the velocity's components being 7 to 9.
 
         None if the engine has no derivatives. Differences of runs are then measured instead.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Any, List, Optional
+from typing import Any
 
 # Compilation takes most of the time: read when jax is first imported.
 os.environ.setdefault("XLA_FLAGS", "--xla_backend_optimization_level=0 --xla_llvm_disable_expensive_passes=true")
@@ -54,7 +54,7 @@ class Brax(Engine):
         later = [rows(*(part[step] for part in parts)) for step in range(scene.steps)]
         return Motion(np.array([scene.states, *later]), stopwatch.seconds)
 
-    def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
+    def sensitivities(self, scene: Scene, body: int, component: int) -> Sensitivities | None:
         if scene.forces:
             raise Unsupported("no forces on free bodies")
         system, q, qd = _start(scene)
@@ -84,4 +84,4 @@ def _start(scene: Scene) -> Any:
     return system, jnp.array(states[:, :7].ravel()), jnp.array(states[:, 7:].ravel())
 
 
-ENGINES: List[Engine] = [Brax()]
+ENGINES: list[Engine] = [Brax()]

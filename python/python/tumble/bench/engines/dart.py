@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import Any, List
+from typing import Any
 
 import dartpy
 import numpy as np
@@ -101,7 +101,7 @@ def _state(body: Any) -> Any:
     return np.concatenate((pose.translation(), pose.quaternion().wxyz(), body.getLinearVelocity(), spin))
 
 
-ENGINES: List[Engine] = [
+ENGINES: list[Engine] = [
     Dart("dart", None, "defaults: a boxed LCP"),
     Dart("dart-exact", constraint.NsgsFrictionSolver, "NsgsFrictionSolver, at most 100 sweeps, 1e-5"),
 ]

@@ -4,18 +4,33 @@ from __future__ import annotations
 
 import logging
 from importlib.metadata import version
-from typing import Any, List
+from typing import Any
 
 import numpy as np
-from pydrake.geometry import Box, Capsule, Convex, HalfSpace, InMemoryMesh, MeshSource
-from pydrake.geometry import AddCompliantHydroelasticProperties, AddContactMaterial, AddRigidHydroelasticProperties
-from pydrake.geometry import ProximityProperties, SceneGraphConfig, Sphere
 from pydrake.common import MemoryFile
 from pydrake.common.eigen_geometry import Quaternion
+from pydrake.geometry import (
+    AddCompliantHydroelasticProperties,
+    AddContactMaterial,
+    AddRigidHydroelasticProperties,
+    Box,
+    Capsule,
+    Convex,
+    HalfSpace,
+    InMemoryMesh,
+    MeshSource,
+    ProximityProperties,
+    SceneGraphConfig,
+    Sphere,
+)
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialForce, SpatialVelocity
-from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, ExternallyAppliedSpatialForce
-from pydrake.multibody.plant import MultibodyPlantConfig
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    ExternallyAppliedSpatialForce,
+    MultibodyPlantConfig,
+)
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import DiagramBuilder
@@ -136,7 +151,7 @@ def _properties(scene: Scene, extent: Any, fixed: bool) -> Any:
     return properties
 
 
-def _pushes(wrenches: Any, free: List[Any]) -> List[Any]:
+def _pushes(wrenches: Any, free: list[Any]) -> list[Any]:
     pushes = []
     for wrench, body in zip(wrenches, free):
         push = ExternallyAppliedSpatialForce()
@@ -154,7 +169,7 @@ def _states(plant: Any, context: Any) -> Any:
     return rows(positions[:, 4:], positions[:, :4], velocities[:, 3:], velocities[:, :3])
 
 
-ENGINES: List[Engine] = [
+ENGINES: list[Engine] = [
     Drake("drake-sap", "discrete, SAP, relaxation time one step, hydroelastic boxes and hulls"),
     Drake("drake-cenic", f"CENIC, accuracy {ACCURACY:g}, default materials, hydroelastic boxes and hulls"),
 ]

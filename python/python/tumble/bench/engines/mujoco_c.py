@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Iterable, List
+from collections.abc import Iterable
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -124,7 +125,7 @@ def numbers(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-ENGINES: List[Engine] = [
+ENGINES: list[Engine] = [
     Mujoco("mujoco", GRASPING, "elliptic cone, Newton, implicitfast, impratio 10; for restitution 1 solref -10000 0"),
     Mujoco("mujoco-noslip", f'{GRASPING} noslip_iterations="10"', "as mujoco, with noslip_iterations 10"),
     Mujoco("mujoco-default", 'cone="elliptic"', "elliptic cone, otherwise defaults: Newton, Euler"),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import List
-
 import mujoco_warp
 import numpy as np
 import warp
@@ -50,4 +48,4 @@ class MujocoWarp(Engine):
         return Motion(states, stopwatch.seconds, slowest=stopwatch.slowest)
 
 
-ENGINES: List[Engine] = [MujocoWarp()]
+ENGINES: list[Engine] = [MujocoWarp()]

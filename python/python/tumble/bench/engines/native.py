@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Dict, List, Optional
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +26,7 @@ class Tumble(Engine):
 
     compliant = False
 
-    def __init__(self, name: str, solver: str, settings: str, residual: Optional[float] = None) -> None:
+    def __init__(self, name: str, solver: str, settings: str, residual: float | None = None) -> None:
         self.name, self.solver, self.settings, self.residual = name, solver, settings, residual
         if solver == "ipopt" and not has_ipopt:
             raise ImportError("this build of tumble has no Ipopt; build it with --features ipopt")
@@ -65,10 +65,10 @@ class Tumble(Engine):
     def _loops(self) -> bool:
         return self.solver == "native" and Path(LOOP).is_file()
 
-    def _looped(self, scene: Scene, before: int) -> Dict[str, Any]:
+    def _looped(self, scene: Scene, before: int) -> dict[str, Any]:
         return asked(LOOP, scene, before, residual=self.residual)
 
-    def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
+    def sensitivities(self, scene: Scene, body: int, component: int) -> Sensitivities | None:
         if self.solver == "ipopt":
             return None
         own = self._scene(scene)
@@ -95,7 +95,7 @@ class Tumble(Engine):
         )
 
     def _scene(self, scene: Scene) -> OwnScene:
-        ground: Dict[str, Any] = {"friction": scene.friction, "restitution": scene.restitution}
+        ground: dict[str, Any] = {"friction": scene.friction, "restitution": scene.restitution}
         if not scene.ground:
             ground["none"] = True
         made = OwnScene(
@@ -122,9 +122,9 @@ def _own_wrenches(scene: Scene, step: int, states: Any) -> Any:
     return wrenches
 
 
-def _table(body: Body) -> Dict[str, Any]:
+def _table(body: Body) -> dict[str, Any]:
     """Body as a table of a scenario file."""
-    table: Dict[str, Any] = {"name": body.name, "position": body.position.tolist()}
+    table: dict[str, Any] = {"name": body.name, "position": body.position.tolist()}
     table["attitude"] = body.attitude.tolist()
     if body.kind == "box":
         table["box"] = [2.0 * half for half in body.size]
@@ -140,7 +140,7 @@ def _table(body: Body) -> Dict[str, Any]:
     return table
 
 
-ENGINES: List[Engine] = [
+ENGINES: list[Engine] = [
     Tumble("tumble", "native", "native solver, no settings"),
     Tumble("tumble-1e-6", "native", "native solver, residual 1e-6 m/s", 1e-6),
 ]

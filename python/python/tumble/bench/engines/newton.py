@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, List
+from typing import Any
 
 import newton
 import numpy as np
@@ -109,7 +109,7 @@ def _start(state: Any, scene: Scene) -> None:
     state.body_qd.assign(np.concatenate([starts[:, 7:10], world_spin(starts)], axis=1).astype(np.float32))
 
 
-ENGINES: List[Engine] = [
+ENGINES: list[Engine] = [
     Newton("newton-kamino", False, "Kamino, defaults (PADMM), single precision, on the processor"),
     Newton("newton-xpbd", True, f"XPBD, {ITERATIONS} iterations, single precision, on the processor"),
 ]

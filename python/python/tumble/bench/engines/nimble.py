@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib.metadata import version
-from typing import Any, List, Optional
+from typing import Any
 
 import nimblephysics
 import numpy as np
@@ -40,7 +40,7 @@ class Nimble(Engine):
             states[step + 1] = _states(nodes)
         return Motion(states, stopwatch.seconds, slowest=stopwatch.slowest)
 
-    def sensitivities(self, scene: Scene, body: int, component: int) -> Optional[Sensitivities]:
+    def sensitivities(self, scene: Scene, body: int, component: int) -> Sensitivities | None:
         world, nodes = _world(scene)
         start = torch.tensor(np.concatenate([world.getPositions(), world.getVelocities()]), requires_grad=True)
         state = start
@@ -124,7 +124,7 @@ def _world_spins(states: Any) -> Any:
     return np.einsum("nij,nj->ni", matrix_of(states[:, 3:7]), states[:, 10:13])
 
 
-def _states(nodes: List[Any]) -> Any:
+def _states(nodes: list[Any]) -> Any:
     transforms = [node.getWorldTransform() for node in nodes]
     positions = np.array([transform.translation() for transform in transforms])
     attitudes = np.array([_quaternion(np.array(transform.rotation())) for transform in transforms])
@@ -148,4 +148,4 @@ def _quaternion(matrix: Any) -> Any:
     return column / np.linalg.norm(column)
 
 
-ENGINES: List[Engine] = [Nimble()]
+ENGINES: list[Engine] = [Nimble()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from importlib.metadata import version
-from typing import Any, List, Tuple
+from typing import Any
 
 import numpy as np
 import pybullet
@@ -57,7 +57,7 @@ class Pybullet(Engine):
         return seconds
 
 
-def _begun(scene: Scene, step: float, substeps: int) -> Tuple[List[Any], Any]:
+def _begun(scene: Scene, step: float, substeps: int) -> tuple[list[Any], Any]:
     """Free bodies and client of a scene at its start."""
     own = {"physicsClientId": pybullet.connect(pybullet.DIRECT)}
     pybullet.setGravity(*scene.gravity, **own)
@@ -116,4 +116,4 @@ def _material(body: Any, scene: Scene, own: Any) -> None:
     )
 
 
-ENGINES: List[Engine] = [Pybullet()]
+ENGINES: list[Engine] = [Pybullet()]

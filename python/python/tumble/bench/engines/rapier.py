@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class Rapier(Engine):
 
     compliant = True
 
-    def __init__(self, name: str, parameters: Dict[str, Any], settings: str) -> None:
+    def __init__(self, name: str, parameters: dict[str, Any], settings: str) -> None:
         self.name, self.parameters, self.settings = name, parameters, settings
 
     def version(self) -> str:
@@ -38,14 +38,14 @@ class Rapier(Engine):
     def memory(self, scene: Scene, before: int) -> int:
         return int(self._asked(scene, before, False)["memory_kib"])
 
-    def _asked(self, scene: Scene, before: int, record: bool) -> Dict[str, Any]:
+    def _asked(self, scene: Scene, before: int, record: bool) -> dict[str, Any]:
         no_restitution(scene)
         if any(body.fixed for body in scene.bodies):
             raise Unsupported("bench/rapier has no fixed bodies")
         return asked(BINARY, scene, before, parameters=self.parameters, record=record)
 
 
-ENGINES: List[Engine] = [
+ENGINES: list[Engine] = [
     Rapier(
         "rapier",
         {"coulomb": True, "iterations": 12, "sweeps": 1, "softness": [2000.0, 10.0]},

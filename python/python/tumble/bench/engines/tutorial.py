@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import List
 
 import casadi
 import numpy as np
@@ -18,8 +17,9 @@ FOLDER = os.environ.get("BENCH_TUTORIAL", "")
 if not (Path(FOLDER) / "tutorial_runs.py").is_file():
     raise ImportError("BENCH_TUTORIAL is not the absolute path of data/generate; set it")
 sys.path.insert(0, FOLDER)
-import step_nlp  # noqa: E402
 import tutorial_runs  # noqa: E402
+
+import step_nlp  # noqa: E402
 
 
 class Tutorial(Engine):
@@ -51,4 +51,4 @@ class Tutorial(Engine):
         return Motion(np.array(states)[:, None], seconds, facts={"not converged": unsolved})
 
 
-ENGINES: List[Engine] = [Tutorial()]
+ENGINES: list[Engine] = [Tutorial()]
