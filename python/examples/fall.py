@@ -52,7 +52,7 @@ def drive(robot: tumble.Robot, rng: np.random.Generator) -> None:
         return
     for joint in robot.slides_and_hinges:
         joint.stiffness, joint.damping = 80.0, 2.0
-        joint.most = joint.most or 25.0
+        joint.max_force = joint.max_force or 25.0
         joint.target = rng.uniform(*(joint.range or (-1.0, 1.0)))
 
 

@@ -184,13 +184,13 @@ impl PyScene {
     /// Model with position motors on joint axes, as text. They replace other motors of these axes.
     fn motored(&self, motors: Vec<PositionMotor>) -> PyResult<String> {
         let mut model = self.content.model.clone();
-        for PositionMotor(joint, axis, target, stiffness, damping, most) in motors {
+        for PositionMotor(joint, axis, target, stiffness, damping, max_force) in motors {
             let joint = model.joints.get_mut(joint).ok_or_else(|| refused("joint: unknown"))?;
             let driven = joint.kind.driven();
             let place = driven.iter().position(|(_, known)| *known == axis);
             let place = place.ok_or_else(|| refused(format!("axis of {}: unknown", joint.name)))?;
             joint.drives.resize(driven.len(), Drive::NONE);
-            let motor = Some(Motor::Position { target, stiffness, damping, most });
+            let motor = Some(Motor::Position { target, stiffness, damping, max_force });
             joint.drives[place] = Drive { motor, force: 0.0, ..joint.drives[place] };
         }
         model.text().map_err(in_python)

@@ -290,7 +290,7 @@ impl PySimulation {
     /// Sets the motor of a joint axis, 0, 1, 2 along x, y, z and 3, 4, 5 about them. The motor
     /// controls speed or position. Without both targets, the motor is removed.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (joint, axis, speed, position, stiffness, damping, most))]
+    #[pyo3(signature = (joint, axis, speed, position, stiffness, damping, max_force))]
     fn put_motor(
         &self,
         joint: usize,
@@ -299,16 +299,16 @@ impl PySimulation {
         position: Option<f64>,
         stiffness: f64,
         damping: f64,
-        most: f64,
+        max_force: f64,
     ) -> PyResult<()> {
-        let motor = motor(speed, position, stiffness, damping, most);
+        let motor = motor(speed, position, stiffness, damping, max_force);
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
     }
 
     /// Sets the motor of the sum of a gear with a drive.
-    #[pyo3(signature = (gear, speed, position, stiffness, damping, most))]
+    #[pyo3(signature = (gear, speed, position, stiffness, damping, max_force))]
     fn put_gear_motor(
         &self,
         gear: usize,
@@ -316,9 +316,9 @@ impl PySimulation {
         position: Option<f64>,
         stiffness: f64,
         damping: f64,
-        most: f64,
+        max_force: f64,
     ) -> PyResult<()> {
-        let motor = motor(speed, position, stiffness, damping, most);
+        let motor = motor(speed, position, stiffness, damping, max_force);
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
         let drive = simulation.world().gears().get(gear).and_then(Gear::drive);
@@ -546,12 +546,12 @@ fn motor(
     position: Option<f64>,
     stiffness: f64,
     damping: f64,
-    most: f64,
+    max_force: f64,
 ) -> Option<Motor> {
     match (speed, position) {
-        (Some(target), _) if damping > 0.0 => Some(Motor::Damper { target, damping, most }),
-        (Some(target), _) => Some(Motor::Speed { target, most }),
-        (None, Some(target)) => Some(Motor::Position { target, stiffness, damping, most }),
+        (Some(target), _) if damping > 0.0 => Some(Motor::Damper { target, damping, max_force }),
+        (Some(target), _) => Some(Motor::Speed { target, max_force }),
+        (None, Some(target)) => Some(Motor::Position { target, stiffness, damping, max_force }),
         (None, None) => None,
     }
 }

@@ -101,7 +101,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_one():
         (lambda: simulation.robots["dgo."], "robot 'dgo.' is unknown; did you mean `dog.`?"),
         (lambda: simulation.joints["hing"], "joint 'hing' is unknown; did you mean `hinge`?"),
         (lambda: run.joints["hing"], "joint 'hing' is unknown; did you mean `hinge`?"),
-        (lambda: simulation.set_motor("hing", speed=1.0, most=1.0), "did you mean `hinge`?"),
+        (lambda: simulation.set_motor("hing", speed=1.0, max_force=1.0), "did you mean `hinge`?"),
         (lambda: simulation.set_state("crat", scene.states[1]), "body 'crat' is unknown; did you mean `crate`?"),
         (lambda: run.plot(body="crat"), "body 'crat' is unknown; did you mean `crate`?"),
         (lambda: dog["fl_kne"], "joint 'fl_kne' is unknown; did you mean `fl_knee`?"),

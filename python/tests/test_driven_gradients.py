@@ -109,7 +109,7 @@ GEARED = {
 
 
 def test_a_motor_of_a_gear():
-    motor = {"position": 0.2, "stiffness": 3.0, "damping": 0.1, "most": 5.0}
+    motor = {"position": 0.2, "stiffness": 3.0, "damping": 0.1, "max_force": 5.0}
     gear = {"joints": ["a", "b"], "ratio": 0.5, "motor": motor}
     scene = tumble.Scene(**GEARED, gears=[gear])
     motors = np.full((1, 8, 1), 0.2)
@@ -138,18 +138,18 @@ def test_a_robot_without_motors_is_told_what_to_do():
         arm().with_motors(stiffness={"shoulder": 1.0, "elbow": 0.0})
     with pytest.raises(tumble.TumbleError, match="stiffness has no number for elbow"):
         arm().with_motors(stiffness={"shoulder": 1.0})
-    with pytest.raises(tumble.TumbleError, match="name in most 'elbw' is unknown.*did you mean"):
-        arm().with_motors(stiffness=1.0, most={"elbw": 1.0})
+    with pytest.raises(tumble.TumbleError, match="name in max_force 'elbw' is unknown.*did you mean"):
+        arm().with_motors(stiffness=1.0, max_force={"elbw": 1.0})
     limited = tumble.Scene.from_text(ARM.replace('effort="20" ', ""), "arm.urdf")
-    assert len(limited.with_motors(stiffness=1.0, most=5.0).motor_axes) == 2
+    assert len(limited.with_motors(stiffness=1.0, max_force=5.0).motor_axes) == 2
 
 
 def test_gains_may_differ_by_joint():
-    scene = arm().with_motors(stiffness={"shoulder": 30.0, "elbow": 10.0}, damping=1.0, most={"elbow": 5.0})
+    scene = arm().with_motors(stiffness={"shoulder": 30.0, "elbow": 10.0}, damping=1.0, max_force={"elbow": 5.0})
     simulation = arm().simulate()
     robot = simulation.robot
-    robot.set_gains(stiffness={"shoulder": 30.0, "elbow": 10.0}, damping=1.0, most={"elbow": 5.0})
-    assert (robot["elbow"].stiffness, robot["elbow"].most, robot["shoulder"].most) == (10.0, 5.0, 30.0)
+    robot.set_gains(stiffness={"shoulder": 30.0, "elbow": 10.0}, damping=1.0, max_force={"elbow": 5.0})
+    assert (robot["elbow"].stiffness, robot["elbow"].max_force, robot["shoulder"].max_force) == (10.0, 5.0, 30.0)
     robot["shoulder"].target, robot["elbow"].target = 0.3, -0.4
     motors = np.tile([0.3, -0.4], (20, 1))
     np.testing.assert_array_equal(scene.run(20, motors=motors).states, simulation.run(20).states)

@@ -63,15 +63,15 @@ def test_the_last_step_of_a_simulation():
 
 def test_a_motor_is_driven_in_the_loop():
     scene = tumble.Scene(
-        [ROD], NO_GROUND, joints=[PIN], motors=[{"joint": "pin", "speed": 1.0, "most": 50.0}], time_step=0.001
+        [ROD], NO_GROUND, joints=[PIN], motors=[{"joint": "pin", "speed": 1.0, "max_force": 50.0}], time_step=0.001
     )
     simulation = scene.simulate()
     simulation.run(50)
     assert simulation.joints["pin"]["speed"] == pytest.approx(1.0, abs=1e-9)
-    simulation.set_motor("pin", speed=-2.0, most=50.0)
+    simulation.set_motor("pin", speed=-2.0, max_force=50.0)
     simulation.run(50)
     assert simulation.joints["pin"]["speed"] == pytest.approx(-2.0, abs=1e-9)
-    simulation.set_motor("pin", position=0.3, stiffness=4000.0, damping=200.0, most=500.0)
+    simulation.set_motor("pin", position=0.3, stiffness=4000.0, damping=200.0, max_force=500.0)
     simulation.run(3000)
     weight = 9.81 * 0.5 * np.cos(0.3)
     assert simulation.joints["pin"]["coordinate"] == pytest.approx(0.3 + weight / 4000.0, rel=1e-3)
@@ -80,11 +80,11 @@ def test_a_motor_is_driven_in_the_loop():
     simulation.step()
     assert simulation.joints["pin"]["torque"][2] == pytest.approx(0.75)
     for wrong in (
-        lambda: simulation.set_motor("pan", speed=1.0, most=1.0),
+        lambda: simulation.set_motor("pan", speed=1.0, max_force=1.0),
         lambda: simulation.set_motor("pin", speed=1.0),
-        lambda: simulation.set_motor("pin", speed=1.0, position=1.0, most=1.0),
+        lambda: simulation.set_motor("pin", speed=1.0, position=1.0, max_force=1.0),
         lambda: simulation.set_motor("pin", speed=1.0, most=-1.0),
-        lambda: simulation.set_motor("pin", speed=1.0, most=1.0, axis="slide"),
+        lambda: simulation.set_motor("pin", speed=1.0, max_force=1.0, axis="slide"),
         lambda: simulation.set_force("pin", float("nan")),
     ):
         with pytest.raises(tumble.TumbleError):
@@ -139,7 +139,7 @@ def test_gears_follow(tmp_path):
 
 
 def test_rollouts_drive_motors_and_vary_joints():
-    motor = {"joint": "pin", "position": 0.0, "stiffness": 200.0, "damping": 20.0, "most": 500.0}
+    motor = {"joint": "pin", "position": 0.0, "stiffness": 200.0, "damping": 20.0, "max_force": 500.0}
     scene = tumble.Scene([ROD], NO_GROUND, joints=[PIN], motors=[motor], time_step=0.001)
     assert scene.motor_axes == scene.driven_axes == [("pin", 5)]
     targets = np.linspace(0, [[0.2], [0.4]], 50, axis=1)
@@ -155,7 +155,7 @@ def test_rollouts_drive_motors_and_vary_joints():
             [ROD], NO_GROUND, joints=[{**PIN, "friction": friction[rollout, 0]}], motors=[motor], time_step=0.001
         )
         simulation = own.simulate()
-        gains = {"stiffness": 200.0, "damping": 20.0, "most": 500.0}
+        gains = {"stiffness": 200.0, "damping": 20.0, "max_force": 500.0}
         for step in range(50):
             simulation.set_motor("pin", position=targets[rollout, step, 0], **gains)
             simulation.set_force("pin", 0.3)
@@ -170,7 +170,7 @@ def test_rollouts_drive_motors_and_vary_joints():
 
 
 def test_runs_take_targets_and_forces_of_every_step():
-    motor = {"joint": "pin", "position": 0.0, "stiffness": 200.0, "damping": 20.0, "most": 500.0}
+    motor = {"joint": "pin", "position": 0.0, "stiffness": 200.0, "damping": 20.0, "max_force": 500.0}
     scene = tumble.Scene([ROD], NO_GROUND, joints=[PIN], motors=[motor], time_step=0.001)
     targets = np.linspace(0, [[0.2], [0.4]], 50, axis=1)
     pushes = np.sin(np.arange(50.0)).reshape(1, 50, 1)

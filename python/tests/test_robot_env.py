@@ -51,7 +51,7 @@ def test_a_urdf_has_the_declared_actions(name):
     assert env.action_space.shape == (12,)
     joint = env.robot.slides_and_hinges[0]
     ends = (env.action_space.low[0], env.action_space.high[0])
-    assert ends == pytest.approx((-joint.most, joint.most) if name == "torque" else joint.range)
+    assert ends == pytest.approx((-joint.max_force, joint.max_force) if name == "torque" else joint.range)
     check_env(env)
     env.reset(seed=0)
     env.action_space.seed(0)
@@ -78,7 +78,7 @@ def test_a_torque_is_the_force_of_the_joint(tmp_path):
 
 
 def test_a_position_is_reached_at_the_end_of_the_action(tmp_path):
-    env = RobotEnv(cart(tmp_path, ""), 25, actions="position", joints=["slider"], most=1e5)
+    env = RobotEnv(cart(tmp_path, ""), 25, actions="position", joints=["slider"], max_force=1e5)
     env.reset(seed=0)
     for target in (0.1, 0.25, -0.05):
         env.step([target])
@@ -126,7 +126,7 @@ def test_what_is_refused(tmp_path):
         ({"actions": "pd"}, "stiffness is needed"),
         ({"actions": "torque", "stiffness": 1.0}, 'actions="torque" does not use stiffness; .* use actions="pd"'),
         ({"actions": "torque"}, r"slider has no force limit; give ranges=\{'slider': \(low, high\)\}"),
-        ({"actions": "position", "most": 5.0}, r"hinge has no limits; give ranges"),
+        ({"actions": "position", "max_force": 5.0}, r"hinge has no limits; give ranges"),
         ({"actions": "position", "joints": ["slider"]}, "most of slider, the force limit of its motor"),
         ({"actions": "torque", "joints": ["slide"]}, "slide or hinge 'slide' is unknown; did you mean"),
         ({"render_mode": "ansi"}, '"rgb_array", "human" or None is needed'),
@@ -141,10 +141,10 @@ def test_what_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("keywords", "words"),
     [
-        ({"actions": "torque", "most": 1.0}, 'does not use most; leave it out, or use actions="pd" or "position"'),
+        ({"actions": "torque", "max_force": 1.0}, 'does not use max_force; leave it out, or use actions="pd" or "position"'),
         ({"actions": "torque", "damping": 1.0}, "does not use damping"),
         ({"actions": "position", "damping": 1.0}, "does not use damping"),
-        ({"actions": "position", "most": {"fr_rol": 1.0}}, "name in most 'fr_rol' is unknown; did you mean `fr_roll"),
+        ({"actions": "position", "max_force": {"fr_rol": 1.0}}, "name in max_force 'fr_rol' is unknown; did you mean `fr_roll"),
         ({"actions": "torque", "ranges": {"fr_rolls": (-1, 1)}}, "name in ranges 'fr_rolls' is unknown; did you mean"),
         ({"actions": "torque", "ranges": (-1, 1)}, r"ranges is \(-1, 1\); a dictionary is needed"),
         ({"actions": "pd", "stiffness": {"fr_roll": 1.0}}, "stiffness has no number for fl_roll; give one for each"),
@@ -164,7 +164,7 @@ def test_an_option_without_effect_is_refused(keywords, words):
 
 
 def test_controls_have_no_joints_and_gains():
-    for option in ({"joints": ["thigh_joint"]}, {"damping": 1.0}, {"most": 1.0}):
+    for option in ({"joints": ["thigh_joint"]}, {"damping": 1.0}, {"max_force": 1.0}):
         with pytest.raises(tumble.TumbleError, match='actions="controls" does not use'):
             RobotEnv(model("hopper.xml"), **option)
 
@@ -172,12 +172,12 @@ def test_controls_have_no_joints_and_gains():
 def test_gains_by_joint_reach_the_motors():
     names = RobotEnv(QUADRUPED, actions="torque").actions.names
     gains = {option: {name: 10.0 + place for place, name in enumerate(names)} for option in ("stiffness", "damping")}
-    env = RobotEnv(QUADRUPED, actions="pd", most={"fr_roll": 3.0}, **gains)
+    env = RobotEnv(QUADRUPED, actions="pd", max_force={"fr_roll": 3.0}, **gains)
     env.reset(seed=0)
     joints = env.robot.slides_and_hinges
     assert [joint.stiffness for joint in joints] == [joint.damping for joint in joints] == [10.0 + i for i in range(12)]
-    limits = {joint.name: joint.most for joint in joints}
-    assert limits["fr_roll"] == 3.0 and limits["fl_roll"] == tumble.load(QUADRUPED).simulate().robot["fl_roll"].most
+    limits = {joint.name: joint.max_force for joint in joints}
+    assert limits["fr_roll"] == 3.0 and limits["fl_roll"] == tumble.load(QUADRUPED).simulate().robot["fl_roll"].max_force
 
 
 def test_arguments_of_the_loader_reach_it(tmp_path):
@@ -267,7 +267,7 @@ class Short(RobotEnv):
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_many_take_the_steps_of_single_ones(threads):
-    count, most = 4, 7
+    count, max_force = 4, 7
     many = RobotVectorEnv(Short, count, threads=threads, max_episode_steps=most)
     single = [lambda: gymnasium.wrappers.TimeLimit(Short(), most)] * count
     single = SyncVectorEnv(single, autoreset_mode=AutoresetMode.NEXT_STEP)

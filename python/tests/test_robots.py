@@ -23,7 +23,7 @@ def test_a_file_is_a_scene():
     assert scene.name == "quadruped" and len(scene.bodies) == 13 and scene.robots == [""]
     robot = scene.simulate().robot
     assert robot.counts == (19, 18) and robot.joints[:2] == ["root", "fl_roll"]
-    assert robot["fl_knee"].range == (-2.6, -0.8) and robot["fl_knee"].most == 35.0
+    assert robot["fl_knee"].range == (-2.6, -0.8) and robot["fl_knee"].max_force == 35.0
     assert "velocity" in " ".join(robot.notes)
     with pytest.warns(UserWarning) as warned:
         tumble.load(MODELS / "quadruped.urdf")
@@ -81,7 +81,7 @@ def test_of_a_scene_with_a_robot_what_came_later_can_go():
 def test_a_robot_stands_by_its_motors():
     simulation = standing().simulate()
     robot = simulation.robot
-    robot.set_gains(stiffness=80.0, damping=3.0, most=25.0)
+    robot.set_gains(stiffness=80.0, damping=3.0, max_force=25.0)
     for leg in LEGS:
         robot[f"{leg}_roll"].target = 0.0
         robot[f"{leg}_pitch"].target = 0.8
@@ -161,7 +161,7 @@ def test_hinges_count_their_turns_while_nobody_looks(tmp_path):
     copied = copy.copy(simulation)
     assert copied.robot["j"].coordinate == hinge.coordinate
     # A motor that holds the current angle keeps the number of turns.
-    hinge.stiffness, hinge.damping, hinge.most = 50.0, 5.0, 100.0
+    hinge.stiffness, hinge.damping, hinge.max_force = 50.0, 5.0, 100.0
     robot.v = [0.0]
     hinge.target = held = hinge.coordinate
     simulation.run(100)
@@ -208,7 +208,7 @@ def test_controls_close_a_gripper(tmp_path):
     assert simulation.run(3000).residuals.max() <= 1e-9
     assert simulation.robot.q.mean() == pytest.approx(0.04, abs=1e-6)
     again = pickle.loads(pickle.dumps(simulation))
-    simulation.set_gear_motor(0, position=-0.01, stiffness=100.0, damping=20.0, most=5.0)
+    simulation.set_gear_motor(0, position=-0.01, stiffness=100.0, damping=20.0, max_force=5.0)
     again.set_gear_motor(0)
     last = simulation.robot.q.copy()
     assert simulation.run(3000).residuals.max() <= 1e-9 and again.run(3000).residuals.max() <= 1e-9
@@ -224,7 +224,7 @@ def test_controls_close_a_gripper(tmp_path):
     ends = tumble.rollout(scene, motors=np.repeat(targets[:, None, None], 3000, axis=1)).states[:, -1]
     starts = tumble.load(tmp_path / "gripper.xml").simulate().states
     np.testing.assert_allclose((ends - starts)[:, :, 1].sum(axis=1), targets, atol=1e-6)
-    with pytest.raises(tumble.TumbleError, match="most"):
+    with pytest.raises(tumble.TumbleError, match="max_force"):
         simulation.set_gear_motor(0, speed=1.0)
 
 
@@ -258,16 +258,16 @@ def test_several_and_copies():
         ({"stiffness": -80.0}, "stiffness is -80.0; a number above 0"),
         ({"stiffness": "a"}, "stiffness is 'a'; a number is needed"),
         ({"stiffness": 80.0, "damping": -3.0}, "damping is -3.0; a number from 0"),
-        ({"stiffness": 80.0, "most": -3.0}, "most is -3.0; a number from 0"),
+        ({"stiffness": 80.0, "max_force": -3.0}, "max_force is -3.0; a number from 0"),
         ({"stiffness": float("nan")}, "stiffness is nan"),
     ],
 )
 def test_gains_that_are_refused_change_nothing(gains, said):
     robot = standing().simulate().robot
-    robot.set_gains(stiffness=50.0, damping=1.0, most=20.0)
+    robot.set_gains(stiffness=50.0, damping=1.0, max_force=20.0)
     with pytest.raises(tumble.TumbleError, match=said):
         robot.set_gains(**gains)
-    assert {(joint.stiffness, joint.damping, joint.most) for joint in robot.slides_and_hinges} == {(50.0, 1.0, 20.0)}
+    assert {(joint.stiffness, joint.damping, joint.max_force) for joint in robot.slides_and_hinges} == {(50.0, 1.0, 20.0)}
 
 
 HELD = """<robot name='arm'><link name='base_link'>
@@ -293,7 +293,7 @@ def test_a_held_link_feels_its_contacts(tmp_path):
     assert robot.touch("base_link", "parcel") == pytest.approx(weight, rel=1e-6)
 
 
-@pytest.mark.parametrize("field", ["stiffness", "damping", "most"])
+@pytest.mark.parametrize("field", ["stiffness", "damping", "max_force"])
 def test_a_gain_is_refused_where_it_is_assigned(field):
     joint = standing().simulate().robot["fl_knee"]
     before = getattr(joint, field)
@@ -301,14 +301,14 @@ def test_a_gain_is_refused_where_it_is_assigned(field):
         with pytest.raises(tumble.TumbleError, match=f"{field} of fl_knee is {value}; a number from 0"):
             setattr(joint, field, value)
     assert getattr(joint, field) == before
-    joint.most = None
+    joint.max_force = None
 
 
 def test_sensors_at_rest():
     """A resting robot measures its weight: upwards in the accelerometer and in its feet."""
     simulation = standing().simulate()
     robot = simulation.robot
-    robot.set_gains(stiffness=80.0, damping=2.0, most=25.0)
+    robot.set_gains(stiffness=80.0, damping=2.0, max_force=25.0)
     for joint in robot.slides_and_hinges:
         joint.target = joint.coordinate
     with pytest.raises(tumble.TumbleError, match="no step"):
@@ -384,7 +384,7 @@ def test_sensors_in_motion(tmp_path):
 def test_a_robot_and_its_joints_are_pickled_with_their_simulation(root):
     simulation = tumble.load(root / "data/robots/quadruped.urdf").simulate()
     robot = simulation.robot
-    robot.set_gains(stiffness=80.0, damping=2.0, most=25.0)
+    robot.set_gains(stiffness=80.0, damping=2.0, max_force=25.0)
     robot["fl_knee"].target = -1.0
     simulation.run(10)
     knee, other = pickle.loads(pickle.dumps((robot["fl_knee"], robot)))
@@ -398,7 +398,7 @@ def test_targets_and_torques_are_vectors(root):
     simulation = tumble.load(root / "data/robots/quadruped.urdf").simulate()
     robot, joints = simulation.robot, simulation.robot.slides_and_hinges
     assert np.isnan(robot.targets).all() and robot.targets.shape == (len(joints),)
-    robot.set_gains(stiffness=80.0, damping=2.0, most=1000.0)
+    robot.set_gains(stiffness=80.0, damping=2.0, max_force=1000.0)
     targets = [joint.coordinate + 0.01 * (place + 1) for place, joint in enumerate(joints)]
     robot.targets = targets
     np.testing.assert_array_equal(robot.targets, targets)

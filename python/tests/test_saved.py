@@ -58,11 +58,11 @@ def test_a_robot_keeps_its_turns_gains_and_targets(tmp_path):
     (tmp_path / "wheel.xml").write_text(WHEEL)
     simulation = tumble.load(tmp_path / "wheel.xml").simulate()
     robot = simulation.robot
-    robot["hub"].hold_speed(10.0, most=50.0)
+    robot["hub"].hold_speed(10.0, max_force=50.0)
     for _ in range(500):
         simulation.step()
         robot.q
-    robot.set_gains(stiffness=80.0, damping=3.0, most=60.0)
+    robot.set_gains(stiffness=80.0, damping=3.0, max_force=60.0)
     robot["hub"].target = 11.0
     robot.controls = [0.5]
     assert robot.q[0] > 2 * np.pi

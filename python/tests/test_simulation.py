@@ -540,14 +540,14 @@ def test_reset_keeps_the_robot_and_removes_its_motors(root):
     simulation = tumble.load(root / "data/robots/quadruped.urdf").simulate()
     robot, knee = simulation.robot, simulation.robot["fl_knee"]
     free = simulation.run(5).states
-    limit = knee.most
+    limit = knee.max_force
     simulation.reset()
-    robot.set_gains(stiffness=80.0, damping=2.0, most=25.0)
+    robot.set_gains(stiffness=80.0, damping=2.0, max_force=25.0)
     knee.target = -1.5
     simulation.run(5)
     simulation.reset()
     assert simulation.robot is robot and robot["fl_knee"] is knee
-    assert knee.target is None and knee.stiffness == 0.0 and knee.most == limit
+    assert knee.target is None and knee.stiffness == 0.0 and knee.max_force == limit
     np.testing.assert_array_equal(simulation.run(5).states, free)
 
 

@@ -94,7 +94,7 @@ fn a_motor_follows_a_target_that_changes() {
     let mut record = StepRecord::new();
     for k in 0..300 {
         let target = (0.02 * f64::from(k)).sin();
-        simulation.set_motor(0, ALONG, Some(Motor::Speed { target, most: 60.0 })).unwrap();
+        simulation.set_motor(0, ALONG, Some(Motor::Speed { target, max_force: 60.0 })).unwrap();
         let before = simulation.state().velocity[0];
         step(&mut simulation, &mut record);
         let after = simulation.state().velocity[0];
@@ -104,7 +104,7 @@ fn a_motor_follows_a_target_that_changes() {
         assert!((force - 2.0 * (after - before) / H).abs() < 1e-9, "{force}");
     }
     // At most 61 N on 2 kg.
-    simulation.set_motor(0, ALONG, Some(Motor::Speed { target: -9.0, most: 60.0 })).unwrap();
+    simulation.set_motor(0, ALONG, Some(Motor::Speed { target: -9.0, max_force: 60.0 })).unwrap();
     let before = simulation.state().velocity[0];
     step(&mut simulation, &mut record);
     let lost = before - simulation.state().velocity[0];
@@ -508,7 +508,7 @@ fn settings_changed_during_a_run_are_saved() {
         simulation.set_joint_load(0, load).unwrap();
         for k in 0..200 {
             if k == 60 {
-                let motor = Motor::Speed { target: 0.3, most: 5.0 };
+                let motor = Motor::Speed { target: 0.3, max_force: 5.0 };
                 simulation.set_motor(0, ALONG, Some(motor)).unwrap();
                 simulation.set_surface(Partner::Body(1), Vector3::y() * 0.2).unwrap();
             }

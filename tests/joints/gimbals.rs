@@ -141,7 +141,7 @@ fn limits_of_the_angles_hold() {
 /// Checks that motors turn every axis at its speed, with turns counted.
 #[test]
 fn motors_hold_the_speeds_of_all_angles() {
-    let motor = |target| Some(Motor::Speed { target, most: 1e4 });
+    let motor = |target| Some(Motor::Speed { target, max_force: 1e4 });
     let drive = |target| Drive { motor: motor(target), ..Drive::NONE };
     let drives = [drive(5.0), drive(-7.0), drive(0.3)];
     let (world, state) = hung(&Vector3::new(0.2, 0.0, -1.0), drives, G, 1e-3);
@@ -210,7 +210,12 @@ fn drives_of_angles_keep_momenta() {
         stiffness: 2.0 + k,
         damping: 0.01,
         armature: 0.001,
-        motor: Some(Motor::Position { target: 0.5, stiffness: 10.0, damping: 0.1, most: 0.5 * k }),
+        motor: Some(Motor::Position {
+            target: 0.5,
+            stiffness: 10.0,
+            damping: 0.1,
+            max_force: 0.5 * k,
+        }),
         ..Drive::NONE
     };
     for universal in [false, true] {
@@ -293,7 +298,7 @@ fn a_gimbal_is_three_hinges_with_nothing_between() {
 /// these axes have no drives, but no simulation may start there.
 #[test]
 fn the_middle_angle_goes_on_beyond_a_quarter_turn() {
-    let motor = Some(Motor::Speed { target: 2.0, most: 1e4 });
+    let motor = Some(Motor::Speed { target: 2.0, max_force: 1e4 });
     let drives = [Drive::NONE, Drive::NONE, Drive { motor, ..Drive::NONE }];
     let frames = [JointFrame::at(Vector3::zeros()); 2];
     let joint = Joint::gimbal(0, None, frames, drives);
@@ -317,7 +322,7 @@ fn hinges_about_axes_of_the_left_hand_are_driven_one_by_one() {
     let targets = [0.7, -0.4, 1.9];
     let mut joint = Joint::gimbal(0, None, of.frames, [Drive::NONE; 3]).with_middle(of.middle);
     for (axis, target) in Hinges::AXES.into_iter().zip(targets) {
-        let motor = Motor::Position { target, stiffness: 50.0, damping: 5.0, most: 1e3 };
+        let motor = Motor::Position { target, stiffness: 50.0, damping: 5.0, max_force: 1e3 };
         joint = joint.with_drive(axis, Drive { motor: Some(motor), ..Drive::NONE }).unwrap();
     }
     let world = world(vec![brick(2.0, Vector3::new(0.1, 0.15, 0.3))], vec![joint], 0.0, 1e-3);
@@ -338,7 +343,8 @@ fn hinges_about_axes_of_the_left_hand_are_driven_one_by_one() {
 #[test]
 fn a_planar_root_is_driven_along_all_its_axes() {
     let frame = JointFrame::along(Vector3::zeros(), Vector3::y()).unwrap();
-    let motor = |target| Drive { motor: Some(Motor::Speed { target, most: 1e3 }), ..Drive::NONE };
+    let motor =
+        |target| Drive { motor: Some(Motor::Speed { target, max_force: 1e3 }), ..Drive::NONE };
     let mut joint = Joint::planar(0, None, [frame, frame]);
     let axes = [JointAxis::Linear(0), JointAxis::Linear(1), JointAxis::Angular(2)];
     for (axis, target) in axes.into_iter().zip([0.5, -0.25, 4.0]) {

@@ -200,7 +200,7 @@ fn a_limit_stops_a_hinge_where_it_is() {
 /// Checks that a motor with enough torque holds its speed.
 #[test]
 fn a_motor_holds_its_speed() {
-    let motor = Motor::Speed { target: 6.0, most: 30.0 };
+    let motor = Motor::Speed { target: 6.0, max_force: 30.0 };
     let (world, state) = pendulum(1e-3, Drive { motor: Some(motor), ..Drive::NONE });
     let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
     let before = run(&mut simulation, 500).solution.joints[0].angles[2];
@@ -430,7 +430,7 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
     let tip = Vector3::new(0.0, 0.0, 0.3);
     let states = [at(-tip), State { attitude: second, ..at(along * 0.3) }];
     // Both shafts rotate in bearings of the world about their own axes. The first one is driven.
-    let motor = Drive { motor: Some(Motor::Speed { target: 5.0, most: 1e3 }), ..Drive::NONE };
+    let motor = Drive { motor: Some(Motor::Speed { target: 5.0, max_force: 1e3 }), ..Drive::NONE };
     let first = Joint::revolute(0, None, [JointFrame::at(-tip), JointFrame::at(-2.0 * tip)], motor);
     let end = JointFrame { anchor: along * 0.6, attitude: second };
     // The second shaft is free along its axis, so that no constraint is redundant.

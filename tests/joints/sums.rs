@@ -157,7 +157,7 @@ fn friction_of_a_sum_holds_up_to_its_force() {
 fn motors_of_a_sum_do_what_they_can() {
     let mut record = StepRecord::new();
     let damped = [Drive { damping: 3.0, ..Drive::NONE }; 2];
-    let speed = Motor::Speed { target: 0.4, most: 1000.0 };
+    let speed = Motor::Speed { target: 0.4, max_force: 1000.0 };
     let mut simulation =
         started(&sliders(damped, Drive { motor: Some(speed), ..Drive::NONE }), [0.0; 2]);
     let [x, y] = step(&mut simulation, &mut record);
@@ -168,7 +168,7 @@ fn motors_of_a_sum_do_what_they_can() {
     // d v₁ = f, d v₂ = 2 f, v₁ + 2 v₂ = 0.4.
     let force = record.solution.gears[0];
     assert!((force - 3.0 * 0.4 / 5.0).abs() < 1e-9, "{force}");
-    let servo = Motor::Position { target: 0.5, stiffness: 1e4, damping: 100.0, most: 2.0 };
+    let servo = Motor::Position { target: 0.5, stiffness: 1e4, damping: 100.0, max_force: 2.0 };
     let mut simulation =
         started(&sliders(damped, Drive { motor: Some(servo), ..Drive::NONE }), [0.0; 2]);
     step(&mut simulation, &mut record);

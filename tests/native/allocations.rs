@@ -156,7 +156,7 @@ fn driven_joints_allocate_nothing() {
             let velocity = Vector3::x() * (0.3 * (5.0 * t).sin());
             let spin = Vector3::z() * 0.2;
             simulation.set_course(0, Course::Steady { velocity, spin }).unwrap();
-            let motor = Motor::Speed { target: (9.0 * t).sin(), most: 1.0 };
+            let motor = Motor::Speed { target: (9.0 * t).sin(), max_force: 1.0 };
             simulation.set_motor(1, JointAxis::Angular(2), Some(motor)).unwrap();
             simulation.step(&mut record).unwrap();
         });

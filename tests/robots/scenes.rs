@@ -47,7 +47,7 @@ fn hold(simulation: &mut Simulation<'_>, robot: &Assembled, joint: &str, target:
     let index = robot.robot().joint(joint).unwrap();
     let (joint, axis) = robot.axis(index).unwrap();
     assert_eq!(axis, 5, "a hinge");
-    let motor = Motor::Position { target, stiffness: 80.0, damping: 3.0, most: 25.0 };
+    let motor = Motor::Position { target, stiffness: 80.0, damping: 3.0, max_force: 25.0 };
     simulation.set_motor(joint, JointAxis::Angular(2), Some(motor)).unwrap();
 }
 
@@ -200,7 +200,7 @@ fn robots_stand_among_other_things() {
         joint = "two.fl_knee"
         position = -1.5
         stiffness = 50
-        most = 20
+        max_force = 20
         [[friction]]
         between = ["one.fl_shank", "crate"]
         coefficient = 0.1

@@ -69,7 +69,7 @@ limits = [-0.1, 0.4]
 [[motors]]
 joint = "shoulder"
 speed = -2.0
-most = 600.0
+max_force = 600.0
 "#;
 
 const FILES: [&str; 5] = ["states.csv", "contacts.csv", "steps.csv", "joints.csv", "run.json"];
@@ -186,19 +186,19 @@ turn_y = { start = -0.2, stiffness = 10.0, damping = 1.0 }
 joint = "mount"
 axis = "turn_x"
 speed = 3.0
-most = 100.0
+max_force = 100.0
 [[motors]]
 joint = "mount"
 axis = "turn_z"
 position = 0.8
 stiffness = 40.0
 damping = 2.0
-most = 100.0
+max_force = 100.0
 [[motors]]
 joint = "mount"
 axis = "turn_y"
 speed = -2.0
-most = 50.0
+max_force = 50.0
 "#;
     let (end, directory) = run_scenario(text, &[]);
     assert_eq!(end.code, Some(0), "{end:?}");
@@ -395,8 +395,8 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
         "type = \"universal\"",
         &["(rail).axis", "about two axes", "give `attitude` instead"],
     ),
-    ("most = 600.0", "", &["most"]),
-    ("most = 600.0", "most = -600.0", &["joints[0] (shoulder)", "most", "-600"]),
+    ("max_force = 600.0", "", &["most"]),
+    ("max_force = 600.0", "max_force = -600.0", &["joints[0] (shoulder)", "most", "-600"]),
 ];
 
 #[test]

@@ -96,7 +96,7 @@ force = 0.5
 [[motors]]
 joint = "in"
 speed = 10.0
-most = 100.0
+max_force = 100.0
 "#;
 
 /// The shaft angles satisfy tan out = tan in cos β for the initial attitude of the cross.

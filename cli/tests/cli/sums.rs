@@ -40,7 +40,7 @@ ratio = -2.0
 drive = { limits = [-0.3, 1.0], stiffness = 50.0, damping = 2.0 }
 [[gears]]
 joints = ["second", "first"]
-motor = { position = 0.1, stiffness = 400.0, damping = 20.0, most = 30.0 }
+motor = { position = 0.1, stiffness = 400.0, damping = 20.0, max_force = 30.0 }
 "#;
 
 /// Drive and motor forces on sums of joint positions follow their laws, and `verify` finds changed

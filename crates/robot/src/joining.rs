@@ -272,13 +272,13 @@ fn add_actuator(
     }
     // Asymmetric bounds are centred at their midpoint.
     let middle = 0.5 * (low + high);
-    let most = (0.5 * (high - low)).max(0.0);
+    let max_force = (0.5 * (high - low)).max(0.0);
     drive.force += middle;
     drive.motor = Some(if stiffness == 0.0 {
-        Motor::Damper { target: (constant - middle) / damping, damping, most }
+        Motor::Damper { target: (constant - middle) / damping, damping, max_force }
     } else {
         let target = constant / stiffness - at.reference - middle / stiffness;
-        Motor::Position { target, stiffness, damping, most }
+        Motor::Position { target, stiffness, damping, max_force }
     });
     Ok(())
 }

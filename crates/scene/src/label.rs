@@ -52,7 +52,7 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         Constant::MotorTarget
         | Constant::MotorStiffness
         | Constant::MotorDamping
-        | Constant::MotorMost => axis(world.motors()[component]),
+        | Constant::MotorMaxForce => axis(world.motors()[component]),
         Constant::JointFriction
         | Constant::JointStiffness
         | Constant::JointRest

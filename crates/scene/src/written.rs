@@ -336,15 +336,15 @@ fn drive_fields(drive: &Drive) -> Vec<String> {
 
 fn motor_fields(motor: &Motor) -> Vec<String> {
     let fields: &[(&str, f64)] = match motor {
-        Motor::Speed { target, most } => &[("speed", *target), ("most", *most)],
-        Motor::Position { target, stiffness, damping, most } => &[
+        Motor::Speed { target, max_force } => &[("speed", *target), ("max_force", *max_force)],
+        Motor::Position { target, stiffness, damping, max_force } => &[
             ("position", *target),
             ("stiffness", *stiffness),
             ("damping", *damping),
-            ("most", *most),
+            ("max_force", *max_force),
         ],
-        Motor::Damper { target, damping, most } => {
-            &[("speed", *target), ("damping", *damping), ("most", *most)]
+        Motor::Damper { target, damping, max_force } => {
+            &[("speed", *target), ("damping", *damping), ("max_force", *max_force)]
         }
     };
     fields.iter().map(|(field, value)| format!("{field} = {value:?}")).collect()

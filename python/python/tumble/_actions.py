@@ -18,8 +18,8 @@ Range = tuple[float, float]
 USED = {
     "controls": (),
     "torque": ("joints",),
-    "pd": ("joints", "stiffness", "damping", "most"),
-    "position": ("joints", "most"),
+    "pd": ("joints", "stiffness", "damping", "max_force"),
+    "position": ("joints", "max_force"),
 }
 """Options of each kind of actions, besides ranges."""
 
@@ -43,7 +43,7 @@ class Actions:
         ranges: Mapping[str, Range] | None = None,
         stiffness: ByJoint | None = None,
         damping: ByJoint | None = None,
-        most: ByJoint | None = None,
+        max_force: ByJoint | None = None,
     ) -> None:
         if kind is None:
             if not robot.actuators:
@@ -58,7 +58,7 @@ class Actions:
             raise TumbleError(f'{robot.name}: the robot has no actuators; use actions="torque", "pd" or "position"')
         if kind == "pd" and stiffness is None:
             raise TumbleError('actions="pd": stiffness is needed; give one number, or numbers by joint')
-        gains = {"stiffness": stiffness, "damping": damping, "most": most}
+        gains = {"stiffness": stiffness, "damping": damping, "max_force": max_force}
         for option, value in {"joints": joints, **gains}.items():
             if value is not None and option not in USED[kind]:
                 users = " or ".join(f'"{name}"' for name in USED if option in USED[name])
@@ -67,7 +67,7 @@ class Actions:
         self.names = robot.actuators if kind == "controls" else _driven(robot, joints)
         self._joints = [] if kind == "controls" else self.names
         self._gains = {
-            option: by_name(option, value, self.names, each=option != "most")
+            option: by_name(option, value, self.names, each=option != "max_force")
             for option, value in gains.items()
             if value is not None
         }
@@ -90,8 +90,8 @@ class Actions:
             for option, values in self._gains.items():
                 if name in values:
                     setattr(joint, option, values[name])
-            if self.kind != "torque" and joint.most is None:
-                raise TumbleError(f"most of {name}, the force limit of its motor, is needed; give most")
+            if self.kind != "torque" and joint.max_force is None:
+                raise TumbleError(f"max_force of {name}, the force limit of its motor, is needed; give max_force")
 
     def checked(self, action: Any) -> Floats:
         """``action`` as one finite number for each name."""

@@ -82,20 +82,20 @@ def _above_zero(name: str, value: float) -> float:
 
 def _checked(option: str, given: ByJoint, names: list[str], check: Callable[[str, float], float]) -> dict[str, float]:
     """Numbers of an option by name, checked."""
-    each = by_name(option, given, names, each=option != "most").items()
+    each = by_name(option, given, names, each=option != "max_force").items()
     return {name: check(f"{option} of {name}" if isinstance(given, Mapping) else option, value) for name, value in each}
 
 
 def _gains(
-    names: list[str], stiffness: ByJoint, damping: ByJoint, most: ByJoint | None
+    names: list[str], stiffness: ByJoint, damping: ByJoint, max_force: ByJoint | None
 ) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
     """Stiffness, damping and given force limits of motors by name."""
-    limits = {} if most is None else _checked("most", most, names, _from_zero)
+    limits = {} if max_force is None else _checked("max_force", max_force, names, _from_zero)
     return _checked("stiffness", stiffness, names, _above_zero), _checked("damping", damping, names, _from_zero), limits
 
 
 def position_motors(
-    scene: Scene, stiffness: ByJoint, damping: ByJoint, most: ByJoint | None, joints: Iterable[str] | None
+    scene: Scene, stiffness: ByJoint, damping: ByJoint, max_force: ByJoint | None, joints: Iterable[str] | None
 ) -> list[tuple[int, int, float, float, float, float]]:
     """Position motors of slides and hinges at the scene's start.
 
@@ -117,12 +117,12 @@ def position_motors(
             raise unknown("slide or hinge", name, list(found))
     if not found:
         raise TumbleError("motors: the scene has no robot with slides or hinges; use its motors table")
-    stiff, damp, limits = _gains(list(found), stiffness, damping, most)
+    stiff, damp, limits = _gains(list(found), stiffness, damping, max_force)
     motors = []
     for name, (axis, target, own) in found.items():
         limit = limits.get(name, own)
         if limit is None:
-            raise TumbleError(f"most of {name}, the force limit of its motor, is needed; set most")
+            raise TumbleError(f"max_force of {name}, the force limit of its motor, is needed; set max_force")
         motors.append((*axis, target, stiff[name], damp[name], limit))
     return motors
 
@@ -185,13 +185,13 @@ class RobotJoint:
         self._damping = _from_zero(f"damping of {self.name}", damping)
 
     @property
-    def most(self) -> float | None:
+    def max_force(self) -> float | None:
         """Force limit of its motors, from the file, or None."""
         return self._limit
 
-    @most.setter
-    def most(self, most: float | None) -> None:
-        self._limit = None if most is None else _from_zero(f"most of {self.name}", most)
+    @max_force.setter
+    def max_force(self, max_force: float | None) -> None:
+        self._limit = None if max_force is None else _from_zero(f"max_force of {self.name}", max_force)
 
     @property
     def coordinate(self) -> float:
@@ -216,29 +216,29 @@ class RobotJoint:
         elif not self.stiffness > 0.0:
             raise TumbleError(f"stiffness of {self.name} is needed for a target; set it first")
         else:
-            place, most = float(target) - self._reference, self._most(self.most)
-            put(*self._axis, None, place, self.stiffness, self.damping, most)
+            place, max_force = float(target) - self._reference, self._max_force(self.max_force)
+            put(*self._axis, None, place, self.stiffness, self.damping, max_force)
         self._target = None if target is None else float(target)
 
     @property
     def _motor(self) -> list[float | None]:
         """Stiffness, damping, force limit and target of its motor."""
-        return [self.stiffness, self.damping, self.most, self._target]
+        return [self.stiffness, self.damping, self.max_force, self._target]
 
     @_motor.setter
     def _motor(self, motor: list[Any]) -> None:
         self._stiffness, self._damping, self._limit, self._target = motor
 
-    def hold_speed(self, speed: float, most: float | None = None) -> None:
-        """Sets a speed motor with the force limit ``most``, by default the one of the file."""
-        most = self._most(self.most if most is None else most)
-        self._robot.simulation._core.put_motor(*self._axis, speed, None, 0.0, 0.0, most)
+    def hold_speed(self, speed: float, max_force: float | None = None) -> None:
+        """Sets a speed motor with the force limit ``max_force``, by default the one of the file."""
+        max_force = self._max_force(self.max_force if max_force is None else max_force)
+        self._robot.simulation._core.put_motor(*self._axis, speed, None, 0.0, 0.0, max_force)
         self._target = None
 
-    def _most(self, most: float | None) -> float:
-        if most is None:
-            raise TumbleError(f"most of {self.name}, the force limit of its motor, is needed; set it first")
-        return most
+    def _max_force(self, max_force: float | None) -> float:
+        if max_force is None:
+            raise TumbleError(f"max_force of {self.name}, the force limit of its motor, is needed; set it first")
+        return max_force
 
     def set_force(self, force: float) -> None:
         """Sets the constant force (N) or torque (N m) along the joint for the following steps."""
@@ -335,20 +335,20 @@ class Robot:
             self._handles[name] = RobotJoint(self, names.index(name))
         return self._handles[name]
 
-    def set_gains(self, *, stiffness: ByJoint, damping: ByJoint = 0.0, most: ByJoint | None = None) -> None:
+    def set_gains(self, *, stiffness: ByJoint, damping: ByJoint = 0.0, max_force: ByJoint | None = None) -> None:
         """Sets stiffness, damping and force limit of all slides and hinges.
 
         Each is one number for all, or numbers by the joints' names. The gains apply from the next
-        targets on. Without ``most`` the force limits stay.
+        targets on. Without ``max_force`` the force limits stay.
 
         :raises TumbleError: if a stiffness is not positive, another value is negative, or a joint
             has no stiffness or damping.
         """
         joints = list(self.slides_and_hinges)
-        stiff, damp, limits = _gains([joint.name for joint in joints], stiffness, damping, most)
+        stiff, damp, limits = _gains([joint.name for joint in joints], stiffness, damping, max_force)
         for joint in joints:
             joint.stiffness, joint.damping = stiff[joint.name], damp[joint.name]
-            joint.most = limits.get(joint.name, joint.most)
+            joint.max_force = limits.get(joint.name, joint.max_force)
 
     @property
     def _kept(self) -> dict[str, Any]:

@@ -49,7 +49,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     :param ranges: ranges of actions by the name of the actuator or joint. The defaults are
         the control ranges of the file. Without them, they follow from force limits for forces,
         and from joint limits for targets.
-    :param most: force limits of the motors of "pd" and "position", by default those of the file.
+    :param max_force: force limits of the motors of "pd" and "position", by default those of the file.
         Like ``stiffness`` and ``damping``, one number or numbers by joint.
     :param robot: prefix of the robot in a scene with several.
     :param packages: see ``tumble.load``, like ``leave_out`` and ``point_contacts``.
@@ -78,7 +78,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         ranges: Mapping[str, Range] | None = None,
         stiffness: ByJoint | None = None,
         damping: ByJoint | None = None,
-        most: ByJoint | None = None,
+        max_force: ByJoint | None = None,
         robot: str | None = None,
         packages: Location | None = None,
         leave_out: list[str] | None = None,
@@ -102,7 +102,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         if self.up is None and floats:
             self.up = 2
         self.actions = Actions(
-            self.robot, actions, joints=joints, ranges=ranges, stiffness=stiffness, damping=damping, most=most
+            self.robot, actions, joints=joints, ranges=ranges, stiffness=stiffness, damping=damping, max_force=max_force
         )
         self.actions.begin(self.robot)
         low, high = (of.astype(np.float32) for of in (self.actions.low, self.actions.high))

@@ -140,7 +140,7 @@ def rollout(
         - ``joint_friction``, ``joint_stiffness``, ``joint_rest``, ``joint_damping``,
           ``joint_force`` and ``armature`` (B, D);
         - ``joint_limits`` (B, L, 2) of the axes that have limits;
-        - ``motor_target``, ``motor_stiffness``, ``motor_damping``, ``motor_most`` (B, M);
+        - ``motor_target``, ``motor_stiffness``, ``motor_damping``, ``motor_max_force`` (B, M);
         - ``anchor`` (B, J, 2, 3), ``gear_ratio`` and ``gear_offset`` (B, G).
     :param threads: largest number of threads; None uses all cores.
     :param out: output arrays by name: ``states``, ``forces``, ``residuals``, ``status``.

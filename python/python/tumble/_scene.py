@@ -223,7 +223,7 @@ class Scene(Queries):
         *,
         stiffness: ByJoint,
         damping: ByJoint = 0.0,
-        most: ByJoint | None = None,
+        max_force: ByJoint | None = None,
         joints: Iterable[str] | None = None,
     ) -> Scene:
         """Scene with a position motor on slides and hinges of its robots.
@@ -231,14 +231,14 @@ class Scene(Queries):
         The motors hold the coordinates of the start. They replace motors and forces of the
         file's actuators on these joints, and are axes of ``motor_axes``: ``rollout`` takes
         targets for them. ``joints`` are names of joints with the prefix of their robot, by
-        default all slides and hinges. ``most`` limits the forces, by default to the limits of
+        default all slides and hinges. ``max_force`` limits the forces, by default to the limits of
         the file. Gains and limits are one number for all, or numbers by these names.
 
         :raises TumbleError: for a joint without a limit of its force, or an unknown joint.
         """
         from ._robot import position_motors
 
-        motors = position_motors(self, stiffness, damping, most, joints)
+        motors = position_motors(self, stiffness, damping, max_force, joints)
         text, path, settings = self._source
         return Scene.from_text(text, path, **{**settings, "model": self._core.motored(motors)})
 

@@ -324,19 +324,19 @@ class Simulation(Queries):
         position: float | None = None,
         stiffness: float = 0.0,
         damping: float = 0.0,
-        most: float | None = None,
+        max_force: float | None = None,
         axis: str | None = None,
     ) -> None:
         """Sets the motor of a joint for the following steps.
 
         ``speed`` (m/s or rad/s) is held, or approached with ``damping``. ``position`` (m or
-        rad) is approached with ``stiffness`` and ``damping``. ``most`` limits force or torque.
+        rad) is approached with ``stiffness`` and ``damping``. ``max_force`` limits force or torque.
         Without speed and position the motor is removed. ``axis`` is needed for a joint with
         several axes: "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z".
         """
         number, place = self._axis(joint, axis)
-        most = _most(speed, position, most)
-        self._core.put_motor(number, place, speed, position, stiffness, damping, most)
+        max_force = _max_force(speed, position, max_force)
+        self._core.put_motor(number, place, speed, position, stiffness, damping, max_force)
 
     def set_gear_motor(
         self,
@@ -346,7 +346,7 @@ class Simulation(Queries):
         position: float | None = None,
         stiffness: float = 0.0,
         damping: float = 0.0,
-        most: float | None = None,
+        max_force: float | None = None,
     ) -> None:
         """Sets the motor of the coordinate sum of a gear with a drive.
 
@@ -354,8 +354,8 @@ class Simulation(Queries):
         in the units of the gear's first coordinate.
         """
         gear = whole("gear", gear, 0)
-        most = _most(speed, position, most)
-        self._core.put_gear_motor(gear, speed, position, stiffness, damping, most)
+        max_force = _max_force(speed, position, max_force)
+        self._core.put_gear_motor(gear, speed, position, stiffness, damping, max_force)
 
     def set_force(self, joint: str, force: float, *, axis: str | None = None) -> None:
         """Sets the constant force (N) or torque (N m) of a joint axis for the following steps."""
@@ -416,10 +416,10 @@ def _shapes(shape: Any, bodies: int) -> Any:
     return [shape, shape[:-2] + shape[-1:]] if bodies == 1 else [shape]
 
 
-def _most(speed: float | None, position: float | None, most: float | None) -> float:
+def _max_force(speed: float | None, position: float | None, max_force: float | None) -> float:
     """Checks the arguments of a motor and returns its force limit."""
     if speed is not None and position is not None:
         raise TumbleError("speed: only one of speed and position can be given")
-    if (speed is not None or position is not None) and most is None:
-        raise TumbleError("most: the force or torque of the motor, N or N m, is needed")
-    return most or 0.0
+    if (speed is not None or position is not None) and max_force is None:
+        raise TumbleError("max_force: the force or torque of the motor, N or N m, is needed")
+    return max_force or 0.0

@@ -208,7 +208,7 @@ class CoreSimulation:
         position: float | None,
         stiffness: float,
         damping: float,
-        most: float,
+        max_force: float,
     ) -> None: ...
     def put_gear_motor(
         self,
@@ -217,7 +217,7 @@ class CoreSimulation:
         position: float | None,
         stiffness: float,
         damping: float,
-        most: float,
+        max_force: float,
     ) -> None: ...
     def put_controls(self, robot: CoreRobot, controls: Floats) -> None: ...
     def put_force(self, joint: int, axis: int, force: float) -> None: ...

@@ -64,13 +64,13 @@ fn drive(numbers: &mut Numbers, size: f64) -> Drive {
     match numbers.below(3) {
         0 => {
             let target = numbers.between(-20.0, 20.0);
-            drive.motor = Some(Motor::Speed { target, most });
+            drive.motor = Some(Motor::Speed { target, max_force: most });
         }
         1 => {
             let (target, stiffness) =
                 (numbers.between(-1.0, 1.0), numbers.between(10.0, 1e4) * size);
             let damping = numbers.between(0.0, 0.02) * stiffness;
-            drive.motor = Some(Motor::Position { target, stiffness, damping, most });
+            drive.motor = Some(Motor::Position { target, stiffness, damping, max_force: most });
         }
         _ => {}
     }

@@ -67,9 +67,9 @@ impl Draw {
         let at =
             [JointFrame::along(-lever, *axis).unwrap(), JointFrame::along(lever, *axis).unwrap()];
         let motor = match self.within(0.0, 3.0) as u32 {
-            0 => Motor::Speed { target: 2.0, most: 1e3 },
-            1 => Motor::Speed { target: 5.0, most: 0.4 },
-            _ => Motor::Position { target: 0.4, stiffness: 20.0, damping: 0.5, most: 1e3 },
+            0 => Motor::Speed { target: 2.0, max_force: 1e3 },
+            1 => Motor::Speed { target: 5.0, max_force: 0.4 },
+            _ => Motor::Position { target: 0.4, stiffness: 20.0, damping: 0.5, max_force: 1e3 },
         };
         let drive = Drive { damping: 0.1, friction: 0.05, motor: Some(motor), ..Drive::NONE };
         let joint = match self.within(0.0, 2.0) as u32 {

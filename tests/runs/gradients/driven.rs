@@ -46,7 +46,7 @@ const ARM: &str = "
     position = 0
     stiffness = 5
     damping = 0.2
-    most = 100
+    max_force = 100
     ";
 
 fn scene(text: &str) -> Scene {
@@ -166,7 +166,7 @@ fn a_motor_of_a_gear_beside_a_spring_is_refused() {
         [[gears]]
         joints = [\"shoulder\", \"elbow\"]
         drive = { stiffness = 1 }
-        motor = { position = 0, stiffness = 1, most = 1 }
+        motor = { position = 0, stiffness = 1, max_force = 1 }
         ";
     let scene = scene(&(ARM.to_owned() + gear));
     let inputs = Inputs { motors: vec![0.0; 2 * STEPS], joint_forces: Vec::new() };

@@ -64,7 +64,7 @@ fn a_slide_by_the_constants_of_its_drive() {
     let (x, v) = (0.3, 0.7);
     let (friction, k, d, inertia, rest) = (0.4, 30.0, 2.0, 0.5, 0.1);
     let (km, dm, target, most) = (50.0, 3.0, 0.8, 1e3);
-    let motor = |most| Motor::Position { target, stiffness: km, damping: dm, most };
+    let motor = |most| Motor::Position { target, stiffness: km, damping: dm, max_force: most };
     let drive = |most| Drive {
         friction,
         stiffness: k,
@@ -111,7 +111,7 @@ fn a_slide_by_the_constants_of_its_drive() {
             (Constant::MotorTarget, by(H * km, 0.0)),
             (Constant::MotorStiffness, by(H * (target - x), H * H)),
             (Constant::MotorDamping, by(0.0, H)),
-            (Constant::MotorMost, 0.0),
+            (Constant::MotorMaxForce, 0.0),
             (
                 Constant::TimeStep,
                 by(k * (rest - x) + pulled - friction, d + dm + 2.0 * H * (k + km)),
@@ -125,7 +125,7 @@ fn a_slide_by_the_constants_of_its_drive() {
     let above = (MASS + inertia) * v + H * (k * (rest - x) + most - friction);
     let by = |n: f64, d: f64| n / below - above / below * d / below;
     let held = [
-        (Constant::MotorMost, by(H, 0.0)),
+        (Constant::MotorMaxForce, by(H, 0.0)),
         (Constant::MotorTarget, 0.0),
         (Constant::MotorStiffness, 0.0),
         (Constant::JointStiffness, by(H * (rest - x), H * H)),
@@ -133,7 +133,7 @@ fn a_slide_by_the_constants_of_its_drive() {
     check(drive(most), &held);
     // A motor with damping only, N = m v + h d_m (w − v⁺), below and at its force limit.
     let damper = |most| {
-        let motor = Motor::Damper { target, damping: dm, most };
+        let motor = Motor::Damper { target, damping: dm, max_force: most };
         Drive { motor: Some(motor), ..Drive::NONE }
     };
     let (below, above) = (MASS + H * dm, MASS * v + H * dm * target);
@@ -143,16 +143,16 @@ fn a_slide_by_the_constants_of_its_drive() {
         &[
             (Constant::MotorTarget, by(H * dm, 0.0)),
             (Constant::MotorDamping, by(H * target, H)),
-            (Constant::MotorMost, 0.0),
+            (Constant::MotorMaxForce, 0.0),
             (Constant::TimeStep, by(dm * target, dm)),
         ],
     );
     assert!((end - above / below).abs() < 1e-12);
-    let held = [(Constant::MotorMost, H / MASS), (Constant::MotorDamping, 0.0)];
+    let held = [(Constant::MotorMaxForce, H / MASS), (Constant::MotorDamping, 0.0)];
     let end = check(damper(0.01), &held);
     assert!((end - v - H * 0.01 / MASS).abs() < 1e-12);
     // For a motor that holds a speed, and at a limit, only their targets count.
-    let speed = Motor::Speed { target: 0.2, most: 1e3 };
+    let speed = Motor::Speed { target: 0.2, max_force: 1e3 };
     let held = Drive { motor: Some(speed), stiffness: k, ..Drive::NONE };
     check(held, &[(Constant::MotorTarget, 1.0), (Constant::JointStiffness, 0.0)]);
     let stopped = Drive { limits: Some([0.0, 0.304]), damping: d, ..Drive::NONE };

@@ -151,7 +151,7 @@ fn kinds(
     frames: [JointFrame; 2],
     draw: &mut Draw,
 ) -> Vec<Joint> {
-    let motor = Motor::Position { target: 0.4, stiffness: 30.0, damping: 2.0, most: 1e3 };
+    let motor = Motor::Position { target: 0.4, stiffness: 30.0, damping: 2.0, max_force: 1e3 };
     let drive = Drive {
         stiffness: 20.0 + 5.0 * draw.unit(),
         damping: 1.0,

@@ -17,17 +17,18 @@ use tumble_core::world::{Constant, World};
 fn drives(s: f64) -> [(&'static str, Drive); 9] {
     let none = Drive::NONE;
     let motor = |motor| Drive { motor: Some(motor), ..none };
-    let position =
-        |most| motor(Motor::Position { target: s + 0.2, stiffness: 30.0, damping: 0.4, most });
+    let position = |most| {
+        motor(Motor::Position { target: s + 0.2, stiffness: 30.0, damping: 0.4, max_force: most })
+    };
     [
         ("spring", Drive { stiffness: 20.0, damping: 0.5, rest: 0.3, force: 0.4, ..none }),
         ("slip", Drive { friction: 0.5, damping: 0.2, ..none }),
         ("stick", Drive { friction: 1e4, ..none }),
         ("held place", position(1e4)),
         ("weak place", position(0.2)),
-        ("held speed", motor(Motor::Speed { target: 0.7, most: 1e4 })),
-        ("weak speed", motor(Motor::Speed { target: 20.0, most: 0.3 })),
-        ("damper", motor(Motor::Damper { target: 0.4, damping: 0.8, most: 1e3 })),
+        ("held speed", motor(Motor::Speed { target: 0.7, max_force: 1e4 })),
+        ("weak speed", motor(Motor::Speed { target: 20.0, max_force: 0.3 })),
+        ("damper", motor(Motor::Damper { target: 0.4, damping: 0.8, max_force: 1e3 })),
         ("stop", Drive { limits: Some([s - 1e-3, s + 1e-3]), stiffness: 5.0, ..none }),
     ]
 }

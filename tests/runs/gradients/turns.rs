@@ -27,14 +27,14 @@ fn drives(which: usize) -> [Drive; 3] {
         2 => [rubbed(0.1), rubbed(0.2), spring],
         3 => [rubbed(1e4), spring, rubbed(1e4)],
         4 => [
-            motor(Motor::Position { target: 0.3, stiffness: 30.0, damping: 0.5, most: 1e3 }),
-            motor(Motor::Damper { target: 0.5, damping: 0.7, most: 1e3 }),
-            motor(Motor::Speed { target: 0.4, most: 1e3 }),
+            motor(Motor::Position { target: 0.3, stiffness: 30.0, damping: 0.5, max_force: 1e3 }),
+            motor(Motor::Damper { target: 0.5, damping: 0.7, max_force: 1e3 }),
+            motor(Motor::Speed { target: 0.4, max_force: 1e3 }),
         ],
         _ => [
-            motor(Motor::Position { target: 0.3, stiffness: 90.0, damping: 0.5, most: 0.1 }),
+            motor(Motor::Position { target: 0.3, stiffness: 90.0, damping: 0.5, max_force: 0.1 }),
             armed,
-            motor(Motor::Speed { target: 20.0, most: 0.2 }),
+            motor(Motor::Speed { target: 20.0, max_force: 0.2 }),
         ],
     }
 }

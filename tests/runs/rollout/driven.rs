@@ -13,7 +13,7 @@ fn driven_world() -> World {
         let axis = |at| JointFrame::along(at, Vector3::new(0.0, 1.0, 0.1)).unwrap();
         [axis(Vector3::new(0.0, 0.0, 0.3)), axis(Vector3::new(x, 0.0, 0.3))]
     });
-    let motor = Motor::Position { target: 0.2, stiffness: 20.0, damping: 1.0, most: 30.0 };
+    let motor = Motor::Position { target: 0.2, stiffness: 20.0, damping: 1.0, max_force: 30.0 };
     let hinge = Drive { friction: 0.01, motor: Some(motor), armature: 0.02, ..Drive::NONE };
     let slide = Drive { stiffness: 50.0, damping: 0.3, friction: 0.1, force: 0.5, ..Drive::NONE };
     let joints = vec![
@@ -73,7 +73,7 @@ fn constants_of_joints_are_those_of_their_drives() {
         (Constant::MotorTarget, vec![0.2]),
         (Constant::MotorStiffness, vec![20.0]),
         (Constant::MotorDamping, vec![1.0]),
-        (Constant::MotorMost, vec![30.0]),
+        (Constant::MotorMaxForce, vec![30.0]),
     ] {
         assert_eq!(constant.values(&world), numbers, "{constant:?}");
         assert_eq!(constant.shape(&world).iter().product::<usize>(), numbers.len());
@@ -112,7 +112,7 @@ fn constants_of_joints_are_those_of_their_drives() {
     }
     // A motor that holds a speed has no stiffness to set.
     let mut joints = world.joints().to_vec();
-    let motor = Some(Motor::Speed { target: 1.0, most: 2.0 });
+    let motor = Some(Motor::Speed { target: 1.0, max_force: 2.0 });
     let Axis::Free(drive) = joints[0].angular()[2] else { unreachable!() };
     let drive = Drive { motor, ..drive };
     joints[0] = joints[0].clone().with_drive(JointAxis::Angular(2), drive).unwrap();
@@ -174,7 +174,7 @@ fn motors_are_driven_in_rollouts() {
 fn motors_of_sums_are_driven_in_rollouts() {
     use tumble_core::joint::{Drive, Gear, GearAxis, JointAxis, Motor};
     const T: usize = 40;
-    let servo = Motor::Position { target: 0.0, stiffness: 40.0, damping: 1.0, most: 3.0 };
+    let servo = Motor::Position { target: 0.0, stiffness: 40.0, damping: 1.0, max_force: 3.0 };
     let axes = [JointAxis::Angular(2), JointAxis::Linear(2)];
     let [first, second] = [0, 1].map(|joint| GearAxis { joint, axis: axes[joint] });
     let sum = Gear::new(first, second, -2.0, 0.0);

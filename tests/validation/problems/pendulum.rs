@@ -156,7 +156,7 @@ fn servo(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let stiffness = STIFFNESS * rod.weight();
     let unit = (rod.moment() / stiffness).sqrt();
     let damping = 2.0 * stiffness * unit;
-    let motor = Motor::Position { target: START, stiffness, damping, most: 100.0 * stiffness };
+    let motor = Motor::Position { target: START, stiffness, damping, max_force: 100.0 * stiffness };
     let drive = Drive { motor: Some(motor), ..Drive::NONE };
     let setup = rod.setup(drive, SETTLES * unit)?;
     let (run, torques) = runner.watch(&setup, |step| step.joints[0].torque[2])?;

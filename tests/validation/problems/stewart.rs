@@ -99,7 +99,7 @@ fn stewart(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let still_off = 10.0 * h * lacked + still.rounding(32.0 * GROUND);
 
     let motors = GROWTH.map(|target| Drive {
-        motor: Some(Motor::Speed { target, most: 1e6 * mass }),
+        motor: Some(Motor::Speed { target, max_force: 1e6 * mass }),
         ..Drive::NONE
     });
     let run = runner.run(&setup(values, motors, DURATION)?)?;

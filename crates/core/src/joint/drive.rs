@@ -50,7 +50,7 @@ pub enum Motor {
         /// Target speed (m/s or rad/s).
         target: f64,
         /// Force limit (N or N m).
-        most: f64,
+        max_force: f64,
     },
     /// PD motor: drives the coordinate to a target with a stiffness and a damping.
     Position {
@@ -61,7 +61,7 @@ pub enum Motor {
         /// Damping (N s/m or N m s/rad).
         damping: f64,
         /// Force limit (N or N m).
-        most: f64,
+        max_force: f64,
     },
     /// Damping motor: drives the speed to a target with a damping.
     Damper {
@@ -70,7 +70,7 @@ pub enum Motor {
         /// Damping (N s/m or N m s/rad).
         damping: f64,
         /// Force limit (N or N m).
-        most: f64,
+        max_force: f64,
     },
 }
 
@@ -79,11 +79,11 @@ impl Motor {
     #[must_use]
     pub fn to(self, target: f64) -> Self {
         match self {
-            Self::Speed { most, .. } => Self::Speed { target, most },
-            Self::Position { stiffness, damping, most, .. } => {
-                Self::Position { target, stiffness, damping, most }
+            Self::Speed { max_force, .. } => Self::Speed { target, max_force },
+            Self::Position { stiffness, damping, max_force, .. } => {
+                Self::Position { target, stiffness, damping, max_force }
             }
-            Self::Damper { damping, most, .. } => Self::Damper { target, damping, most },
+            Self::Damper { damping, max_force, .. } => Self::Damper { target, damping, max_force },
         }
     }
 }
@@ -126,20 +126,38 @@ impl Drive {
         }
         match self.motor {
             None => {}
-            Some(Motor::Speed { target, most }) => {
+            Some(Motor::Speed { target, max_force }) => {
                 in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
-                in_range("largest force of a motor (most)", most, 0.0, MOST, "0 to 1e12")?;
+                in_range(
+                    "largest force of a motor (max_force)",
+                    max_force,
+                    0.0,
+                    MOST,
+                    "0 to 1e12",
+                )?;
             }
-            Some(Motor::Position { target, stiffness, damping, most }) => {
+            Some(Motor::Position { target, stiffness, damping, max_force }) => {
                 in_range("position of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
                 in_range("stiffness of a motor", stiffness, 0.0, MOST, "0 to 1e12")?;
                 in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
-                in_range("largest force of a motor (most)", most, 0.0, MOST, "0 to 1e12")?;
+                in_range(
+                    "largest force of a motor (max_force)",
+                    max_force,
+                    0.0,
+                    MOST,
+                    "0 to 1e12",
+                )?;
             }
-            Some(Motor::Damper { target, damping, most }) => {
+            Some(Motor::Damper { target, damping, max_force }) => {
                 in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
                 in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
-                in_range("largest force of a motor (most)", most, 0.0, MOST, "0 to 1e12")?;
+                in_range(
+                    "largest force of a motor (max_force)",
+                    max_force,
+                    0.0,
+                    MOST,
+                    "0 to 1e12",
+                )?;
             }
         }
         Ok(())
@@ -158,9 +176,9 @@ pub(crate) struct AxisStart {
 }
 
 impl Axis {
-    /// Swing axis of a ball joint with the cone angle `most` (rad).
-    pub(super) fn cone(most: f64) -> Self {
-        Self::Free(Drive { limits: Some([0.0, most]), ..Drive::NONE })
+    /// Swing axis of a ball joint with the cone angle `largest` (rad).
+    pub(super) fn cone(largest: f64) -> Self {
+        Self::Free(Drive { limits: Some([0.0, largest]), ..Drive::NONE })
     }
 
     /// True if the axis has an armature.
@@ -234,16 +252,16 @@ impl Axis {
         }
         match drive.motor {
             None => {}
-            Some(Motor::Speed { target, most }) => {
-                sum.add_jump(target * length, most * to_impulse);
+            Some(Motor::Speed { target, max_force }) => {
+                sum.add_jump(target * length, max_force * to_impulse);
             }
-            Some(Motor::Position { target, stiffness, damping, most }) => {
+            Some(Motor::Position { target, stiffness, damping, max_force }) => {
                 let (slope, at_zero) = pull(stiffness, damping, target);
-                sum.add_ramp(at_zero, slope, most * to_impulse);
+                sum.add_ramp(at_zero, slope, max_force * to_impulse);
             }
-            Some(Motor::Damper { target, damping, most }) => {
+            Some(Motor::Damper { target, damping, max_force }) => {
                 let slope = damping * to_impulse / length;
-                sum.add_ramp(damping * target * to_impulse, slope, most * to_impulse);
+                sum.add_ramp(damping * target * to_impulse, slope, max_force * to_impulse);
             }
         }
         if let Some([low, high]) = drive.limits {

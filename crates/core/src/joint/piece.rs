@@ -24,7 +24,7 @@ pub(crate) struct AxisChange {
     pub(crate) target: f64,
     pub(crate) motor_stiffness: f64,
     pub(crate) motor_damping: f64,
-    pub(crate) most: f64,
+    pub(crate) max_force: f64,
 }
 
 /// Point on the graph of an axis: the speed u, and a flag of vertical pieces.
@@ -104,22 +104,22 @@ impl Axis {
         }
         match drive.motor {
             None => {}
-            Some(Motor::Speed { target, most }) => {
-                held += side(u < target * length) * (change.most + most * longer);
+            Some(Motor::Speed { target, max_force }) => {
+                held += side(u < target * length) * (change.max_force + max_force * longer);
             }
-            Some(Motor::Position { target, stiffness, damping, most }) => {
+            Some(Motor::Position { target, stiffness, damping, max_force }) => {
                 let projections = stiffness * (target - x) - (stiffness * h + damping) * u / length;
-                if projections.abs() > most {
-                    held += projections.signum() * (change.most + most * longer);
+                if projections.abs() > max_force {
+                    held += projections.signum() * (change.max_force + max_force * longer);
                 } else {
                     let by = (change.motor_stiffness, change.motor_damping, change.target);
                     projection((stiffness, damping, target), by);
                 }
             }
-            Some(Motor::Damper { target, damping, most }) => {
+            Some(Motor::Damper { target, damping, max_force }) => {
                 let projections = damping * (target - u / length);
-                if projections.abs() > most {
-                    held += projections.signum() * (change.most + most * longer);
+                if projections.abs() > max_force {
+                    held += projections.signum() * (change.max_force + max_force * longer);
                 } else {
                     // A damping motor is a damper plus the constant force of its target speed.
                     held +=

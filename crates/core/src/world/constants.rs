@@ -26,7 +26,7 @@ pub use super::reshape::extents;
 /// | `TimeStep` | h (s) | h |
 /// | `JointFriction`, `JointStiffness`, `JointRest`, `JointDamping`, `JointForce`, `Armature` | one per [driven axis](World::driven_axes) | factor on the world's |
 /// | `JointLimits` | lower and upper limit of each [limited axis](World::limited_axes), (L, 2) | factor on the world's |
-/// | `MotorTarget`, `MotorStiffness`, `MotorDamping`, `MotorMost` | one per [motor](World::motors) | factor on the world's |
+/// | `MotorTarget`, `MotorStiffness`, `MotorDamping`, `MotorMaxForce` | one per [motor](World::motors) | factor on the world's |
 /// | `Anchor` | anchors of each joint in A and in B (m), (J, 2, 3) | factor on the world's |
 /// | `GearRatio`, `GearOffset` | one per [gear](World::gears) | factor on the world's |
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -84,7 +84,7 @@ pub enum Constant {
     /// Damping of each motor; 0 for a speed motor.
     MotorDamping,
     /// Force limit of each motor (N or N m).
-    MotorMost,
+    MotorMaxForce,
     /// Anchors of each joint in the frames of A and B, or in the world frame (m).
     Anchor,
     /// Ratio r of each [gear](crate::joint::Gear), in units of its first coordinate over its
@@ -121,7 +121,7 @@ impl Constant {
         Self::MotorTarget,
         Self::MotorStiffness,
         Self::MotorDamping,
-        Self::MotorMost,
+        Self::MotorMaxForce,
         Self::Anchor,
         Self::GearRatio,
         Self::GearOffset,
@@ -155,7 +155,7 @@ impl Constant {
             Self::MotorTarget => "motor_target",
             Self::MotorStiffness => "motor_stiffness",
             Self::MotorDamping => "motor_damping",
-            Self::MotorMost => "motor_most",
+            Self::MotorMaxForce => "motor_max_force",
             Self::Anchor => "anchor",
             Self::GearRatio => "gear_ratio",
             Self::GearOffset => "gear_offset",

@@ -117,7 +117,7 @@ impl Constant {
     pub(crate) fn is_of_motors(self) -> bool {
         matches!(
             self,
-            Self::MotorTarget | Self::MotorStiffness | Self::MotorDamping | Self::MotorMost
+            Self::MotorTarget | Self::MotorStiffness | Self::MotorDamping | Self::MotorMaxForce
         )
     }
 
@@ -155,11 +155,11 @@ impl Constant {
     }
 
     fn get(self, drive: &Drive) -> f64 {
-        let (target, stiffness, damping, most) = match drive.motor {
-            Some(Motor::Speed { target, most }) => (target, 0.0, 0.0, most),
-            Some(Motor::Damper { target, damping, most }) => (target, 0.0, damping, most),
-            Some(Motor::Position { target, stiffness, damping, most }) => {
-                (target, stiffness, damping, most)
+        let (target, stiffness, damping, max_force) = match drive.motor {
+            Some(Motor::Speed { target, max_force }) => (target, 0.0, 0.0, max_force),
+            Some(Motor::Damper { target, damping, max_force }) => (target, 0.0, damping, max_force),
+            Some(Motor::Position { target, stiffness, damping, max_force }) => {
+                (target, stiffness, damping, max_force)
             }
             None => (0.0, 0.0, 0.0, 0.0),
         };
@@ -173,7 +173,7 @@ impl Constant {
             Self::MotorTarget => target,
             Self::MotorStiffness => stiffness,
             Self::MotorDamping => damping,
-            Self::MotorMost => most,
+            Self::MotorMaxForce => max_force,
             _ => 0.0,
         }
     }
@@ -195,14 +195,14 @@ impl Constant {
                 ),
             ) => *target = number,
             (
-                Self::MotorMost,
+                Self::MotorMaxForce,
                 Some(
-                    Motor::Speed { most, .. }
-                    | Motor::Position { most, .. }
-                    | Motor::Damper { most, .. },
+                    Motor::Speed { max_force, .. }
+                    | Motor::Position { max_force, .. }
+                    | Motor::Damper { max_force, .. },
                 ),
             ) => {
-                *most = number;
+                *max_force = number;
             }
             (Self::MotorStiffness, Some(Motor::Position { stiffness, .. })) => *stiffness = number,
             (

@@ -226,12 +226,12 @@ impl Draw {
             target: target * coordinate,
             stiffness: self.within(2.0, 8.0) * force / coordinate,
             damping,
-            most,
+            max_force: most,
         };
         let motor = match self.below(6) {
             _ if situation == Situation::Walking => Some(position),
-            0 => Some(Motor::Speed { target: target * speed, most }),
-            1 => Some(Motor::Damper { target: target * speed, damping, most }),
+            0 => Some(Motor::Speed { target: target * speed, max_force: most }),
+            1 => Some(Motor::Damper { target: target * speed, damping, max_force: most }),
             2 | 3 => Some(position),
             _ => None,
         };

@@ -7,7 +7,7 @@ use tumble_model::joint::JointModel;
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
-    expecting = "{ joint = \"…\", speed = …, most = … } or { joint = \"…\", position = …, \
+    expecting = "{ joint = \"…\", speed = …, max_force = … } or { joint = \"…\", position = …, \
                  stiffness = …, … }"
 )]
 pub struct MotorEntry {
@@ -17,7 +17,7 @@ pub struct MotorEntry {
     pub(super) position: Option<f64>,
     pub(super) stiffness: Option<f64>,
     pub(super) damping: Option<f64>,
-    pub(super) most: f64,
+    pub(super) max_force: f64,
 }
 
 impl MotorEntry {
@@ -27,8 +27,8 @@ impl MotorEntry {
     }
 
     pub(super) fn motor(&self) -> Result<Motor, String> {
-        let Self { speed, position, stiffness, damping, most, .. } = *self;
-        MotorFields { speed, position, stiffness, damping, most }.motor()
+        let Self { speed, position, stiffness, damping, max_force, .. } = *self;
+        MotorFields { speed, position, stiffness, damping, max_force }.motor()
     }
 
     /// Index of the motor's drive in the joint.
@@ -49,20 +49,20 @@ impl MotorEntry {
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
-    expecting = "{ speed = …, most = … } or { position = …, stiffness = …, most = … }"
+    expecting = "{ speed = …, max_force = … } or { position = …, stiffness = …, max_force = … }"
 )]
 pub struct MotorFields {
     speed: Option<f64>,
     position: Option<f64>,
     stiffness: Option<f64>,
     damping: Option<f64>,
-    most: f64,
+    max_force: f64,
 }
 
 impl MotorFields {
     /// Motor in the form of the core.
     pub fn motor(&self) -> Result<Motor, String> {
-        let most = self.most;
+        let max_force = self.max_force;
         match (self.speed, self.position) {
             (Some(_), Some(_)) => {
                 Err("speed: only one of `speed` and `position` can be given".to_owned())
@@ -73,8 +73,8 @@ impl MotorFields {
                     return Err("stiffness has no meaning with `speed`; leave it out".to_owned());
                 }
                 Ok(match self.damping {
-                    None => Motor::Speed { target, most },
-                    Some(damping) => Motor::Damper { target, damping, most },
+                    None => Motor::Speed { target, max_force },
+                    Some(damping) => Motor::Damper { target, damping, max_force },
                 })
             }
             (None, Some(target)) => {
@@ -82,7 +82,7 @@ impl MotorFields {
                     return Err("stiffness: required with `position`".to_owned());
                 };
                 let damping = self.damping.unwrap_or(0.0);
-                Ok(Motor::Position { target, stiffness, damping, most })
+                Ok(Motor::Position { target, stiffness, damping, max_force })
             }
         }
     }

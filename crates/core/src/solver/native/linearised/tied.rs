@@ -145,7 +145,7 @@ impl TiedRowLaw {
             target: number(Constant::MotorTarget),
             motor_stiffness: number(Constant::MotorStiffness),
             motor_damping: number(Constant::MotorDamping),
-            most: number(Constant::MotorMost),
+            max_force: number(Constant::MotorMaxForce),
             ..AxisChange::default()
         })
     }
