@@ -5,7 +5,7 @@ use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, MetadataProvider};
 use tiny_skia::{Path, PathBuilder};
 
-/// Bold font of headings, clocks and labels.
+/// One weight of the font.
 pub struct Font {
     font: FontRef<'static>,
 }
@@ -18,9 +18,14 @@ pub struct Heading {
 }
 
 impl Font {
-    /// Loads the built-in font. `None` if it is invalid, independent of input.
+    /// Weight of headings, clocks and labels. `None` if it is invalid, independent of input.
     pub fn bold() -> Option<Self> {
         FontRef::new(notosans::BOLD_TTF).ok().map(|font| Self { font })
+    }
+
+    /// Weight of other text, like [`bold`](Self::bold).
+    pub fn regular() -> Option<Self> {
+        FontRef::new(notosans::REGULAR_TTF).ok().map(|font| Self { font })
     }
 
     fn has(&self, c: char) -> bool {

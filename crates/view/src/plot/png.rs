@@ -1,8 +1,11 @@
-//! Conversion of SVG to PNG. Fonts are compiled in, so that every machine makes the same picture.
+//! Conversion of a plot's SVG to PNG. Texts become outlines of the built-in font, so that every
+//! machine makes the same picture.
 
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree, fontdb};
-use std::sync::Arc;
+use crate::font::Font;
+use resvg::tiny_skia::{PathSegment, Pixmap, Transform};
+use resvg::usvg::{Options, Tree};
+use roxmltree::{Document, Node};
+use std::fmt::Write as _;
 
 /// Pixels per user unit of the SVG (1/96 inch): 192 dpi, enough for dense screens and print.
 pub const PIXELS_PER_UNIT: f32 = 2.0;
@@ -12,19 +15,117 @@ pub const PIXELS_PER_UNIT: f32 = 2.0;
 /// # Errors
 /// An invalid SVG, or a picture of width or height 0. The error is a message for the user.
 pub fn rasterise(svg: &str) -> Result<Vec<u8>, String> {
-    let mut fonts = fontdb::Database::new();
-    for font in [notosans::REGULAR_TTF, notosans::BOLD_TTF] {
-        fonts.load_font_source(fontdb::Source::Binary(Arc::new(font)));
-    }
-    let options = Options {
-        fontdb: Arc::new(fonts),
-        font_family: "Noto Sans".to_owned(),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(svg, &options).map_err(|error| error.to_string())?;
+    let outlined = outlined(svg)?;
+    let tree = Tree::from_str(&outlined, &Options::default()).map_err(|error| error.to_string())?;
     let transform = Transform::from_scale(PIXELS_PER_UNIT, PIXELS_PER_UNIT);
     let size = tree.size().to_int_size().scale_by(PIXELS_PER_UNIT).ok_or("it has no size")?;
     let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or("it has no size")?;
     resvg::render(&tree, transform, &mut pixmap.as_mut());
     pixmap.encode_png().map_err(|error| error.to_string())
+}
+
+/// Copy of `svg` whose `text` elements are paths.
+fn outlined(svg: &str) -> Result<String, String> {
+    let document = Document::parse(svg).map_err(|error| error.to_string())?;
+    let [regular, bold] = [Font::regular(), Font::bold()];
+    let fonts = [regular.ok_or("no font")?, bold.ok_or("no font")?];
+    let mut out = String::with_capacity(svg.len());
+    let mut copied = 0;
+    for text in document.descendants().filter(|node| node.has_tag_name("text")) {
+        out += &svg[copied..text.range().start];
+        outline(text, &fonts, &mut out);
+        copied = text.range().end;
+    }
+    Ok(out + &svg[copied..])
+}
+
+/// Position of the next letter of a text.
+struct Cursor {
+    x: f64,
+    y: f64,
+}
+
+/// Adds the paths of a text with its `tspan` elements. Of their attributes, `font-size`,
+/// `font-weight`, `fill`, `dx` and `dy` have an effect.
+fn outline(text: Node<'_, '_>, fonts: &[Font; 2], out: &mut String) {
+    let number = |name| text.attribute(name).and_then(|value| value.parse().ok()).unwrap_or(0.0);
+    let mut cursor = Cursor { x: number("x"), y: number("y") };
+    let letters = || text.descendants().filter(Node::is_text);
+    let widths = letters().map(|run| {
+        let (font, size) = look(run, fonts);
+        let shift: f64 = inherited(run, "dx").map_or(0.0, |dx| dx.parse().unwrap_or(0.0));
+        shift + font.width(run.text().unwrap_or_default(), size)
+    });
+    cursor.x -= match text.attribute("text-anchor") {
+        Some("end") => widths.sum(),
+        Some("middle") => 0.5 * widths.sum::<f64>(),
+        _ => 0.0,
+    };
+    for run in letters() {
+        let (font, size) = look(run, fonts);
+        // A shift belongs to the first letters of its element.
+        let parent = run.parent().filter(|_| run.prev_sibling().is_none());
+        let shift = |name| {
+            let value = parent.and_then(|parent| parent.attribute(name));
+            value.and_then(|value| value.parse::<f64>().ok()).unwrap_or(0.0)
+        };
+        cursor.x += shift("dx");
+        cursor.y += shift("dy");
+        let letters = run.text().unwrap_or_default();
+        if let Some(path) = font.path(letters, size as f32, [cursor.x as f32, cursor.y as f32]) {
+            let fill = inherited(run, "fill").unwrap_or("#000000");
+            let _ = write!(out, "<path fill=\"{fill}\" d=\"");
+            for segment in path.segments() {
+                let _ = match segment {
+                    PathSegment::MoveTo(p) => write!(out, "M{} {}", p.x, p.y),
+                    PathSegment::LineTo(p) => write!(out, "L{} {}", p.x, p.y),
+                    PathSegment::QuadTo(a, p) => write!(out, "Q{} {} {} {}", a.x, a.y, p.x, p.y),
+                    PathSegment::CubicTo(a, b, p) => {
+                        write!(out, "C{} {} {} {} {} {}", a.x, a.y, b.x, b.y, p.x, p.y)
+                    }
+                    PathSegment::Close => write!(out, "Z"),
+                };
+            }
+            out.push_str("\"/>");
+        }
+        cursor.x += font.width(letters, size);
+    }
+}
+
+/// Font and size of the letters of a text.
+fn look<'f>(letters: Node<'_, '_>, fonts: &'f [Font; 2]) -> (&'f Font, f64) {
+    let size = inherited(letters, "font-size").and_then(|size| size.parse().ok());
+    let is_bold = inherited(letters, "font-weight") == Some("700");
+    (&fonts[usize::from(is_bold)], size.unwrap_or(16.0))
+}
+
+/// Attribute of the nearest element around `node` that has it.
+fn inherited<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
+    node.ancestors().find_map(|element| element.attribute(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Widths of the paths of a text that ends at x = 100.
+    #[test]
+    fn texts_end_at_their_anchor_and_shifted_letters_are_raised() {
+        let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"><text x=\"100\" y=\"50\" \
+                   text-anchor=\"end\" font-size=\"12\">10<tspan dy=\"-4\" font-size=\"9\">8\
+                   </tspan></text></svg>";
+        let paths = outlined(svg).unwrap();
+        let numbers = |path: &str| -> Vec<f64> {
+            let data = path.split("d=\"").nth(1).unwrap().split('"').next().unwrap();
+            let data = data.replace(|c: char| c.is_alphabetic(), " ");
+            data.split_whitespace().map(|number| number.parse().unwrap()).collect()
+        };
+        let ends: Vec<_> = paths.split("<path").skip(1).map(numbers).collect();
+        let [base, raised] = &ends[..] else { panic!("{paths}") };
+        let right = raised.iter().step_by(2).copied().fold(0.0, f64::max);
+        assert!((98.0..100.0).contains(&right), "{right}");
+        let lowest = |path: &[f64]| path.iter().skip(1).step_by(2).copied().fold(0.0, f64::max);
+        assert!((lowest(base) - lowest(raised) - 4.0).abs() < 0.2, "{paths}");
+        assert!(!paths.contains("<text"));
+    }
 }
