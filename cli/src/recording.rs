@@ -114,7 +114,7 @@ impl<'a> Recording<'a> {
         }
         let [time, h] = [time, h].map(shown::number);
         Err(self.invalid(&format!(
-            "step {index} has t_s = {time}, which does not fit a time step of {h} s"
+            "step {index} has time_s = {time}, which does not fit a time step of {h} s"
         )))
     }
 

@@ -43,7 +43,7 @@ pub fn of_tables(
         let time = k as f64 * h;
         if (row.row.time - time).abs() > 1e-9 * time.max(h) {
             let found = row.row.time;
-            let why = format!("step {k} has t_s = {found}, but the scene's time step is {h} s");
+            let why = format!("step {k} has time_s = {found}, but the scene's time step is {h} s");
             return Err(refused(why));
         }
         if !row.contacts.iter().all(|contact| contact.is_in(world)) {

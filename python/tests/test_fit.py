@@ -215,7 +215,7 @@ def test_a_start_that_does_not_fit_is_brought_together():
 
 
 def table(recordings, bodies=("cube",)):
-    header = ["toss_id", "t_s", "body", *tumble.STATE_COLUMNS]
+    header = ["toss_id", "time_s", "body", *tumble.STATE_COLUMNS]
     lines = [",".join(header)]
     for of in recordings:
         for frame, states in enumerate(of.states):
@@ -251,7 +251,7 @@ def test_tables_are_read(tmp_path):
     ("change", "why"),
     [
         (lambda text: text.replace("qw", "q0"), "no column qw"),
-        (lambda text: text.replace("0,0.01000000", "0,0.01500000"), "frame 1 is at t_s = 0.015; equal intervals"),
+        (lambda text: text.replace("0,0.01000000", "0,0.01500000"), "frame 1 is at time_s = 0.015; equal intervals"),
         (lambda text: text.replace("0,0.01000000", "0,nan"), "equal intervals"),
         (lambda text: text.replace("0,0.01000000", "0,soon"), "a field of its table is not a number"),
         (lambda text: "\n".join(text.splitlines()[:5]), "it has 4 rows; 5 frames or more"),

@@ -103,6 +103,15 @@ def test_the_types_hold():
     assert code == 0, out + errors
 
 
+def test_ruff_finds_nothing():
+    pytest.importorskip("ruff")
+    root = Path(__file__).resolve().parents[1]
+    found = subprocess.run(
+        [sys.executable, "-m", "ruff", "check", "--no-cache", str(root)], capture_output=True, text=True, check=False
+    )
+    assert found.returncode == 0, found.stdout + found.stderr
+
+
 def test_a_step_from_python_costs_little():
     """A single step adds a handful of calls to that of the library and keeps no memory."""
     simulation = tumble.drop().simulate()

@@ -267,9 +267,9 @@ class Short(RobotEnv):
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_many_take_the_steps_of_single_ones(threads):
-    count, max_force = 4, 7
-    many = RobotVectorEnv(Short, count, threads=threads, max_episode_steps=most)
-    single = [lambda: gymnasium.wrappers.TimeLimit(Short(), most)] * count
+    count, length = 4, 7
+    many = RobotVectorEnv(Short, count, threads=threads, max_episode_steps=length)
+    single = [lambda: gymnasium.wrappers.TimeLimit(Short(), length)] * count
     single = SyncVectorEnv(single, autoreset_mode=AutoresetMode.NEXT_STEP)
     assert many.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     assert many.observation_space == single.observation_space and many.action_space == single.action_space

@@ -65,7 +65,7 @@ def test_tables_read_back_to_the_same_doubles(stack, tmp_path):
         file.name for file in files
     ), "no temporary file stays"
     with pytest.raises(tumble.TumbleError, match="states: column 3 of the header"):
-        (tmp_path / "out" / "states.csv").write_text("k,t_s\n")
+        (tmp_path / "out" / "states.csv").write_text("k,time_s\n")
         tumble.Trajectory.from_csv(stack.scene, tmp_path / "out")
     with pytest.raises(FileNotFoundError):
         tumble.Trajectory.from_csv(stack.scene, tmp_path)
@@ -361,7 +361,7 @@ def test_a_folder_has_the_files_of_one_run(tmp_path):
         *(path.name for path in written),
     }
     tumble.Trajectory.from_csv(block, tmp_path)
-    with pytest.raises(tumble.TumbleError, match=r"t_s = 0.002, but the scene's time step is 0.001 s"):
+    with pytest.raises(tumble.TumbleError, match=r"time_s = 0.002, but the scene's time step is 0.001 s"):
         slower = tumble.Scene(
             [{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5}, time_step=0.001
         )

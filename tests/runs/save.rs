@@ -286,7 +286,7 @@ fn invalid_saved_states_are_rejected_with_the_reason() {
     let bytes = run.save().to_bytes().unwrap();
     assert!(refusal(Saved::from_bytes(b"")).contains("cut off after 0 bytes"));
     assert!(
-        refusal(Saved::from_bytes(b"k,t_s,x_m,y_m,z_m"))
+        refusal(Saved::from_bytes(b"k,time_s,x_m,y_m,z_m"))
             .contains("bad header: it is not a saved state")
     );
     for length in [8, 11, 19, 20, 27, 28, 100, bytes.len() - 1] {

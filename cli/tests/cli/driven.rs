@@ -78,7 +78,7 @@ fn belt_accelerates_a_parcel_and_tray_follows_its_motion() {
     // The pusher moves the cube at constant speed over the tray and carries a part T of its weight.
     // It pushes with μ (m g − T).
     let joints = table(&done, "joints");
-    let (force, weight) = (joints.numbers("fx_N"), joints.numbers("fz_N"));
+    let (force, weight) = (joints.numbers("force_x_N"), joints.numbers("force_z_N"));
     for k in 1150..1200 {
         let (force, borne) = (force[2 * k + 1], weight[2 * k + 1] - 1.0 * G);
         assert!(borne.abs() <= 0.4 * force + 1e-6, "{k}: {borne}");

@@ -124,7 +124,7 @@ fn joints_table_has_coordinates_and_forces() {
     assert!(rate[1..39].iter().all(|rate| (rate + 2.0).abs() < 1e-9), "{rate:?}");
     assert!((angle[39] + 2.0 * 39.0 * h).abs() < 1e-9, "{angle:?}");
     // The cart's position follows from its start and its speed.
-    let (place, speed, force) = (of(3, "z_m"), of(3, "vz_m_s"), of(3, "fz_N"));
+    let (place, speed, force) = (of(3, "z_m"), of(3, "vz_m_s"), of(3, "force_z_N"));
     assert!((place[0] - 0.25).abs() < 1e-12, "{place:?}");
     for step in 0..39 {
         assert!((place[step + 1] - place[step] - h * speed[step]).abs() < 1e-14);
@@ -133,7 +133,7 @@ fn joints_table_has_coordinates_and_forces() {
     }
     // The last row has a position without a step.
     for joint in 0..4 {
-        assert_eq!(of(joint, "fz_N")[39], 0.0);
+        assert_eq!(of(joint, "force_z_N")[39], 0.0);
         assert_eq!(of(joint, "joint_m_s")[39], 0.0);
     }
     // Locked directions stay at zero.
@@ -244,7 +244,7 @@ fn a_changed_number_of_a_joint_is_found() {
     }
     // An additional full turn, and a force in the last row.
     for (row, column, change) in
-        [(4 * 12, "angle_z_rad", std::f64::consts::TAU), (4 * 39, "fz_N", 1.0)]
+        [(4 * 12, "angle_z_rad", std::f64::consts::TAU), (4 * 39, "force_z_N", 1.0)]
     {
         let end = verify_changed("joints.csv", |table| {
             let column = table.column(column);

@@ -158,7 +158,7 @@ anchor_a = [0.0, 0.0, 0.05]
     assert_eq!(names, ["hook", "pin-0", "pin-1", "pin-2", "pin-3"]);
     let table = Table::parse(&fs::read_to_string(out.join("joints.csv")).unwrap());
     // Each joint carries the weight of all links below it.
-    let force: Vec<_> = ["fx_N", "fy_N", "fz_N"].map(|f| table.numbers(f)).into();
+    let force: Vec<_> = ["force_x_N", "force_y_N", "force_z_N"].map(|f| table.numbers(f)).into();
     for (joint, below) in (0..5).zip([5.0, 4.0, 3.0, 2.0, 1.0]) {
         let size = force.iter().map(|f| f[5 + joint].powi(2)).sum::<f64>().sqrt();
         assert!((size - 0.981 * below).abs() < 1e-9, "{joint}: {size}");

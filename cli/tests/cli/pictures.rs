@@ -203,7 +203,7 @@ fn pictures_that_cannot_be_drawn_are_rejected_before_writing() {
         done.draw(command, &[]).assert_refused(2, &["contact", "step 0", "run.json does not have"]);
     }
     done.change("states.csv", "\n0,0.0,0,", "\n0,0.5,0,");
-    done.draw("gif", &[]).assert_refused(2, &["states, line 2", "t_s"]);
+    done.draw("gif", &[]).assert_refused(2, &["states, line 2", "time_s"]);
     assert_eq!(done.files(), names(&TABLES));
     // Too many frames are refused at the start.
     let slow = Done::run(&["--gif", "--gif-speed", "0.001", "--steps", "400"]);

@@ -19,7 +19,7 @@ fn with_run_json(change: impl FnOnce(&mut Value)) -> End {
 /// Index of the first step with a contact force.
 fn first_contact() -> usize {
     let contacts = Table::parse(&contact_run()[1]);
-    let forces = contacts.numbers("fz_N");
+    let forces = contacts.numbers("force_z_N");
     let row = forces.iter().position(|force| *force > 0.0).unwrap();
     contacts.texts("k")[row].parse().unwrap()
 }
@@ -203,7 +203,7 @@ fn truncated_tables_with_an_inserted_end_fail_verify() {
     fs::write(directory.path().join("contacts.csv"), empty.text()).unwrap();
     let mut steps = Table::parse(&contact_run()[2]);
     let mut end = steps.rows.last().unwrap().clone();
-    for column in ["k", "t_s", "energy_J"].map(|name| steps.column(name)) {
+    for column in ["k", "time_s", "energy_J"].map(|name| steps.column(name)) {
         end[column].clone_from(&steps.rows[100][column]);
     }
     steps.rows.truncate(100);

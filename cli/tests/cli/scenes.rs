@@ -92,8 +92,8 @@ fn gain_by_turning(done: &Simulated) -> Vec<f64> {
     };
     let places = vectors(&states, ["x_m", "y_m", "z_m"]);
     let spins = vectors(&states, ["wx_rad_s", "wy_rad_s", "wz_rad_s"]);
-    let points = vectors(&contacts, ["x_m", "y_m", "z_m"]);
-    let forces = vectors(&contacts, ["fx_N", "fy_N", "fz_N"]);
+    let points = vectors(&contacts, ["point_x_m", "point_y_m", "point_z_m"]);
+    let forces = vectors(&contacts, ["force_x_N", "force_y_N", "force_z_N"]);
     let (steps, body) = (contacts.numbers("k"), contacts.numbers("body"));
     let (partner, other) = (contacts.texts("partner"), contacts.numbers("partner_index"));
     let mut gains = vec![0.0; places.len() / bodies];
@@ -137,7 +137,7 @@ fn standing_structures_do_not_move() {
 #[test]
 fn a_stack_carries_its_weight() {
     let contacts = table(&scene("stack", &["--steps", "5"]), "contacts");
-    let (steps, forces) = (contacts.numbers("k"), contacts.numbers("fz_N"));
+    let (steps, forces) = (contacts.numbers("k"), contacts.numbers("force_z_N"));
     let (bodies, partners) = (contacts.numbers("body"), contacts.numbers("partner_index"));
     let kinds = contacts.texts("partner");
     for lower in 0..10_usize {
@@ -356,7 +356,7 @@ fn a_ring_turns_positions_and_attitudes() {
     let text = fs::read_to_string(directory.path().join("out/contacts.csv")).unwrap();
     let contacts = Table::parse(&text);
     assert_eq!(contacts.rows.len(), 8, "{:?}", contacts.rows);
-    for (plate, (x, y)) in contacts.numbers("nx").iter().zip(contacts.numbers("ny")).enumerate() {
+    for (plate, (x, y)) in contacts.numbers("normal_x").iter().zip(contacts.numbers("normal_y")).enumerate() {
         let angle = 45_f64.to_radians() * plate as f64;
         assert!((x + angle.cos()).abs() < 1e-12 && (y + angle.sin()).abs() < 1e-12, "{plate}");
     }

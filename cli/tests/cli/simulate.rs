@@ -10,7 +10,7 @@ const CONTACT_STATUSES: [&str; 5] = ["converged", "retried", "fallback", "wild",
 
 /// Documented header of a trajectory.
 fn promised_header() -> Vec<String> {
-    let state = "k,t_s,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s";
+    let state = "k,time_s,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s";
     let mut names: Vec<String> = state.split(',').map(str::to_owned).collect();
     for (prefix, suffix) in [
         ("fx", "_N"),

@@ -35,7 +35,7 @@ fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
     let later = ["--spin", &spin, "--start-index", "600", "--steps", "400"];
     let part = simulated(&[&scene[..], &LOAD, &start, &later].concat());
     let (mine, all) = (table(&part, "trajectory.csv"), table(&whole, "trajectory.csv"));
-    for column in ["k", "t_s", "x_m", "z_m", "qw", "vx_m_s", "wy_rad_s"] {
+    for column in ["k", "time_s", "x_m", "z_m", "qw", "vx_m_s", "wy_rad_s"] {
         let (mine, all) = (mine.numbers(column), &all.numbers(column)[600..]);
         assert_eq!(mine.len(), all.len());
         let off = mine.iter().zip(all).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -89,7 +89,7 @@ fn unchanged_tables_verify() {
 fn a_changed_number_is_found_and_its_step_named() {
     let cases: [(&str, &[&str]); 4] = [
         ("states.csv", &["x_m", "z_m", "vx_m_s"]),
-        ("contacts.csv", &["x_m", "nz", "fx_N", "fz_N", "slip_x_m_s", "gap_m", "rebound_m_s"]),
+        ("contacts.csv", &["point_x_m", "normal_z", "force_x_N", "force_z_N", "slip_x_m_s", "gap_m", "rebound_m_s"]),
         ("steps.csv", &["residual_m_s", "penetration_m_s", "cone_m_s", "overlap_m", "energy_J"]),
         ("steps.csv", &["restitution_share"]),
     ];
@@ -206,7 +206,7 @@ fn numbers_that_overflow_the_certificate_are_reported_as_mismatch() {
             ("states.csv", "z_m"),
             ("states.csv", "vx_m_s"),
             ("states.csv", "wx_rad_s"),
-            ("contacts.csv", "fx_N"),
+            ("contacts.csv", "force_x_N"),
             ("steps.csv", "residual_m_s"),
         ] {
             let end = verify_changed(file, |table| {
@@ -245,8 +245,8 @@ fn fields_that_cannot_be_read_are_refused_with_table_line_and_column() {
         ("states.csv", "vz_m_s", "inf"),
         ("states.csv", "qw", "-2"),
         ("states.csv", "body", "1.0"),
-        ("states.csv", "t_s", "0.5"),
-        ("contacts.csv", "fz_N", "NaN"),
+        ("states.csv", "time_s", "0.5"),
+        ("contacts.csv", "force_z_N", "NaN"),
         ("contacts.csv", "partner", "moon"),
         ("contacts.csv", "key", "first"),
         ("steps.csv", "status", "done"),

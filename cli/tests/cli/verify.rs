@@ -84,7 +84,7 @@ fn other_files_are_rejected_as_tables() {
     for content in [
         b"".as_slice(),
         b"\n",
-        b"k,t_s\n0,0\n",
+        b"k,time_s\n0,0\n",
         b"\0\x01\x02\xff\xfe",
         b"\xff\xfek\0,\0",
         b"{\"state\": []}",
@@ -108,5 +108,5 @@ fn the_time_step_of_another_run_is_refused() {
     let directory = contact_files();
     let json = contact_run()[3].replace("\"dt\": 0.002", "\"dt\": 0.004");
     fs::write(directory.path().join("run.json"), json).unwrap();
-    verify(directory.path(), &[]).assert_refused(2, &["step 1 has t_s = 0.002", "0.004 s"]);
+    verify(directory.path(), &[]).assert_refused(2, &["step 1 has time_s = 0.002", "0.004 s"]);
 }

@@ -2,7 +2,7 @@
 //!
 //! For a body with n contact points, the columns are:
 //!
-//! - `k,t_s` and the 13 numbers of the state at step k
+//! - `k,time_s` and the 13 numbers of the state at step k
 //! - variables of the tutorial's program for each point in the step k → k+1: `fx…,fy…,fz…` (N,
 //!   world), `s1_…` (N m), `s2_…` (W), `lam…` (m/s), `alpha…`
 //! - `status,ipopt_status,iterations,certificate_m_s`, the second empty for the native solver
@@ -57,7 +57,7 @@ impl<W: Write> TrajectoryWriter<W> {
             .iter()
             .flat_map(|(prefix, suffix)| (0..count).map(move |i| format!("{prefix}{i}{suffix}")));
         let fixed = |names: &'static [&str]| names.iter().map(|&name| name.to_owned());
-        let columns = fixed(&["k", "t_s"])
+        let columns = fixed(&["k", "time_s"])
             .chain(fixed(&STATE_COLUMNS))
             .chain(of_points)
             .chain(fixed(&REPORT_COLUMNS));

@@ -104,7 +104,7 @@ def _contradicts(recorded: Floats, expected: Floats, slow: float) -> bool:
 def read(path: Location, scene: Scene, *, rate: float = 148.0) -> list[Recording]:
     """Reads the recordings of a scene's bodies from a file, or from all such files of a folder.
 
-    A table (``.csv``, ``.csv.gz``) has a column ``t_s`` and the columns of
+    A table (``.csv``, ``.csv.gz``) has a column ``time_s`` and the columns of
     ``tumble.STATE_COLUMNS``. It also has ``body``, names or indices, for several bodies, and
     ``toss_id`` for several recordings. Other columns are ignored. A tensor (``.pt``), read by
     torch, has T × 13 numbers of one body: quaternion, position, spin (body), velocity
@@ -154,7 +154,7 @@ def _tensor(file: Path) -> Floats:
 
 def _of_table(table: Any, bodies: list[str], name: str) -> list[Recording]:
     """Splits a table into recordings at changes of ``toss_id``. Without ids it is one, ``name``."""
-    needed = ["t_s", *(["body"] if len(bodies) > 1 else []), *STATE_COLUMNS]
+    needed = ["time_s", *(["body"] if len(bodies) > 1 else []), *STATE_COLUMNS]
     missing = [column for column in needed if column not in (table.dtype.names or ())]
     if missing:
         raise TumbleError(f"the table has no column {missing[0]}; {', '.join(needed)} are needed, in SI units")
@@ -175,7 +175,7 @@ def _of_rows(name: str, table: Any, bodies: list[str]) -> Recording:
     count = len(bodies)
     if len(table) % count or len(table) < _LEAST_FRAMES * count:
         raise refused(f"it has {len(table)} rows; {_LEAST_FRAMES} frames or more of {count} bodies are needed")
-    frames = np.stack([table[column] for column in ("t_s", *STATE_COLUMNS)], axis=-1)
+    frames = np.stack([table[column] for column in ("time_s", *STATE_COLUMNS)], axis=-1)
     if frames.dtype.kind not in "fi":
         raise refused("a field of its table is not a number; numbers are needed")
     frames = frames.reshape(-1, count, 14)
@@ -191,7 +191,7 @@ def _of_rows(name: str, table: Any, bodies: list[str]) -> Recording:
     late = np.abs(times - times[0, 0] - np.arange(len(times))[:, None] / rate).max(axis=1) * rate
     if not late.max() <= _LATE:
         frame = int(np.argmin(late <= _LATE))
-        raise refused(f"frame {frame} is at t_s = {times[frame, 0]}; equal intervals are needed")
+        raise refused(f"frame {frame} is at time_s = {times[frame, 0]}; equal intervals are needed")
     # Removes rounding errors of the file: 148 frames per second, not 148.00003.
     rate = float(round(rate)) if abs(rate - round(rate)) < 1e-4 * rate else float(rate)
     return Recording(name, rate, frames[..., 1:], float(times[0, 0]))

@@ -78,7 +78,7 @@ columns! {
         /// Step index k.
         index: u64 = ["k"],
         /// Time t (s).
-        time: f64 = ["t_s"],
+        time: f64 = ["time_s"],
         /// Status of the step, or `substepped`, `wild` or `failed` of a step between this row and
         /// the next.
         status: StepStatus = ["status"],
@@ -124,11 +124,11 @@ columns! {
         /// Contact partner.
         partner: Partner = ["partner", "partner_index"],
         /// Touching point at k (m).
-        point: Vector3<f64> = ["x_m", "y_m", "z_m"],
+        point: Vector3<f64> = ["point_x_m", "point_y_m", "point_z_m"],
         /// Unit normal at k, away from the partner.
-        normal: Vector3<f64> = ["nx", "ny", "nz"],
+        normal: Vector3<f64> = ["normal_x", "normal_y", "normal_z"],
         /// Force on `body` (N).
-        force: Vector3<f64> = ["fx_N", "fy_N", "fz_N"],
+        force: Vector3<f64> = ["force_x_N", "force_y_N", "force_z_N"],
         /// Mean slip over the step (m/s).
         slip: Vector3<f64> = ["slip_x_m_s", "slip_y_m_s", "slip_z_m_s"],
         /// Gap at k (m).
@@ -155,9 +155,9 @@ columns! {
         /// Mean rates of the angles over the step (rad/s).
         spin: Vector3<f64> = ["wx_rad_s", "wy_rad_s", "wz_rad_s"],
         /// Force (N), see `force` of [`JointForce`](tumble_core::joint::JointForce).
-        force: Vector3<f64> = ["fx_N", "fy_N", "fz_N"],
+        force: Vector3<f64> = ["force_x_N", "force_y_N", "force_z_N"],
         /// Torque (N m), see `torque` of [`JointForce`](tumble_core::joint::JointForce).
-        torque: Vector3<f64> = ["tx_N_m", "ty_N_m", "tz_N_m"],
+        torque: Vector3<f64> = ["torque_x_N_m", "torque_y_N_m", "torque_z_N_m"],
         /// Residual of the joint (m/s).
         residual: JointResidual = ["joint_m_s", "joint_law_m_s"],
     }

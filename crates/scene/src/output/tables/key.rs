@@ -26,9 +26,9 @@ use tumble_core::geometry::{CorePart, Feature, PieceSide};
 /// | `SA1` | ellipsoid or disc 1 of piece A against a plane of B |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyText {
-    /// Contact point, see [`ContactKey::point`].
+    /// Contact point, `point` of the key.
     pub point: usize,
-    /// Pair of features, see [`ContactKey::pair`].
+    /// Pair of features, `pair` of the key.
     pub pair: Option<PairFeatures>,
 }
 

@@ -3,21 +3,21 @@
 //! The rows of a table are in the order of k. A run has `states`, `contacts` and `steps`, unless
 //! fewer tables are requested. It has `joints` and `gears` if its scene has any.
 //!
-//! - `states`: one row per body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
+//! - `states`: one row per body and step: `k,time_s,body`, then the 13 numbers of the state at step k.
 //!   `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
 //! - `contacts`: one row per candidate contact of the step k → k+1, see [`ContactRow`].
 //! - `steps`: one row per step: status, residual with its five parts, overlap at k+1, smallest
 //!   restitution share of an island, and [energy](tumble_core::simulation::energy) at k. The
 //!   potential energy is relative to the world's origin. With joints the last column is the
 //!   [stiffness number](tumble_core::simulation::StepRecord::stiffness) h ω.
-//! - `joints`: one row per joint and step: `k,t_s,joint`, coordinates at k, mean rates over the
+//! - `joints`: one row per joint and step: `k,time_s,joint`, coordinates at k, mean rates over the
 //!   step, [force and torque](tumble_core::joint::JointForce) on A, and two residuals. `joint` is
 //!   the index in [`World::joints`](tumble_core::world::World::joints). The coordinates are the
 //!   position of A's anchor along the axes of B's frame and the
 //!   [angles](tumble_core::joint::Joint::turns) about them. Hinge angles include full turns. A
 //!   moving frame in the world is taken at the end of the step, so its coordinates at k are the
 //!   remaining motion.
-//! - `gears`: one row per gear and step: `k,t_s,gear`, both coordinates at k, the force along the
+//! - `gears`: one row per gear and step: `k,time_s,gear`, both coordinates at k, the force along the
 //!   first one over the step (N or N m), and the residual. `gear` is the index in
 //!   [`World::gears`](tumble_core::world::World::gears). Coordinates are in m, or in rad with full
 //!   turns.
@@ -87,13 +87,13 @@ impl Table {
     #[must_use]
     pub fn columns(self, joints: bool) -> Vec<&'static str> {
         let (first, others): (&[_], &[_]) = match self {
-            Self::States | Self::Ends => (&["k", "t_s", "body"], &STATE_COLUMNS),
+            Self::States | Self::Ends => (&["k", "time_s", "body"], &STATE_COLUMNS),
             Self::Contacts => (&["k", "contact"], ContactRow::COLUMNS),
             Self::Steps if joints => (&[], StepRow::COLUMNS),
             // The stiffness is left out.
             Self::Steps => (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - 1]),
-            Self::Joints => (&["k", "t_s", "joint"], JointRow::COLUMNS),
-            Self::Gears => (&["k", "t_s", "gear"], GearTableRow::COLUMNS),
+            Self::Joints => (&["k", "time_s", "joint"], JointRow::COLUMNS),
+            Self::Gears => (&["k", "time_s", "gear"], GearTableRow::COLUMNS),
         };
         [first, others].concat()
     }

@@ -17,9 +17,8 @@ FOLDER = os.environ.get("BENCH_TUTORIAL", "")
 if not (Path(FOLDER) / "tutorial_runs.py").is_file():
     raise ImportError("BENCH_TUTORIAL is not the absolute path of data/generate; set it")
 sys.path.insert(0, FOLDER)
-import tutorial_runs  # noqa: E402
-
 import step_nlp  # noqa: E402
+import tutorial_runs  # noqa: E402
 
 
 class Tutorial(Engine):
