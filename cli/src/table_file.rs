@@ -157,7 +157,7 @@ impl WrittenRows {
 /// A table being read.
 pub enum TableSource {
     Csv(File),
-    Gzip(MultiGzDecoder<BufReader<File>>),
+    Gzip(Box<MultiGzDecoder<BufReader<File>>>),
 }
 
 impl TableSource {
@@ -166,7 +166,7 @@ impl TableSource {
         let file = input::open(path)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if file_names::is_compressed(&name) {
-            return Ok(Self::Gzip(MultiGzDecoder::new(BufReader::new(file))));
+            return Ok(Self::Gzip(Box::new(MultiGzDecoder::new(BufReader::new(file)))));
         }
         Ok(Self::Csv(file))
     }
