@@ -45,7 +45,10 @@ pub fn as_many<'a>(
 }
 
 /// Converts states to an array (N, 13).
-pub fn of_states<'py>(py: Python<'py>, states: &[State]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub fn states_array<'py>(
+    py: Python<'py>,
+    states: &[State],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let mut numbers = Vec::with_capacity(13 * states.len());
     for state in states {
         numbers.extend_from_slice(state.to_vector().as_slice());

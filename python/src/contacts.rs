@@ -39,7 +39,7 @@ pub struct PartnerNames {
 
 impl PartnerNames {
     /// Creates the names of a scene.
-    pub fn of(py: Python<'_>, content: &Content) -> Self {
+    pub fn new(py: Python<'_>, content: &Content) -> Self {
         let text = |name: &str| PyString::new(py, name).unbind();
         let texts = |names: &[String]| names.iter().map(|name| text(name)).collect();
         let (fixed, bodies) = (texts(&content.fixed), texts(&content.bodies));
@@ -82,7 +82,7 @@ pub struct ContactColumns {
 
 impl ContactColumns {
     /// Creates the columns of contacts between the pairs `all`, one row each.
-    pub fn of<R: Borrow<ContactRow>>(
+    pub fn new<R: Borrow<ContactRow>>(
         py: Python<'_>,
         all: Vec<(usize, Partner)>,
         rows: impl Iterator<Item = R>,
@@ -100,14 +100,14 @@ impl ContactColumns {
     }
 
     /// Creates the columns of a step. If `others` has the same pairs, their columns are shared.
-    pub fn of_step(
+    pub fn from_step(
         py: Python<'_>,
         record: &StepRecord,
         names: &Arc<PartnerNames>,
         others: Option<&Self>,
     ) -> Self {
         let (all, rows) = (pairs(record).collect(), ContactRow::from_record(record));
-        let mut columns = Self::of(py, all, rows, Arc::clone(names));
+        let mut columns = Self::new(py, all, rows, Arc::clone(names));
         if let Some(others) = others.filter(|others| others.pairs.all == columns.pairs.all) {
             columns.pairs = Arc::clone(&others.pairs);
         }

@@ -21,7 +21,7 @@ impl LastCoordinates {
     ///
     /// # Errors
     /// Too few states; a wrong number of coordinates.
-    pub fn of(
+    pub fn read(
         &mut self,
         robot: &PyRobot,
         simulation: &Simulation<'_>,

@@ -21,7 +21,7 @@ pub fn refused(why: impl Display) -> PyErr {
 }
 
 /// Converts an error of a step or a batch. An interruption becomes KeyboardInterrupt.
-pub fn of_step(error: &Error) -> PyErr {
+pub fn step_error(error: &Error) -> PyErr {
     match error {
         Error::Interrupted => PyKeyboardInterrupt::new_err(()),
         other => refused(other),

@@ -1,7 +1,7 @@
 //! Derivatives of a step and of a run.
 
-use crate::arrays::{Array, numbers, of_states, shaped, to_states};
-use crate::errors::{of_step, refused};
+use crate::arrays::{Array, numbers, shaped, states_array, to_states};
+use crate::errors::{refused, step_error};
 use crate::scene::PyScene;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
@@ -81,26 +81,26 @@ pub fn jacobian<'py>(
     let values: Vec<_> =
         constants.iter().map(|constant| (*constant, constant.values(world))).collect();
     let values: Vec<_> = values.iter().map(|(constant, value)| (*constant, &value[..])).collect();
-    world.with_constants(&values).map_err(|error| of_step(&error))?;
+    world.with_constants(&values).map_err(|error| step_error(&error))?;
     let index = index.unwrap_or(content.start_index);
     let mut simulation = begin(content, to_states("states", &states)?, index)?;
     if let Some(pushes) = &pushes {
         for (body, wrench) in wrenches(numbers("wrenches", pushes)?).enumerate() {
-            simulation.set_wrench(body, wrench).map_err(|error| of_step(&error))?;
+            simulation.set_wrench(body, wrench).map_err(|error| step_error(&error))?;
         }
     }
     let smoothing = smoothing_of(smoothing)?;
     let derivative = smoothing.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed);
-    let mut derivative = derivative.map_err(|error| of_step(&error))?;
+    let mut derivative = derivative.map_err(|error| step_error(&error))?;
     let mut record = StepRecord::new();
-    simulation.step(&mut record).map_err(|error| of_step(&error))?;
-    simulation.linearise(&record, &mut derivative).map_err(|error| of_step(&error))?;
+    simulation.step(&mut record).map_err(|error| step_error(&error))?;
+    simulation.linearise(&record, &mut derivative).map_err(|error| step_error(&error))?;
     let mut end = Vec::new();
     let width = StateChange::LEN * bodies;
     let mut by_states = vec![0.0; width * width];
     let mut blocks = Vec::new();
     for body in 0..bodies {
-        derivative.jacobian_wrt_state(body, &mut blocks).map_err(|error| of_step(&error))?;
+        derivative.jacobian_wrt_state(body, &mut blocks).map_err(|error| step_error(&error))?;
         for (of, block) in blocks.iter().enumerate() {
             for (row, numbers) in block.row_iter().enumerate() {
                 let first = (StateChange::LEN * of + row) * width + StateChange::LEN * body;
@@ -118,7 +118,7 @@ pub fn jacobian<'py>(
             let constants: Vec<_> =
                 numbers.iter().map(|(constant, numbers)| (*constant, &numbers[..])).collect();
             let change = StepChange { states: &[], wrenches: &wrenches, constants: &constants };
-            derivative.jvp(&change, &mut end).map_err(|error| of_step(&error))?;
+            derivative.jvp(&change, &mut end).map_err(|error| step_error(&error))?;
             let numbers = end.iter().flat_map(StateChange::to_array);
             for (row, number) in numbers.enumerate() {
                 all[row * count + column] = number;
@@ -156,7 +156,7 @@ pub fn jacobian<'py>(
         u64::from(record.restitution_share < 1.0),
     ];
     let margins = [derivative.margin(), derivative.feature_margin()];
-    Ok((of_states(py, &record.solution.states)?, arrays, margins, counts, [0, 0]))
+    Ok((states_array(py, &record.solution.states)?, arrays, margins, counts, [0, 0]))
 }
 
 /// A change of a step's wrenches and constants.
@@ -212,7 +212,7 @@ pub fn vjp<'py>(
         let found = simulation.gradient(&mut run)?;
         Ok((found, simulation.states().to_vec()))
     };
-    let (found, ends) = py.detach(work).map_err(|error: Error| of_step(&error))?;
+    let (found, ends) = py.detach(work).map_err(|error: Error| step_error(&error))?;
     let by_states = found.states.iter().flat_map(StateChange::to_array).collect();
     let by_wrenches = found.wrenches.iter().flatten();
     let six = |w: &Wrench| {
@@ -230,5 +230,5 @@ pub fn vjp<'py>(
     let margins = [found.margin.0, found.feature_margin.0];
     let counts = [found.unsolved, found.unknown, found.kept, found.limited];
     let at = [found.margin.1, found.feature_margin.1];
-    Ok((of_states(py, &ends)?, arrays, margins, counts, at))
+    Ok((states_array(py, &ends)?, arrays, margins, counts, at))
 }

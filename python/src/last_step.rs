@@ -14,9 +14,9 @@ pub struct LastStep {
     /// Partner names, created when first needed.
     names: Option<Arc<PartnerNames>>,
     /// Contacts objects returned to Python, latest first. Objects without other holders are reused.
-    told: Vec<LastStepParts>,
+    returned: Vec<LastStepParts>,
     /// True if the first of these objects belongs to the record.
-    is_told: bool,
+    is_current: bool,
     /// Scratch memory for the numbers of contacts.
     numbers: Vec<f64>,
 }
@@ -33,7 +33,7 @@ struct LastStepParts {
 }
 
 impl LastStepParts {
-    fn of(py: Python<'_>, columns: ContactColumns) -> PyResult<Self> {
+    fn new(py: Python<'_>, columns: ContactColumns) -> PyResult<Self> {
         static CONTACTS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
         let columns = Py::new(py, columns)?;
         let contacts = CONTACTS.import(py, "tumble._contacts", "Contacts")?.call1((&columns,))?;
@@ -57,7 +57,7 @@ impl LastStep {
     /// State before the first step.
     pub fn none() -> Self {
         let record = StepRecord::new();
-        Self { record, names: None, told: Vec::new(), is_told: false, numbers: Vec::new() }
+        Self { record, names: None, returned: Vec::new(), is_current: false, numbers: Vec::new() }
     }
 
     pub fn record(&self) -> &StepRecord {
@@ -66,7 +66,7 @@ impl LastStep {
 
     /// Record to be overwritten by a new step.
     pub fn change(&mut self) -> &mut StepRecord {
-        self.is_told = false;
+        self.is_current = false;
         &mut self.record
     }
 
@@ -79,34 +79,34 @@ impl LastStep {
     /// Record to be overwritten for another set of bodies.
     pub fn change_bodies(&mut self) -> &mut StepRecord {
         self.names = None;
-        self.told.clear();
+        self.returned.clear();
         self.change()
     }
 
     /// Contacts as columns.
     pub fn contacts(&mut self, py: Python<'_>, content: &Content) -> PyResult<Py<PyAny>> {
-        let Self { record, told, names, is_told, numbers } = self;
-        if !*is_told {
+        let Self { record, returned, names, is_current, numbers } = self;
+        if !*is_current {
             let mut again = None;
-            for (place, told) in told.iter().enumerate() {
-                if told.become_those_of(py, record, numbers)? {
+            for (place, returned) in returned.iter().enumerate() {
+                if returned.become_those_of(py, record, numbers)? {
                     again = Some(place);
                     break;
                 }
             }
             if let Some(place) = again {
-                told[..=place].rotate_right(1);
+                returned[..=place].rotate_right(1);
             } else {
-                let names = names.get_or_insert_with(|| Arc::new(PartnerNames::of(py, content)));
-                let others = told.first().map(|told| told.columns.get());
+                let names = names.get_or_insert_with(|| Arc::new(PartnerNames::new(py, content)));
+                let others = returned.first().map(|returned| returned.columns.get());
                 let made =
-                    LastStepParts::of(py, ContactColumns::of_step(py, record, names, others))?;
-                told.truncate(KEPT - 1);
-                told.insert(0, made);
+                    LastStepParts::new(py, ContactColumns::from_step(py, record, names, others))?;
+                returned.truncate(KEPT - 1);
+                returned.insert(0, made);
             }
-            *is_told = true;
+            *is_current = true;
         }
         // The current object is first.
-        Ok(told.first().map_or_else(|| py.None(), |told| told.contacts.clone_ref(py)))
+        Ok(returned.first().map_or_else(|| py.None(), |returned| returned.contacts.clone_ref(py)))
     }
 }

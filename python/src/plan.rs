@@ -1,7 +1,7 @@
 //! Trajectory optimisation: controls with which a scene meets its targets.
 
-use crate::arrays::{numbers, of_states, shaped, to_states};
-use crate::errors::{of_step, refused};
+use crate::arrays::{numbers, shaped, states_array, to_states};
+use crate::errors::{refused, step_error};
 use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use numpy::PyReadonlyArrayDyn;
@@ -61,13 +61,17 @@ pub fn plan<'py>(
     let found = watched.run(py, work)?.map_err(|error| match error {
         PlanError::Interrupted => PyKeyboardInterrupt::new_err(()),
         PlanError::Problem(why) => refused(why),
-        PlanError::Step(error) => of_step(&error),
+        PlanError::Step(error) => step_error(&error),
     })?;
-    told(py, problem, &found)
+    plan_values(py, problem, &found)
 }
 
 /// Converts a plan to a dictionary.
-fn told<'py>(py: Python<'py>, problem: &PlanProblem, plan: &Plan) -> PyResult<Bound<'py, PyDict>> {
+fn plan_values<'py>(
+    py: Python<'py>,
+    problem: &PlanProblem,
+    plan: &Plan,
+) -> PyResult<Bound<'py, PyDict>> {
     let replay = &plan.replay;
     let all = PyDict::new(py);
     all.set_item("status", plan.status.name())?;
@@ -100,7 +104,7 @@ fn told<'py>(py: Python<'py>, problem: &PlanProblem, plan: &Plan) -> PyResult<Bo
     }
     let bodies = problem.scene().bodies.len();
     all.set_item("wrenches", shaped(py, wrenches, &[steps, bodies, 6])?)?;
-    all.set_item("starts", of_states(py, &replay.states[0])?)?;
+    all.set_item("starts", states_array(py, &replay.states[0])?)?;
     let misses = replay.misses.iter();
     let misses: Vec<_> =
         misses.map(|miss| (&miss.name, miss.by, miss.tolerance, miss.unit, miss.after)).collect();

@@ -28,7 +28,7 @@ pub struct CoreProblem {
     content: ContactProblem,
 }
 
-fn of_problem(error: &ProblemError) -> PyErr {
+fn problem_error(error: &ProblemError) -> PyErr {
     match error {
         ProblemError::Interrupted => PyKeyboardInterrupt::new_err(()),
         other => refused(other),
@@ -45,7 +45,7 @@ fn matrix(
     }
     let entries =
         at.iter().zip(along).zip(values).map(|((row, column), value)| (*row, *column, *value));
-    SparseMatrix::from_triplets(*rows, *columns, entries).map_err(|error| of_problem(&error))
+    SparseMatrix::from_triplets(*rows, *columns, entries).map_err(|error| problem_error(&error))
 }
 
 fn laws(dimension: usize, given: Vec<GivenLaw>) -> PyResult<Vec<Law>> {
@@ -63,7 +63,7 @@ fn laws(dimension: usize, given: Vec<GivenLaw>) -> PyResult<Vec<Law>> {
             Some(friction) => Law::contact(dimension, friction),
             None => Law::rows_of(rows.iter().map(of_row).collect::<PyResult<_>>()?),
         };
-        law.map_err(|error| of_problem(&error))
+        law.map_err(|error| problem_error(&error))
     };
     given.into_iter().map(of_group).collect()
 }
@@ -81,13 +81,13 @@ impl CoreProblem {
     ) -> PyResult<Self> {
         let (response, free) = (matrix("W", &w)?, numbers("q", &q)?.to_vec());
         let content = ContactProblem::local(response, free, laws(dimension, groups)?);
-        content.map(|content| Self { content }).map_err(|error| of_problem(&error))
+        content.map(|content| Self { content }).map_err(|error| problem_error(&error))
     }
 
     /// Creates a global problem of M, H, f, w and the laws.
     #[staticmethod]
     #[pyo3(signature = (m, h, f, w, dimension, groups))]
-    fn of_bodies(
+    fn from_bodies(
         m: ProblemEntries<'_>,
         h: ProblemEntries<'_>,
         f: ArrayNumbers<'_>,
@@ -99,7 +99,7 @@ impl CoreProblem {
         let (momentum, offset) = (numbers("f", &f)?.to_vec(), numbers("w", &w)?.to_vec());
         let laws = laws(dimension, groups)?;
         let content = ContactProblem::global(mass, directions, momentum, offset, laws);
-        content.map(|content| Self { content }).map_err(|error| of_problem(&error))
+        content.map(|content| Self { content }).map_err(|error| problem_error(&error))
     }
 
     /// Parses the text format of Siconos.
@@ -111,12 +111,12 @@ impl CoreProblem {
 
     /// Formats the problem in the text format of Siconos.
     fn to_dat(&self) -> PyResult<String> {
-        dat::write(&self.content).map_err(|error| of_problem(&error))
+        dat::write(&self.content).map_err(|error| problem_error(&error))
     }
 
     /// Converts the problem to the local form.
     fn to_local(&self) -> PyResult<Self> {
-        let local = self.content.to_local().map_err(|error| of_problem(&error))?;
+        let local = self.content.to_local().map_err(|error| problem_error(&error))?;
         Ok(Self { content: local })
     }
 
@@ -218,7 +218,7 @@ impl CoreProblem {
             let watched = Watched { interrupt: &interrupt, done: &done, total: 1, progress: None };
             watched.run(py, work)?
         };
-        let solution = solution.map_err(|error| of_problem(&error))?;
+        let solution = solution.map_err(|error| problem_error(&error))?;
         let Solution { impulses, velocities, body_velocities, .. } = solution;
         let array = |numbers: Vec<f64>| {
             let count = numbers.len();

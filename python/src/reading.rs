@@ -13,7 +13,7 @@ use tumble_scene::scene::Scene as Content;
 
 /// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
 /// recorded contacts.
-pub fn of_tables(
+pub fn from_tables(
     content: Arc<Content>,
     streams: Streams<&[u8]>,
     forces: Option<PyReadonlyArrayDyn<'_, f64>>,

@@ -67,7 +67,7 @@ impl PyRecording {
     /// contacts needs the forces (K - 1, N, 3). `run` is the text of its run.json.
     #[staticmethod]
     #[pyo3(signature = (scene, tables, forces=None, run=None))]
-    fn of_tables(
+    fn from_tables(
         scene: PyRef<'_, PyScene>,
         tables: Vec<PyBackedBytes>,
         forces: Option<PyReadonlyArrayDyn<'_, f64>>,
@@ -85,7 +85,7 @@ impl PyRecording {
             gears: other(1),
             ends: None,
         };
-        let read = reading::of_tables(Arc::clone(&scene.content), streams, forces)?;
+        let read = reading::from_tables(Arc::clone(&scene.content), streams, forces)?;
         let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
         Ok(Self { is_of_scene, ..read })
     }
@@ -219,8 +219,8 @@ impl PyRecording {
         columns.set_item("k", shaped(py, indices, &[count])?)?;
         let rows = self.rows.iter().flat_map(|step| &step.contacts);
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
-        let names = Arc::new(PartnerNames::of(py, &self.content));
-        let contacts = ContactColumns::of(py, pairs, rows, names);
+        let names = Arc::new(PartnerNames::new(py, &self.content));
+        let contacts = ContactColumns::new(py, pairs, rows, names);
         for name in COLUMNS {
             columns.set_item(name, contacts.column(py, name)?)?;
         }

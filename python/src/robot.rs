@@ -1,6 +1,6 @@
 //! A robot of a scene: coordinates and contents of its file.
 
-use crate::arrays::{Array, numbers, of_states, shaped, to_states};
+use crate::arrays::{Array, numbers, shaped, states_array, to_states};
 use crate::errors::refused;
 use crate::scene::PyScene;
 use nalgebra::{DMatrix, Vector3, Vector4};
@@ -56,7 +56,7 @@ fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Array<'py>> 
 }
 
 /// Positions (L, 3), attitudes (L, 4), velocities (L, 3) and spins (L, 3).
-fn of_links<'py>(py: Python<'py>, links: &[LinkMotion]) -> PyResult<Vec<Array<'py>>> {
+fn link_arrays<'py>(py: Python<'py>, links: &[LinkMotion]) -> PyResult<Vec<Array<'py>>> {
     let column = |of: &dyn Fn(&LinkMotion) -> Vec<f64>, width: usize| {
         shaped(py, links.iter().flat_map(of).collect(), &[links.len(), width])
     };
@@ -143,9 +143,9 @@ impl PyRobot {
             Moves::Hinge => "hinge",
         };
         let joints = robot.joints.iter().zip(robot.places());
-        let told = joints
+        let named = joints
             .map(|(joint, (q, v))| (joint.name.clone(), word(joint.moves), q, v, joint.reference));
-        told.collect()
+        named.collect()
     }
 
     /// Range of a joint, and the range of the total force of its motors.
@@ -237,7 +237,7 @@ impl PyRobot {
         let mut states = to_states("states", &states)?;
         let set = self.own().set_states(numbers("q", &q)?, numbers("v", &v)?, &mut states);
         set.map_err(refused)?;
-        of_states(py, &states)
+        states_array(py, &states)
     }
 
     /// Least height of any body above the ground at states (N, 13), m. Infinite without a ground.
@@ -252,7 +252,7 @@ impl PyRobot {
         states: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Vec<Array<'py>>> {
         let links = self.own().links_at(&to_states("states", &states)?);
-        of_links(py, &links.map_err(refused)?)
+        link_arrays(py, &links.map_err(refused)?)
     }
 
     /// Motion of its links at these coordinates and rates (forward kinematics).
@@ -262,7 +262,7 @@ impl PyRobot {
         q: PyReadonlyArrayDyn<'py, f64>,
         v: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Vec<Array<'py>>> {
-        of_links(py, self.at(&q, Some(numbers("v", &v)?))?.links())
+        link_arrays(py, self.at(&q, Some(numbers("v", &v)?))?.links())
     }
 
     /// Mass matrix (V, V) at coordinates.

@@ -1,7 +1,7 @@
 //! Batches of rollouts.
 
 use crate::arrays::{numbers, shaped};
-use crate::errors::{of_step, refused};
+use crate::errors::{refused, step_error};
 use crate::gradient::{constants_of, smoothing_of};
 use crate::scene::PyScene;
 use crate::watch::Watched;
@@ -89,7 +89,7 @@ fn on_batch<T: Send>(
             .run(py, work)?
     };
     found.map_err(|error| match error {
-        RolloutError { rollout: None, error } => of_step(&error),
+        RolloutError { rollout: None, error } => step_error(&error),
         RolloutError { error: Error::Interrupted, .. } => PyKeyboardInterrupt::new_err(()),
         RolloutError { rollout: Some(index), error } => {
             refused(format!("rollout {index}: {}", error.display(&*content)))
@@ -97,7 +97,7 @@ fn on_batch<T: Send>(
     })
 }
 
-fn of_threads(threads: usize) -> PyResult<NonZeroUsize> {
+fn thread_count(threads: usize) -> PyResult<NonZeroUsize> {
     NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more are needed"))
 }
 
@@ -123,7 +123,7 @@ pub fn rollout(
         residuals: memory(&mut residuals)?,
         statuses: memory(&mut statuses)?,
     };
-    let threads = of_threads(threads)?;
+    let threads = thread_count(threads)?;
     let report = on_batch(py, &inputs, progress.as_ref(), |batch, watch| {
         roll_out(batch, outputs, threads, watch)
     })?;
@@ -154,7 +154,7 @@ pub fn rollout_gradients<'py>(
     smoothing: Option<(String, f64)>,
 ) -> PyResult<Derivatives<'py>> {
     let (constants, smoothing) = (constants_of(&by)?, smoothing_of(smoothing)?);
-    let (threads, numbers) = (of_threads(threads)?, numbers("gradients", &cotangents)?);
+    let (threads, numbers) = (thread_count(threads)?, numbers("gradients", &cotangents)?);
     let cotangents = if of_ends { Cotangents::Ends(numbers) } else { Cotangents::States(numbers) };
     let found = on_batch(py, &inputs, None, |batch, watch| {
         gradients(batch, cotangents, By { constants: &constants, smoothing }, threads, watch)

@@ -23,7 +23,7 @@ pub fn is_of_scene(content: &Content, text: &str) -> PyResult<bool> {
     let (own, of_run) = (&content.model.bodies, &file.model.bodies);
     let other = own.iter().zip(of_run).find(|(own, of_run)| !is_same(own, of_run));
     let difference = match other {
-        Some((own, of_run)) => Some((told(own), told(of_run))),
+        Some((own, of_run)) => Some((description(own), description(of_run))),
         None if own.len() == of_run.len() => None,
         None => Some((format!("{} bodies", own.len()), format!("{} bodies", of_run.len()))),
     };
@@ -41,6 +41,6 @@ fn is_same(a: &BodyModel, b: &BodyModel) -> bool {
     a.name == b.name && a.mass == b.mass && a.inertia == b.inertia
 }
 
-fn told(body: &BodyModel) -> String {
+fn description(body: &BodyModel) -> String {
     format!("{:?} of {} kg", body.name, body.mass)
 }

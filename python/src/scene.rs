@@ -1,6 +1,6 @@
 //! Scenes: parsed scenario files, ready for simulation.
 
-use crate::arrays::{of_states, shaped, to_states};
+use crate::arrays::{shaped, states_array, to_states};
 use crate::errors::refused;
 use crate::query::{Between, Hits, Placed};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
@@ -22,14 +22,14 @@ use tumble_scene::settings::{RobotSettings, Settings, SolverTable};
 
 /// Reads a regular file of at most `most` bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    let odd = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
+    let invalid = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
     if !fs::metadata(path)?.is_file() {
-        return Err(odd("it is not a file".to_owned()));
+        return Err(invalid("it is not a file".to_owned()));
     }
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        return Err(odd(format!("it is longer than {most} bytes")));
+        return Err(invalid(format!("it is longer than {most} bytes")));
     }
     Ok(bytes)
 }
@@ -279,13 +279,13 @@ impl PyScene {
         let (found, _) = world
             .assemble(&to_states("states", &states)?)
             .map_err(|error| refused(error.display(&*self.content)))?;
-        of_states(py, &found)
+        states_array(py, &found)
     }
 
     /// Initial states of the bodies: (N, 13).
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        of_states(py, &self.content.starts)
+        states_array(py, &self.content.starts)
     }
 
     /// Hits of rays (R, 3): see [`Placed::cast`].

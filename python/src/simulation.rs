@@ -1,8 +1,8 @@
 //! A running simulation.
 
-use crate::arrays::{Array, as_many, numbers, of_states, shaped, to_states};
+use crate::arrays::{Array, as_many, numbers, shaped, states_array, to_states};
 use crate::coordinates::LastCoordinates;
-use crate::errors::{of_step, refused};
+use crate::errors::{refused, step_error};
 use crate::last_step::LastStep;
 use crate::owned::Owned;
 use crate::query::{Between, Hits};
@@ -180,7 +180,7 @@ impl PySimulation {
     }
 
     /// Model with the current bodies and states, as text. Bodies may have been added or removed.
-    fn told(&self) -> PyResult<String> {
+    fn model_text(&self) -> PyResult<String> {
         let own = self.owned()?;
         let mut model = own.content.model.clone();
         model.start_at(own.running.simulation.states(), own.time()).map_err(in_python)?;
@@ -216,7 +216,7 @@ impl PySimulation {
     /// Current states: (N, 13).
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        of_states(py, self.owned()?.running.simulation.states())
+        states_array(py, self.owned()?.running.simulation.states())
     }
 
     /// Hits of rays (R, 3): see [`Placed::cast`].
@@ -282,7 +282,7 @@ impl PySimulation {
             step()
         };
         running.took = Some(clock.elapsed());
-        taken.map_err(|error| of_step(&error))?;
+        taken.map_err(|error| step_error(&error))?;
         let record = running.last.record();
         Ok((record.report.status.name(), record.certificate.residual(), record.report.iterations))
     }
@@ -380,7 +380,7 @@ impl PySimulation {
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let mut own = self.owned()?;
         let Owned { running, coordinates, .. } = &mut *own;
-        let found = coordinates.of(&robot, &running.simulation, numbers("near", &near)?);
+        let found = coordinates.read(&robot, &running.simulation, numbers("near", &near)?);
         let (q, v) = found.map_err(refused)?;
         Ok((shaped(py, q.to_vec(), &[q.len()])?, shaped(py, v.to_vec(), &[v.len()])?))
     }
@@ -419,7 +419,7 @@ impl PySimulation {
         if record.states.is_empty() {
             return Ok(None);
         }
-        Ok(Some((of_states(py, &record.states)?, of_states(py, &record.solution.states)?)))
+        Ok(Some((states_array(py, &record.states)?, states_array(py, &record.solution.states)?)))
     }
 
     /// Sum of the normal forces of the last step's contacts on a robot's link, N. Optionally only
@@ -514,7 +514,7 @@ impl PySimulation {
             is_of_scene: running.is_of_scene,
         };
         let ended = watched.run(py, || running.run(steps, &inputs, &mut recording, &done));
-        let ended = ended.and_then(|ended| ended.map_err(|error| of_step(&error)));
+        let ended = ended.and_then(|ended| ended.map_err(|error| step_error(&error)));
         recording.rows.push(running.end());
         recording.is_of_scene = running.is_of_scene;
         Ok((recording, ended.err().map(|raised| raised.into_value(py))))

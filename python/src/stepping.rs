@@ -1,6 +1,6 @@
 //! Steps of many simulations at once.
 
-use crate::errors::of_step;
+use crate::errors::step_error;
 use crate::running::Running;
 use crate::simulation::PySimulation;
 use pyo3::prelude::*;
@@ -52,5 +52,5 @@ pub fn step_all(
         })
     });
     found.sort_unstable_by_key(|(index, _)| *index);
-    found.into_iter().map(|(_, unsolved)| unsolved.map_err(|error| of_step(&error))).collect()
+    found.into_iter().map(|(_, unsolved)| unsolved.map_err(|error| step_error(&error))).collect()
 }

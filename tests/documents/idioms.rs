@@ -9,9 +9,9 @@ type IsIdiom = fn(&str) -> bool;
 
 /// Name of an idiom, whether a line without indentation has it, and the largest allowed count.
 const IDIOMS: [(&str, IsIdiom, usize); 4] = [
-    ("function `of`, instead of `new`, `from_x` or a noun", is_named_of, 91),
+    ("function `of`, instead of `new`, `from_x` or a noun", is_named_of, 0),
     ("tuple of values in a `let`", is_tuple_let, 623),
-    ("arm of a `match` on a bool", is_bool_arm, 34),
+    ("arm of a `match` on a bool", is_bool_arm, 10),
     ("visibility `pub(in super…)`", |line| line.contains("pub(in super"), 0),
 ];
 

@@ -356,7 +356,9 @@ fn a_ring_turns_positions_and_attitudes() {
     let text = fs::read_to_string(directory.path().join("out/contacts.csv")).unwrap();
     let contacts = Table::parse(&text);
     assert_eq!(contacts.rows.len(), 8, "{:?}", contacts.rows);
-    for (plate, (x, y)) in contacts.numbers("normal_x").iter().zip(contacts.numbers("normal_y")).enumerate() {
+    for (plate, (x, y)) in
+        contacts.numbers("normal_x").iter().zip(contacts.numbers("normal_y")).enumerate()
+    {
         let angle = 45_f64.to_radians() * plate as f64;
         assert!((x + angle.cos()).abs() < 1e-12 && (y + angle.sin()).abs() < 1e-12, "{plate}");
     }

@@ -89,7 +89,18 @@ fn unchanged_tables_verify() {
 fn a_changed_number_is_found_and_its_step_named() {
     let cases: [(&str, &[&str]); 4] = [
         ("states.csv", &["x_m", "z_m", "vx_m_s"]),
-        ("contacts.csv", &["point_x_m", "normal_z", "force_x_N", "force_z_N", "slip_x_m_s", "gap_m", "rebound_m_s"]),
+        (
+            "contacts.csv",
+            &[
+                "point_x_m",
+                "normal_z",
+                "force_x_N",
+                "force_z_N",
+                "slip_x_m_s",
+                "gap_m",
+                "rebound_m_s",
+            ],
+        ),
         ("steps.csv", &["residual_m_s", "penetration_m_s", "cone_m_s", "overlap_m", "energy_J"]),
         ("steps.csv", &["restitution_share"]),
     ];

@@ -53,7 +53,8 @@ struct Constants {
 
 impl Constants {
     fn new(dimension: usize, population: usize) -> Self {
-        let (n, lambda) = (dimension as f64, population as f64);
+        let n = dimension as f64;
+        let lambda = population as f64;
         let raw = |i: usize| libm::log(0.5 * (lambda + 1.0)) - libm::log(i as f64);
         let raw: Vec<f64> = (1..=population).map(raw).collect();
         let (good, bad) = raw.split_at(population / 2);
@@ -197,8 +198,8 @@ impl CmaEs {
 
 /// Standard normal number, by the method of Box and Muller.
 fn normal(draws: &mut Draws) -> f64 {
-    let (length, angle) = (1.0 - draws.unit(), std::f64::consts::TAU * draws.unit());
-    (-2.0 * libm::log(length)).sqrt() * libm::cos(angle)
+    let radius = (-2.0 * libm::log(1.0 - draws.unit())).sqrt();
+    radius * libm::cos(std::f64::consts::TAU * draws.unit())
 }
 
 #[cfg(test)]

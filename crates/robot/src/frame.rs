@@ -36,7 +36,7 @@ impl LinkFrame {
 
     /// Pose of this frame in `outer`. Both are given in the same frame.
     #[must_use]
-    pub fn seen_from(&self, outer: &Self) -> Self {
+    pub fn relative_to(&self, outer: &Self) -> Self {
         let position = outer.rotation().tr_mul(&(self.position - outer.position));
         Self { position, attitude: left(&conjugated(&outer.attitude)) * self.attitude }
     }

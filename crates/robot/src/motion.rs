@@ -178,7 +178,7 @@ impl Robot {
             let Some(begin) = places.get(first).map(|place| place.0).filter(|_| count > 0) else {
                 continue;
             };
-            let own = frames[index].seen_from(&frames[link.parent]).seen_from(&link.frame);
+            let own = frames[index].relative_to(&frames[link.parent]).relative_to(&link.frame);
             match joints {
                 [RobotJoint { moves: Moves::Free, .. }] => {
                     let LinkFrame { position, attitude } = frames[index];

@@ -118,7 +118,7 @@ fn piece(placed: &PlacedForm) -> Result<String, String> {
 }
 
 /// Part of a visual shape, as an inline table.
-fn seen(placed: &PlacedForm) -> Result<String, String> {
+fn visual_part(placed: &PlacedForm) -> Result<String, String> {
     match &placed.form {
         ModelForm::Mesh { vertices, triangles, colour, .. } => {
             let colour = colour.map(|colour| format!(", colour = \"{}\"", String::from(colour)));
@@ -187,7 +187,7 @@ fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), S
     }
     lines.extend(body.colour.map(|colour| format!("colour = \"{}\"", String::from(colour))));
     if let Some(look) = body.look.and_then(|look| model.looks.get(look)) {
-        let parts: Result<Vec<_>, String> = look.iter().map(seen).collect();
+        let parts: Result<Vec<_>, String> = look.iter().map(visual_part).collect();
         lines.push(format!("look = [\n    {},\n]", parts?.join(",\n    ")));
     }
     lines.extend(body.label.as_ref().map(|label| format!("label = {}", quoted(&label.0))));

@@ -97,7 +97,7 @@ class ContactProblem:
             momentum, offset = vectors["f"], vectors["w"]
             mass = _entries("M", M, (len(momentum), len(momentum)))
             directions = _entries("H", H, (len(momentum), rows))
-            self._make("of_bodies", mass, directions, momentum, offset, dimension, groups)
+            self._make("from_bodies", mass, directions, momentum, offset, dimension, groups)
 
     def _make(self, form: str, *arguments: Any) -> None:
         self._core = getattr(CoreProblem, form)(*arguments)

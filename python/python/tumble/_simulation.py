@@ -244,7 +244,7 @@ class Simulation(Queries):
         from their states at the first access after the change.
         """
         if self._changed:
-            self._scene = self._scene._with_model(self._core.told(), self.index)
+            self._scene = self._scene._with_model(self._core.model_text(), self.index)
             self._changed = False
         return self._scene
 

@@ -358,7 +358,7 @@ class Trajectory:
         run = json.read_text("utf-8") if json.is_file() else None
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
         tables = [(folder / f"{name}.csv").read_bytes() for name in names]
-        return cls(scene, Recording.of_tables(scene._core, tables, run=run))
+        return cls(scene, Recording.from_tables(scene._core, tables, run=run))
 
     def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = 0) -> Any:
         """Plots of a body over time as SVG.
@@ -468,7 +468,7 @@ def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def _restored(scene: Scene, tables: list[bytes], forces: Any) -> Trajectory:
-    return Trajectory(scene, Recording.of_tables(scene._core, tables, forces))
+    return Trajectory(scene, Recording.from_tables(scene._core, tables, forces))
 
 
 def by_name(scene: Scene, columns: dict[str, Floats], steps: Any) -> dict[str, dict[str, Floats]]:

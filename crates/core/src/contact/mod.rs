@@ -294,9 +294,9 @@ impl Contact {
         if radius > 0.0 {
             arm += radius * normal;
         }
-        let before = seen_from(b.map(|b| b[0]), &(a[0].position + arm));
+        let before = in_frame(b.map(|b| b[0]), &(a[0].position + arm));
         let after =
-            seen_from(b.map(|b| b[1]), &(a[1].position + a[1].rotation * self.features.point));
+            in_frame(b.map(|b| b[1]), &(a[1].position + a[1].rotation * self.features.point));
         let mut moved = after - before;
         if let Some([b, _]) = b {
             moved = b.rotation * moved;
@@ -398,7 +398,7 @@ fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&
             (&one.shape.centre, one.width(&plane_in_a(frame, a, b)).length)
         }
     };
-    let w = seen_from(b, &(a.position + a.rotation * point));
+    let w = in_frame(b, &(a.position + a.rotation * point));
     frame.column(2).dot(&w) - offset - radius - width
 }
 
@@ -471,7 +471,7 @@ pub(crate) fn frame_along(normal: &Vector3<f64>) -> Matrix3<f64> {
 
 /// Transforms a world point to the frame of B.
 #[inline]
-fn seen_from(b: Option<&Pose>, point: &Vector3<f64>) -> Vector3<f64> {
+fn in_frame(b: Option<&Pose>, point: &Vector3<f64>) -> Vector3<f64> {
     match b {
         Some(b) => b.rotation.tr_mul(&(point - b.position)),
         None => *point,

@@ -131,7 +131,7 @@ struct StepScratch {
     certifier: Certifier,
     energy_check: unphysical::EnergyCheck,
     stiffness: Stiffness,
-    /// Squeeze found in a failed step.
+    /// Infeasible gap found in a failed step.
     infeasible_gap: Option<InfeasibleGap>,
     /// Cause of an unphysical step.
     unphysical: Option<UnphysicalCause>,

@@ -161,17 +161,17 @@ impl Assembled {
             // Frame of the constraint, in the first link and in the second link.
             let (ours, theirs) = match tie {
                 RobotTie::Point { anchor, .. } => {
-                    let frame = LinkFrame { position: *anchor, ..second.seen_from(&first) };
+                    let frame = LinkFrame { position: *anchor, ..second.relative_to(&first) };
                     (
                         frame,
                         LinkFrame {
-                            position: first.then(&frame).seen_from(&second).position,
+                            position: first.then(&frame).relative_to(&second).position,
                             ..LinkFrame::identity()
                         },
                     )
                 }
                 RobotTie::Whole { frame, .. } => {
-                    (frame.unwrap_or(second.seen_from(&first)), LinkFrame::identity())
+                    (frame.unwrap_or(second.relative_to(&first)), LinkFrame::identity())
                 }
             };
             let sides = [(links[0], ours), (links[1], theirs)].map(|(link, frame)| {
@@ -199,7 +199,7 @@ impl Assembled {
                 let turned = 2.0 * libm::acos(fits.attitude.dot(&there.attitude).abs().min(1.0));
                 let is_whole = matches!(tie, RobotTie::Whole { .. });
                 if off > JOINT_AT_THE_START || is_whole && turned > JOINT_AT_THE_START {
-                    b.1 = fits.seen_from(self.world());
+                    b.1 = fits.relative_to(self.world());
                     moved.push(format!(
                         "{at}: it keeps the initial pose, because the mocap body is {off:.1e} m \
                          from the pose that fits"
