@@ -165,10 +165,16 @@ impl ProblemFile {
         Ok(())
     }
 
-    /// Stages with their settings, in their order.
+    /// Stages with their settings, in their order. Each further `sample` has the next seed.
     #[must_use]
     pub fn built_stages(&self) -> Vec<Box<dyn Stage>> {
-        self.stages.iter().map(|name| name.build(self.sample, self.shoot)).collect()
+        let mut sample = self.sample;
+        let build = |name: &StageName| {
+            let stage = name.build(sample, self.shoot);
+            sample.seed = sample.seed.wrapping_add(u64::from(*name == StageName::Sample));
+            stage
+        };
+        self.stages.iter().map(build).collect()
     }
 }
 
