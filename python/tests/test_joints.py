@@ -83,7 +83,7 @@ def test_a_motor_is_driven_in_the_loop():
         lambda: simulation.set_motor("pan", speed=1.0, max_force=1.0),
         lambda: simulation.set_motor("pin", speed=1.0),
         lambda: simulation.set_motor("pin", speed=1.0, position=1.0, max_force=1.0),
-        lambda: simulation.set_motor("pin", speed=1.0, most=-1.0),
+        lambda: simulation.set_motor("pin", speed=1.0, max_force=-1.0),
         lambda: simulation.set_motor("pin", speed=1.0, max_force=1.0, axis="slide"),
         lambda: simulation.set_force("pin", float("nan")),
     ):

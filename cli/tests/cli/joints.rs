@@ -395,8 +395,8 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
         "type = \"universal\"",
         &["(rail).axis", "about two axes", "give `attitude` instead"],
     ),
-    ("max_force = 600.0", "", &["most"]),
-    ("max_force = 600.0", "max_force = -600.0", &["joints[0] (shoulder)", "most", "-600"]),
+    ("max_force = 600.0", "", &["max_force"]),
+    ("max_force = 600.0", "max_force = -600.0", &["joints[0] (shoulder)", "max_force", "-600"]),
 ];
 
 #[test]

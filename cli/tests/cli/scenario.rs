@@ -100,7 +100,7 @@ fn block_on_an_inclined_plane_stays_and_its_weight_is_carried() {
             assert!(moved < allowed, "{solver} {column}: {moved}");
         }
         let force = |axis: &str, k: f64| -> f64 {
-            let forces = contacts.numbers(&format!("f{axis}_N"));
+            let forces = contacts.numbers(&format!("force_{axis}_N"));
             let of_step = contacts.numbers("k").into_iter().zip(forces);
             of_step.filter(|(of, _)| *of == k).map(|(_, force)| force).sum()
         };

@@ -47,7 +47,7 @@ fn misspelt_names_of_bodies_and_joints_get_the_nearest_one() {
     for (tables, word, name) in [
         ("[[friction]]\nbetween = [\"hihg\", \"low\"]\ncoefficient = 0.1\n", "hihg", "high"),
         ("[[surfaces]]\nof = \"grond\"\nvelocity = [1, 0, 0]\n", "grond", "ground"),
-        ("[[motors]]\njoint = \"hnige\"\nspeed = 1.0\nmost = 1.0\n", "hnige", "hinge"),
+        ("[[motors]]\njoint = \"hnige\"\nspeed = 1.0\nmax_force = 1.0\n", "hnige", "hinge"),
     ] {
         fs::write(here.join("scene.toml"), format!("{STACK}{hinge}{tables}")).unwrap();
         let printed = format!("\"{word}\"; did you mean `{name}`?");

@@ -3,8 +3,9 @@
 /// Smallest similarity of a suggested name, by Jaro and Winkler.
 const SIMILAR: f64 = 0.7;
 
-/// Names in other simulators, and tumble's names for the same thing. They only serve suggestions.
-const OTHERS: [(&str, &str); 30] = [
+/// Names in other simulators and earlier versions, and tumble's names for the same thing. They only
+/// serve suggestions.
+const OTHERS: [(&str, &str); 33] = [
     ("angvel", "spin"),
     ("angular_velocity", "spin"),
     ("omega", "spin"),
@@ -20,6 +21,9 @@ const OTHERS: [(&str, &str); 30] = [
     ("elasticity", "restitution"),
     ("floor", "ground"),
     ("plane", "ground"),
+    ("most", "max_force"),
+    ("effort", "max_force"),
+    ("max_torque", "max_force"),
     ("weld", "fixed"),
     ("hinge", "revolute"),
     ("slide", "prismatic"),
@@ -97,6 +101,7 @@ mod tests {
         assert_eq!(nearest("frction", ["restitution", "friction"]), Some("friction"));
         assert_eq!(nearest("size", ["sphere", "box"]), Some("box"));
         assert_eq!(nearest("mu", ["between", "coefficient"]), Some("coefficient"));
+        assert_eq!(nearest("most", ["position", "max_force"]), Some("max_force"));
         assert_eq!(nearest("xyzzy", ["sphere", "box"]), None);
         assert_eq!(nearest("pos", []), None);
     }
