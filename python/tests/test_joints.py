@@ -162,7 +162,7 @@ def test_rollouts_drive_motors_and_vary_joints():
             simulation.step()
             np.testing.assert_array_equal(simulation.states, out.states[rollout, step])
     with pytest.raises(tumble.TumbleError, match="each rollout had its own joint_friction"):
-        out.trajectory(0)
+        out[0]
     with pytest.raises(tumble.TumbleError, match="motors"):
         tumble.rollout(scene, motors=targets[:, :, [0, 0]])
     with pytest.raises(tumble.TumbleError, match="joint_forces has 49 steps, but motors has 50"):
@@ -176,7 +176,7 @@ def test_runs_take_targets_and_forces_of_every_step():
     pushes = np.sin(np.arange(50.0)).reshape(1, 50, 1)
     out = tumble.rollout(scene, motors=targets, joint_forces=pushes)
     for rollout in range(2):
-        run = out.trajectory(rollout)
+        run = out[rollout]
         np.testing.assert_array_equal(run.states[1:], out.states[rollout])
         again = scene.run(50, motors=targets[rollout], joint_forces=pushes[0])
         np.testing.assert_array_equal(again.states, run.states)

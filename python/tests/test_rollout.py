@@ -248,16 +248,18 @@ def test_a_rollout_is_a_trajectory_with_the_same_numbers():
     friction = np.array([0.1, 0.3, 0.6])
     batch = tumble.rollout(scene, starts, pushes, parameters={"friction": friction})
     for index in range(3):
-        run = batch.trajectory(index)
+        run = batch[index]
         assert run.scene.friction == friction[index]
         assert np.array_equal(run.states[1:], batch.states[index])
         assert np.array_equal(run.forces, batch.forces[index])
         assert np.array_equal(run.residuals, batch.residuals[index])
         assert len(run.contacts["k"]) > 0
     again = pickle.loads(pickle.dumps(batch))
-    assert np.array_equal(again.trajectory(1).states, batch.trajectory(1).states)
-    with pytest.raises(tumble.TumbleError, match="index is 3; a whole number from 0 to 2"):
-        batch.trajectory(3)
+    assert len(batch) == 3
+    assert [len(run) for run in batch[1:]] == [len(batch[0])] * 2
+    with pytest.raises(IndexError, match="rollout 3 does not exist; there are 3"):
+        batch[3]
+    assert np.array_equal(again[1].states, batch[-2].states)
     heavy = tumble.rollout(scene, starts, steps=5, parameters={"mass": np.full((3, 1), 20.0)})
     with pytest.raises(tumble.TumbleError, match="each rollout had its own mass"):
-        heavy.trajectory(0)
+        heavy[0]

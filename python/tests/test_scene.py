@@ -28,7 +28,7 @@ def test_a_scene_begins_at_an_index_of_its_own(tmp_path):
         np.testing.assert_array_equal(one.run(300).states, run.states)
     rolled = tumble.rollout(scene, steps=300)
     np.testing.assert_array_equal(rolled.states[0], run.states[1:])
-    np.testing.assert_array_equal(rolled.trajectory(0).time, run.time)
+    np.testing.assert_array_equal(rolled[0].time, run.time)
     for odd in (-1, 1.5, 10**16):
         with pytest.raises(tumble.TumbleError, match="start_index is .*a whole number from 0"):
             tumble.Scene([cube], {"friction": 0.1}, start_index=odd)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from math import prod
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 from ._arrays import apart, numbers, output
 from ._checks import made, room, whole
@@ -31,7 +32,15 @@ class Unsolved(NamedTuple):
     residual: float
 
 
-class _Outputs(NamedTuple):
+@dataclass(repr=False, eq=False)
+class Rollouts:
+    """Results of B rollouts of T steps of N bodies, as a sequence of B runs.
+
+    ``rollouts[3]`` is a trajectory with the start and T more states. The arrays of the other fields
+    have a row for each of the T steps. They are numpy's in C order. torch and jax take them without
+    a copy (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``).
+    """
+
     states: Floats
     """States after each step: (B, T, N, 13), in the form of Trajectory.states."""
     forces: Floats
@@ -49,18 +58,32 @@ class _Outputs(NamedTuple):
     """
     counts: dict[str, int]
     """Number of steps with each status."""
-
-
-class Rollouts(_Outputs):
-    """Results of B rollouts of T steps of N bodies.
-
-    Arrays are numpy's in C order. torch and jax take them without a copy
-    (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``).
-    """
-
+    _batch: Batch
     gradients: RolloutDerivatives | None = None
     """Requested derivatives."""
-    _batch: Batch
+
+    def __len__(self) -> int:
+        """Number of rollouts B."""
+        return len(self.status)
+
+    @overload
+    def __getitem__(self, index: int) -> Trajectory: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Trajectory]: ...
+    def __getitem__(self, index: int | slice) -> Trajectory | list[Trajectory]:
+        """One rollout as a trajectory with its contacts, or a list of them.
+
+        It is simulated again, to the same bits.
+
+        :raises IndexError: for an index beyond the rollouts.
+        :raises TumbleError: if the rollouts differ in mass, inertia, gravity or another constant that
+            no keyword of a scene sets.
+        """
+        if isinstance(index, slice):
+            return [self._run(each) for each in range(*index.indices(len(self)))]
+        if not -len(self) <= index < len(self):
+            raise IndexError(f"rollout {index} does not exist; there are {len(self)}")
+        return self._run(index % len(self))
 
     def __repr__(self) -> str:
         rollouts, steps = self.status.shape
@@ -72,21 +95,15 @@ class Rollouts(_Outputs):
             f"{len(self.unsolved)} steps not solved; {sizes}{derivatives}>"
         )
 
-    def trajectory(self, index: int) -> Trajectory:
-        """One rollout as a trajectory with its contacts. It is simulated again, to the same bits.
-
-        :raises TumbleError: for an invalid index, and if the rollouts differ in mass, inertia, gravity
-            or another constant that no keyword of a scene sets.
-        """
-        rollouts, steps = self.status.shape
-        index = whole("index", index, 0, rollouts - 1)
+    def _run(self, index: int) -> Trajectory:
+        steps = self.status.shape[1]
         scene, _, _, starts, pushes, motors, joint_forces, values = self._batch
         text, path, settings = scene._source
         settings = dict(settings)
         for name, array in values:
             if name not in ("friction", "restitution", "time_step"):
                 raise TumbleError(
-                    f"trajectory: each rollout had its own {name}, which is not a setting of a scene; "
+                    f"each rollout had its own {name}, which is not a setting of a scene; "
                     "use states and forces"
                 )
             settings[name] = float(array[index])
@@ -205,8 +222,8 @@ def rollout(
         [Unsolved(index, step, BY_WORD[word], residual) for index, step, word, residual in unsolved],
         tempered,
         dict(zip(BY_WORD, counts)),
+        batch,
     )
-    done._batch = batch
     if gradients is not None:
         duals = gradients(done.states) if callable(gradients) else gradients
         done.gradients = batch.gradients(duals, by, threads, smoothing)
