@@ -127,7 +127,7 @@ def test_what_is_refused(tmp_path):
         ({"actions": "torque", "stiffness": 1.0}, 'actions="torque" does not use stiffness; .* use actions="pd"'),
         ({"actions": "torque"}, r"slider has no force limit; give ranges=\{'slider': \(low, high\)\}"),
         ({"actions": "position", "max_force": 5.0}, r"hinge has no limits; give ranges"),
-        ({"actions": "position", "joints": ["slider"]}, "most of slider, the force limit of its motor"),
+        ({"actions": "position", "joints": ["slider"]}, "max_force of slider, the force limit of its motor"),
         ({"actions": "torque", "joints": ["slide"]}, "slide or hinge 'slide' is unknown; did you mean"),
         ({"render_mode": "ansi"}, '"rgb_array", "human" or None is needed'),
     ]

@@ -231,7 +231,7 @@ fn speeds_are_passed_on_along_a_row() {
 /// Checks that swapping the bodies does not change the result of an oblique rough impact of a ball
 /// and a capsule.
 #[test]
-fn curved_contacts_are_symmetric_in_body_order() {
+fn impact_of_curved_bodies_is_independent_of_body_order() {
     let pieces = [sphere(0.08), capsule_along_y(0.2, 0.12)];
     let starts = [
         at(

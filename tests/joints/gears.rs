@@ -232,7 +232,7 @@ fn fingers_that_follow_each_other_share_the_force() {
 
 /// Checks a motor on two geared hinges. Turns are counted from the offset of the gear.
 #[test]
-fn turns_are_counted_from_where_the_gear_says() {
+fn initial_full_turns_satisfy_the_gear_equation() {
     let motor = Some(Motor::Speed { target: 3.0, max_force: 1e4 });
     let bodies = vec![body(1.0, [0.1; 3]), body(1.0, [0.1; 3])];
     let joints = vec![

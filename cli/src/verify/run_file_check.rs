@@ -106,7 +106,7 @@ impl StatusCounts {
     fn start_differences(&self, run: &RunFile) -> Vec<String> {
         let mut found = Vec::new();
         let starts = run.model.states();
-        let is_same = |(a, b): (&State, &State)| is_same_state(a, b);
+        let is_same = |(a, b): (&State, &State)| is_close_state(a, b);
         if starts.len() != self.starts.len() || !starts.iter().zip(&self.starts).all(is_same) {
             found.push("the start differs from the first row".to_owned());
         }
@@ -196,7 +196,7 @@ impl StatusCounts {
         let median = counted.median_residual();
         let median = [("summary.certificate_median_m_s", reported.certificate_median_m_s, median)];
         let numbers = median.into_iter().chain(self.largest_values(run));
-        let numbers = numbers.filter(|(_, reported, found)| !is_same_number(*reported, *found));
+        let numbers = numbers.filter(|(_, reported, found)| !is_close(*reported, *found));
         found.extend(numbers.map(|(name, reported, found)| {
             format!("{name} is {}; the rows have {}", shown_number(reported), shown_number(found))
         }));
@@ -303,13 +303,13 @@ fn stiff_joint_difference(run: &RunFile, stiff_joints: &[StiffJoint]) -> Option<
     (!same).then(|| format!("taut_joints differ from the rows, which have {}", stiff_joints.len()))
 }
 
-fn is_same_state(a: &State, b: &State) -> bool {
+fn is_close_state(a: &State, b: &State) -> bool {
     let (a, b) = (a.to_vector(), b.to_vector());
     a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME * b.abs())
 }
 
 /// True if both are `None`, or equal up to rounding.
-fn is_same_number(a: Option<f64>, b: Option<f64>) -> bool {
+fn is_close(a: Option<f64>, b: Option<f64>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),
         (a, b) => a.is_none() && b.is_none(),

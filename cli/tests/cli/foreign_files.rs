@@ -121,7 +121,7 @@ fn a_link_in_the_place_of_a_picture_stays() {
 
 /// A run.json with a wrong checksum lists no files that may be replaced.
 #[test]
-fn a_changed_run_json_gives_nothing_away() {
+fn run_json_with_wrong_checksum_does_not_permit_overwriting() {
     let directory = tempfile::tempdir().unwrap();
     assert_eq!(simulate_in(directory.path(), &[]).code, Some(0));
     let path = directory.path().join("run.json");

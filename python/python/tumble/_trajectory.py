@@ -36,8 +36,8 @@ _JOINT_COLUMNS = {
     "angles": ("angle_", "_rad"),
     "velocity": ("v", "_m_s"),
     "spin": ("w", "_rad_s"),
-    "force": ("f", "_N"),
-    "torque": ("t", "_N_m"),
+    "force": ("force_", "_N"),
+    "torque": ("torque_", "_N_m"),
 }
 """Columns of joints, with prefix and suffix of their components in joints.csv."""
 

@@ -41,7 +41,7 @@ fn by_one(
 /// Checks v⁺ = v + h g (sin α − μ cos α) by μ of the pair and by μ of the body. With the ground's
 /// coefficient the latter enters as √(μ_a μ_b).
 #[test]
-fn a_slide_by_friction_of_its_own() {
+fn sliding_velocity_derivative_by_pair_and_body_friction() {
     let (angle, h, g): (f64, f64, f64) = (0.5, 0.002, 9.81);
     let way = Vector3::new(angle.cos(), 0.0, -angle.sin());
     let by_friction = -h * g * angle.cos();

@@ -125,7 +125,7 @@ fn coloured_share(browser: &Browser) -> f64 {
 /// mesh.
 #[test]
 #[ignore = "a browser"]
-fn a_robot_of_ten_large_meshes_is_drawn() {
+fn robot_meshes_are_simplified_to_the_triangle_budget() {
     let pages = Pages::new();
     let robot = write_robot(pages.path("robot.urdf").parent().unwrap());
     let page =
@@ -147,7 +147,7 @@ fn a_robot_of_ten_large_meshes_is_drawn() {
 /// The page accepts meshes of any size and draws all their triangles.
 #[test]
 #[ignore = "a browser"]
-fn a_page_of_ten_large_meshes_is_drawn() {
+fn page_draws_every_triangle_of_large_meshes() {
     let pages = Pages::new();
     let mut film = pile::film(20);
     // All other bodies are too small to be visible.

@@ -44,7 +44,7 @@ impl Simulation<'_> {
         })?;
         self.change_solver(&world)?;
         self.scratch.candidates = candidates;
-        self.outside.push(ExternalLoads::nothing());
+        self.outside.push(ExternalLoads::zero());
         for solution in self.solutions() {
             solution.states.push(state);
         }

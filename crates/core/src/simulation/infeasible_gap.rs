@@ -76,7 +76,7 @@ pub(super) fn find(
             else {
                 continue;
             };
-            let direction = towards(contact, first);
+            let direction = normal_into(contact, first);
             let closed = direction.dot(&moved) - contact.gap;
             let between = [first; MOST_BETWEEN];
             search.go_on(&SearchPlace { from, between, count: 1, direction, closed });
@@ -91,7 +91,7 @@ fn place(contact: &Contact, states: &[State]) -> Vector3<f64> {
 }
 
 /// Contact normal that points into `body`.
-fn towards(contact: &Contact, body: usize) -> Vector3<f64> {
+fn normal_into(contact: &Contact, body: usize) -> Vector3<f64> {
     if contact.key.body == body { contact.normal() } else { -contact.normal() }
 }
 
@@ -127,7 +127,7 @@ impl SqueezeSearch<'_> {
                 (body, Partner::Body(partner)) if partner == last => body,
                 _ => continue,
             };
-            let direction = -towards(contact, last);
+            let direction = -normal_into(contact, last);
             let is_new = |next: usize| !search_place.between[..search_place.count].contains(&next);
             if next == search_place.from || direction.dot(&search_place.direction) < ALIKE {
                 continue;

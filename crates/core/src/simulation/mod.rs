@@ -101,7 +101,7 @@ struct ExternalLoads {
 }
 
 impl ExternalLoads {
-    fn nothing() -> Self {
+    fn zero() -> Self {
         Self { wrench: Wrench::zero(), load: Load::none() }
     }
 }
@@ -194,7 +194,7 @@ impl<'a> Simulation<'a> {
         let gears = vec![0.0; world.gears().len()];
         let now = StepSolution { joints, gears, ..StepSolution::free(states) };
         Ok(Self {
-            outside: vec![ExternalLoads::nothing(); world.bodies().len()],
+            outside: vec![ExternalLoads::zero(); world.bodies().len()],
             world,
             motion,
             driving: driving::Driving::default(),

@@ -66,7 +66,7 @@ impl Stiffness {
         self.collect(world, states, joints, gears);
         let of_body = |body: usize| {
             let lever = self.held[body].unwrap_or_default();
-            let largest = self.fastest(body, &inertia(&world.bodies()[body], &lever));
+            let largest = self.largest_eigenvalue(body, &inertia(&world.bodies()[body], &lever));
             world.time_step() * largest.max(0.0).sqrt()
         };
         let each: Vec<_> = (0..states.len()).map(of_body).collect();
@@ -104,7 +104,8 @@ impl Stiffness {
             let most = std::mem::take(&mut self.most[index]);
             if most.is_finite() && most > largest {
                 let lever = self.held[index].unwrap_or_default();
-                largest = largest.max(self.fastest(index, &inertia(&bodies[index], &lever)));
+                largest =
+                    largest.max(self.largest_eigenvalue(index, &inertia(&bodies[index], &lever)));
             }
         }
         world.time_step() * largest.sqrt()
@@ -129,7 +130,7 @@ impl Stiffness {
 
     /// Largest eigenvalue of I⁻¹ K of a body (1/s²), computed from L⁻¹ K L⁻ᵀ with I = L Lᵀ. 0 if it
     /// is not finite.
-    fn fastest(&self, index: usize, inertia: &Matrix3<f64>) -> f64 {
+    fn largest_eigenvalue(&self, index: usize, inertia: &Matrix3<f64>) -> f64 {
         let root = inertia.cholesky().and_then(|of| of.l().try_inverse());
         let scaled = root.map(|root| root * self.of[index] * root.transpose());
         let scaled = scaled.filter(|scaled| scaled.norm().is_finite());

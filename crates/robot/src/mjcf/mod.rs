@@ -143,7 +143,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
             return Err(plugin.wrong("plugins are not supported"));
         }
     }
-    reader.keep_looks();
+    reader.retain_visuals_of_meshed_links();
     reader.note_unused();
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)

@@ -186,7 +186,7 @@ impl MjcfReader<'_> {
 
     /// Keeps the visual geometry of links that have a visual mesh. Other links are drawn with all
     /// their shapes.
-    pub(super) fn keep_looks(&mut self) {
+    pub(super) fn retain_visuals_of_meshed_links(&mut self) {
         let looks = std::mem::take(&mut self.robot.looks);
         let meshed = looks.iter().filter(|look| look.triangles() > 0).map(|look| look.link);
         let meshed: BTreeSet<_> = meshed.filter(|link| !self.unseen.contains(link)).collect();

@@ -29,7 +29,7 @@ pub fn write(canvas: &mut Canvas, font: &Font, words: &Lettering<'_>, theme: &Th
 }
 
 /// Writes labels with an outline, horizontally centred. One that would overlap another moves up.
-pub fn labels(canvas: &mut Canvas, font: &Font, words: &[Lettering<'_>], theme: &Theme) {
+pub fn draw_labels(canvas: &mut Canvas, font: &Font, words: &[Lettering<'_>], theme: &Theme) {
     let mut taken: Vec<[Pixel; 2]> = Vec::new();
     for Lettering { text, at: [x, y], height } in words {
         let size = height / DIGIT_HEIGHT;

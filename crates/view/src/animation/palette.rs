@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn palette_of_300_bodies_has_256_colours() {
+    fn palette_is_capped_at_256_colours() {
         let mut film = falling_cube(0);
         copies(&mut film, 300);
         for (b, body) in (0u8..=255).zip(&mut film.bodies) {

@@ -251,7 +251,7 @@ impl Backdrop {
             let top = heights.fold(f32::INFINITY, f32::min);
             Lettering { text: &drawn_body.label, at: [x, top - height / 2.0], height }
         });
-        lettering::labels(canvas, font, &words.collect::<Vec<_>>(), self.theme);
+        lettering::draw_labels(canvas, font, &words.collect::<Vec<_>>(), self.theme);
     }
 
     fn paint_clock(&self, canvas: &mut Canvas, font: &Font, time: f64) {

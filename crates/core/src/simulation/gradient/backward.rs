@@ -104,7 +104,7 @@ impl Backward {
         run: &mut Run<'_>,
         start: &Saved,
     ) -> Result<RunGradient, Error> {
-        self.settle(run)?;
+        self.flush_constants(run)?;
         self.add(run, 0, start.states())?;
         if let Some(end) = &self.end {
             simulation.restore(end)?;
@@ -268,7 +268,7 @@ impl Backward {
         let StepRecord { contacts, solution, .. } = record;
         let mut found = Ok(());
         if !self.derivative.is_at_rest_in(&step, contacts, solution) {
-            found = self.settle(run);
+            found = self.flush_constants(run);
             found = found.and_then(|()| self.derivative.linearise(&step, contacts, solution));
         }
         self.derivative.keep_flights(free);
@@ -308,7 +308,7 @@ impl Backward {
 
     /// Multiplies the sum of all passes through the resting step for the constants, and adds the
     /// result.
-    fn settle(&mut self, run: &Run<'_>) -> Result<(), Error> {
+    fn flush_constants(&mut self, run: &Run<'_>) -> Result<(), Error> {
         if self.owed.iter().all(|owed| *owed == StateChange::zero()) {
             return Ok(());
         }

@@ -124,7 +124,7 @@ pub(super) trait Slope: Copy + std::fmt::Debug {
     type Velocity: Velocities;
 
     /// δu for a change of the velocities.
-    fn point_step(&self, change: &Self::Velocity) -> Vector3<f64>;
+    fn velocity_change(&self, change: &Self::Velocity) -> Vector3<f64>;
 }
 
 /// Eliminated coupling: its local solution and the derivative of its rows by the velocities.
@@ -142,15 +142,15 @@ impl<S: Slope> Elimination<S> {
         let offset = self.local_solution.offset;
         match &self.local_solution.gain {
             Gain::Zero => offset,
-            Gain::Spring(stiffness) => offset - self.point_step(change) * *stiffness,
-            Gain::Full(gain) => offset + gain * self.point_step(change),
+            Gain::Spring(stiffness) => offset - self.velocity_change(change) * *stiffness,
+            Gain::Full(gain) => offset + gain * self.velocity_change(change),
         }
     }
 
     /// δu for a change of the velocities.
     #[inline]
-    pub(super) fn point_step(&self, change: &S::Velocity) -> Vector3<f64> {
-        self.slope.point_step(change)
+    pub(super) fn velocity_change(&self, change: &S::Velocity) -> Vector3<f64> {
+        self.slope.velocity_change(change)
     }
 }
 

@@ -231,7 +231,7 @@ impl<E: Equations> InteriorPoint<E> {
         {
             let frame = &coupling.rows.frame;
             let impulse = frame.tr_mul(&elimination.impulse_step(step));
-            let moved = frame.tr_mul(&elimination.point_step(step));
+            let moved = frame.tr_mul(&elimination.velocity_change(step));
             *target = barrier.step(&impulse, &moved, rest);
         }
         true

@@ -117,7 +117,7 @@ impl PairSlope {
         Self { a: (0, Matrix3x6::from_array_storage(ArrayStorage([[0.0; 3]; 6]))), b: None };
 
     #[inline]
-    pub(super) fn point_step(&self, change: &[Velocity]) -> Vector3<f64> {
+    pub(super) fn velocity_change(&self, change: &[Velocity]) -> Vector3<f64> {
         let by = |(index, slope): &(usize, Matrix3x6<f64>)| slope * stacked(&change[*index]);
         by(&self.a) + self.b.as_ref().map_or(Vector3::zeros(), by)
     }

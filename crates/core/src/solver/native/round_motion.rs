@@ -40,7 +40,7 @@ impl RoundSide<'_> {
     }
 
     /// A⁺ c of a direction c.
-    fn turned(&self, along: &Vector3<f64>, time_step: f64) -> Vector3<f64> {
+    fn direction_at_end(&self, along: &Vector3<f64>, time_step: f64) -> Vector3<f64> {
         self.rotation * along + self.turning.swept(along) * time_step
     }
 }
@@ -89,9 +89,9 @@ impl<'a> RoundMotion<'a> {
         let mut of_b = curved.of_b.along;
         if let Some(b) = &b {
             apart -= b.velocity(&curved.foot());
-            of_b = b.turned(&of_b, time_step);
+            of_b = b.direction_at_end(&of_b, time_step);
         }
-        let of_a = a.turned(&curved.of_a.along, time_step);
+        let of_a = a.direction_at_end(&curved.of_a.along, time_step);
         let was = round.offset_vector;
         // Relative to the centre of B at k, without world positions.
         let middle = was + apart * time_step;

@@ -264,7 +264,7 @@ impl Slope for SpinSlope {
     type Velocity = Velocity;
 
     #[inline]
-    fn point_step(&self, change: &Velocity) -> Vector3<f64> {
+    fn velocity_change(&self, change: &Velocity) -> Vector3<f64> {
         change.linear + self.0 * change.spin
     }
 }

@@ -108,7 +108,7 @@ impl<W: Write> TablesWriter<W> {
 
     /// Writes the open row.
     fn end_open(&mut self) -> io::Result<()> {
-        self.open.take().map_or(Ok(()), |row| self.write_row(&row))
+        self.open.take().map_or(Ok(()), |row| self.write_steps_row(&row))
     }
 
     /// Writes the given rows of a step, without selection.
@@ -116,12 +116,12 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The errors of the streams.
     pub fn write_step(&mut self, step: &TableStep) -> io::Result<()> {
-        self.write_row(&step.row)?;
+        self.write_steps_row(&step.row)?;
         self.write_beside(step)
     }
 
     /// Writes a row of the table `steps`.
-    fn write_row(&mut self, row: &StepRow) -> io::Result<()> {
+    fn write_steps_row(&mut self, row: &StepRow) -> io::Result<()> {
         let steps = &mut self.tables.steps;
         row.write(steps);
         if self.world.joints().is_empty() {

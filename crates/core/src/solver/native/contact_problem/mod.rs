@@ -106,7 +106,7 @@ pub(super) struct CouplingSlope(usize);
 impl Slope for CouplingSlope {
     type Velocity = PosedMotion;
 
-    fn point_step(&self, change: &PosedMotion) -> Vector3<f64> {
+    fn velocity_change(&self, change: &PosedMotion) -> Vector3<f64> {
         change.row_motions[self.0]
     }
 }

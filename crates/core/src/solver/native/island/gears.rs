@@ -117,9 +117,9 @@ impl Slope for IslandSlope {
     type Velocity = Vec<Velocity>;
 
     #[inline]
-    fn point_step(&self, change: &Vec<Velocity>) -> Vector3<f64> {
+    fn velocity_change(&self, change: &Vec<Velocity>) -> Vector3<f64> {
         match self {
-            Self::Pair(slope) => slope.point_step(change),
+            Self::Pair(slope) => slope.velocity_change(change),
             Self::Gear(slope) => {
                 let by =
                     |(body, slope): (usize, RowVector6<f64>)| slope.tr_dot(&stacked(&change[body]));
