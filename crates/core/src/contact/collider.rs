@@ -114,7 +114,7 @@ impl Colliders {
 
     /// Number of colliders, with all triangles.
     #[cfg(feature = "save")]
-    pub(crate) fn count(&self) -> usize {
+    pub(crate) fn collider_count(&self) -> usize {
         self.terrains.last().copied().unwrap_or(0)
     }
 

@@ -107,7 +107,7 @@ impl Memory {
     #[cfg(feature = "save")]
     pub(crate) fn fits(&self, world: &World) -> bool {
         let bodies = world.bodies().len();
-        let pieces = Colliders::new(world).count();
+        let pieces = Colliders::new(world).collider_count();
         let own = world.bodies().iter().map(|body| body.pieces().len()).sum();
         let one_a_body = |count: usize| count == 0 || count == bodies;
         let is_searched =

@@ -319,10 +319,14 @@ impl<'a> UrdfReader<'a> {
         let joints = match kind {
             "fixed" => Vec::new(),
             "floating" => vec![bare(name, Moves::Free)],
-            "spherical" => vec![self.driven(element, bare(name, Moves::Ball), false)?],
-            "revolute" => vec![self.driven(element, one(Moves::Hinge), true)?],
-            "continuous" => vec![self.driven(element, one(Moves::Hinge), false)?],
-            "prismatic" => vec![self.driven(element, one(Moves::Slide), true)?],
+            "spherical" => {
+                vec![self.with_limits_and_dynamics(element, bare(name, Moves::Ball), false)?]
+            }
+            "revolute" => vec![self.with_limits_and_dynamics(element, one(Moves::Hinge), true)?],
+            "continuous" => {
+                vec![self.with_limits_and_dynamics(element, one(Moves::Hinge), false)?]
+            }
+            "prismatic" => vec![self.with_limits_and_dynamics(element, one(Moves::Slide), true)?],
             "planar" => {
                 let plane =
                     LinkFrame { attitude: super::frame::from_z(&axis), ..LinkFrame::identity() };
@@ -385,7 +389,7 @@ impl<'a> UrdfReader<'a> {
     }
 
     /// Adds limits, damping and friction to a joint.
-    fn driven(
+    fn with_limits_and_dynamics(
         &mut self,
         element: &Element,
         joint: RobotJoint,
