@@ -33,7 +33,7 @@ pub fn page(program: &[u8]) -> Result<String, String> {
             "the program is not WebAssembly; build it for wasm32-unknown-unknown".to_owned()
         );
     }
-    assembled(Source { program: text(program)?, live: "", connections: String::new() })
+    assemble_page(Source { program: text(program)?, live: "", connections: String::new() })
 }
 
 /// Page whose program is a server on one of the `hosts` (address and port).
@@ -43,7 +43,7 @@ pub fn page(program: &[u8]) -> Result<String, String> {
 pub fn live_page(hosts: &[String]) -> Result<String, String> {
     let hosts: Vec<_> = hosts.iter().map(|host| format!("ws://{host}")).collect();
     let connections = format!("; connect-src {}", hosts.join(" "));
-    assembled(Source { program: String::new(), live: "live", connections })
+    assemble_page(Source { program: String::new(), live: "live", connections })
 }
 
 /// Program of a page.
@@ -60,7 +60,7 @@ fn text(bytes: &[u8]) -> Result<String, String> {
     packed(bytes).map_err(|error| error.to_string())
 }
 
-fn assembled(source: Source) -> Result<String, String> {
+fn assemble_page(source: Source) -> Result<String, String> {
     let LiveParts { style, base, stage, drawer, drawer_licence } = live_parts();
     let scene = SCENE.replace("  // STAGE\n", &stage).replace("  // OVERLAYS\n", OVERLAYS);
     let scripts = [&base, LIVE, &scene].into_iter().chain(SCRIPTS);

@@ -208,7 +208,7 @@ fn random_problems_are_solved_in_both_forms() {
 /// Checks a body with many degrees of freedom and few contacts, as in a finite element model. The
 /// global form must agree with the local form.
 #[test]
-fn a_large_mass_matrix_is_condensed() {
+fn condensed_global_solve_agrees_with_local_form() {
     for size in [20, 90] {
         // A chain of springs with mass, implicit in time: the matrix is tridiagonal.
         let mass = DMatrix::from_fn(3 * size, 3 * size, |i, j| match i.abs_diff(j) {

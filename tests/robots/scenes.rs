@@ -327,7 +327,7 @@ fn spoilt_files_never_panic() {
 
 /// Checks that nesting has a limit and that a file cannot include itself.
 #[test]
-fn depth_and_inclusion_are_bounded() {
+fn mjcf_nesting_depth_and_recursive_includes_are_refused() {
     let deep = format!(
         "<mujoco><worldbody>{}{}</worldbody></mujoco>",
         "<body>".repeat(5000),

@@ -31,7 +31,7 @@ use tumble_measure::BenchScene;
 
 type LocalFailure = Box<dyn std::error::Error>;
 
-/// Number of runs; the fastest time of each step counts.
+/// Number of runs; the shortest time of each step counts.
 const RUNS: usize = 3;
 
 /// Scene and the steps whose problems are written.
@@ -68,7 +68,7 @@ fn main() -> ExitCode {
 fn run(path: &str) -> Result<(), LocalFailure> {
     let request: LocalRequest = serde_json::from_reader(std::io::stdin())?;
     let world = request.scene.world()?;
-    let seconds = fastest(&request.scene, &world)?;
+    let seconds = min_step_times(&request.scene, &world)?;
     let mut simulation = request.scene.begin(&world, NativeSolver::new(&world))?;
     let (mut record, mut previous) = (StepRecord::new(), StepSolution::default());
     let mut file = BufWriter::new(std::fs::File::create(path)?);
@@ -86,7 +86,7 @@ fn run(path: &str) -> Result<(), LocalFailure> {
 }
 
 /// Processor time of every step (s), minimum over the runs.
-fn fastest(scene: &BenchScene, world: &World) -> Result<Vec<f64>, LocalFailure> {
+fn min_step_times(scene: &BenchScene, world: &World) -> Result<Vec<f64>, LocalFailure> {
     let mut least = vec![f64::INFINITY; scene.steps];
     for _ in 0..RUNS {
         let (mut simulation, mut record) =

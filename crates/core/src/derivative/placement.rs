@@ -101,7 +101,7 @@ impl Placement {
 
     /// Placement of a contact whose point follows from its plane, and the distance of the point from
     /// the sides of the face (m). The plane is fixed in B if it is a face or the ground.
-    pub(super) fn from_plane_contact(
+    pub(super) fn from_ellipsoid_contact(
         world: &World,
         contact: &Contact,
         a: &Pose,

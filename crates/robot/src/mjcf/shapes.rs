@@ -121,7 +121,7 @@ impl MjcfReader<'_> {
             .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
         let rolling = if touches { rolling } else { [0.0; 2] };
         let rubs = self.rubs(element, condim, &rolling)?;
-        self.weigh(&read, link, &placed, &form, &volume)?;
+        self.add_geom_inertia(&read, link, &placed, &form, &volume)?;
         let (form, placed) = match form {
             RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
                 self.notes.say(format!(
@@ -264,7 +264,7 @@ impl MjcfReader<'_> {
     }
 
     /// Adds the mass of a shape to its link.
-    fn weigh(
+    fn add_geom_inertia(
         &mut self,
         read: &Defaulted<'_>,
         link: usize,

@@ -52,7 +52,7 @@ impl PlacedFeatures {
                 let room = curved::room(curved, contact, &a, other.as_ref());
                 let (placement, inside) = match curved {
                     Curved::Ellipsoid(_) => {
-                        Placement::from_plane_contact(world, contact, &a, other.as_ref())
+                        Placement::from_ellipsoid_contact(world, contact, &a, other.as_ref())
                     }
                     Curved::Cores(_) => (Placement::Fixed, f64::INFINITY),
                 };

@@ -205,7 +205,7 @@ impl Backward {
     ) -> Result<bool, Error> {
         simulation.restore(start)?;
         self.take(simulation, run, 0)?;
-        let turned = simulation.loads_by_turns(&self.records[0].record).collect();
+        let turned = simulation.load_torque_rotation_jacobians(&self.records[0].record).collect();
         let taken = Taken { record: 0, turned };
         self.linearise(simulation, run, 0)?;
         let is_at_rest = self.derivative.is_at_rest();
@@ -234,7 +234,8 @@ impl Backward {
             // A repeated step has the record before it.
             let repeats = used > 0 && simulation.scratch.rest.stays();
             step.turned.clear();
-            step.turned.extend(simulation.loads_by_turns(&self.records[used].record));
+            step.turned
+                .extend(simulation.load_torque_rotation_jacobians(&self.records[used].record));
             step.record = if repeats { used - 1 } else { used };
             used += usize::from(!repeats);
         }
@@ -332,7 +333,10 @@ impl Backward {
 impl Simulation<'_> {
     /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
     /// that act off the centre.
-    fn loads_by_turns(&self, record: &StepRecord) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
+    fn load_torque_rotation_jacobians(
+        &self,
+        record: &StepRecord,
+    ) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
         let h = self.world().time_step();
         let each = self.outside.iter().zip(&record.states).enumerate();
         each.filter_map(move |(body, (outside, state))| {
