@@ -101,5 +101,5 @@ fn plates_flush_with_the_ground_change_no_slide() {
 #[test]
 #[ignore = "slow"]
 fn bodies_of_all_shapes_slide_over_random_floors_of_each_kind() {
-    all_slide_as_on_a_plane(size(20, 60), 500);
+    all_slide_as_on_a_plane(size(20, 60) as u64, 500);
 }

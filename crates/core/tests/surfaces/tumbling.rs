@@ -217,17 +217,17 @@ fn pairs_of_all_shapes_make_no_energy() {
 #[test]
 #[ignore = "slow"]
 fn bodies_of_all_shapes_thrown_on_random_floors_of_each_kind_make_no_energy() {
-    thrown_on_floors(size(8, 20), 400).assert_right("floors");
+    thrown_on_floors(size(8, 20) as u64, 400).assert_right("floors");
 }
 
 #[test]
 #[ignore = "slow"]
 fn bodies_of_all_shapes_thrown_on_random_rough_terrains_make_no_energy() {
-    thrown_on_terrains(size(30, 100), 300).assert_right("terrains");
+    thrown_on_terrains(size(30, 100) as u64, 300).assert_right("terrains");
 }
 
 #[test]
 #[ignore = "slow"]
 fn pairs_of_all_shapes_in_random_attitudes_make_no_energy() {
-    pairs_of_shapes(size(4, 8), 200).assert_right("pairs");
+    pairs_of_shapes(size(4, 8) as u64, 200).assert_right("pairs");
 }
