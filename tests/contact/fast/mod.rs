@@ -262,11 +262,9 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
     // Pairs that passed and were marked as unphysical.
     assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
-    // Of 1000 pairs 7 have a step without a solution, and 87 one whose solution makes energy. When 30
-    // were unsolved, 80 made energy: the sum of both is bounded.
-    assert!(found.failed <= 10 && found.failed + found.gaining <= 100, "{found:#?}");
-    // Examined unsolved steps, and those with a solution.
-    assert!(found.sought >= 1 && found.solvable == 0, "{found:#?}");
+    // Bounds on the failed steps, the examined ones and those with a solution.
+    assert!(found.failed <= 10 && found.gaining <= 80, "{found:#?}");
+    assert!(found.sought >= 3 && found.solvable == 0, "{found:#?}");
 }
 
 /// Checks pairs at up to 3 m/s and 0.1 rad per step of a millisecond. Only some hits of needles

@@ -33,11 +33,6 @@ impl Seen {
         count.set(count.get() + 1);
     }
 
-    /// Number of contact steps.
-    pub fn steps(&self) -> u32 {
-        [&self.solved, &self.excused, &self.failed].map(Cell::get).iter().sum()
-    }
-
     /// Asserts at least `solved` steps, at most `excused` and at most `failed`. The random inputs
     /// are fixed. Callers leave a margin of a few percent for other roundings of exp and ln.
     pub fn assert_counts(&self, solved: u32, excused: u32, failed: u32) {
