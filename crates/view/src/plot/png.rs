@@ -50,29 +50,22 @@ struct Cursor {
 fn outline(text: Node<'_, '_>, fonts: &[Font; 2], out: &mut String) {
     let number = |name| text.attribute(name).and_then(|value| value.parse().ok()).unwrap_or(0.0);
     let mut cursor = Cursor { x: number("x"), y: number("y") };
-    let letters = || text.descendants().filter(Node::is_text);
-    let widths = letters().map(|run| {
+    let runs = || text.descendants().filter(Node::is_text);
+    let widths = runs().map(|run| {
         let (font, size) = look(run, fonts);
-        let shift: f64 = inherited(run, "dx").map_or(0.0, |dx| dx.parse().unwrap_or(0.0));
-        shift + font.width(run.text().unwrap_or_default(), size)
+        shift(run, "dx") + font.width(&letters(run, font, size), size)
     });
     cursor.x -= match text.attribute("text-anchor") {
         Some("end") => widths.sum(),
         Some("middle") => 0.5 * widths.sum::<f64>(),
         _ => 0.0,
     };
-    for run in letters() {
+    for run in runs() {
         let (font, size) = look(run, fonts);
-        // A shift belongs to the first letters of its element.
-        let parent = run.parent().filter(|_| run.prev_sibling().is_none());
-        let shift = |name| {
-            let value = parent.and_then(|parent| parent.attribute(name));
-            value.and_then(|value| value.parse::<f64>().ok()).unwrap_or(0.0)
-        };
-        cursor.x += shift("dx");
-        cursor.y += shift("dy");
-        let letters = run.text().unwrap_or_default();
-        if let Some(path) = font.path(letters, size as f32, [cursor.x as f32, cursor.y as f32]) {
+        cursor.x += shift(run, "dx");
+        cursor.y += shift(run, "dy");
+        let letters = letters(run, font, size);
+        if let Some(path) = font.path(&letters, size as f32, [cursor.x as f32, cursor.y as f32]) {
             let fill = inherited(run, "fill").unwrap_or("#000000");
             let _ = write!(out, "<path fill=\"{fill}\" d=\"");
             for segment in path.segments() {
@@ -88,8 +81,21 @@ fn outline(text: Node<'_, '_>, fonts: &[Font; 2], out: &mut String) {
             }
             out.push_str("\"/>");
         }
-        cursor.x += font.width(letters, size);
+        cursor.x += font.width(&letters, size);
     }
+}
+
+/// Letters of a text. Those that the font lacks become `?`.
+fn letters(run: Node<'_, '_>, font: &Font, size: f64) -> String {
+    let text = run.text().unwrap_or_default().replace('\u{200b}', "");
+    font.heading(&text, size, f64::INFINITY).text
+}
+
+/// Attribute `name` of the element that begins with these letters, a shift.
+fn shift(run: Node<'_, '_>, name: &str) -> f64 {
+    let element = run.parent().filter(|_| run.prev_sibling().is_none());
+    let value = element.and_then(|element| element.attribute(name));
+    value.and_then(|value| value.parse().ok()).unwrap_or(0.0)
 }
 
 /// Font and size of the letters of a text.
@@ -108,7 +114,6 @@ fn inherited<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
 mod tests {
     use super::*;
 
-    /// Widths of the paths of a text that ends at x = 100.
     #[test]
     fn texts_end_at_their_anchor_and_shifted_letters_are_raised() {
         let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"><text x=\"100\" y=\"50\" \
@@ -127,5 +132,15 @@ mod tests {
         let lowest = |path: &[f64]| path.iter().skip(1).step_by(2).copied().fold(0.0, f64::max);
         assert!((lowest(base) - lowest(raised) - 4.0).abs() < 0.2, "{paths}");
         assert!(!paths.contains("<text"));
+    }
+
+    #[test]
+    fn characters_without_a_glyph_are_drawn_as_question_marks() {
+        let text = |letters: &str| {
+            let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\"><text x=\"9\" y=\"9\">";
+            outlined(&format!("{svg}{letters}</text></svg>")).unwrap()
+        };
+        assert_eq!(text("立"), text("?"));
+        assert!(text("?").contains("<path"));
     }
 }
