@@ -183,7 +183,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
         }
         let numbers = |state: &mechanics::State| state.to_vector().map(f64::to_bits);
         let is_same = step.row.index == saved.index()
-            && step.states.iter().map(numbers).eq(saved.states().iter().map(numbers));
+            && step.instant_states().iter().map(numbers).eq(saved.states().iter().map(numbers));
         if !is_same {
             let place = rows.place();
             return Err(invalid_state(

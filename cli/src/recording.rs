@@ -14,7 +14,7 @@ use tumble_core::solver::native;
 use tumble_core::world::World;
 use tumble_model::names::FileKind;
 use tumble_model::shown;
-use tumble_scene::output::tables::{Streams, Table, TableStep, TablesReader};
+use tumble_scene::output::tables::{Streams, Table, TableShape, TableStep, TablesReader};
 use tumble_scene::row_selection::{RowSelection, TableForm};
 use tumble_scene::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
 
@@ -82,11 +82,10 @@ impl<'a> Recording<'a> {
             gears: some(Table::Gears, tied.1)?,
             ends: some(Table::Ends, 1)?,
         };
-        let rows =
-            TablesReader::with_optional_tables(streams, world.bodies().len(), tied.0, tied.1)
-                .map_err(|error| invalid_tables(path, &error))?
-                .from_index(run.start_index)
-                .every(selection.every);
+        let rows = TablesReader::with_optional_tables(streams, TableShape::new(&world))
+            .map_err(|error| invalid_tables(path, &error))?
+            .from_index(run.start_index)
+            .every(selection.every);
         Ok(Self { path, rows, run, world, loads, courses })
     }
 

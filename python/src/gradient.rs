@@ -31,6 +31,7 @@ fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Si
     let begun = Content { start_index, ..content.clone() };
     let simulation = Simulation::new(begun.world_at(start_index), states, motion);
     let mut simulation = simulation.map_err(named)?;
+    simulation.start_at_the_middle();
     begun.prepare(&mut simulation).map_err(named)?;
     Ok(simulation)
 }
@@ -210,7 +211,7 @@ pub fn vjp<'py>(
             smoothing,
         };
         let found = simulation.gradient(&mut run)?;
-        Ok((found, simulation.states().to_vec()))
+        Ok((found, simulation.step_states().to_vec()))
     };
     let (found, ends) = py.detach(work).map_err(|error: Error| step_error(&error))?;
     let by_states = found.states.iter().flat_map(StateChange::to_array).collect();

@@ -8,7 +8,7 @@ use numpy::PyReadonlyArrayDyn;
 use pyo3::PyResult;
 use std::sync::Arc;
 use tumble_core::step::StepStatus;
-use tumble_scene::output::tables::{Streams, TableStep, TablesReader};
+use tumble_scene::output::tables::{Streams, TableShape, TableStep, TablesReader};
 use tumble_scene::scene::Scene as Content;
 
 /// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
@@ -35,7 +35,7 @@ pub fn from_tables(
             return Err(refused(why));
         }
     }
-    let reader = TablesReader::new(streams, world.bodies().len(), tied.0, tied.1);
+    let reader = TablesReader::new(streams, TableShape::new(world));
     let mut reader = reader.map_err(refused)?.from_any_index();
     let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
     while let Some(row) = reader.next_step().map_err(refused)? {

@@ -176,7 +176,7 @@ impl PyRecording {
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         let bodies = self.content.world.bodies().len();
         let mut numbers = Vec::with_capacity(self.rows.len() * bodies * 13);
-        for state in self.rows.iter().flat_map(|row| &row.states) {
+        for state in self.rows.iter().flat_map(TableStep::instant_states) {
             numbers.extend_from_slice(state.to_vector().as_slice());
         }
         shaped(py, numbers, &[self.rows.len(), bodies, 13])

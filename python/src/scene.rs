@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tumble_core::joint::{Drive, GearAxis, JointAxis, Motor};
 use tumble_core::mechanics::Rotation;
+use tumble_core::world::Integrator;
 use tumble_core::world::constants::extents;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
@@ -66,8 +67,8 @@ impl PyScene {
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
-        text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, friction=None,
-        restitution=None, solver=None, residual=None, packages=None, leave_out=None, point_contacts=None, model=None
+        text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, integrator=None,
+        friction=None, restitution=None, solver=None, residual=None, packages=None, leave_out=None, point_contacts=None, model=None
     ))]
     fn new(
         text: &str,
@@ -77,6 +78,7 @@ impl PyScene {
         start_index: Option<u64>,
         time_step: Option<f64>,
         rotation: Option<&str>,
+        integrator: Option<&str>,
         friction: Option<f64>,
         restitution: Option<f64>,
         solver: Option<&str>,
@@ -94,6 +96,7 @@ impl PyScene {
             start_index: start_index.filter(|_| model.is_none()),
             dt: time_step,
             rotation: rotation.map(rotation_of).transpose()?,
+            integrator: integrator.map(integrator_of).transpose()?,
             mu: friction,
             restitution,
             solver: SolverTable {
@@ -226,6 +229,12 @@ impl PyScene {
         self.content.world.rotation().name()
     }
 
+    /// Meaning of the velocities of a run: "leapfrog" or "euler".
+    #[getter]
+    fn integrator(&self) -> &'static str {
+        self.content.world.integrator().name()
+    }
+
     /// Coefficient of friction of the world.
     #[getter]
     fn friction(&self) -> f64 {
@@ -343,6 +352,11 @@ fn first_index(index: u64) -> PyResult<u64> {
         true => Ok(index),
         false => Err(refused(format!("start_index is {index}; allowed: 0 to {LARGEST_START}"))),
     }
+}
+
+fn integrator_of(name: &str) -> PyResult<Integrator> {
+    let unknown = || refused(format!("integrator: {name:?} is unknown; use leapfrog or euler"));
+    Integrator::from_name(name).ok_or_else(unknown)
 }
 
 fn rotation_of(name: &str) -> PyResult<Rotation> {

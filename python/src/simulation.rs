@@ -150,6 +150,9 @@ impl PySimulation {
         let record = last.change_bodies();
         if !record.states.is_empty() {
             record.states.push(start);
+            if !record.instants.is_empty() {
+                record.instants.push(start);
+            }
             record.solution.states.push(start);
         }
         let name = content.bodies[new].clone();

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 use tumble_core::mechanics::Rotation;
-use tumble_core::world::Plane;
+use tumble_core::world::{Integrator, Plane};
 use tumble_scene::InertiaValue;
 use tumble_scene::settings::RobotSettings;
 use tumble_view::animation::View;
@@ -24,6 +24,24 @@ impl From<RotationName> for Rotation {
         match name {
             RotationName::Momentum => Self::Momentum,
             RotationName::Tutorial => Self::Tutorial,
+        }
+    }
+}
+
+/// Meaning of the velocities of a run, see [`Integrator`].
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum IntegratorName {
+    /// Velocities of the ends of steps, the tutorial's: errors of first order in the time step.
+    Euler,
+    /// Velocities of the middles of steps: errors of second order in smooth motion.
+    Leapfrog,
+}
+
+impl From<IntegratorName> for Integrator {
+    fn from(name: IntegratorName) -> Self {
+        match name {
+            IntegratorName::Euler => Self::Euler,
+            IntegratorName::Leapfrog => Self::Leapfrog,
         }
     }
 }
@@ -67,6 +85,9 @@ pub struct PhysicsArgs {
     /// Update equation of the rotation [default: tutorial; in scenario files momentum].
     #[arg(long, value_enum)]
     pub rotation: Option<RotationName>,
+    /// Meaning of the velocities of a run [default: euler; in scenario files leapfrog].
+    #[arg(long, value_enum)]
+    pub integrator: Option<IntegratorName>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
@@ -127,6 +148,7 @@ impl PhysicsArgs {
         let flags = [
             ("dt", self.dt.is_some()),
             ("rotation", self.rotation.is_some()),
+            ("integrator", self.integrator.is_some()),
             ("mu", self.mu.is_some()),
             ("restitution", self.restitution.is_some()),
             ("rebound-speed", self.rebound_speed.is_some()),

@@ -73,6 +73,9 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             let ends = if selection.every > 1 { &previous.ends } else { &step.states };
             let mut verified = judge.step(&previous, ends);
             let is_next = step.row.index == previous.row.index + 1;
+            if verified.differs.is_none() && is_next && !instants_follow(&previous, &step) {
+                verified.differs = Some("velocities of the instant after it differ".to_owned());
+            }
             if verified.differs.is_none() && is_next && *ends != step.states {
                 let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
@@ -86,6 +89,23 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         findings.keep(end, args.worst);
     }
     report(&recording, &judge, &findings, &counts, StderrReporter::new(args.quiet))
+}
+
+/// True if the velocities of the instant in `next` follow from the step before (eq. 37): extrapolated,
+/// or those of the middle.
+fn instants_follow(previous: &TableStep, next: &TableStep) -> bool {
+    let bodies = previous.states.iter().zip(&next.states).zip(&next.instants);
+    bodies.into_iter().all(|((before, after), instant)| {
+        let differs = |share: f64| {
+            let linear = after.velocity + share * (after.velocity - before.velocity);
+            let angular = after.spin + share * (after.spin - before.spin);
+            (linear - instant.velocity).amax().max((angular - instant.spin).amax())
+        };
+        let largest = after.velocity.amax().max(before.velocity.amax());
+        let rounding = 8.0 * f64::EPSILON * largest.max(after.spin.amax()).max(before.spin.amax());
+        let is_moved = after.pose() == instant.pose();
+        is_moved && (differs(0.5) <= rounding || differs(0.0) <= rounding)
+    })
 }
 
 /// Refuses runs that lack data for the verification. A step needs its inputs, the states before and

@@ -44,7 +44,7 @@ impl StatusCounts {
     pub fn add(&mut self, world: &World, step: &TableStep) {
         let row = &step.row;
         if self.rows == 0 {
-            self.starts.clone_from(&step.states);
+            self.starts = step.instant_states().to_vec();
         } else {
             self.joints.add_errors(world, &step.states);
         }

@@ -4,8 +4,8 @@
 
 use crate::ROOT;
 use crate::support::{
-    self, FAILING_RUN, LIMIT, PROGRAM, Simulated, WRITTEN, everything_in, processor_time, run,
-    simulate,
+    self, FAILING_RUN, LIMIT, ONE_BODY, PROGRAM, Simulated, WRITTEN, everything_in, processor_time,
+    run, simulate,
 };
 use serde_json::{Value, json};
 use std::fs::{self, File};
@@ -116,7 +116,7 @@ fn rows(run: &Simulated) -> Vec<TableStep> {
         gears: None,
         ends: None,
     };
-    let mut reader = TablesReader::new(streams, 1, 0, 0).unwrap();
+    let mut reader = TablesReader::new(streams, ONE_BODY).unwrap();
     let mut rows = Vec::new();
     while let Some(row) = reader.next_step().unwrap() {
         rows.push(row);

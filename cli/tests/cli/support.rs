@@ -9,7 +9,7 @@ use std::process::Output;
 use std::sync::OnceLock;
 use std::time::Duration;
 use tempfile::TempDir;
-use tumble_scene::output::tables::Table as RunTable;
+use tumble_scene::output::tables::{Table as RunTable, TableShape};
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_tumble");
 
@@ -162,6 +162,9 @@ pub fn contact_run() -> &'static [String; 4] {
     })
 }
 
+/// Shape of the tables of the tutorial's cube.
+pub const ONE_BODY: TableShape = TableShape { bodies: 1, joints: 0, gears: 0, has_middles: false };
+
 /// Temporary directory with the files of [`contact_run`].
 pub fn contact_files() -> TempDir {
     let directory = tempfile::tempdir().unwrap();
@@ -175,7 +178,7 @@ pub fn contact_files() -> TempDir {
 /// first impact has status `failed`, the other steps have `status`.
 pub fn two_impacts(rows: u64, status: &str) -> TempDir {
     let directory = contact_files();
-    let header = |table: RunTable| table.columns(false).join(",") + "\n";
+    let header = |table: RunTable| table.columns(&ONE_BODY).join(",") + "\n";
     let [mut states, mut contacts, mut steps] = RunTable::ALWAYS.map(header);
     for k in 0..rows {
         let (z, force, status) = match k {

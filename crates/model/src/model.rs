@@ -12,7 +12,9 @@ use crate::colour::{BodyLabel, Colour};
 use crate::failure::Failure;
 use crate::fields;
 use crate::parameters::bouncing;
-use crate::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
+use crate::parameters::{
+    LoadParameters, PlaneParameters, is_euler, unnamed_integrator, unnamed_rotation,
+};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
@@ -21,7 +23,7 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
-use tumble_core::world::{Fixed, FixedTerrain, Parameters, World};
+use tumble_core::world::{Fixed, FixedTerrain, Integrator, Parameters, World};
 
 /// Constants of a run and its initial state, in SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -31,6 +33,9 @@ pub struct Model {
     /// Discretisation of the rotational equations of motion.
     #[serde(default = "unnamed_rotation")]
     pub rotation: Rotation,
+    /// Meaning of the velocities of a run. Files without it have those of the ends of steps.
+    #[serde(default = "unnamed_integrator", skip_serializing_if = "is_euler")]
+    pub integrator: Integrator,
     /// Gravitational acceleration (m/s²), world frame.
     pub gravity: [f64; 3],
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
@@ -241,6 +246,7 @@ impl Model {
             terrain: Arc::clone(&terrain.terrain),
             friction: terrain.friction,
         });
+        let world = world.with_integrator(self.integrator);
         let world = world.with_fixed(fixed)?.with_terrains(terrains.collect())?;
         let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
         let world = self.frictions.iter().try_fold(world, |world, pair| {

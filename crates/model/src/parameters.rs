@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
 use tumble_core::mechanics::Rotation;
 use tumble_core::mechanics::load::{Load, Polyline};
+use tumble_core::world::Integrator;
 use tumble_core::world::{Plane, World};
 
 /// Ground n·x = d.
@@ -35,6 +36,18 @@ pub struct LoadParameters {
 #[must_use]
 pub fn unnamed_rotation() -> Rotation {
     Rotation::Tutorial
+}
+
+/// Integrator of a run.json without the field, as written before there was a choice.
+#[must_use]
+pub fn unnamed_integrator() -> Integrator {
+    Integrator::Euler
+}
+
+/// True if the field is left out of a run.json.
+#[must_use]
+pub fn is_euler(integrator: &Integrator) -> bool {
+    *integrator == Integrator::Euler
 }
 
 impl Default for PlaneParameters {

@@ -8,12 +8,13 @@ use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::robots::RobotEntry;
 use super::bodies::scene_entries::SceneEntries;
 use super::bodies::terrain::TerrainEntry;
-use super::settings::{LARGEST_START, Settings};
+use super::settings::{LARGEST_START, Settings, USUAL_INTEGRATOR};
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
 use super::tutorial::BODY;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use tumble_core::mechanics::Rotation;
+use tumble_core::world::Integrator;
 use tumble_model::fields::{Gravity, table_if_any};
 
 /// Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one
@@ -27,6 +28,7 @@ pub struct ScenarioFile {
     start_index: Option<u64>,
     time_step: Option<f64>,
     rotation: Option<Rotation>,
+    integrator: Option<Integrator>,
     seed: Option<u32>,
     gravity: Option<Gravity>,
     #[serde(default, deserialize_with = "table_if_any")]
@@ -86,6 +88,7 @@ impl ScenarioFile {
         let floats = self.ground.is_none();
         if let Some(table) = self.ground {
             settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
+            settings.integrator = Some(self.integrator.unwrap_or(USUAL_INTEGRATOR));
             table.set(&mut settings)?;
         }
         let at = if self.body.is_some() { BODY } else { "" };
@@ -130,6 +133,7 @@ impl ScenarioFile {
             ("start", "without [body]", no_body && self.start.is_some()),
             ("load", "without [body]", no_body && self.load.is_some()),
             ("rotation", "without a [ground] table", no_ground && self.rotation.is_some()),
+            ("integrator", "without a [ground] table", no_ground && self.integrator.is_some()),
             ("solver", "without a [ground] table", no_ground && self.solver.is_some()),
         ];
         if let Some((field, place, _)) = idle.into_iter().find(|(.., idle)| *idle) {

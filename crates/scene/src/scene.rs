@@ -14,7 +14,7 @@ use tumble_core::geometry::terrain::TerrainShape;
 use tumble_core::joint::{Course, Knots};
 use tumble_core::mechanics::{Load, State};
 use tumble_core::simulation::{Motion, Simulation};
-use tumble_core::world::World;
+use tumble_core::world::{Integrator, World};
 use tumble_model::Model;
 use tumble_model::TerrainModel;
 use tumble_model::failure::Failure;
@@ -62,6 +62,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Sets the meaning of the velocities of a run.
+    pub fn use_integrator(&mut self, integrator: Integrator) {
+        self.model.integrator = integrator;
+        self.world = self.world.clone().with_integrator(integrator);
+    }
+
     /// Warnings, one sentence each: ignored parts of robot files, axes locked by several joints, and
     /// gravity that points away from the ground.
     #[must_use]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use tumble_core::error::Error;
 use tumble_core::mechanics::Rotation;
 use tumble_core::mechanics::load::Polyline;
-use tumble_core::world::Plane;
+use tumble_core::world::{Integrator, Plane};
 use tumble_model::failure::{Failure, refuse_flags};
 
 /// Default seed.
@@ -14,6 +14,9 @@ pub const USUAL_SEED: u32 = 42;
 
 /// Largest start index k. The times k h of all later steps are still distinct doubles.
 pub const LARGEST_START: u64 = 9_000_000_000_000_000;
+
+/// Integrator of scene files and robots.
+pub const USUAL_INTEGRATOR: Integrator = Integrator::Leapfrog;
 
 /// Settings of a simulation; `None` for a setting that is not given.
 #[derive(Debug, Default)]
@@ -28,6 +31,8 @@ pub struct Settings {
     pub dt: Option<f64>,
     /// Discretisation of the rotational equations of motion in contact steps.
     pub rotation: Option<Rotation>,
+    /// Meaning of the velocities of a run.
+    pub integrator: Option<Integrator>,
     /// Coefficient of friction μ.
     pub mu: Option<f64>,
     /// Coefficient of restitution e of the world.
@@ -83,6 +88,7 @@ impl Settings {
             seed: self.seed.or(below.seed),
             dt: self.dt.or(below.dt),
             rotation: self.rotation.or(below.rotation),
+            integrator: self.integrator.or(below.integrator),
             mu: self.mu.or(below.mu),
             restitution: self.restitution.or(below.restitution),
             rebound_speed: self.rebound_speed.or(below.rebound_speed),
@@ -106,6 +112,7 @@ impl Settings {
             ("start-index", is_other(&self.start_index, &Some(below.start_index.unwrap_or(0)))),
             ("dt", is_other(&self.dt, &below.dt)),
             ("rotation", is_other(&self.rotation, &below.rotation)),
+            ("integrator", is_other(&self.integrator, &below.integrator)),
             ("mu", is_other(&self.mu, &below.mu)),
             ("restitution", is_other(&self.restitution, &Some(below.restitution.unwrap_or(0.0)))),
             ("rebound-speed", is_other(&self.rebound_speed, &below.rebound_speed)),

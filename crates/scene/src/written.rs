@@ -53,6 +53,7 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
     let floats = scene.contact.is_none();
     if !floats {
         writeln!(out, "rotation = \"{}\"", model.rotation.name())?;
+        writeln!(out, "integrator = \"{}\"", model.integrator.name())?;
     }
     writeln!(out, "gravity = {:?}", model.gravity)?;
     if floats {

@@ -270,7 +270,7 @@ fn missing_share_means_full_restitution() {
 #[test]
 fn wrong_body_count_is_an_error_not_a_panic() {
     use tumble_core::simulation::{Motion, Simulation, StepRecord};
-    use tumble_scene::output::tables::{Streams, TablesReader, TablesWriter};
+    use tumble_scene::output::tables::{Streams, TableShape, TablesReader, TablesWriter};
     let world = world_of(1);
     let (mut record, motion) = (StepRecord::new(), Motion::native(&world));
     Simulation::new(world.clone(), tower(1), motion).unwrap().step(&mut record).unwrap();
@@ -294,7 +294,8 @@ fn wrong_body_count_is_an_error_not_a_panic() {
             gears: None,
             ends: None,
         };
-        TablesReader::new(streams, bodies, 0, 0).unwrap().next_step()
+        let shape = TableShape { bodies, ..TableShape::new(&world) };
+        TablesReader::new(streams, shape).unwrap().next_step()
     };
     assert!(read(1).is_ok());
     assert!(read(usize::MAX).is_err());

@@ -337,9 +337,9 @@ impl StepJudge {
     }
 
     fn wrenches(&self, index: u64, states: &[State]) -> Vec<Wrench> {
-        let h = self.world.time_step();
+        let [from, to] = self.world.load_interval(index);
         let pairs = self.loads.iter().zip(states);
-        pairs.map(|(load, state)| load.wrench(index, h, &state.attitude)).collect()
+        pairs.map(|(load, state)| load.mean(from, to, &state.attitude)).collect()
     }
 
     /// End states of the bodies without contact.

@@ -1,7 +1,7 @@
 //! Command line arguments from a table and from a random generator.
 
 use super::each;
-use crate::support::{End, LIMIT, PROGRAM, everything_in, processor_time};
+use crate::support::{End, LIMIT, ONE_BODY, PROGRAM, everything_in, processor_time};
 use proptest::prelude::*;
 use proptest::sample::select;
 use std::ffi::{OsStr, OsString};
@@ -90,7 +90,7 @@ fn check_files(out: &Path, end: &End) {
         gears: None,
         ends: None,
     };
-    let mut reader = TablesReader::new(streams, 1, 0, 0).unwrap();
+    let mut reader = TablesReader::new(streams, ONE_BODY).unwrap();
     let mut failed = false;
     while let Some(step) = reader.next_step().unwrap() {
         failed |= step.row.status == StepStatus::Failed;

@@ -128,9 +128,16 @@ impl Load {
         &self.point
     }
 
-    /// Wrench of the step `index` → `index` + 1 of `time_step` h (s). It is the mean of the load
-    /// over the step, so that impulses are exact for any h. The torque of the force is taken at the
-    /// `attitude` (body → world) at the start of the step, like torques of contact forces:
+    /// Wrench of the step `index` → `index` + 1 of `time_step` h (s): the [mean](Self::mean) of the
+    /// load over the step.
+    #[must_use]
+    pub fn wrench(&self, index: u64, time_step: f64, attitude: &Vector4<f64>) -> Wrench {
+        self.mean(index as f64 * time_step, (index + 1) as f64 * time_step, attitude)
+    }
+
+    /// Mean wrench from time `from` to `to` (s), so that impulses are exact for any step. The torque
+    /// of the force is taken at the `attitude` (body → world) at the start of the step, like torques
+    /// of contact forces:
     ///
     /// ```text
     /// F = 1/h ∫ f dt,   τ = 1/h ∫ τ_0 dt + p × Aᵀ F                       (eq. 20)
@@ -138,9 +145,7 @@ impl Load {
     ///
     /// The force is in the world frame, the torque in the body frame.
     #[must_use]
-    pub fn wrench(&self, index: u64, time_step: f64, attitude: &Vector4<f64>) -> Wrench {
-        let from = index as f64 * time_step;
-        let to = (index + 1) as f64 * time_step;
+    pub fn mean(&self, from: f64, to: f64, attitude: &Vector4<f64>) -> Wrench {
         let force = self.force.mean(from, to);
         let mut torque = self.torque.mean(from, to);
         if self.point != Vector3::zeros() {
@@ -149,20 +154,17 @@ impl Load {
         Wrench { force, torque }
     }
 
-    /// Derivative of the torque of the force with respect to a rotation of the body, δτ = p × (Aᵀ F
-    /// × δθ) (N m/rad). `None` if the force acts at the centre of mass.
+    /// Derivative of the torque of the mean force from time `from` to `to` (s) with respect to a rotation
+    /// of the body, δτ = p × (Aᵀ F × δθ) (N m/rad). `None` if the force acts at the centre of mass.
     #[cfg(feature = "save")]
     pub(crate) fn torque_by_turn(
         &self,
-        index: u64,
-        time_step: f64,
+        [from, to]: [f64; 2],
         attitude: &Vector4<f64>,
     ) -> Option<nalgebra::Matrix3<f64>> {
         if self.point == Vector3::zeros() {
             return None;
         }
-        let from = index as f64 * time_step;
-        let to = (index + 1) as f64 * time_step;
         let force = rotation(attitude).tr_mul(&self.force.mean(from, to));
         Some(self.point.cross_matrix() * force.cross_matrix())
     }

@@ -48,6 +48,9 @@ impl Simulation<'_> {
         for solution in self.solutions() {
             solution.states.push(state);
         }
+        if let Some(instants) = &mut self.instants {
+            instants.push(state);
+        }
         self.take_world(world);
         Ok(index)
     }
@@ -84,7 +87,10 @@ impl Simulation<'_> {
         self.driving.keep(&stays);
         let kept = before.gears().iter().map(|gear| gear.keeping(&stays).is_some());
         let gears: Vec<_> = kept.collect();
-        let state = self.now.states[index];
+        let state = self.states()[index];
+        if let Some(instants) = &mut self.instants {
+            instants.remove(index);
+        }
         for solution in self.solutions() {
             solution.leave_out(index, &stays, &gears);
         }
@@ -114,6 +120,9 @@ impl Simulation<'_> {
         let still = Vector3::zeros();
         let state = State { velocity: still, spin: still, ..self.now.states[index] };
         self.now.states[index] = state;
+        if let Some(instants) = &mut self.instants {
+            instants.start(index, state);
+        }
         let touched = |force: &ContactForce| force.key.bodies().all(|body| body != index);
         self.now.contacts.retain(touched);
         self.take_world(world);

@@ -17,11 +17,12 @@ pub(super) struct Driving {
 }
 
 impl Driving {
-    /// Sets the inputs of the joints of `world` for step `index` from `states`.
+    /// Sets the inputs of the joints of `world` for a step from `states`: loads with their mean over
+    /// `interval` (s), motions with their pose at step `end`.
     #[inline]
-    pub(super) fn set(&self, world: &mut World, states: &[State], index: u64) {
+    pub(super) fn set(&self, world: &mut World, states: &[State], interval: [f64; 2], end: u64) {
         if !self.is_idle() {
-            self.set_some(world, states, index);
+            self.set_some(world, states, interval, end);
         }
     }
 
@@ -31,16 +32,16 @@ impl Driving {
     }
 
     #[inline(never)]
-    fn set_some(&self, world: &mut World, states: &[State], index: u64) {
+    fn set_some(&self, world: &mut World, states: &[State], [from, to]: [f64; 2], end: u64) {
         let h = world.time_step();
-        let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
+        let end = end as f64 * h;
         for (joint, load) in &self.loads {
             world.joints_mut()[*joint].set_push(load.mean(from, to));
         }
         for (joint, course) in &self.courses {
             let joint = &mut world.joints_mut()[*joint];
             let now = joint.frames()[0].placed(&states[joint.body()]);
-            joint.move_to(course.end(&now, to, h));
+            joint.move_to(course.end(&now, end, h));
         }
     }
 }

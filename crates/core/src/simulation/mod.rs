@@ -15,6 +15,7 @@ pub mod energy;
 pub mod gradient;
 mod infeasible_gap;
 mod islands;
+mod leapfrog;
 mod linearised;
 mod median;
 mod motion;
@@ -48,13 +49,14 @@ pub use stiffness::Stiffness;
 pub use unphysical::{EnergyGain, UnphysicalCause};
 
 use crate::contact::certificate::Certifier;
-use crate::contact::{Candidates, Memory};
+use crate::contact::{Candidates, Certificate, Memory};
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::{Load, State, Wrench};
-use crate::step::{StepSolution, StepStatus};
-use crate::world::World;
+use crate::step::{StepReport, StepSolution, StepStatus};
+use crate::world::{Integrator, World};
 use bounce::Bounce;
+use leapfrog::{AbruptChanges, Instants};
 use one_step::{contact_step, floating_step};
 #[cfg(feature = "save")]
 use std::cell::OnceCell;
@@ -78,6 +80,8 @@ pub struct Simulation<'a> {
     /// Solution of the last step: X at step k and the forces of that step. The next step starts
     /// from it.
     now: StepSolution,
+    /// States with velocities of the instant, with [`Integrator::Leapfrog`].
+    instants: Option<Instants>,
     /// Solution at k − 1 if the last step can be taken back; `long_before` is the one at k − 2,
     /// which that step used.
     before: Option<StepSolution>,
@@ -131,6 +135,7 @@ struct StepScratch {
     certifier: Certifier,
     energy_check: unphysical::EnergyCheck,
     stiffness: Stiffness,
+    abrupt: AbruptChanges,
     /// Infeasible gap found in a failed step.
     infeasible_gap: Option<InfeasibleGap>,
     /// Cause of an unphysical step.
@@ -193,7 +198,10 @@ impl<'a> Simulation<'a> {
         let joints = angles.map(JointForce::none).collect();
         let gears = vec![0.0; world.gears().len()];
         let now = StepSolution { joints, gears, ..StepSolution::free(states) };
+        let is_leapfrog =
+            world.integrator() == Integrator::Leapfrog && matches!(motion, Motion::Contact { .. });
         Ok(Self {
+            instants: is_leapfrog.then(|| Instants::at(states)),
             outside: vec![ExternalLoads::zero(); world.bodies().len()],
             world,
             motion,
@@ -217,16 +225,32 @@ impl<'a> Simulation<'a> {
         &self.world
     }
 
-    /// States X at the current step, one per body.
+    /// States X at the current step, one per body, with the velocities of the instant.
     #[must_use]
     pub fn states(&self) -> &[State] {
+        self.instants.as_ref().map_or(&self.now.states, |instants| &instants.states)
+    }
+
+    /// States from which the next step starts. With [`Integrator::Leapfrog`] their velocities are
+    /// those of the middle of the last step, except in bodies that [start](Simulation::set_state).
+    #[must_use]
+    pub fn step_states(&self) -> &[State] {
         &self.now.states
+    }
+
+    /// Takes the present velocities of all bodies as those of the middle of a step, so that the next
+    /// step does not convert them. Without effect if the integrator is not
+    /// [`Integrator::Leapfrog`].
+    pub fn start_at_the_middle(&mut self) {
+        if let Some(instants) = &mut self.instants {
+            instants.starts.fill(false);
+        }
     }
 
     /// State X of the first body at the current step.
     #[must_use]
     pub fn state(&self) -> &State {
-        &self.now.states[0]
+        &self.states()[0]
     }
 
     /// Index k of the current step.
@@ -280,9 +304,14 @@ impl<'a> Simulation<'a> {
 
     /// Sets these states if all moved bodies pass the checks of an initial state.
     fn exchange_states(&mut self, states: &[(usize, State)]) -> Result<(), Error> {
-        let Self { world, motion, now, scratch, .. } = self;
+        let Self { world, motion, now, instants, scratch, .. } = self;
         let before = now.states.clone();
-        for (body, state) in states {
+        // A body that keeps its state keeps the velocity of the middle too.
+        let is_kept = |body: usize, state: &State| {
+            instants.as_ref().is_some_and(|instants| instants.states[body] == *state)
+        };
+        let states: Vec<_> = states.iter().filter(|(body, state)| !is_kept(*body, state)).collect();
+        for (body, state) in &states {
             now.states[*body] = *state;
         }
         let StepScratch { candidates, rewind, rest, .. } = scratch;
@@ -298,6 +327,9 @@ impl<'a> Simulation<'a> {
         }
         let angles = world.angles_near(&now.states, &near);
         now.joints.iter_mut().zip(angles).for_each(|(joint, angles)| joint.angles = angles);
+        if let Some(instants) = instants {
+            states.into_iter().for_each(|(body, state)| instants.start(*body, *state));
+        }
         self.taken_back = true;
         Ok(())
     }
@@ -361,35 +393,10 @@ impl<'a> Simulation<'a> {
         if self.scratch.rest.is_known() && self.rest(record) {
             return Ok(());
         }
-        self.driving.set(&mut self.world, &self.now.states, self.index);
-        let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
-        let (report, certificate, share) = match motion {
-            Motion::Floating => {
-                let (report, certificate) = floating_step(world, &now.states, scratch);
-                (report, certificate, 1.0)
-            }
-            Motion::Contact { detection, solver } => {
-                let past = Past { now, before: before.as_ref() };
-                let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
-                let StepScratch { rest, candidates, wrenches, .. } = &mut *scratch;
-                rest.begin(now, before.as_ref(), candidates.memory(), solver, wrenches);
-                // Without pairs of pieces there is nothing to restore.
-                let rewinds = interrupt.is_some() && !candidates.memory().is_empty();
-                if rewinds {
-                    scratch.rewind.copy_from(scratch.candidates.memory());
-                }
-                let taken = contact_step(world, past, *detection, solver, interrupt, scratch);
-                if taken.is_err() {
-                    scratch.rest.end();
-                }
-                if taken.is_err() && rewinds {
-                    // Restores the search memory of the incomplete step.
-                    scratch.candidates.recall(world, &scratch.rewind);
-                }
-                taken?
-            }
-        };
-        let (mut report, mut certificate) = (report, certificate);
+        let interval = self.world.load_interval(self.index);
+        self.driving.set(&mut self.world, &self.now.states, interval, self.index + 1);
+        self.start_leapfrog()?;
+        let (mut report, mut certificate, share) = self.attempt()?;
         if (report.status == StepStatus::Failed || self.scratch.makes_energy)
             && !self.is_part
             && let Some(rescued) = self.rescued((report, certificate), &mut record.unsolved)
@@ -419,6 +426,11 @@ impl<'a> Simulation<'a> {
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
         record.solution.copy_from(&self.scratch.solution);
+        record.instants.clear();
+        if let Some(instants) = &self.instants {
+            record.instants.extend_from_slice(&instants.states);
+            self.end_leapfrog(report.status);
+        }
         self.scratch.candidates.hand_over(&mut record.contacts);
 
         // Rotates solution → now → before → long before, and reuses the memory of the oldest.
@@ -441,6 +453,34 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
+    /// The step itself: free flight, or detection, solver and certificate. The solution is left in
+    /// the scratch memory.
+    fn attempt(&mut self) -> Result<(StepReport, Certificate, f64), Error> {
+        let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
+        let Motion::Contact { detection, solver } = motion else {
+            let (report, certificate) = floating_step(world, &now.states, scratch);
+            return Ok((report, certificate, 1.0));
+        };
+        let past = Past { now, before: before.as_ref() };
+        let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
+        let StepScratch { rest, candidates, wrenches, .. } = &mut *scratch;
+        rest.begin(now, before.as_ref(), candidates.memory(), solver, wrenches);
+        // Without pairs of pieces there is nothing to restore.
+        let rewinds = interrupt.is_some() && !candidates.memory().is_empty();
+        if rewinds {
+            scratch.rewind.copy_from(scratch.candidates.memory());
+        }
+        let taken = contact_step(world, past, *detection, solver, interrupt, scratch);
+        if taken.is_err() {
+            scratch.rest.end();
+        }
+        if taken.is_err() && rewinds {
+            // Restores the search memory of the incomplete step.
+            scratch.candidates.recall(world, &scratch.rewind);
+        }
+        taken
+    }
+
     /// True if the last step left everything unchanged to the last bit. The next step then ends the
     /// same, unless an input changes.
     #[must_use]
@@ -450,12 +490,12 @@ impl<'a> Simulation<'a> {
 
     /// Sets the wrenches of the next step.
     fn set_wrenches(&mut self) {
-        let (index, h) = (self.index, self.world.time_step());
+        let [from, to] = self.world.load_interval(self.index);
         let now = self.outside.iter().zip(&self.now.states).map(|(outside, state)| {
             if outside.load.is_none() {
                 return outside.wrench;
             }
-            outside.wrench.plus(&outside.load.wrench(index, h, &state.attitude))
+            outside.wrench.plus(&outside.load.mean(from, to, &state.attitude))
         });
         self.scratch.wrenches.clear();
         self.scratch.wrenches.extend(now);
@@ -471,6 +511,10 @@ impl<'a> Simulation<'a> {
         if let Some(before) = self.before.take() {
             self.scratch.rest.end();
             self.now = before;
+            if let Some(instants) = &mut self.instants {
+                instants.states.clone_from(&record.instants);
+                instants.starts.fill(false);
+            }
             self.before = self.long_before.take();
             self.taken_back = true;
             self.index = record.index;
@@ -490,6 +534,7 @@ impl<'a> Simulation<'a> {
         *record = StepRecord {
             index: self.index,
             states: self.now.states.clone(),
+            instants: self.instants.as_ref().map_or(Vec::new(), |of| of.states.clone()),
             solution,
             ..StepRecord::new()
         };

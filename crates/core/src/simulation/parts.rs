@@ -29,7 +29,7 @@ use crate::joint::JointForce;
 use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{RigidBody, Rotation, State};
 use crate::step::{ContactForce, StepReport, StepSolution, StepStatus};
-use crate::world::World;
+use crate::world::{Integrator, World};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Residual, as a multiple of the accepted one, below which the best point is kept. Shorter steps
@@ -106,7 +106,8 @@ impl Simulation<'_> {
     fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Option<()> {
         let mut parameters = self.world.parameters().clone();
         parameters.time_step /= parts as f64;
-        let world = self.world.with_parameters(parameters).ok()?;
+        // The shorter steps begin and end with velocities of the middle.
+        let world = self.world.with_parameters(parameters).ok()?.with_integrator(Integrator::Euler);
         let flies: Vec<bool> = self.standing().into_iter().map(|stands| !stands).collect();
         let exchanged = |states: &[State], from: &World, to: &World| -> Option<Vec<State>> {
             let bodies = from.bodies().iter().zip(states).zip(&flies);

@@ -11,8 +11,12 @@ use crate::world::without;
 pub struct StepRecord {
     /// Index k.
     pub index: u64,
-    /// States X at step k.
+    /// States from which the step starts: X at step k. With
+    /// [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog) their velocities are those of the
+    /// middle of the step before.
     pub states: Vec<State>,
+    /// States X at step k with the velocities of the instant; empty if `states` has them.
+    pub instants: Vec<State>,
     /// External wrenches on the bodies, without gravity.
     pub wrenches: Vec<Wrench>,
     /// Candidate contacts.
@@ -60,6 +64,7 @@ impl StepRecord {
         Self {
             index: 0,
             states: Vec::new(),
+            instants: Vec::new(),
             wrenches: Vec::new(),
             contacts: Vec::new(),
             solution: StepSolution::default(),
@@ -84,12 +89,21 @@ impl StepRecord {
             self.states.remove(index);
             self.wrenches.remove(index);
         }
+        if index < self.instants.len() {
+            self.instants.remove(index);
+        }
         let renumbered = |contact: &Contact| {
             let key = contact.key.renumbered(|body| without(body, index))?;
             Some(Contact { key, ..*contact })
         };
         self.contacts = self.contacts.iter().filter_map(renumbered).collect();
         self.solution.leave_out(index, joints, gears);
+    }
+
+    /// States X at step k with the velocities of the instant.
+    #[must_use]
+    pub fn instant_states(&self) -> &[State] {
+        if self.instants.is_empty() { &self.states } else { &self.instants }
     }
 
     /// State X of the first body at step k.

@@ -190,6 +190,10 @@ impl Simulation<'_> {
         record.gain = diagnostics.gain;
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
+        record.instants.clear();
+        if let Some(instants) = &self.instants {
+            record.instants.extend_from_slice(&instants.states);
+        }
         record.solution.copy_from(&self.now);
         record.contacts.clear();
         record.contacts.extend_from_slice(&rest.contacts);

@@ -9,6 +9,7 @@
 //! point numbers keep their bits.
 
 use super::driving::Driving;
+use super::leapfrog::Instants;
 use super::{ExternalLoads, MOST_STEPS, Motion, Simulation};
 use crate::contact::{Candidates, Memory};
 use crate::error::Error;
@@ -30,6 +31,7 @@ pub struct Saved {
     outside: Vec<ExternalLoads>,
     driving: Driving,
     now: StepSolution,
+    instants: Option<Instants>,
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
     search: Memory,
@@ -42,7 +44,7 @@ pub struct Saved {
 /// Magic word at the start of the bytes.
 const MAGIC: [u8; 8] = *b"tumble-l";
 /// Format number. It changes with the meaning of the content.
-const FORMAT: u32 = 7;
+const FORMAT: u32 = 8;
 /// Length of magic word, format number and length field (bytes).
 const HEADER: usize = 8 + 4 + 8;
 /// Length of the checksum (bytes).
@@ -55,9 +57,15 @@ impl Saved {
         self.index
     }
 
-    /// States X at the current step, one per body.
+    /// States X at the current step, one per body, with the velocities of the instant.
     #[must_use]
     pub fn states(&self) -> &[State] {
+        self.instants.as_ref().map_or(&self.now.states, |instants| &instants.states)
+    }
+
+    /// States from which the next step starts; see [`Simulation::step_states`].
+    #[must_use]
+    pub fn step_states(&self) -> &[State] {
         &self.now.states
     }
 
@@ -150,6 +158,7 @@ impl Saved {
             && pasts.into_iter().flatten().all(is_whole)
             && self.search.fits(world)
             && self.changeable.fits(world)
+            && self.instants.as_ref().is_none_or(|instants| instants.fits(bodies))
             && self.driving.fits(&self.changeable.joints);
         if is_possible {
             Ok(())
@@ -179,7 +188,7 @@ impl<'a> Simulation<'a> {
     /// Same as [`Simulation::restore`]; also joints with [`Motion::Floating`].
     pub fn restored(world: World, motion: Motion<'a>, saved: &Saved) -> Result<Self, Error> {
         saved.check(&world, digest(&world))?;
-        let mut simulation = Self::at(world, saved.states(), motion, Candidates::new())?;
+        let mut simulation = Self::at(world, &saved.now.states, motion, Candidates::new())?;
         simulation.restore(saved)?;
         Ok(simulation)
     }
@@ -195,6 +204,7 @@ impl<'a> Simulation<'a> {
             outside: self.outside.clone(),
             driving: self.driving.clone(),
             now: self.now.clone(),
+            instants: self.instants.clone(),
             before: self.before.clone(),
             long_before: self.long_before.clone(),
             search: self.scratch.candidates.memory().clone(),
@@ -222,6 +232,7 @@ impl<'a> Simulation<'a> {
         self.outside.clone_from(&saved.outside);
         self.driving.clone_from(&saved.driving);
         self.now.copy_from(&saved.now);
+        self.instants.clone_from(&saved.instants);
         self.before.clone_from(&saved.before);
         self.long_before.clone_from(&saved.long_before);
         Ok(())

@@ -51,6 +51,40 @@ pub struct Parameters {
     pub rotation: Rotation,
 }
 
+/// Meaning of the velocities of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Integrator {
+    /// Velocities belong to the ends of steps, as in the tutorial: the implicit Euler method with
+    /// errors of first order in h.
+    Euler,
+    /// Velocities belong to the middles of steps. The same step is then of second order in h in
+    /// smooth motion: the leapfrog method of Störmer and Verlet, with contact. States have the
+    /// velocities of the instant, which a run converts at its start.
+    Leapfrog,
+}
+
+impl Integrator {
+    /// All integrators.
+    pub const ALL: [Self; 2] = [Self::Euler, Self::Leapfrog];
+
+    /// Name in files and flags.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Euler => "euler",
+            Self::Leapfrog => "leapfrog",
+        }
+    }
+
+    /// Integrator with the name `name`.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|integrator| integrator.name() == name)
+    }
+}
+
 /// A static piece of the world: a step, a ramp, a wall, a part of a bowl.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fixed {
@@ -86,6 +120,7 @@ pub struct World {
     pair_restitutions: PairLaws,
     /// Rebound speed set by the user.
     rebound_speed: Option<f64>,
+    integrator: Integrator,
     reach: f64,
     speed_scale: f64,
 }
@@ -126,6 +161,7 @@ impl World {
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),
             rebound_speed: None,
+            integrator: Integrator::Euler,
             reach,
             speed_scale,
         }
@@ -253,6 +289,30 @@ impl World {
     #[must_use]
     pub fn time_step(&self) -> f64 {
         self.parameters.time_step
+    }
+
+    /// Returns this world with the given meaning of the velocities of a run.
+    #[must_use]
+    pub fn with_integrator(self, integrator: Integrator) -> Self {
+        Self { integrator, ..self }
+    }
+
+    /// Meaning of the velocities of a run; [`Integrator::Euler`] by default.
+    #[must_use]
+    pub fn integrator(&self) -> Integrator {
+        self.integrator
+    }
+
+    /// Time over which loads act in step `index` (s), and over which their mean is taken. With
+    /// [`Integrator::Leapfrog`] it lies between the middles of two steps, and begins at 0 at the
+    /// earliest.
+    #[must_use]
+    pub fn load_interval(&self, index: u64) -> [f64; 2] {
+        let middle = match self.integrator {
+            Integrator::Euler => 0.0,
+            Integrator::Leapfrog => 0.5,
+        };
+        [index, index + 1].map(|k| (k as f64 - middle).max(0.0) * self.time_step())
     }
 
     /// Integrator of the rotations.

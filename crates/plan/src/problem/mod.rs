@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 use tumble_core::joint::{Joint, JointAxis};
 use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_core::world::World;
+use tumble_core::world::{Integrator, World};
 use tumble_scene::scene::Scene;
 
 use checks::{bad_input, check_control, has_body, sets_alike};
@@ -85,7 +85,7 @@ impl PlanProblem {
     /// - two controls of one name, or of the same start or constant;
     /// - targets and path constraints beyond the reach of a state, or none at all.
     pub fn new(
-        scene: Scene,
+        mut scene: Scene,
         steps: usize,
         controls: Vec<Control>,
         targets: Vec<Target>,
@@ -94,6 +94,8 @@ impl PlanProblem {
         if !(1..=MOST_STEPS).contains(&steps) {
             return bad_input(format!("steps is {steps}; allowed: 1 to {MOST_STEPS}"));
         }
+        // Controls act over whole steps, and their derivatives are those of single steps.
+        scene.use_integrator(Integrator::Euler);
         for (index, control) in controls.iter().enumerate() {
             check_control(control, &scene.world, steps)?;
             if controls[..index].iter().any(|other| other.name == control.name) {

@@ -97,7 +97,7 @@ impl<W: Write> TrajectoryWriter<W> {
         if !self.kept.has(record.index, status) {
             return Ok(());
         }
-        let ([state], [_]) = (&record.states[..], &record.solution.states[..]) else {
+        let ([state], [_]) = (record.instant_states(), &record.solution.states[..]) else {
             return Err(refused("a trajectory needs a record with the states of one body"));
         };
         self.numbers.fill(0.0);

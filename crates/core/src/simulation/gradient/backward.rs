@@ -105,7 +105,7 @@ impl Backward {
         start: &Saved,
     ) -> Result<RunGradient, Error> {
         self.flush_constants(run)?;
-        self.add(run, 0, start.states())?;
+        self.add(run, 0, start.step_states())?;
         if let Some(end) = &self.end {
             simulation.restore(end)?;
         }
@@ -337,10 +337,10 @@ impl Simulation<'_> {
         &self,
         record: &StepRecord,
     ) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
-        let h = self.world().time_step();
+        let interval = self.world().load_interval(record.index);
         let each = self.outside.iter().zip(&record.states).enumerate();
         each.filter_map(move |(body, (outside, state))| {
-            Some((body, outside.load.torque_by_turn(record.index, h, &state.attitude)?))
+            Some((body, outside.load.torque_by_turn(interval, &state.attitude)?))
         })
     }
 

@@ -70,6 +70,39 @@ pub(in crate::output) const STATE_COLUMNS: [&str; 13] = [
     "wy_rad_s", "wz_rad_s",
 ];
 
+/// Columns of the velocity and the spin of the middle of the last step, with
+/// [`Integrator::Leapfrog`](tumble_core::world::Integrator::Leapfrog).
+pub(in crate::output) const MIDDLE_COLUMNS: [&str; 6] =
+    ["mid_vx_m_s", "mid_vy_m_s", "mid_vz_m_s", "mid_wx_rad_s", "mid_wy_rad_s", "mid_wz_rad_s"];
+
+/// Row of the table `states` of a run with middle velocities.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct StateRow {
+    /// State with the velocities of the instant.
+    pub instant: State,
+    /// Velocity (m/s, world) and spin (rad/s, body) of the middle of the last step.
+    pub middle: [Vector3<f64>; 2],
+}
+
+impl StateRow {
+    /// State with the middle velocities.
+    pub fn at_the_middle(&self) -> State {
+        let [velocity, spin] = self.middle;
+        State { velocity, spin, ..self.instant }
+    }
+}
+
+impl Cells for StateRow {
+    fn write<W: Write>(&self, row: &mut RowWriter<W>) {
+        self.instant.write(row);
+        self.middle.iter().for_each(|vector| vector.write(row));
+    }
+
+    fn read<R: Read>(row: &mut RowCells<'_, R>) -> Result<Self, RowsError> {
+        Ok(Self { instant: Cells::read(row)?, middle: [Cells::read(row)?, Cells::read(row)?] })
+    }
+}
+
 columns! {
     /// Row of the table `steps`. In a run that omits rows, `status` and `works` cover the steps up
     /// to the next row.

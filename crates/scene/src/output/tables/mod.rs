@@ -35,6 +35,7 @@ mod read;
 mod rebuild;
 mod write;
 
+use columns::MIDDLE_COLUMNS;
 pub(super) use columns::STATE_COLUMNS;
 pub use columns::{ContactRow, GearTableRow, JointRow, StepRow};
 pub use key::KeyText;
@@ -43,6 +44,7 @@ pub use read::{TableStep, TablesReader};
 pub use write::TablesWriter;
 
 use std::fmt;
+use tumble_core::world::{Integrator, World};
 
 /// Table of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,13 +85,16 @@ impl Table {
         }
     }
 
-    /// Names of the columns, for a run with or without joints.
+    /// Names of the columns in tables of this shape.
     #[must_use]
-    pub fn columns(self, joints: bool) -> Vec<&'static str> {
+    pub fn columns(self, shape: &TableShape) -> Vec<&'static str> {
         let (first, others): (&[_], &[_]) = match self {
+            Self::States if shape.has_middles => {
+                return [&["k", "time_s", "body"][..], &STATE_COLUMNS, &MIDDLE_COLUMNS].concat();
+            }
             Self::States | Self::Ends => (&["k", "time_s", "body"], &STATE_COLUMNS),
             Self::Contacts => (&["k", "contact"], ContactRow::COLUMNS),
-            Self::Steps if joints => (&[], StepRow::COLUMNS),
+            Self::Steps if shape.joints > 0 => (&[], StepRow::COLUMNS),
             // The stiffness is left out.
             Self::Steps => (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - 1]),
             Self::Joints => (&["k", "time_s", "joint"], JointRow::COLUMNS),
@@ -102,6 +107,33 @@ impl Table {
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+/// Numbers of objects of a run, and whether its states have middle velocities. They give the columns
+/// of its tables and the rows of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableShape {
+    /// Number of bodies.
+    pub bodies: usize,
+    /// Number of joints.
+    pub joints: usize,
+    /// Number of gears.
+    pub gears: usize,
+    /// True with [`Integrator::Leapfrog`].
+    pub has_middles: bool,
+}
+
+impl TableShape {
+    /// Shape of the tables of a run in `world`.
+    #[must_use]
+    pub fn new(world: &World) -> Self {
+        Self {
+            bodies: world.bodies().len(),
+            joints: world.joints().len(),
+            gears: world.gears().len(),
+            has_middles: world.integrator() == Integrator::Leapfrog,
+        }
     }
 }
 

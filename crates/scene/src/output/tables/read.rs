@@ -1,7 +1,7 @@
 //! Reader of tables. It checks headers, the order of rows and every field.
 
-use super::columns::{Cells, ContactRow, GearTableRow, JointRow, RowCells, StepRow};
-use super::{Streams, Table};
+use super::columns::{Cells, ContactRow, GearTableRow, JointRow, RowCells, StateRow, StepRow};
+use super::{Streams, Table, TableShape};
 use crate::output::csv_reader::{CsvReader, RowsError, Steps};
 use std::io::Read;
 use tumble_core::joint::JointForce;
@@ -13,8 +13,11 @@ use tumble_core::step::StepStatus;
 pub struct TableStep {
     /// Row of the table `steps`.
     pub row: StepRow,
-    /// State X of each body at step k.
+    /// States from which the step starts, one per body: X at step k, in a run with middle velocities
+    /// with those.
     pub states: Vec<State>,
+    /// States X at step k with the velocities of the instant; empty if `states` has them.
+    pub instants: Vec<State>,
     /// State X of each body at step k+1. Empty for the last state and without a table `ends`.
     pub ends: Vec<State>,
     /// Contacts of the step k → k+1.
@@ -23,6 +26,14 @@ pub struct TableStep {
     pub joints: Vec<JointRow>,
     /// Row of each gear of the world.
     pub gears: Vec<GearTableRow>,
+}
+
+impl TableStep {
+    /// States X at step k with the velocities of the instant.
+    #[must_use]
+    pub fn instant_states(&self) -> &[State] {
+        if self.instants.is_empty() { &self.states } else { &self.instants }
+    }
 }
 
 impl JointRow {
@@ -40,7 +51,7 @@ const TOO_LONG: &str = "there are rows after the step with status `end`";
 /// Reads the tables of a run step by step. It keeps one step in memory.
 pub struct TablesReader<R: Read> {
     readers: Streams<CsvReader<R>>,
-    counts: [usize; 3],
+    shape: TableShape,
     order: Steps,
     ended: bool,
 }
@@ -51,13 +62,9 @@ impl<R: Read> TablesReader<R> {
     /// # Errors
     /// [`RowsError::Header`], the errors of a stream, or a missing table of contacts, joints or
     /// gears.
-    pub fn new(
-        streams: Streams<R>,
-        bodies: usize,
-        joints: usize,
-        gears: usize,
-    ) -> Result<Self, RowsError> {
-        let reader = Self::with_optional_tables(streams, bodies, joints, gears)?;
+    pub fn new(streams: Streams<R>, shape: TableShape) -> Result<Self, RowsError> {
+        let reader = Self::with_optional_tables(streams, shape)?;
+        let TableShape { joints, gears, .. } = shape;
         let readers = &reader.readers;
         for (table, is_missing, why) in [
             (Table::Contacts, readers.contacts.is_none(), "it is missing"),
@@ -83,15 +90,10 @@ impl<R: Read> TablesReader<R> {
     ///
     /// # Errors
     /// [`RowsError::Header`], or the errors of a stream.
-    pub fn with_optional_tables(
-        streams: Streams<R>,
-        bodies: usize,
-        joints: usize,
-        gears: usize,
-    ) -> Result<Self, RowsError> {
-        let tied = joints > 0;
-        let readers = streams.each(|table, stream| reader(table, stream, tied))?;
-        Ok(Self { readers, counts: [bodies, joints, gears], order: Steps::default(), ended: false })
+    pub fn with_optional_tables(streams: Streams<R>, shape: TableShape) -> Result<Self, RowsError> {
+        let csv =
+            |table: Table, stream| CsvReader::new(table.name(), stream, table.columns(&shape));
+        Ok(Self { readers: streams.each(csv)?, shape, order: Steps::default(), ended: false })
     }
 
     /// Requires `index` as the first k.
@@ -128,13 +130,18 @@ impl<R: Read> TablesReader<R> {
             }
             return Ok(None);
         }
-        let [bodies, joints_in_all, gears_in_all] = self.counts;
+        let TableShape { bodies, has_middles, .. } = self.shape;
         steps.need_row(CUT_OFF)?;
         let status = steps.field(2, "a status", StepStatus::from_name)?;
         let index = self.order.next(steps, status)?;
         let row = StepRow::read(&mut RowCells::from(steps, 0))?;
         // Grows with the rows in the file: the requested number is not trustworthy.
-        let states = rows_of(of_bodies, &row, bodies)?;
+        let (states, instants) = if has_middles {
+            let rows: Vec<StateRow> = rows_of(of_bodies, &row, bodies)?;
+            rows.iter().map(|row| (row.at_the_middle(), row.instant)).unzip()
+        } else {
+            (rows_of(of_bodies, &row, bodies)?, Vec::new())
+        };
         let ends = match ends {
             Some(reader) if status != StepStatus::End => rows_of(reader, &row, bodies)?,
             _ => Vec::new(),
@@ -148,12 +155,12 @@ impl<R: Read> TablesReader<R> {
                 of_contacts.push(Cells::read(&mut RowCells::from(reader, 2))?);
             }
         }
-        let joints = joints.as_mut().map(|reader| rows_of(reader, &row, joints_in_all));
-        let gears = gears.as_mut().map(|reader| rows_of(reader, &row, gears_in_all));
+        let joints = joints.as_mut().map(|reader| rows_of(reader, &row, self.shape.joints));
+        let gears = gears.as_mut().map(|reader| rows_of(reader, &row, self.shape.gears));
         let (joints, gears) = (joints.transpose()?, gears.transpose()?);
         let (joints, gears) = (joints.unwrap_or_default(), gears.unwrap_or_default());
         self.ended = status == StepStatus::End;
-        Ok(Some(TableStep { row, states, ends, contacts: of_contacts, joints, gears }))
+        Ok(Some(TableStep { row, states, instants, ends, contacts: of_contacts, joints, gears }))
     }
 }
 
@@ -174,9 +181,4 @@ fn rows_of<R: Read, T: Cells>(
         rows.push(T::read(&mut RowCells::from(reader, 3))?);
     }
     Ok(rows)
-}
-
-/// Reader of one table, for a run with or without joints.
-fn reader<R: Read>(table: Table, stream: R, joints: bool) -> Result<CsvReader<R>, RowsError> {
-    CsvReader::new(table.name(), stream, table.columns(joints))
 }

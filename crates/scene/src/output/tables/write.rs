@@ -1,7 +1,7 @@
 //! Writer of tables from step records.
 
-use super::columns::{Cells, ContactRow, GearTableRow, JointRow, StepRow};
-use super::{KeyText, Streams, Table, TableStep};
+use super::columns::{Cells, ContactRow, GearTableRow, JointRow, StateRow, StepRow};
+use super::{KeyText, Streams, Table, TableShape, TableStep};
 use crate::output::rows::{RowChoice, RowWriter};
 use nalgebra::Vector3;
 use std::convert::Infallible;
@@ -31,9 +31,10 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The errors of the streams.
     pub fn new(streams: Streams<W>, world: &World) -> io::Result<Self> {
-        let tied = !world.joints().is_empty();
-        let csv =
-            |table: Table, stream| Ok::<_, io::Error>(RowWriter::new(stream, table.columns(tied)));
+        let shape = TableShape::new(world);
+        let csv = |table: Table, stream| {
+            Ok::<_, io::Error>(RowWriter::new(stream, table.columns(&shape)))
+        };
         Ok(Self::with_writers(streams.each(csv)?, world))
     }
 
@@ -135,7 +136,16 @@ impl<W: Write> TablesWriter<W> {
     fn write_beside(&mut self, step: &TableStep) -> io::Result<()> {
         let Streams { states, contacts, steps: _, joints, gears, ends } = &mut self.tables;
         let row = &step.row;
-        write_all(states, row, &step.states)?;
+        if step.instants.is_empty() {
+            write_all(states, row, &step.states)?;
+        } else {
+            let pairs = step.instants.iter().zip(&step.states);
+            let rows = pairs.map(|(instant, State { velocity, spin, .. })| StateRow {
+                instant: *instant,
+                middle: [*velocity, *spin],
+            });
+            write_all(states, row, &rows.collect::<Vec<_>>())?;
+        }
         if let Some(table) = ends {
             write_all(table, row, &step.ends)?;
         }
@@ -228,7 +238,15 @@ impl TableStep {
         let contacts = ContactRow::from_record(record).collect();
         let joints = JointRow::from_record(world, record).collect();
         let gears = GearTableRow::from_record(world, record).collect();
-        Self { row, states: record.states.clone(), ends: Vec::new(), contacts, joints, gears }
+        Self {
+            row,
+            states: record.states.clone(),
+            instants: record.instants.clone(),
+            ends: Vec::new(),
+            contacts,
+            joints,
+            gears,
+        }
     }
 }
 

@@ -1,0 +1,312 @@
+//! Velocities of the instant in a run with [`Integrator::Leapfrog`](crate::world::Integrator).
+//!
+//! A step moves poses with the velocity of its end. A run keeps the velocities w of the middle of
+//! its steps, so that this motion is of second order in h. Velocities V of the instant k follow from
+//! the step just taken, and a start at V is converted with a trial step from it:
+//!
+//! ```text
+//! V = w + ½ (w − w⁻),   w = V − ½ (w⁺(V) − V)                            (eq. 37)
+//! ```
+//!
+//! Changes of velocity that do not scale with h say nothing about the acceleration: impacts, the end
+//! of a slip, stops of joints. The bodies of an island with such a change have V = w, with an error
+//! of ½ h times the acceleration.
+
+use super::islands::Islands;
+use super::{Simulation, StepScratch};
+use crate::contact::{Contact, KeyIndex};
+use crate::error::Error;
+use crate::joint::{Axis, Joint};
+use crate::mechanics::State;
+use crate::mechanics::quaternion::{advance, rotation};
+use crate::simulation::Motion;
+use crate::step::{ContactForce, StepSolution, StepStatus};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
+/// standing still. Solutions are exact to about 1e-12.
+const STILL: f64 = 1e-9;
+/// Distance from a limit (m or rad) below which an axis counts as stopped there.
+const AT_LIMIT: f64 = 1e-9;
+
+/// States of the instant, and what is left to convert.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Instants {
+    /// States at k, with the velocities of the instant.
+    pub states: Vec<State>,
+    /// True for bodies whose velocity in the simulation is still the one of the instant.
+    pub starts: Vec<bool>,
+}
+
+impl Instants {
+    /// Start of bodies at `states`.
+    pub(super) fn at(states: &[State]) -> Self {
+        Self { states: states.to_vec(), starts: vec![true; states.len()] }
+    }
+
+    /// Sets the state of `body` as a start.
+    pub(super) fn start(&mut self, body: usize, state: State) {
+        self.states[body] = state;
+        self.starts[body] = true;
+    }
+
+    /// True if this holds finite states of `bodies` bodies.
+    #[cfg(feature = "save")]
+    pub(super) fn fits(&self, bodies: usize) -> bool {
+        let numbers = self.states.iter().map(State::to_vector);
+        [self.states.len(), self.starts.len()] == [bodies; 2]
+            && numbers.into_iter().all(|numbers| numbers.iter().all(|x| x.is_finite()))
+    }
+
+    /// Adds a body at the end.
+    pub(super) fn push(&mut self, state: State) {
+        self.states.push(state);
+        self.starts.push(true);
+    }
+
+    /// Removes the body `index`. Bodies after it move up by one.
+    pub(super) fn remove(&mut self, index: usize) {
+        self.states.remove(index);
+        self.starts.remove(index);
+    }
+}
+
+/// Scratch memory of the search for changes of velocity that do not scale with h.
+#[derive(Default)]
+pub(super) struct AbruptChanges {
+    /// Bodies with such a change; with `islands`, all bodies of their islands.
+    bodies: Vec<bool>,
+    islands: Islands,
+    index: KeyIndex,
+}
+
+/// A step whose changes of velocity are examined.
+struct TakenStep<'a> {
+    world: &'a World,
+    /// States from which the step started, and one step before.
+    states: &'a [State],
+    earlier: &'a [State],
+    /// States after free flight.
+    free: &'a [State],
+    /// Forces and slips of the step before.
+    past: &'a [ContactForce],
+    contacts: &'a [Contact],
+    solution: &'a StepSolution,
+}
+
+impl AbruptChanges {
+    /// Finds the bodies of islands with an impact, with the end of a slip, or with a joint that
+    /// comes to its limit or to rest.
+    fn find(&mut self, step: &TakenStep<'_>) {
+        let Self { bodies, islands, index } = self;
+        let TakenStep { world, contacts, solution, .. } = step;
+        bodies.clear();
+        bodies.resize(step.states.len(), false);
+        index.clear();
+        let pairs = contacts.iter().zip(&solution.contacts).enumerate();
+        for (place, (contact, force)) in pairs.filter(|(_, (_, force))| force.carries_force()) {
+            let past = index.find(step.past, &contact.key, place);
+            if step.is_impact(contact) || step.ends_slip(contact, force, past) {
+                contact.key.bodies().for_each(|body| bodies[body] = true);
+            }
+        }
+        for (joint, force) in world.joints().iter().zip(&solution.joints) {
+            if step.is_stopped(joint, &force.angles) {
+                bodies[joint.body()] = true;
+                joint.other().into_iter().for_each(|body| bodies[body] = true);
+            }
+        }
+        if bodies.len() > 1 && bodies.contains(&true) {
+            let carrying = solution.contacts.iter().filter(|force| force.carries_force());
+            islands.find(bodies.len(), carrying.map(|force| &force.key), world);
+            for body in 0..bodies.len() {
+                if bodies[body] {
+                    bodies[islands.label(body)] = true;
+                }
+            }
+            for body in 0..bodies.len() {
+                bodies[body] = bodies[islands.label(body)];
+            }
+        }
+    }
+}
+
+impl TakenStep<'_> {
+    /// True if the touching points approach faster than smooth accelerations explain in a step.
+    fn is_impact(&self, contact: &Contact) -> bool {
+        let h = self.world.time_step();
+        let explained = contact.key.bodies().map(|body| {
+            let (state, free) = (&self.states[body], &self.free[body]);
+            let reach = self.world.bodies()[body].reach();
+            (free.velocity - state.velocity).norm()
+                + (free.spin - state.spin).norm() * reach
+                + h * state.spin.norm_squared() * reach
+        });
+        -contact.normal().dot(&self.velocity(contact)) > explained.sum::<f64>()
+    }
+
+    /// Relative velocity of the touching points at the start of the step (m/s, world).
+    fn velocity(&self, contact: &Contact) -> Vector3<f64> {
+        let a = &self.states[contact.key.body];
+        let point = a.position + contact.arm;
+        let velocity = |state: &State| {
+            let spin = rotation(&state.attitude) * state.spin;
+            state.velocity + spin.cross(&(point - state.position))
+        };
+        let b = contact.key.partner.body().map(|body| velocity(&self.states[body]));
+        velocity(a) - b.unwrap_or_default() + contact.carried(self.world, self.states)
+    }
+
+    /// True if a slip ends or turns back in the step, or would do so in half of another one.
+    fn ends_slip(
+        &self,
+        contact: &Contact,
+        now: &ContactForce,
+        past: Option<&ContactForce>,
+    ) -> bool {
+        let least = STILL * self.world.speed_scale();
+        let before = past.map_or_else(
+            || {
+                let (velocity, normal) = (self.velocity(contact), contact.normal());
+                velocity - normal * normal.dot(&velocity)
+            },
+            |past| past.slip,
+        );
+        if before.norm() <= least {
+            return false;
+        }
+        let along = now.slip.dot(&before);
+        now.slip.norm() <= least || along < 0.0 || 3.0 * now.slip.norm_squared() < along
+    }
+
+    /// True if an axis of `joint` comes to a limit, or if its dry friction stops it or turns.
+    /// `angles` are its angles at the end of the step (rad).
+    fn is_stopped(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
+        let has_jump = |axis: &Axis| match axis {
+            Axis::Free(drive) => drive.limits.is_some() || drive.friction > 0.0,
+            Axis::Locked => false,
+        };
+        let axes = || joint.linear().iter().chain(joint.angular());
+        if !axes().any(has_jump) {
+            return false;
+        }
+        let h = self.world.time_step();
+        let next = &self.solution.states;
+        let at = [self.earlier, self.states, next].map(|states| joint.coordinates(states));
+        let [Some(earlier), Some(now), Some(end)] = at else { return false };
+        let turns = joint.turns(&end, angles);
+        let (before, after) =
+            (joint.rates(&earlier, &now, &turns, h), joint.rates(&now, &end, &turns, h));
+        let numbers = |of: &(Vector3<f64>, Vector3<f64>)| {
+            [of.0[0], of.0[1], of.0[2], of.1[0], of.1[1], of.1[2]]
+        };
+        let (before, after, place) =
+            (numbers(&before), numbers(&after), numbers(&(end.place, turns)));
+        let least = STILL * self.world.speed_scale();
+        axes().enumerate().any(|(k, axis)| {
+            let Axis::Free(drive) = axis else { return false };
+            let stops = drive.friction > 0.0
+                && before[k].abs() > least
+                && (after[k].abs() <= least || after[k] * before[k] < 0.0);
+            let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;
+            let lands = drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
+                && before[k].abs() > least;
+            stops || lands
+        })
+    }
+}
+
+/// State one step of `h` (s) before `state`, at its velocity.
+fn moved_back(state: &State, h: f64) -> State {
+    State {
+        position: state.position - h * state.velocity,
+        attitude: advance(&state.attitude, &state.spin, -h),
+        ..*state
+    }
+}
+
+impl Simulation<'_> {
+    /// Converts the velocities of bodies that start, with a trial step (eq. 37).
+    ///
+    /// # Errors
+    /// If the trial step cannot be posed or was interrupted; the simulation is then unchanged.
+    pub(super) fn start_leapfrog(&mut self) -> Result<(), Error> {
+        let Some(instants) = &self.instants else { return Ok(()) };
+        if !instants.starts.contains(&true) {
+            return Ok(());
+        }
+        self.scratch.rest.end();
+        self.scratch.rewind.copy_from(self.scratch.candidates.memory());
+        let taken = self.attempt().map(|(report, ..)| report.status);
+        let Self { world, now, instants, scratch, .. } = &mut *self;
+        let StepScratch { candidates, rewind, solution, free, abrupt, .. } = scratch;
+        if let Ok(StepStatus::Free | StepStatus::Converged | StepStatus::Retried) = taken {
+            let earlier: Vec<_> =
+                now.states.iter().map(|state| moved_back(state, world.time_step())).collect();
+            abrupt.find(&TakenStep {
+                world,
+                states: &now.states,
+                earlier: &earlier,
+                free,
+                past: &[],
+                contacts: candidates.contacts(),
+                solution,
+            });
+        } else {
+            abrupt.bodies.clear();
+            abrupt.bodies.resize(now.states.len(), true);
+        }
+        candidates.recall(world, rewind);
+        taken?;
+        let Some(instants) = instants else { return Ok(()) };
+        let all = now.states.iter_mut().zip(&solution.states);
+        for (body, (state, next)) in all.enumerate() {
+            if instants.starts[body] && !abrupt.bodies[body] {
+                state.velocity -= 0.5 * (next.velocity - state.velocity);
+                state.spin -= 0.5 * (next.spin - state.spin);
+            }
+        }
+        instants.starts.fill(false);
+        (scratch.infeasible_gap, scratch.unphysical) = (None, None);
+        (scratch.gain, scratch.makes_energy) = (None, false);
+        Ok(())
+    }
+
+    /// Velocities of the instant after the step in the scratch memory, whose report has `status`
+    /// (eq. 37).
+    pub(super) fn end_leapfrog(&mut self, status: StepStatus) {
+        let Self { world, motion, now, before, instants, scratch, .. } = self;
+        let Some(instants) = instants else { return };
+        let StepScratch { candidates, solution, free, abrupt, .. } = scratch;
+        let is_smooth = matches!(
+            status,
+            StepStatus::Free | StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback
+        ) && matches!(motion, Motion::Contact { .. });
+        abrupt.bodies.clear();
+        if is_smooth {
+            abrupt.find(&TakenStep {
+                world,
+                states: &now.states,
+                earlier: before.as_ref().map_or(&now.states, |before| &before.states),
+                free,
+                past: &now.contacts,
+                contacts: candidates.contacts(),
+                solution,
+            });
+        }
+        instants.states.clear();
+        let pairs = now.states.iter().zip(&solution.states).enumerate();
+        instants.states.extend(pairs.map(|(body, (state, next))| {
+            if abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt) {
+                return *next;
+            }
+            State {
+                velocity: next.velocity + 0.5 * (next.velocity - state.velocity),
+                spin: next.spin + 0.5 * (next.spin - state.spin),
+                ..*next
+            }
+        }));
+    }
+}
