@@ -31,7 +31,7 @@ fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Si
     let begun = Content { start_index, ..content.clone() };
     let simulation = Simulation::new(begun.world_at(start_index), states, motion);
     let mut simulation = simulation.map_err(named)?;
-    simulation.start_at_the_middle();
+    simulation.use_middle_velocities();
     begun.prepare(&mut simulation).map_err(named)?;
     Ok(simulation)
 }

@@ -68,6 +68,8 @@ pub struct StepJudge {
     loads: Vec<Load>,
     courses: Vec<(usize, Knots)>,
     floating: bool,
+    /// True if slips have offsets (eq. 38), as with the native solver.
+    turns_friction: bool,
     certifier: Certifier,
     stiffness: Stiffness,
     candidates: Candidates,
@@ -107,6 +109,7 @@ impl StepJudge {
             loads: recording.loads.clone(),
             courses: recording.courses.clone(),
             floating: recording.floating(),
+            turns_friction: recording.run.solver.name == "native",
             certifier: Certifier::new(),
             stiffness: Stiffness::default(),
             candidates: Candidates::new(),

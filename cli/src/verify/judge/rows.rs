@@ -28,6 +28,8 @@ impl StepJudge {
             StepContacts { joints: joints.collect(), gears, ..StepContacts::default() };
         let mut planes = BTreeMap::new();
         let moved = if step.contacts.is_empty() { 0.0 } else { self.moved(step, next, wrenches) };
+        let offsets = self.turns_friction && !step.instants.is_empty();
+        let free = if offsets { self.free_flight(&step.states, wrenches) } else { Vec::new() };
         for (number, row) in step.contacts.iter().enumerate() {
             let contact = row.contact(&self.world, &step.states).and_then(|contact| {
                 row.is_there(&contact, &self.world, &step.states, moved)?;
@@ -35,7 +37,13 @@ impl StepJudge {
                 Ok(contact)
             });
             match contact {
-                Ok(contact) => touching.contacts.push(contact),
+                Ok(mut contact) => {
+                    if offsets {
+                        let instants = &step.instants;
+                        contact.set_slip_offset(&self.world, &step.states, instants, &free);
+                    }
+                    touching.contacts.push(contact);
+                }
                 Err(why) => {
                     touching.wrong.get_or_insert_with(|| format!("its contact {number} {why}"));
                 }

@@ -22,6 +22,10 @@ pub struct Candidates {
     index: KeyIndex,
     /// True if new contacts [keep their depth](Contact::keep_depth).
     keeps_depth: bool,
+    /// States with the velocities of the instant and after free flight, for the
+    /// [offsets of slips](Contact::set_slip_offset); empty if there are none.
+    instants: Vec<State>,
+    free: Vec<State>,
 }
 
 impl Candidates {
@@ -162,6 +166,21 @@ impl Candidates {
             new.iter_mut().for_each(Contact::keep_depth);
         }
         self.rebound.set(world, states, new);
+        if !self.instants.is_empty() {
+            let Self { contacts, instants, free, .. } = self;
+            for contact in &mut contacts[first..] {
+                contact.set_slip_offset(world, states, instants, free);
+            }
+        }
+    }
+
+    /// Sets the states with the velocities of the instant, and those after free flight, for the
+    /// offsets of slips (eq. 38). Without states, slips have no offset.
+    pub(crate) fn set_instants(&mut self, instants: &[State], free: &[State]) {
+        self.instants.clear();
+        self.instants.extend_from_slice(instants);
+        self.free.clear();
+        self.free.extend_from_slice(free);
     }
 
     /// First pair whose collision the step `states` → `next` misses in spite of these contacts.

@@ -55,6 +55,7 @@ mod placement;
 pub mod restitution;
 pub mod rounding;
 mod shared_edge;
+mod slip_offset;
 mod terrain_seams;
 
 pub use crate::world::{ContactLaw, Partner, Plane};
@@ -104,6 +105,9 @@ pub struct Contact {
     /// True if the impulse of another contact closes this one in the step. It then bounces although
     /// free flight would not close it.
     pub struck: bool,
+    /// o (eq. 38): added to the slip in the law (m/s, world, tangential). Zero unless friction turns in
+    /// a run of [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
+    pub slip_offset: Vector3<f64>,
     /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n: touching point, where forces act (m, frame of A). For two round features
@@ -210,6 +214,7 @@ impl Contact {
             gap: if gap.abs() <= noise { 0.0 } else { gap },
             rebound: 0.0,
             struck: false,
+            slip_offset: Vector3::zeros(),
             law,
             lever,
             arm,

@@ -203,7 +203,7 @@ impl Contact {
     /// Motion in the law of the contact (m/s, world). `u` is its [motion](Contact::motion) over the
     /// step `states` → `next` of `world`.
     ///
-    /// It adds the motion of [surfaces](Contact::carried). Along the normal it is the smaller of
+    /// It adds the motion of [surfaces](Contact::carried) and the offset of the slip (eq. 38). Along the normal it is the smaller of
     /// the gap speed and the parting speed beyond the rebound (eq. 29).
     #[must_use]
     #[inline]
@@ -214,7 +214,7 @@ impl Contact {
         states: &[State],
         next: &[State],
     ) -> Vector3<f64> {
-        if self.bounces() || world.has_surfaces() {
+        if self.bounces() || self.has_law_offset(world) {
             self.changed_motion(u, world, states, next)
         } else {
             u
@@ -229,7 +229,7 @@ impl Contact {
         states: &[State],
         next: &[State],
     ) -> Vector3<f64> {
-        let u = if world.has_surfaces() { u + self.carried(world, states) } else { u };
+        let u = u + self.law_offset(world, states);
         if self.bounces() { self.bounded_motion(u, world, states, next) } else { u }
     }
 

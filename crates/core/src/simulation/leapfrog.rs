@@ -18,7 +18,7 @@ use crate::contact::{Contact, KeyIndex};
 use crate::error::Error;
 use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
-use crate::mechanics::quaternion::{advance, rotation};
+use crate::mechanics::quaternion::advance;
 use crate::simulation::Motion;
 use crate::step::{ContactForce, StepSolution, StepStatus};
 use crate::world::World;
@@ -136,27 +136,8 @@ impl AbruptChanges {
 impl TakenStep<'_> {
     /// True if the touching points approach faster than smooth accelerations explain in a step.
     fn is_impact(&self, contact: &Contact) -> bool {
-        let h = self.world.time_step();
-        let explained = contact.key.bodies().map(|body| {
-            let (state, free) = (&self.states[body], &self.free[body]);
-            let reach = self.world.bodies()[body].reach();
-            (free.velocity - state.velocity).norm()
-                + (free.spin - state.spin).norm() * reach
-                + h * state.spin.norm_squared() * reach
-        });
-        -contact.normal().dot(&self.velocity(contact)) > explained.sum::<f64>()
-    }
-
-    /// Relative velocity of the touching points at the start of the step (m/s, world).
-    fn velocity(&self, contact: &Contact) -> Vector3<f64> {
-        let a = &self.states[contact.key.body];
-        let point = a.position + contact.arm;
-        let velocity = |state: &State| {
-            let spin = rotation(&state.attitude) * state.spin;
-            state.velocity + spin.cross(&(point - state.position))
-        };
-        let b = contact.key.partner.body().map(|body| velocity(&self.states[body]));
-        velocity(a) - b.unwrap_or_default() + contact.carried(self.world, self.states)
+        let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
+        approach > contact.smooth_change(self.world, self.states, self.free)
     }
 
     /// True if a slip ends or turns back in the step, or would do so in half of another one.
@@ -169,7 +150,8 @@ impl TakenStep<'_> {
         let least = STILL * self.world.speed_scale();
         let before = past.map_or_else(
             || {
-                let (velocity, normal) = (self.velocity(contact), contact.normal());
+                let velocity = contact.point_velocity(self.world, self.states);
+                let normal = contact.normal();
                 velocity - normal * normal.dot(&velocity)
             },
             |past| past.slip,

@@ -113,6 +113,8 @@ impl ExternalLoads {
 /// Earlier solutions used by a step from k to k+1.
 #[derive(Clone, Copy)]
 struct Past<'a> {
+    /// States at k with the velocities of the instant, if the run has them.
+    instants: Option<&'a [State]>,
     /// Solution that ended at k: [`Step::previous`](crate::step::Step::previous).
     now: &'a StepSolution,
     /// Solution that ended at k − 1: [`Step::earlier`](crate::step::Step::earlier).
@@ -238,13 +240,12 @@ impl<'a> Simulation<'a> {
         &self.now.states
     }
 
-    /// Takes the present velocities of all bodies as those of the middle of a step, so that the next
-    /// step does not convert them. Without effect if the integrator is not
+    /// Leaves out the velocities of the instant: all states have those of the middle of the last
+    /// step, and nothing is converted. Friction then opposes the slip of the step. A step is a
+    /// function of its states, as derivatives need it. Without effect if the integrator is not
     /// [`Integrator::Leapfrog`].
-    pub fn start_at_the_middle(&mut self) {
-        if let Some(instants) = &mut self.instants {
-            instants.starts.fill(false);
-        }
+    pub fn use_middle_velocities(&mut self) {
+        self.instants = None;
     }
 
     /// State X of the first body at the current step.
@@ -456,12 +457,13 @@ impl<'a> Simulation<'a> {
     /// The step itself: free flight, or detection, solver and certificate. The solution is left in
     /// the scratch memory.
     fn attempt(&mut self) -> Result<(StepReport, Certificate, f64), Error> {
-        let Self { world, motion, interrupt, now, before, scratch, .. } = &mut *self;
+        let Self { world, motion, interrupt, now, before, instants, scratch, .. } = &mut *self;
         let Motion::Contact { detection, solver } = motion else {
             let (report, certificate) = floating_step(world, &now.states, scratch);
             return Ok((report, certificate, 1.0));
         };
-        let past = Past { now, before: before.as_ref() };
+        let instants = instants.as_ref().map(|instants| &instants.states[..]);
+        let past = Past { instants, now, before: before.as_ref() };
         let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
         let StepScratch { rest, candidates, wrenches, .. } = &mut *scratch;
         rest.begin(now, before.as_ref(), candidates.memory(), solver, wrenches);

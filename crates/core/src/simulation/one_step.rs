@@ -60,13 +60,19 @@ pub(super) fn contact_step(
         rest,
         ..
     } = scratch;
-    let Past { now: previous, before: earlier } = past;
+    let Past { instants, now: previous, before: earlier } = past;
     let states = &previous.states;
     free.clear();
     let flights = states.iter().zip(&*wrenches).enumerate();
     free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
 
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
+    // Other solvers' laws have no offset.
+    if let Some(instants) = instants
+        && solver.islands().is_some()
+    {
+        candidates.set_instants(instants, free);
+    }
     let needs_contact = candidates.find(detection, world, states, free);
     rest.found(candidates.contacts().len());
     let (mut report, share, accepted) = if needs_contact {
@@ -74,6 +80,9 @@ pub(super) fn contact_step(
         let (report, share) = bounce.solve(&step, solver, candidates, solution)?;
         let islands = solver.islands();
         rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
+        // The solver's slips are those of the law.
+        let solved = solution.contacts.iter_mut().zip(candidates.contacts());
+        solved.for_each(|(force, contact)| force.slip -= contact.slip_offset);
         (report, share, solver.accepted_residual())
     } else {
         rest.keep(|_| false);

@@ -171,7 +171,7 @@ impl ContactTangent {
         let (of_a, of_b) = (ends(key.body), other.map(ends));
         let gap = contact.motion([&of_a.0, &of_a.1], of_b.as_ref().map(|b| [&b.0, &b.1]), h);
         let motion = contact.law_motion(gap, world, states, next);
-        let plain = if world.has_surfaces() { gap + contact.carried(world, states) } else { gap };
+        let plain = gap + contact.law_offset(world, states);
         let coming = contact.coming_speed(world, states);
         let counts = contact.bounces() && motion != plain;
         let left = contact.normal().dot(&motion);

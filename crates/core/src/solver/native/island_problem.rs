@@ -160,15 +160,14 @@ impl IslandProblem {
     ) -> Result<(), Error> {
         let mut effort = SolveEffort::new(step.interrupt);
         self.only = only(contacts, island);
-        let carries = step.world.has_surfaces();
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
             problem.equations.setting_mut().loosen(asked.tolerance_factor);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place]);
-                if carries {
-                    let carried = contacts[place].carried(step.world, step.states);
+                if contacts[place].has_law_offset(step.world) {
+                    let carried = contacts[place].law_offset(step.world, step.states);
                     problem.equations.setting_mut().carry(&carried);
                 }
             }
@@ -183,8 +182,8 @@ impl IslandProblem {
             }
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
-                if carries {
-                    problem.equations.carry(contacts[place].carried(step.world, step.states));
+                if contacts[place].has_law_offset(step.world) {
+                    problem.equations.carry(contacts[place].law_offset(step.world, step.states));
                 }
             }
             for &joint in island.joints {

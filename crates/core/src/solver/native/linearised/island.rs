@@ -107,11 +107,10 @@ impl LinearIsland {
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
         self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
-        let carries = step.world.has_surfaces();
         for &place in view.contacts {
             self.island.admit(&contacts[place], |body| view.places[body]);
-            if carries {
-                self.island.carry(contacts[place].carried(step.world, step.states));
+            if contacts[place].has_law_offset(step.world) {
+                self.island.carry(contacts[place].law_offset(step.world, step.states));
             }
         }
         for &joint in view.joints {
