@@ -74,7 +74,7 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     let mut moment = None;
     while let Some(step) = recording.next_step()? {
         let index = step.row.index;
-        moment = Some((index, step.states));
+        moment = Some((index, step.instant_states().to_vec()));
         if args.live.at.is_some_and(|requested| requested <= index) {
             break;
         }

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
 use tumble_core::mechanics::RigidBody;
+use tumble_core::world::Integrator;
 use tumble_model::BodyModel;
 use tumble_model::failure::Failure;
 use tumble_scene::scene::Scene;
@@ -67,9 +68,11 @@ impl Session {
         self.continued(scenes::text(&scene).map_err(|failure| failure.to_string())?)
     }
 
-    /// Session of the same scene from the present state on, in a text of the page.
+    /// Session of the same scene from the present state on, in a text of the page, with loads that act
+    /// over whole steps.
     pub(crate) fn rewritten(&self) -> Result<Self, String> {
-        let scene = self.present().map_err(|failure| failure.to_string())?;
+        let mut scene = self.present().map_err(|failure| failure.to_string())?;
+        scene.use_integrator(Integrator::Euler);
         self.continued(scenes::text(&scene).map_err(|failure| failure.to_string())?)
     }
 

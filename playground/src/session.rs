@@ -10,6 +10,7 @@ use tumble_core::contact::Partner;
 use tumble_core::query::{Query, Ray};
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::world::Integrator;
 use tumble_scene::scene::Scene;
 use tumble_scene::solver_choice::SolverChoice;
 
@@ -169,13 +170,14 @@ impl Session {
         self.pulls.release_all(self.simulation.index());
     }
 
-    /// Session whose text can hold pulls: one with a table per body. `None` if this one has it.
-    /// The present state is the start of the new session.
+    /// Session whose text can hold pulls: one with a table per body, whose loads act over whole steps.
+    /// `None` if this one is so. The present state is the start of the new session.
     ///
     /// # Errors
     /// A scene that no text can hold at this state.
     pub fn for_pulls(&self) -> Result<Option<Self>, String> {
-        if self.is_own { Ok(None) } else { self.rewritten().map(Some) }
+        let has_whole_steps = self.scene.world.integrator() == Integrator::Euler;
+        if self.is_own && has_whole_steps { Ok(None) } else { self.rewritten().map(Some) }
     }
 
     /// Forgets most of the past, to save memory.

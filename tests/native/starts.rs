@@ -10,7 +10,7 @@ use tumble_core::mechanics::load::Polyline;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -59,7 +59,9 @@ fn steps(simulation: &mut Simulation<'_>, count: usize) -> Vec<StepRecord> {
 
 #[test]
 fn a_simulation_that_starts_later_sees_the_loads_of_that_time() {
-    let scene = scenario("dragged-cube.toml");
+    let mut scene = scenario("dragged-cube.toml");
+    // A run that starts again at the velocities of the instant is the same to second order only.
+    scene.use_integrator(Integrator::Euler);
     let mut whole = running(&scene);
     steps(&mut whole, 300);
     let motion = Motion::native(&scene.world);
@@ -102,7 +104,7 @@ fn body_continues_from_the_state_that_was_set() {
     let record = steps(&mut run, 1).pop().unwrap();
     // The body falls freely, and the ones below it stand.
     let (h, g) = (scene.world.time_step(), scene.world.gravity());
-    let fallen = record.solution.states[top].velocity - away.velocity;
+    let fallen = run.states()[top].velocity - away.velocity;
     assert!((fallen - g * h).norm() < 1e-12);
     assert!(record.contacts.iter().all(|contact| contact.key.bodies().all(|body| body != top)));
     for (state, before) in record.solution.states[..top].iter().zip(&there) {

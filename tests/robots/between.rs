@@ -38,7 +38,7 @@ fn simulation(scene: &Scene) -> Simulation<'static> {
     scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
-/// Checks that the motion converges to MuJoCo's with first order in h. A small error remains from
+/// Checks that the motion converges to MuJoCo's. Springs and dampers are of first order in h. A small error remains from
 /// the part of the foot in the intermediate link, which does not rotate about the second axis.
 #[test]
 fn hinges_that_pass_each_other_move_as_mujocos() {
@@ -66,7 +66,7 @@ fn hinges_that_pass_each_other_move_as_mujocos() {
     for pair in errors.windows(2) {
         assert!((1.85..2.2).contains(&(pair[0] / pair[1])), "{errors:?}");
     }
-    assert!(errors[2] < 0.003, "{errors:?}");
+    assert!(errors[2] < 0.005, "{errors:?}");
 }
 
 /// Checks that total mass and inertia agree with the file. The intermediate link takes its mass
@@ -120,7 +120,7 @@ fn joints_in_a_row_are_as_many_as_it_takes() {
     // intermediate link, which is not in that centre.
     let h = scene.world.time_step();
     let fell = start + 100.0 * h * rising - height(simulation.states());
-    assert!((fell - 9.81 * h * h * 5050.0).abs() < 1e-4, "{fell}");
+    assert!((fell - 9.81 * h * h * 5000.0).abs() < 1e-4, "{fell}");
     let touching = ANKLE.replace("size=\"0.1 0.05 0.02\"", "size=\"0.1 0.05 0.1\"");
     let scene = scene_of(&touching, None).unwrap();
     let mut simulation = self::simulation(&scene);

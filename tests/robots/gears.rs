@@ -50,7 +50,7 @@ fn off(simulation: &Simulation<'_>, record: &StepRecord) -> f64 {
 /// constraints are stiff (solref 0.001 1, solimp 0.9999 0.9999 0.001) and hold to 3e-8.
 const BY_MUJOCO: [f64; 3] = [1.88010388, -2.32015579, -0.11100782];
 
-/// Checks that an arm with two couplings falls like MuJoCo's, with first order in h. The couplings
+/// Checks that an arm with two couplings falls like MuJoCo's. The couplings
 /// are exact.
 #[test]
 fn a_coupled_arm_falls_as_mujocos() {
@@ -72,10 +72,8 @@ fn a_coupled_arm_falls_as_mujocos() {
         q.iter().zip(BY_MUJOCO).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
     let errors = [0.002, 0.001, 0.0005].map(error);
-    for pair in errors.windows(2) {
-        assert!((1.9..2.15).contains(&(pair[0] / pair[1])), "{errors:?}");
-    }
-    assert!(errors[2] < 0.003, "{errors:?}");
+    // MuJoCo's figures have an error of first order in its steps of 1e-5 s.
+    assert!(errors.iter().all(|error| *error < 1e-4), "{errors:?}");
 }
 
 /// Checks the arm of pusher.urdf, which pushes a box against a wall. Its hand moves on a straight

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::StepRecord;
+use tumble_core::world::Integrator;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::{RobotSettings, Settings};
 
@@ -379,7 +380,8 @@ const TWO_SLIDES: &str = "<mujoco><option gravity='0 0 0' timestep='0.002'/><wor
 
 fn driven(rest: &str, controls: &[f64], steps: usize) -> Vec<f64> {
     let text = TWO_SLIDES.replace("REST", rest);
-    let scene = plain(&text, &[]).unwrap_or_else(|why| panic!("{why}"));
+    let mut scene = plain(&text, &[]).unwrap_or_else(|why| panic!("{why}"));
+    scene.use_integrator(Integrator::Euler);
     let robot = &scene.robots[0];
     let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
     for joint in 0..2 {

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod gradients;
+mod leapfrog;
 mod rollout;
 mod save;
 mod simulation;

@@ -64,6 +64,8 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     refuse_partial(&recording)?;
     let (mut judge, selection) = (StepJudge::new(&recording)?, recording.row_selection());
     let (mut findings, mut previous) = (VerifyFindings::default(), None::<TableStep>);
+    // True if the velocities of the instant in the row `previous` follow from the step before it.
+    let mut follows = true;
     let mut counts = StatusCounts::default();
     while let Some(step) = recording.next_step()? {
         recording.follow(&step);
@@ -73,9 +75,10 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             let ends = if selection.every > 1 { &previous.ends } else { &step.states };
             let mut verified = judge.step(&previous, ends);
             let is_next = step.row.index == previous.row.index + 1;
-            if verified.differs.is_none() && is_next && !instants_follow(&previous, &step) {
-                verified.differs = Some("velocities of the instant after it differ".to_owned());
+            if verified.differs.is_none() && !follows {
+                verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }
+            follows = !is_next || instants_follow(&previous, &step);
             if verified.differs.is_none() && is_next && *ends != step.states {
                 let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
@@ -84,7 +87,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         }
         previous = Some(step);
     }
-    if let Some(end) = previous.and_then(|end| judge.end(&end)) {
+    if let Some(end) = previous.and_then(|end| judge.end(&end, follows)) {
         findings.differing += 1;
         findings.keep(end, args.worst);
     }

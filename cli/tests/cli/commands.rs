@@ -217,7 +217,7 @@ fn steps_in_contact_are_those_with_a_contact_force() {
 #[test]
 fn cause_of_an_unphysical_step_is_reported() {
     let directory = tempfile::tempdir().unwrap();
-    let text = "steps = 10\ntime_step = 0.02\n[ground]\nfriction = 0.6\n[[bodies]]\nname = \"baton\"\n\
+    let text = "steps = 20\ntime_step = 0.02\n[ground]\nfriction = 0.6\n[[bodies]]\nname = \"baton\"\n\
                 capsule = { length = 0.5, radius = 0.01 }\nmass = 0.2\nposition = [0, 0, 0.4]\n\
                 spin = [0, 120, 0]\n";
     fs::write(directory.path().join("scene.toml"), text).unwrap();

@@ -43,7 +43,10 @@ fn belt_accelerates_a_parcel_and_tray_follows_its_motion() {
     let parcel = body(&done, 3);
     for (k, (_, velocity)) in parcel.iter().take(900).enumerate() {
         let expected = (0.4 * G * H * k as f64).min(0.8);
-        assert!((velocity[0] - expected).abs() < 1e-9, "{k}: {velocity} {expected}");
+        // Where the slip ends, the velocity is the one of the middle of the step.
+        let ends = (0.4 * G * H * k as f64 - 0.8).abs() < 0.4 * G * H;
+        let allowed = if ends { 0.4 * G * H } else { 1e-9 };
+        assert!((velocity[0] - expected).abs() < allowed, "{k}: {velocity} {expected}");
     }
     // The parcel has left the belt over the chute.
     assert!(parcel.last().unwrap().0[2] < 0.3);

@@ -62,7 +62,7 @@ fn gears_of_files_follow_and_verify() {
     let (about_shaft, about_rail) = (0.08 / 12.0, 2.0 * 0.02 / 12.0);
     let rate = 9.81 * 2.0 / (2.0 + about_shaft / 0.01 + 9.0 * about_rail);
     let fallen = 0.05 - first[2 * 99];
-    let expected = 0.5 * rate * 99.0 * 100.0 * 0.002_f64.powi(2);
+    let expected = 0.5 * rate * (99.0 * 0.002_f64).powi(2);
     assert!((fallen - expected).abs() < 1e-4 * expected, "{fallen} {expected}");
     let verify = || run(&["verify", path.to_str().unwrap()]);
     assert_eq!(verify().code, Some(0), "{:?}", verify());

@@ -173,7 +173,7 @@ fn plots_show_the_requested_body() {
     let z = drops(&ball, "z");
     assert_eq!(z.len(), 21);
     // Pixels have one or more decimals.
-    let expected = z[20] * (10.0 * 11.0) / (20.0 * 21.0);
+    let expected = z[20] / 4.0;
     assert!(z[20] > 20.0 && (z[10] - expected).abs() < 0.2, "{z:?}");
     assert_eq!(ball.panel("force").nothing.as_deref(), Some("no contact force on this body"));
     assert_eq!(fs::read(done.path("plot-energy.svg")).unwrap(), energy, "that of all");

@@ -209,6 +209,7 @@ fn flags_make_the_same_planes_and_loads_as_files() {
     ];
     let scenario = r#"
         steps = 300
+        integrator = "euler"
         [body]
         box = 2.0
         mass = 10.0

@@ -316,7 +316,7 @@ fn a_scene_needs_no_ground() {
     let states = Table::parse(&fs::read_to_string(out.join("states.csv")).unwrap());
     let z = states.numbers("z_m");
     assert!((z[2 * 199] - 0.1).abs() < 1e-12, "{}", z[2 * 199]);
-    let fallen = 0.5 * 9.81 * 0.002 * 0.002 * 199.0 * 200.0;
+    let fallen = 0.5 * 9.81 * (0.002_f64 * 199.0).powi(2);
     assert!((z[2 * 199 + 1] + fallen).abs() < 1e-12, "{}", z[2 * 199 + 1]);
     let json = fs::read_to_string(out.join("run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();

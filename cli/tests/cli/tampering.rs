@@ -88,7 +88,7 @@ fn unchanged_tables_verify() {
 #[test]
 fn a_changed_number_is_found_and_its_step_named() {
     let cases: [(&str, &[&str]); 4] = [
-        ("states.csv", &["x_m", "z_m", "vx_m_s"]),
+        ("states.csv", &["x_m", "z_m", "vx_m_s", "mid_vx_m_s"]),
         (
             "contacts.csv",
             &[

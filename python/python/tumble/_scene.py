@@ -43,6 +43,7 @@ class Settings(TypedDict, total=False):
     start_index: int | None
     time_step: float | None
     rotation: str | None
+    integrator: str | None
     friction: float | None
     restitution: float | None
     solver: str | None
@@ -69,7 +70,8 @@ class Scene(Queries):
 
     Positions and velocities are in the world frame. Spins (rad/s) and inertias (kg m², about the
     centre of mass) are in the body frame. Attitudes are unit quaternions w, x, y, z from body to
-    world. ``rotation`` selects the discretisation of the rotation, "momentum" or "tutorial"
+    world. ``rotation`` selects the discretisation of the rotation, "momentum" or "tutorial", and
+    ``integrator`` the meaning of the velocities in a run, "leapfrog" or "euler"
     (scenarios/README.md). Raises TumbleError for an invalid scene.
 
     ``jacobian`` and ``vjp`` compute derivatives. The methods of Queries look at its start.
@@ -100,6 +102,7 @@ class Scene(Queries):
         gravity: float | Iterable[float] = 9.81,
         time_step: float = 0.002,
         rotation: str = "momentum",
+        integrator: str = "leapfrog",
         steps: int = 1000,
         start_index: int = 0,
         name: str = "scene",
@@ -116,6 +119,7 @@ class Scene(Queries):
                 "start_index": whole("start_index", start_index, 0, _LARGEST_START) or None,
                 "time_step": time_step,
                 "rotation": rotation,
+                "integrator": integrator,
                 "gravity": gravity,
                 "ground": ground,
                 "bodies": tables("bodies", bodies),
@@ -171,6 +175,7 @@ class Scene(Queries):
     steps: int = core_property("steps", "Number of steps of a whole run.")
     time_step: float = core_property("time_step", "Time step h, s.")
     rotation: str = core_property("rotation", 'Discretisation of the rotation: "momentum" or "tutorial".')
+    integrator: str = core_property("integrator", 'Velocities in a run: of the middle of steps ("leapfrog"), or "euler".')
     solver: str = core_property("solver", "Solver of contact steps: native, ipopt, or rk4 without a ground.")
     friction: float = core_property("friction", "Coefficient of friction of the world.")
     restitution: float = core_property("restitution", "Coefficient of restitution of the world.")
@@ -356,6 +361,7 @@ def load(path: Location, **settings: Unpack[Settings]) -> Scene:
     - ``start_index``: step k of the start;
     - ``time_step`` (s);
     - ``rotation``: discretisation of the rotation, "momentum" or "tutorial";
+    - ``integrator``: meaning of the velocities in a run, "leapfrog" or "euler";
     - ``solver``: "native" (default), or "ipopt" if tumble.has_ipopt;
     - ``residual``: tolerance of the native solver, m/s, 1e-9 (default) to 1e-2.
 

@@ -33,6 +33,7 @@ class CoreScene:
         start_index: int | None = None,
         time_step: float | None = None,
         rotation: str | None = None,
+        integrator: str | None = None,
         friction: float | None = None,
         restitution: float | None = None,
         solver: str | None = None,
@@ -81,6 +82,8 @@ class CoreScene:
     def time_step(self) -> float: ...
     @property
     def rotation(self) -> str: ...
+    @property
+    def integrator(self) -> str: ...
     @property
     def friction(self) -> float: ...
     @property

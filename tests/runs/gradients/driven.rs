@@ -51,7 +51,8 @@ const ARM: &str = "
 
 fn scene(text: &str) -> Scene {
     let read = |_: &Path, _: u64| Ok(Vec::new());
-    Scene::from_text(text, Path::new("arm.toml"), Settings::default(), &read).unwrap()
+    let scene = Scene::from_text(text, Path::new("arm.toml"), Settings::default(), &read);
+    super::differentiable(scene.unwrap())
 }
 
 /// Inputs of a batch of the arm.

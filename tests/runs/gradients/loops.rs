@@ -18,7 +18,8 @@ use tumble_scene::settings::Settings;
 fn scene(text: &str) -> (World, Vec<State>) {
     let read = |path: &Path, _: u64| std::fs::read(path);
     let settings = Settings::default();
-    let scene = Scene::from_text(text, Path::new("scene.toml"), settings, &read).unwrap();
+    let scene = Scene::from_text(text, Path::new("scene.toml"), settings, &read);
+    let scene = super::differentiable(scene.unwrap());
     let run = scene.simulation(&Default::default()).unwrap();
     (run.world().clone(), run.states().to_vec())
 }

@@ -31,7 +31,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
 use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Constant, Parameters, World};
+use tumble_core::world::{Constant, Integrator, Parameters, World};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -39,7 +39,13 @@ fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     let read = |path: &Path, _: u64| std::fs::read(path);
-    Scene::from_text(&text, &path, Settings::default(), &read).unwrap()
+    differentiable(Scene::from_text(&text, &path, Settings::default(), &read).unwrap())
+}
+
+/// The scene with the integrator whose steps have derivatives.
+fn differentiable(mut scene: Scene) -> Scene {
+    scene.use_integrator(Integrator::Euler);
+    scene
 }
 
 /// One step from the given states, or `None` if it is not solved at full length.

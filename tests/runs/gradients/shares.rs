@@ -30,7 +30,8 @@ fn two_capsules_on_a_ball_joint_that_slide() {
         capsule("b", 0.3, 0.7),
     );
     let none = |_: &Path, _: u64| Ok(Vec::new());
-    let scene = Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none).unwrap();
+    let scene = Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none);
+    let scene = super::differentiable(scene.unwrap());
     let (world, states) = (&scene.world, &scene.starts[..]);
     let (simulation, base) = step(world, states, &[]).unwrap();
     let mut derivative = StepDerivative::new();
@@ -68,6 +69,7 @@ fn links_of_a_chain_on_the_ground() {
     let text = std::fs::read_to_string(&path).unwrap();
     let none = |_: &Path, _: u64| Ok(Vec::new());
     let scene = Scene::from_text(&text, &path, Settings::default(), &none).unwrap();
+    let scene = super::differentiable(scene);
     let world = &scene.world;
     let motion = Motion::native(world);
     let mut simulation = Simulation::new(world.clone(), scene.starts.clone(), motion).unwrap();

@@ -62,6 +62,9 @@ pub struct Verified {
     pub overlap: f64,
 }
 
+/// Difference of a row whose velocities of the instant do not follow from the step before (eq. 37).
+pub const OTHER_INSTANTS: &str = "its velocities of the instant differ";
+
 /// Verifier of a run.
 pub struct StepJudge {
     world: World,
@@ -179,9 +182,9 @@ impl StepJudge {
         }
     }
 
-    /// Verifies the last state: its energy, and that its row has no step. Returns `None` if it is
-    /// correct.
-    pub fn end(&mut self, end: &TableStep) -> Option<Verified> {
+    /// Verifies the last state: its energy, and that its row has no step. `follows` is true if its
+    /// velocities of the instant are right. Returns `None` if it is correct.
+    pub fn end(&mut self, end: &TableStep, follows: bool) -> Option<Verified> {
         let row = &end.row;
         self.world.follow(&self.courses, row.index as f64 * self.world.time_step());
         let numbers =
@@ -202,7 +205,8 @@ impl StepJudge {
         self.count(end);
         let joint = self.another_joint(end, None).or_else(|| self.another_gear(end, None));
         let differs = match (is_bare, has_energy, joint) {
-            (true, true, None) => return None,
+            (true, true, None) if follows => return None,
+            (true, true, None) => OTHER_INSTANTS.to_owned(),
             (false, ..) => "no step begins at its state, but its row has one".to_owned(),
             (true, _, Some(joint)) => joint,
             (true, false, None) => OTHER_ENERGY.to_owned(),

@@ -12,8 +12,9 @@ impl Simulation<'_> {
     /// unchanged.
     ///
     /// # Errors
-    /// If `record` is not the last step, if [`StepDerivative::linearise`] fails, or for
-    /// [`Motion::Floating`], which has no derivative.
+    /// If `record` is not the last step, if [`StepDerivative::linearise`] fails, for
+    /// [`Motion::Floating`], which has no derivative, or for a run with velocities of the instant
+    /// ([`Simulation::use_middle_velocities`]).
     pub fn linearise(
         &self,
         record: &StepRecord,
@@ -34,8 +35,14 @@ impl Simulation<'_> {
         found
     }
 
-    /// Refuses the Runge–Kutta method.
+    /// Refuses the Runge–Kutta method, and runs with velocities of the instant.
     pub(super) fn check_motion(&self) -> Result<(), Error> {
+        if self.instants.is_some() {
+            return Err(Error::Unsupported {
+                what: "the derivative of a run with velocities of the instant",
+                why: "a step is a function of its middle velocities; call use_middle_velocities first",
+            });
+        }
         if !matches!(self.motion, Motion::Floating) {
             return Ok(());
         }

@@ -113,7 +113,8 @@ impl Simulation<'_> {
     /// left at the end of the run, or unchanged after an error.
     ///
     /// # Errors
-    /// If a step cannot be posed, is interrupted or [has no derivative](Simulation::linearise); if
+    /// If the run has velocities of the instant ([`Simulation::use_middle_velocities`]); if a step
+    /// cannot be posed, is interrupted or [has no derivative](Simulation::linearise); if
     /// a callback of `run` fails; if it returns derivatives for another number of bodies.
     pub fn gradient(&mut self, run: &mut Run<'_>) -> Result<RunGradient, Error> {
         let start = self.save();

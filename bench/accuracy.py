@@ -1,0 +1,113 @@
+"""Errors of smooth motions against the time step, for both integrators.
+
+    python bench/accuracy.py target/release/tumble [MOTION...]
+
+The argument is the program. The script prints the largest errors of positions and attitudes, and
+of velocities, with steps of 10, 5, 2 and 1 ms, and the orders between them. The reference is a run
+with the integrator leapfrog and steps of 0.1 or 0.2 ms.
+"""
+
+import csv
+import math
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+STEPS = (0.01, 0.005, 0.002, 0.001)
+SCENARIOS = Path(__file__).parent.parent / "scenarios"
+GROUND = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"body\"\nmass = 1.0\n"
+HELD = "[ground]\nnone = true\nfriction = 0.3\n[[bodies]]\nname = \"body\"\nmass = 1.0\n"
+SLOPE = (0.05 * math.sin(math.radians(15)), 0.05 * math.cos(math.radians(15)))
+
+
+def shipped(name: str) -> str:
+    """Text of a scenario without its name, steps and time step."""
+    text = (SCENARIOS / f"{name}.toml").read_text()
+    head, bodies = text.split("[ground]", 1)
+    head = re.sub(r"(?m)^(name|steps|time_step) = .*\n", "", head)
+    return head + "[ground]" + bodies
+
+
+SLIDE = GROUND + "box = [0.4, 0.4, 0.2]\nposition = [0, 0, 0.1]\nvelocity = [3, 0, 0]\n"
+# Motion, its scene, and its duration, s.
+MOTIONS = {
+    "slide": (SLIDE, 0.4),
+    "slide to rest": (SLIDE, 1.4),
+    "oblique slide": (
+        GROUND.replace("0.3\n", "0.3\nslope = 15\n")
+        + f"box = [0.4, 0.4, 0.1]\nposition = [{SLOPE[0]!r}, 0, {SLOPE[1]!r}]\n"
+        + "attitude = { axis = [0, 1, 0], degrees = 15 }\nvelocity = [0, 2, 0]\n",
+        0.4,
+    ),
+    "spin and slide": (
+        GROUND + "box = [0.4, 0.4, 0.1]\nposition = [0, 0, 0.05]\nvelocity = [2, 0, 0]\nspin = [0, 0, 8]\n",
+        0.4,
+    ),
+    "slip to roll": (
+        GROUND + "sphere = 0.1\nposition = [0, 0, 0.1]\nvelocity = [2, 0, 0]\nspin = [3, -5, 2]\n",
+        0.3,
+    ),
+    "pendulum": (
+        HELD
+        + "box = [0.05, 0.05, 1.0]\nposition = [0.4, 0, -0.3]\n"
+        + "attitude = { axis = [0, 1, 0], degrees = -53.13010235415598 }\n[[joints]]\nname = \"hinge\"\n"
+        + "type = \"revolute\"\nbodies = \"body\"\nanchor = [0, 0, 0]\naxis = [0, 1, 0]\n",
+        2.0,
+    ),
+    "double pendulum": (shipped("double-pendulum"), 0.6),
+    "four-bar": (shipped("four-bar"), 0.4),
+    "top": (
+        HELD
+        + "cylinder = { radius = 0.2, length = 0.05 }\nposition = [0, 0.3, 0.4]\n"
+        + "attitude = { axis = [1, 0, 0], degrees = -36.86989764584402 }\nspin = [0, 0, 60]\n[[joints]]\n"
+        + "name = \"tip\"\ntype = \"spherical\"\nbodies = \"body\"\nanchor = [0, 0, 0]\n",
+        0.5,
+    ),
+}
+
+
+def end(program: str, motion: str, h: float, integrator: str) -> list[list[float]]:
+    """Last states of a run: position, attitude, velocity and spin of each body."""
+    text, duration = MOTIONS[motion]
+    head = f'name = "motion"\nsteps = {round(duration / h) + 1}\ntime_step = {h!r}\nintegrator = "{integrator}"\n'
+    with tempfile.TemporaryDirectory() as folder:
+        scene, out = Path(folder) / "scene.toml", Path(folder) / "out"
+        scene.write_text(head + text)
+        subprocess.run([program, "run", scene, "--out", out, "--quiet"], check=True)
+        with (out / "states.csv").open() as table:
+            rows = list(csv.reader(table))[1:]
+    return [[float(cell) for cell in row[3:16]] for row in rows if row[0] == rows[-1][0]]
+
+
+def errors(states: list[list[float]], reference: list[list[float]]) -> tuple[float, float]:
+    """Largest differences of poses and of velocities."""
+
+    def largest(part: slice) -> float:
+        pairs = (zip(a[part], b[part], strict=True) for a, b in zip(states, reference, strict=True))
+        return max(abs(a - b) for pair in pairs for a, b in pair)
+
+    return largest(slice(0, 7)), largest(slice(7, 13))
+
+
+def main(program: str, motions: list[str]) -> None:
+    """Print one row for each motion and integrator."""
+    for motion in motions or MOTIONS:
+        finest = 0.0001 if MOTIONS[motion][1] < 1.5 else 0.0002
+        reference = end(program, motion, finest, "leapfrog")
+        for integrator in ("euler", "leapfrog"):
+            found = [errors(end(program, motion, h, integrator), reference) for h in STEPS]
+            pose, velocity = zip(*found, strict=True)
+            order = [
+                math.log(pose[k] / pose[k + 1]) / math.log(STEPS[k] / STEPS[k + 1]) for k in range(len(STEPS) - 1)
+            ]
+            numbers = [" ".join(f"{x:.1e}" for x in of) for of in (pose, velocity)]
+            orders = " ".join(f"{x:.2f}" for x in order)
+            print(f"{motion:16} {integrator:9} {numbers[0]} | velocity {numbers[1]} | orders {orders}", flush=True)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    main(sys.argv[1], sys.argv[2:])

@@ -1,0 +1,302 @@
+//! Runs with the leapfrog integrator: order of convergence, closed forms, and velocities of the
+//! instant.
+
+use nalgebra::Vector3;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::{Simulation, State, StepRecord, Wrench};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+
+const G: f64 = 9.81;
+
+/// Scene of `text` with the time step `h` (s).
+fn scene(text: &str, h: f64) -> Scene {
+    let text = format!("time_step = {h:?}\nintegrator = \"leapfrog\"\n{text}");
+    let read = |path: &Path, _: u64| std::fs::read(path);
+    Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &read).unwrap()
+}
+
+fn simulation(text: &str, h: f64) -> Simulation<'static> {
+    scene(text, h).simulation(&Arc::new(AtomicBool::new(false))).unwrap()
+}
+
+/// Takes all steps up to `time` (s).
+fn run(simulation: &mut Simulation<'_>, time: f64) {
+    let mut record = StepRecord::new();
+    let steps = (time / simulation.world().time_step()).round() as u64;
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        assert!(record.report.status.is_one_problem(), "step {}", record.index);
+    }
+}
+
+/// States of the scene `text` at `time` (s), with the time step `h` (s).
+fn at(text: &str, time: f64, h: f64) -> Vec<State> {
+    let mut simulation = simulation(text, h);
+    run(&mut simulation, time);
+    simulation.states().to_vec()
+}
+
+fn distance(a: &[State], b: &[State]) -> f64 {
+    let pairs = a.iter().zip(b).map(|(a, b)| (a.to_vector() - b.to_vector()).amax());
+    pairs.fold(0.0, f64::max)
+}
+
+const GROUND: &str = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"body\"\n";
+const NO_GROUND: &str = "[ground]\nnone = true\nfriction = 0.3\n";
+
+fn slide() -> String {
+    format!(
+        "{GROUND}box = [0.4, 0.4, 0.2]\nmass = 1.0\nposition = [0, 0, 0.1]\nvelocity = [3, 0, 0]\n"
+    )
+}
+
+/// Slope of 15° along x with a plate that slides across it.
+fn oblique_slide() -> String {
+    let (sine, cosine) = 15f64.to_radians().sin_cos();
+    format!(
+        "[ground]\nfriction = 0.3\nslope = 15\n[[bodies]]\nname = \"body\"\nbox = [0.4, 0.4, 0.1]\n\
+         mass = 1.0\nposition = [{:?}, 0, {:?}]\nattitude = {{ axis = [0, 1, 0], degrees = 15 }}\n\
+         velocity = [0, 2, 0]\n",
+        0.05 * sine,
+        0.05 * cosine,
+    )
+}
+
+fn spin_and_slide() -> String {
+    format!(
+        "{GROUND}box = [0.4, 0.4, 0.1]\nmass = 1.0\nposition = [0, 0, 0.05]\nvelocity = [2, 0, 0]\n\
+         spin = [0, 0, 8]\n"
+    )
+}
+
+fn slip_to_roll() -> String {
+    format!(
+        "{GROUND}sphere = 0.1\nmass = 1.0\nposition = [0, 0, 0.1]\nvelocity = [2, 0, 0]\n\
+         spin = [3, -5, 2]\n"
+    )
+}
+
+/// A rod of 1 m at the angle of sin φ = 0.8 from the vertical.
+fn pendulum() -> String {
+    let degrees = -0.8f64.asin().to_degrees();
+    format!(
+        "{NO_GROUND}[[bodies]]\nname = \"body\"\nbox = [0.05, 0.05, 1.0]\nmass = 1.0\n\
+         position = [0.4, 0, -0.3]\nattitude = {{ axis = [0, 1, 0], degrees = {degrees:?} }}\n\
+         [[joints]]\nname = \"hinge\"\ntype = \"revolute\"\nbodies = \"body\"\nanchor = [0, 0, 0]\n\
+         axis = [0, 1, 0]\n"
+    )
+}
+
+fn top() -> String {
+    let degrees = -0.6f64.asin().to_degrees();
+    format!(
+        "{NO_GROUND}[[bodies]]\nname = \"body\"\ncylinder = {{ radius = 0.2, length = 0.05 }}\n\
+         mass = 1.0\nposition = [0, 0.3, 0.4]\nattitude = {{ axis = [1, 0, 0], degrees = {degrees:?} }}\n\
+         spin = [0, 0, 60]\n[[joints]]\nname = \"tip\"\ntype = \"spherical\"\nbodies = \"body\"\n\
+         anchor = [0, 0, 0]\n"
+    )
+}
+
+/// A scenario of the repository without its name, steps and time step.
+fn shipped(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
+    let text = std::fs::read_to_string(path).unwrap();
+    let is_head = |line: &&str| !(line.starts_with("steps") || line.starts_with("time_step"));
+    text.lines().filter(is_head).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn smooth_motion_is_of_second_order() {
+    let cases = [
+        ("oblique slide", oblique_slide(), 0.4, 0.005),
+        ("spin and slide", spin_and_slide(), 0.4, 0.004),
+        ("slip to roll", slip_to_roll(), 0.2, 0.005),
+        ("pendulum", pendulum(), 1.0, 0.005),
+        ("double pendulum", shipped("double-pendulum.toml"), 0.5, 0.005),
+        ("four-bar", shipped("four-bar.toml"), 0.4, 0.002),
+        ("top", top(), 0.25, 0.001),
+    ];
+    for (name, text, time, h) in cases {
+        let ends = [1.0, 0.5, 0.25].map(|part| at(&text, time, h * part));
+        let [coarse, fine] = [0, 1].map(|k| distance(&ends[k], &ends[k + 1]));
+        let order = (coarse / fine).log2();
+        assert!((order - 2.0).abs() <= 0.1, "{name}: order {order:.3}, {coarse:e}, {fine:e}");
+    }
+}
+
+/// Solution of x″ = f(x, x′) in the plane by the classical Runge–Kutta method.
+fn integrated(
+    acceleration: impl Fn([f64; 2], [f64; 2]) -> [f64; 2],
+    mut x: [f64; 2],
+    mut v: [f64; 2],
+    time: f64,
+) -> ([f64; 2], [f64; 2]) {
+    let steps = 20_000;
+    let h = time / f64::from(steps);
+    let plus = |a: [f64; 2], s: f64, b: [f64; 2]| [a[0] + s * b[0], a[1] + s * b[1]];
+    for _ in 0..steps {
+        let a1 = acceleration(x, v);
+        let (x2, v2) = (plus(x, 0.5 * h, v), plus(v, 0.5 * h, a1));
+        let a2 = acceleration(x2, v2);
+        let (x3, v3) = (plus(x, 0.5 * h, v2), plus(v, 0.5 * h, a2));
+        let a3 = acceleration(x3, v3);
+        let (x4, v4) = (plus(x, h, v3), plus(v, h, a3));
+        let a4 = acceleration(x4, v4);
+        let mean = |k1: [f64; 2], k2: [f64; 2], k3: [f64; 2], k4: [f64; 2]| {
+            [0, 1].map(|k| (k1[k] + 2.0 * k2[k] + 2.0 * k3[k] + k4[k]) / 6.0)
+        };
+        (x, v) = (plus(x, h, mean(v, v2, v3, v4)), plus(v, h, mean(a1, a2, a3, a4)));
+    }
+    (x, v)
+}
+
+#[test]
+fn a_slide_ends_where_the_closed_form_says() {
+    let state = at(&slide(), 1.4, 0.002)[0];
+    let expected = 9.0 / (2.0 * 0.3 * G);
+    assert!((state.position.x - expected).abs() <= 1e-5, "{}", state.position.x - expected);
+    assert!(state.velocity.norm() <= 1e-12);
+}
+
+#[test]
+fn a_pendulum_follows_its_equation() {
+    let state = at(&pendulum(), 2.0, 0.002)[0];
+    // A rod with a square section of b = 5 cm about its end: φ″ = −½ g ℓ sin φ/((ℓ² + b²)/12 + ¼ ℓ²).
+    let inertia = (1.0 + 0.0025) / 12.0 + 0.25;
+    let rod = |x: [f64; 2], _: [f64; 2]| [-0.5 * G * x[0].sin() / inertia, 0.0];
+    let ([angle, _], [rate, _]) = integrated(rod, [0.8f64.asin(), 0.0], [0.0; 2], 2.0);
+    let found = state.position.x.atan2(-state.position.z);
+    assert!((found - angle).abs() <= 1e-5, "{:e}", found - angle);
+    assert!((-state.spin.y - rate).abs() <= 2e-4, "{:e}", -state.spin.y - rate);
+}
+
+#[test]
+fn a_slide_across_a_slope_follows_its_equation() {
+    let state = at(&oblique_slide(), 0.4, 0.002)[0];
+    let (sine, cosine) = 15f64.to_radians().sin_cos();
+    let slope = |_: [f64; 2], v: [f64; 2]| {
+        let speed = v[0].hypot(v[1]);
+        [G * sine - 0.3 * G * cosine * v[0] / speed, -0.3 * G * cosine * v[1] / speed]
+    };
+    let ([down, across], [faster, _]) = integrated(slope, [0.0; 2], [0.0, 2.0], 0.4);
+    let along = Vector3::new(cosine, 0.0, -sine);
+    let moved = state.position - Vector3::new(0.05 * sine, 0.0, 0.05 * cosine);
+    assert!((along.dot(&moved) - down).abs() <= 1e-5, "{:e}", along.dot(&moved) - down);
+    assert!((moved.y - across).abs() <= 1e-5, "{:e}", moved.y - across);
+    assert!((along.dot(&state.velocity) - faster).abs() <= 5e-5);
+}
+
+#[test]
+fn a_ball_rolls_at_five_sevenths() {
+    let text =
+        format!("{GROUND}sphere = 0.1\nmass = 1.0\nposition = [0, 0, 0.1]\nvelocity = [2, 0, 0]\n");
+    let state = at(&text, 0.4, 0.002)[0];
+    // It slips for t = 2 v/(7 μ g) and rolls with 5 v/7 after it.
+    let slips = 2.0 * 2.0 / (7.0 * 0.3 * G);
+    let expected = 2.0 * slips - 0.5 * 0.3 * G * slips * slips + (0.4 - slips) * 10.0 / 7.0;
+    let off = state.velocity.x - 10.0 / 7.0;
+    assert!(off.abs() <= 1e-9, "{off:e}");
+    assert!((state.position.x - expected).abs() <= 2e-5, "{:e}", state.position.x - expected);
+}
+
+#[test]
+fn free_flight_and_loads_over_time_have_their_closed_forms() {
+    let text = format!(
+        "{NO_GROUND}[[bodies]]\nname = \"body\"\nsphere = 0.1\nmass = 2.0\nposition = [0, 0, 5]\n\
+         velocity = [1, 0, 3]\nload = {{ force = [[0.0, 0, 0, 0], [1.0, 6, 0, 0]] }}\n"
+    );
+    let state = at(&text, 0.5, 0.01)[0];
+    // x″ = 3 t, z″ = −g.
+    assert!((state.position.z - (5.0 + 1.5 - 0.125 * G)).abs() <= 1e-13);
+    assert!((state.velocity.z - (3.0 - 0.5 * G)).abs() <= 1e-13);
+    assert!((state.position.x - (0.5 + 0.125 / 2.0)).abs() <= 2e-5, "{}", state.position.x);
+    assert!((state.velocity.x - (1.0 + 0.375)).abs() <= 2e-4, "{}", state.velocity.x);
+}
+
+#[test]
+fn setting_the_present_states_changes_nothing() {
+    let text = shipped("double-pendulum.toml");
+    let (mut one, mut other) = (simulation(&text, 0.002), simulation(&text, 0.002));
+    let mut records = [StepRecord::new(), StepRecord::new()];
+    for _ in 0..100 {
+        let states = other.states().to_vec();
+        other.set_states(&states).unwrap();
+        one.step(&mut records[0]).unwrap();
+        other.step(&mut records[1]).unwrap();
+        assert_eq!(one.states(), other.states());
+        assert_eq!(one.step_states(), other.step_states());
+        assert_eq!(records[0].report.iterations, records[1].report.iterations);
+    }
+}
+
+#[test]
+fn a_step_taken_back_and_repeated_is_the_same() {
+    let mut simulation = simulation(&spin_and_slide(), 0.002);
+    let mut record = StepRecord::new();
+    for _ in 0..50 {
+        let before = simulation.states().to_vec();
+        simulation.step(&mut record).unwrap();
+        let after = simulation.states().to_vec();
+        simulation.take_back(&record);
+        assert_eq!(simulation.states(), before);
+        simulation.step(&mut record).unwrap();
+        assert_eq!(simulation.states(), after);
+    }
+}
+
+#[test]
+fn a_run_may_be_split_at_any_state() {
+    // The velocities of the instant start another run of the same motion, to second order.
+    let text = oblique_slide();
+    let whole = at(&text, 0.4, 0.002);
+    let mut second = simulation(&text, 0.002);
+    run(&mut second, 0.2);
+    let states = second.states().to_vec();
+    let mut fresh = simulation(&text, 0.002);
+    fresh.set_states(&states).unwrap();
+    run(&mut fresh, 0.2);
+    let apart = distance(&whole, fresh.states());
+    assert!(apart > 0.0 && apart <= 2e-5, "{apart:e}");
+}
+
+#[test]
+fn velocities_of_the_instant_leave_out_impacts_and_stops() {
+    let text = format!(
+        "{GROUND}box = [0.2, 0.2, 0.2]\nmass = 1.0\nposition = [0, 0, 0.3]\nvelocity = [0.5, 0, 0]\n"
+    );
+    let mut simulation = simulation(&text, 0.002);
+    let mut record = StepRecord::new();
+    for _ in 0..400 {
+        let was_moving = simulation.state().velocity.x;
+        simulation.step(&mut record).unwrap();
+        let State { velocity, .. } = *simulation.state();
+        // Nothing rises, speeds up or turns back.
+        assert!(velocity.z <= 1e-9, "step {}: {velocity}", record.index);
+        assert!((-1e-9..=was_moving + 1e-9).contains(&velocity.x), "step {}", record.index);
+    }
+    assert!(simulation.state().velocity.norm() <= 1e-9);
+}
+
+#[test]
+fn a_controller_at_the_instant_is_of_second_order() {
+    // A spring that the program computes from the present state: x″ = −ω² x.
+    let end = |h: f64| {
+        let text = format!(
+            "gravity = 0\n{NO_GROUND}[[bodies]]\nname = \"body\"\nsphere = 0.1\nmass = 1.0\n\
+             position = [1, 0, 0]\n"
+        );
+        let mut simulation = simulation(&text, h);
+        let mut record = StepRecord::new();
+        for _ in 0..(1.0 / h).round() as u64 {
+            let force = -25.0 * simulation.state().position;
+            simulation.set_wrench(0, Wrench { force, torque: Vector3::zeros() }).unwrap();
+            simulation.step(&mut record).unwrap();
+        }
+        (simulation.state().position.x - 5f64.cos()).abs()
+    };
+    let order = (end(0.01) / end(0.005)).log2();
+    assert!((order - 2.0).abs() <= 0.1, "{order}");
+}
