@@ -61,6 +61,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Joints as rows", "docs/concepts/joints-as-rows.md"),
             ("Unphysical steps", "docs/concepts/unphysical-steps.md"),
             ("Determinism", "docs/concepts/determinism.md"),
+            ("Accuracy in time", "docs/accuracy.md"),
             ("Limits", "docs/limits.md"),
         ],
     ),
