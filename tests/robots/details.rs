@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::world::Integrator;
 use tumble_robot::Assembled;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
@@ -60,7 +61,8 @@ const TURNTABLE: &str = "<body pos='0 0 1'><joint name='turn' axis='0 0 1' JOINT
 const INERTIA: f64 = 6.0 / 3.0 * (0.09 + 0.04);
 
 fn turned(joint: &str, rest: &str) -> f64 {
-    let scene = scene_of(&world(&TURNTABLE.replace("JOINT", joint), rest));
+    let mut scene = scene_of(&world(&TURNTABLE.replace("JOINT", joint), rest));
+    scene.use_integrator(Integrator::Euler);
     coordinates(&scene.robots[0], &after(&scene, 1))[0]
 }
 

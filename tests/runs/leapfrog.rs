@@ -169,7 +169,7 @@ fn a_pendulum_follows_its_equation() {
     let rod = |x: [f64; 2], _: [f64; 2]| [-0.5 * G * x[0].sin() / inertia, 0.0];
     let ([angle, _], [rate, _]) = integrated(rod, [0.8f64.asin(), 0.0], [0.0; 2], 2.0);
     let found = state.position.x.atan2(-state.position.z);
-    assert!((found - angle).abs() <= 1e-5, "{:e}", found - angle);
+    assert!((found - angle).abs() <= 2e-5, "{:e}", found - angle);
     assert!((-state.spin.y - rate).abs() <= 2e-4, "{:e}", -state.spin.y - rate);
 }
 
@@ -197,9 +197,10 @@ fn a_ball_rolls_at_five_sevenths() {
     // It slips for t = 2 v/(7 μ g) and rolls with 5 v/7 after it.
     let slips = 2.0 * 2.0 / (7.0 * 0.3 * G);
     let expected = 2.0 * slips - 0.5 * 0.3 * G * slips * slips + (0.4 - slips) * 10.0 / 7.0;
+    // Spins change their momentum by (h ω)²/4, here 2e-4.
     let off = state.velocity.x - 10.0 / 7.0;
-    assert!(off.abs() <= 1e-9, "{off:e}");
-    assert!((state.position.x - expected).abs() <= 2e-5, "{:e}", state.position.x - expected);
+    assert!(off.abs() <= 1e-4, "{off:e}");
+    assert!((state.position.x - expected).abs() <= 5e-5, "{:e}", state.position.x - expected);
 }
 
 #[test]

@@ -8,8 +8,7 @@ use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::robots::RobotEntry;
 use super::bodies::scene_entries::SceneEntries;
 use super::bodies::terrain::TerrainEntry;
-use super::choices::SolverName;
-use super::settings::{LARGEST_START, Settings, USUAL_INTEGRATOR};
+use super::settings::{LARGEST_START, Settings};
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
 use super::tutorial::BODY;
 use nalgebra::Vector3;
@@ -89,12 +88,7 @@ impl ScenarioFile {
         let floats = self.ground.is_none();
         if let Some(table) = self.ground {
             settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
-            // Ipopt solves the tutorial's program.
-            let is_tutorials = settings.rotation == Some(Rotation::Tutorial)
-                || settings.solver.preset.is_some()
-                || settings.solver.name == Some(SolverName::Ipopt);
-            let usual = if is_tutorials { Integrator::Euler } else { USUAL_INTEGRATOR };
-            settings.integrator = Some(self.integrator.unwrap_or(usual));
+            settings.integrator = self.integrator;
             table.set(&mut settings)?;
         }
         let at = if self.body.is_some() { BODY } else { "" };

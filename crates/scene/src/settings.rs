@@ -1,5 +1,6 @@
 //! Settings of a simulation, from flags, scenario files or the tutorial's scenes.
 
+use super::choices::SolverName;
 pub use super::tables::SolverTable;
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -14,9 +15,6 @@ pub const USUAL_SEED: u32 = 42;
 
 /// Largest start index k. The times k h of all later steps are still distinct doubles.
 pub const LARGEST_START: u64 = 9_000_000_000_000_000;
-
-/// Integrator of scene files and robots.
-pub const USUAL_INTEGRATOR: Integrator = Integrator::Leapfrog;
 
 /// Settings of a simulation; `None` for a setting that is not given.
 #[derive(Debug, Default)]
@@ -80,6 +78,16 @@ impl RobotSettings {
 }
 
 impl Settings {
+    /// Integrator of a run: leapfrog unless another one is given, the rotation is the tutorial's or
+    /// Ipopt solves the tutorial's program.
+    pub fn integrator(&self) -> Integrator {
+        let is_tutorials = self.rotation != Some(Rotation::Momentum)
+            || self.solver.preset.is_some()
+            || self.solver.name == Some(SolverName::Ipopt);
+        let usual = if is_tutorials { Integrator::Euler } else { Integrator::Leapfrog };
+        self.integrator.unwrap_or(usual)
+    }
+
     /// Merges two layers of settings: values of `self` take precedence over those of `below`.
     pub fn over(self, below: Self) -> Self {
         Self {

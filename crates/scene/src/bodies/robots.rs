@@ -3,7 +3,7 @@
 use super::build::{BuiltScene, empty_model};
 use super::copies::MOST_BODIES;
 use super::entries::{AttitudeEntry, Files};
-use crate::settings::{RobotSettings, Settings, USUAL_INTEGRATOR};
+use crate::settings::{RobotSettings, Settings};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -106,7 +106,6 @@ pub fn settings_of(robot: &Robot) -> Settings {
         dt: Some(options.time_step),
         gravity: Some(options.gravity),
         rotation: Some(Rotation::Momentum),
-        integrator: Some(USUAL_INTEGRATOR),
         mu: Some(USUAL_FRICTION),
         plane: (!options.has_world).then(Plane::default),
         ..Settings::default()

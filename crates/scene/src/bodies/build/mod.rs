@@ -25,7 +25,6 @@ use std::collections::BTreeMap;
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::{Rotation, State};
 use tumble_core::simulation::random::Draws;
-use tumble_core::world::Integrator;
 use tumble_decompose::DecompositionSettings;
 use tumble_model::fields::Numbers;
 use tumble_model::parameters::LoadParameters;
@@ -57,7 +56,7 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
     Model {
         dt: settings.dt.unwrap_or_default(),
         rotation: settings.rotation.unwrap_or(Rotation::Momentum),
-        integrator: settings.integrator.unwrap_or(Integrator::Euler),
+        integrator: settings.integrator(),
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
         restitution: settings.restitution.unwrap_or_default(),
