@@ -169,13 +169,64 @@ impl Drive {
 pub(crate) struct AxisStart {
     /// Coordinate x_k (m or rad).
     pub(crate) coordinate: f64,
-    /// Rate (x_k − x_{k−1})/h (m/s or rad/s), set for axes with an armature.
+    /// Rate (x_k − x_{k−1})/h (m/s or rad/s), set for axes with an armature, and for springs and
+    /// dampers at the middle.
     pub(crate) rate: f64,
+    /// True if springs and dampers may act at the [middle](Pull).
+    pub(crate) is_middle: bool,
     /// Mean of the time-dependent load over the step (N or N m).
     pub(crate) push: f64,
 }
 
+/// Time at which a spring and a damper of a step act:
+///
+/// ```text
+/// f = k (x* − x − h σ ẋ⁺ + h σ' ẋ⁻) − d (τ ẋ⁺ + τ' ẋ⁻)
+/// ```
+///
+/// At the end of the step, as in the implicit Euler method, σ = τ = 1 and σ' = τ' = 0. With
+/// [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog), forces of a step act at its start,
+/// the middle between the velocities ẋ⁻ and ẋ⁺. Then σ = σ' = ¼ and τ = τ' = ½: x is the mean of
+/// (x_{k−1} + x_k)/2 and (x_k + x_{k+1})/2, of second order and stable for any stiffness. Stiff springs
+/// and dampers act at the end, which damps their vibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pull {
+    /// σ and τ.
+    pub after: [f64; 2],
+    /// σ' and τ'.
+    pub before: [f64; 2],
+}
+
+impl Pull {
+    /// Largest (k h + d) h/(M ℓ²) of springs and dampers at the middle. Without a damper it is (h ω)²
+    /// of a body of mass M at the distance ℓ.
+    const STIFF: f64 = 0.25;
+
+    /// Time at which a spring of `stiffness` with `damping` acts on the axis at `start`; the other
+    /// arguments are those of [`Axis::graph`].
+    pub(super) fn new(
+        start: &AxisStart,
+        (stiffness, damping): (f64, f64),
+        time_step: f64,
+        length: f64,
+        unit: f64,
+    ) -> Self {
+        let slope = (stiffness * time_step + damping) * time_step / (unit * length * length);
+        if start.is_middle && slope <= Self::STIFF {
+            Self { after: [0.25, 0.5], before: [0.25, 0.5] }
+        } else {
+            Self { after: [1.0, 1.0], before: [0.0, 0.0] }
+        }
+    }
+}
+
 impl Axis {
+    /// True if it has a spring or a damper, of its own or of a motor.
+    pub(crate) fn pulls(&self) -> bool {
+        matches!(self, Self::Free(drive) if drive.stiffness > 0.0 || drive.damping > 0.0
+            || matches!(drive.motor, Some(Motor::Position { .. } | Motor::Damper { .. })))
+    }
+
     /// Swing axis of a ball joint with the cone angle `largest` (rad).
     pub(super) fn cone(largest: f64) -> Self {
         Self::Free(Drive { limits: Some([0.0, largest]), ..Drive::NONE })
@@ -235,10 +286,14 @@ impl Axis {
         let to_impulse = time_step / (unit * length);
         let speed_at = |target: f64| length * (target - coordinate) / time_step;
         let mut sum = ForceSum::constant((drive.force + start.push) * to_impulse);
-        // f = −k (x + h ẋ − rest) − d ẋ, with ẋ = u/length.
+        // f = k (rest − x − h σ ẋ + h σ' ẋ⁻) − d (τ ẋ + τ' ẋ⁻), with ẋ = u/length.
         let pull = |stiffness: f64, damping: f64, target: f64| {
-            let slope = (stiffness * time_step + damping) * to_impulse / length;
-            (slope, stiffness * (target - coordinate) * to_impulse)
+            let Pull { after, before } =
+                Pull::new(start, (stiffness, damping), time_step, length, unit);
+            let slope =
+                (stiffness * time_step * after[0] + damping * after[1]) * to_impulse / length;
+            let known = (stiffness * time_step * before[0] - damping * before[1]) * start.rate;
+            (slope, (stiffness * (target - coordinate) + known) * to_impulse)
         };
         let (slope, at_zero) = pull(drive.stiffness, drive.damping, drive.rest);
         sum.add_line(at_zero, slope);
@@ -260,8 +315,12 @@ impl Axis {
                 sum.add_ramp(at_zero, slope, max_force * to_impulse);
             }
             Some(Motor::Damper { target, damping, max_force }) => {
-                let slope = damping * to_impulse / length;
-                sum.add_ramp(damping * target * to_impulse, slope, max_force * to_impulse);
+                let (slope, at_zero) = pull(0.0, damping, 0.0);
+                sum.add_ramp(
+                    at_zero + damping * target * to_impulse,
+                    slope,
+                    max_force * to_impulse,
+                );
             }
         }
         if let Some([low, high]) = drive.limits {

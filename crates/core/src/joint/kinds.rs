@@ -9,10 +9,19 @@ impl Joint {
     #[must_use]
     pub fn between(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = [Axis::Free(Drive::NONE); 3];
-        let (linear, angular) = (free, free);
-        let push = [Vector3::zeros(); 2];
-        let (middle, length, collides, moves) = (None, None, false, false);
-        Self { body, other, frames, linear, angular, middle, length, collides, push, moves }
+        Self {
+            body,
+            other,
+            frames,
+            linear: free,
+            angular: free,
+            middle: None,
+            length: None,
+            collides: false,
+            push: [Vector3::zeros(); 2],
+            moves: false,
+            is_middle: false,
+        }
     }
 
     /// Ball joint without limits: the anchors coincide and the rotation is free, or under drives

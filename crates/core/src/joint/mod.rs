@@ -76,6 +76,8 @@ pub struct Joint {
     push: [Vector3<f64>; 2],
     /// True if the world frame moves.
     moves: bool,
+    /// True if springs and dampers may act at the middle of velocities.
+    is_middle: bool,
 }
 
 /// Type of the relative rotation of a joint's frames.
@@ -303,6 +305,17 @@ impl Joint {
     #[must_use]
     pub fn middle(&self) -> Middle {
         self.middle.unwrap_or(Middle::STRAIGHT)
+    }
+
+    /// Sets whether springs and dampers may act at the middle of velocities.
+    pub(crate) fn set_middle(&mut self, is_middle: bool) {
+        self.is_middle = is_middle;
+    }
+
+    /// True if the force of an axis depends on its rate before the step.
+    pub(crate) fn needs_rates(&self) -> bool {
+        let needs = |axis: &Axis| axis.has_armature() || self.is_middle && axis.pulls();
+        self.linear.iter().chain(&self.angular).any(needs)
     }
 
     /// True if any linear axis is locked or driven.

@@ -2,6 +2,7 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
+use super::drive::Pull;
 use super::{Axis, AxisStart, Drive, Motor};
 
 /// Differentials of the quantities that determine the force law of an axis in a step.
@@ -66,7 +67,7 @@ impl Axis {
     ///
     /// ```text
     /// stop          u₀ = ℓ (x* − x)/h
-    /// spring        s = (k h + d) c/ℓ,   v = k (x* − x) c,   c = h/(M ℓ)
+    /// spring        s = (k h σ + d τ) c/ℓ,   v = (k (x* − x) + (k h σ' − d τ') ẋ_k) c,   c = h/(M ℓ)
     /// armature      s = I/(M ℓ²),   v = I ẋ_k/(M ℓ)
     /// friction, velocity motor   u₀ = 0 or ℓ times its target,   v = ± f c               (G10)
     /// ```
@@ -89,11 +90,17 @@ impl Axis {
         let to_impulse = h / (unit * length);
         let mut value = change.force + (drive.force + start.push) * longer;
         let mut slope = 0.0;
-        // Differentials of k (x* − x) c and of (k h + d) c/ℓ, divided by c.
+        // Differentials of (k (x* − x) + (k h σ' − d τ') ẋ_k) c and of (k h σ + d τ) c/ℓ, divided by c.
+        let rate = start.rate;
+        let pull = |k: f64, d: f64| Pull::new(start, (k, d), h, length, unit);
         let mut projection = |(k, d, target): (f64, f64, f64),
                               (dk, dd, dtarget): (f64, f64, f64)| {
+            let Pull { after: [s, t], before: [s_before, t_before] } = pull(k, d);
             value += dk * (target - x) + k * (dtarget - change.coordinate + (target - x) * longer);
-            slope += (dk * h + dd + (2.0 * k * h + d) * longer) / length;
+            value += (dk * h * s_before - dd * t_before) * rate
+                + (k * h * s_before - d * t_before) * change.rate
+                + (2.0 * k * h * s_before - d * t_before) * rate * longer;
+            slope += (dk * h * s + dd * t + (2.0 * k * h * s + d * t) * longer) / length;
         };
         let spring = (drive.stiffness, drive.damping, drive.rest);
         projection(spring, (change.stiffness, change.damping, change.rest));
@@ -108,7 +115,10 @@ impl Axis {
                 held += side(u < target * length) * (change.max_force + max_force * longer);
             }
             Some(Motor::Position { target, stiffness, damping, max_force }) => {
-                let projections = stiffness * (target - x) - (stiffness * h + damping) * u / length;
+                let Pull { after: [s, t], before: [s_before, t_before] } = pull(stiffness, damping);
+                let projections = stiffness * (target - x)
+                    + (stiffness * h * s_before - damping * t_before) * rate
+                    - (stiffness * h * s + damping * t) * u / length;
                 if projections.abs() > max_force {
                     held += projections.signum() * (change.max_force + max_force * longer);
                 } else {
@@ -117,7 +127,8 @@ impl Axis {
                 }
             }
             Some(Motor::Damper { target, damping, max_force }) => {
-                let projections = damping * (target - u / length);
+                let Pull { after: [_, t], before: [_, t_before] } = pull(0.0, damping);
+                let projections = damping * (target - t * u / length - t_before * rate);
                 if projections.abs() > max_force {
                     held += projections.signum() * (change.max_force + max_force * longer);
                 } else {

@@ -213,7 +213,9 @@ impl World {
         self.apart = tied.chain(self.kept_apart.iter().copied()).collect();
         self.apart.sort_unstable();
         self.apart.dedup();
-        Self { joints, ..self }
+        self.joints = joints;
+        self.set_middles();
+        self
     }
 
     /// Joints.
@@ -294,7 +296,15 @@ impl World {
     /// Returns this world with the given meaning of the velocities of a run.
     #[must_use]
     pub fn with_integrator(self, integrator: Integrator) -> Self {
-        Self { integrator, ..self }
+        let mut world = Self { integrator, ..self };
+        world.set_middles();
+        world
+    }
+
+    /// Sets in all joints when their springs and dampers act.
+    fn set_middles(&mut self) {
+        let is_middle = self.integrator == Integrator::Leapfrog;
+        self.joints.iter_mut().for_each(|joint| joint.set_middle(is_middle));
     }
 
     /// Meaning of the velocities of a run; [`Integrator::Euler`] by default.

@@ -263,7 +263,7 @@ impl<'a> JointTangent<'a> {
         }
         motion /= h;
         by_time_step = (by_time_step - moved / h) / h;
-        let rates = joint.linear().iter().any(Axis::has_armature).then(|| {
+        let rates = joint.needs_rates().then(|| {
             let (was, _, before) = self.place(BEFORE);
             self.rates(&coordinates, &l, &before, &was)
         });
@@ -312,8 +312,7 @@ impl<'a> JointTangent<'a> {
             slopes
         };
         let coordinates = by_turns(&own.angles);
-        let armed = joint.angular().iter().any(Axis::has_armature);
-        let rates = armed.then(|| {
+        let rates = joint.needs_rates().then(|| {
             let was = joint.coasted(self.states, -h)?;
             let counted = joint.counted(&was, angles);
             let before = Turn::new(joint, &was, &counted, h, length);

@@ -185,8 +185,8 @@ impl Joint {
     }
 
     /// States of the linear and the angular axes at the start of a step of `time_step` (s) from
-    /// `states`, with the coordinates `at` and the `angles` (rad). Rates are computed only if an
-    /// axis has an armature.
+    /// `states`, with the coordinates `at` and the `angles` (rad). Rates are computed only if
+    /// an axis needs them.
     pub(crate) fn starts(
         &self,
         states: &[State],
@@ -194,7 +194,7 @@ impl Joint {
         angles: &Vector3<f64>,
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
-        if self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
+        if self.needs_rates() {
             self.starts_with_rates(states, at, angles, time_step)
         } else {
             self.starts_at(at, angles, &Vector3::zeros(), &Vector3::zeros())
@@ -242,10 +242,18 @@ impl Joint {
         rates: &Vector3<f64>,
         turns: &Vector3<f64>,
     ) -> [[AxisStart; 3]; 2] {
-        let along =
-            |k: usize| AxisStart { coordinate: at.place[k], rate: rates[k], push: self.push[0][k] };
-        let about =
-            |k: usize| AxisStart { coordinate: angles[k], rate: turns[k], push: self.push[1][k] };
+        let along = |k: usize| AxisStart {
+            coordinate: at.place[k],
+            rate: rates[k],
+            is_middle: self.is_middle,
+            push: self.push[0][k],
+        };
+        let about = |k: usize| AxisStart {
+            coordinate: angles[k],
+            rate: turns[k],
+            is_middle: self.is_middle,
+            push: self.push[1][k],
+        };
         [std::array::from_fn(along), std::array::from_fn(about)]
     }
 
