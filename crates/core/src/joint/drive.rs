@@ -172,8 +172,9 @@ pub(crate) struct AxisStart {
     /// Rate (x_k − x_{k−1})/h (m/s or rad/s), set for axes with an armature, and for springs and
     /// dampers at the middle.
     pub(crate) rate: f64,
-    /// True if springs and dampers may act at the [middle](Pull).
-    pub(crate) is_middle: bool,
+    /// Inverse inertia of both bodies along or about the axis (1/kg or 1/(kg m²)), if springs and
+    /// dampers may act at the [middle](Pull).
+    pub(crate) inverse_inertia: Option<f64>,
     /// Mean of the time-dependent load over the step (N or N m).
     pub(crate) push: f64,
 }
@@ -198,21 +199,17 @@ pub(super) struct Pull {
 }
 
 impl Pull {
-    /// Largest (k h + d) h/(M ℓ²) of springs and dampers at the middle. Without a damper it is (h ω)²
-    /// of a body of mass M at the distance ℓ.
+    /// Largest (k h + d) h/I of springs and dampers at the middle, with the inertia I of both bodies
+    /// about the axis. Without a damper it is (h ω)².
     const STIFF: f64 = 0.25;
 
-    /// Time at which a spring of `stiffness` with `damping` acts on the axis at `start`; the other
-    /// arguments are those of [`Axis::graph`].
-    pub(super) fn new(
-        start: &AxisStart,
-        (stiffness, damping): (f64, f64),
-        time_step: f64,
-        length: f64,
-        unit: f64,
-    ) -> Self {
-        let slope = (stiffness * time_step + damping) * time_step / (unit * length * length);
-        if start.is_middle && slope <= Self::STIFF {
+    /// Time at which a spring of `stiffness` with `damping` acts on the axis at `start`, in a step of
+    /// `time_step` (s).
+    pub(super) fn new(start: &AxisStart, stiffness: f64, damping: f64, time_step: f64) -> Self {
+        let is_soft = |inverse_inertia: f64| {
+            (stiffness * time_step + damping) * time_step * inverse_inertia <= Self::STIFF
+        };
+        if start.inverse_inertia.is_some_and(is_soft) {
             Self { after: [0.25, 0.5], before: [0.25, 0.5] }
         } else {
             Self { after: [1.0, 1.0], before: [0.0, 0.0] }
@@ -288,8 +285,7 @@ impl Axis {
         let mut sum = ForceSum::constant((drive.force + start.push) * to_impulse);
         // f = k (rest − x − h σ ẋ + h σ' ẋ⁻) − d (τ ẋ + τ' ẋ⁻), with ẋ = u/length.
         let pull = |stiffness: f64, damping: f64, target: f64| {
-            let Pull { after, before } =
-                Pull::new(start, (stiffness, damping), time_step, length, unit);
+            let Pull { after, before } = Pull::new(start, stiffness, damping, time_step);
             let slope =
                 (stiffness * time_step * after[0] + damping * after[1]) * to_impulse / length;
             let known = (stiffness * time_step * before[0] - damping * before[1]) * start.rate;

@@ -20,7 +20,7 @@ impl Joint {
             collides: false,
             push: [Vector3::zeros(); 2],
             moves: false,
-            is_middle: false,
+            inverse_inertias: None,
         }
     }
 

@@ -76,8 +76,9 @@ pub struct Joint {
     push: [Vector3<f64>; 2],
     /// True if the world frame moves.
     moves: bool,
-    /// True if springs and dampers may act at the middle of velocities.
-    is_middle: bool,
+    /// Inverse inertias of both bodies along the linear axes (1/kg) and about the angular ones
+    /// (1/(kg m²)), if springs and dampers may act at the middle of velocities.
+    inverse_inertias: Option<[[f64; 3]; 2]>,
 }
 
 /// Type of the relative rotation of a joint's frames.
@@ -307,14 +308,25 @@ impl Joint {
         self.middle.unwrap_or(Middle::STRAIGHT)
     }
 
-    /// Sets whether springs and dampers may act at the middle of velocities.
-    pub(crate) fn set_middle(&mut self, is_middle: bool) {
-        self.is_middle = is_middle;
+    /// Lets springs and dampers act at the middle of velocities, or at the end of steps
+    /// (`is_middle` = false). The inertias are those of free `bodies`, without other joints.
+    pub(crate) fn set_middle(&mut self, is_middle: bool, bodies: &[RigidBody]) {
+        let sides = [Some(self.body), self.other].into_iter().zip(&self.frames);
+        let mut inverse = [[0.0; 3]; 2];
+        for (body, frame) in sides.filter_map(|(body, frame)| Some((bodies.get(body?)?, frame))) {
+            let axes = frame.rotation();
+            for (k, axis) in axes.column_iter().enumerate() {
+                inverse[0][k] += 1.0 / body.mass();
+                inverse[1][k] += axis.dot(&(body.inertia_inverse() * axis));
+            }
+        }
+        self.inverse_inertias = is_middle.then_some(inverse);
     }
 
     /// True if the force of an axis depends on its rate before the step.
     pub(crate) fn needs_rates(&self) -> bool {
-        let needs = |axis: &Axis| axis.has_armature() || self.is_middle && axis.pulls();
+        let needs =
+            |axis: &Axis| axis.has_armature() || self.inverse_inertias.is_some() && axis.pulls();
         self.linear.iter().chain(&self.angular).any(needs)
     }
 

@@ -92,7 +92,7 @@ impl Axis {
         let mut slope = 0.0;
         // Differentials of (k (x* − x) + (k h σ' − d τ') ẋ_k) c and of (k h σ + d τ) c/ℓ, divided by c.
         let rate = start.rate;
-        let pull = |k: f64, d: f64| Pull::new(start, (k, d), h, length, unit);
+        let pull = |k: f64, d: f64| Pull::new(start, k, d, h);
         let mut projection = |(k, d, target): (f64, f64, f64),
                               (dk, dd, dtarget): (f64, f64, f64)| {
             let Pull { after: [s, t], before: [s_before, t_before] } = pull(k, d);

@@ -248,7 +248,9 @@ impl World {
             return Err(Error::Count { field: "bodies", count, allowed: "as many as before" });
         }
         let Self { parameters, reach, speed_scale, .. } = Self::new(parameters)?;
-        Ok(Self { parameters, reach, speed_scale, ..self.clone() })
+        let mut world = Self { parameters, reach, speed_scale, ..self.clone() };
+        world.set_middles();
+        Ok(world)
     }
 
     /// Static convex pieces.
@@ -304,7 +306,8 @@ impl World {
     /// Sets in all joints when their springs and dampers act.
     fn set_middles(&mut self) {
         let is_middle = self.integrator == Integrator::Leapfrog;
-        self.joints.iter_mut().for_each(|joint| joint.set_middle(is_middle));
+        let Self { joints, parameters, .. } = self;
+        joints.iter_mut().for_each(|joint| joint.set_middle(is_middle, &parameters.bodies));
     }
 
     /// Meaning of the velocities of a run; [`Integrator::Euler`] by default.

@@ -245,13 +245,13 @@ impl Joint {
         let along = |k: usize| AxisStart {
             coordinate: at.place[k],
             rate: rates[k],
-            is_middle: self.is_middle,
+            inverse_inertia: self.inverse_inertias.map(|inverse| inverse[0][k]),
             push: self.push[0][k],
         };
         let about = |k: usize| AxisStart {
             coordinate: angles[k],
             rate: turns[k],
-            is_middle: self.is_middle,
+            inverse_inertia: self.inverse_inertias.map(|inverse| inverse[1][k]),
             push: self.push[1][k],
         };
         [std::array::from_fn(along), std::array::from_fn(about)]
