@@ -31,6 +31,12 @@ def shipped(name: str) -> str:
 
 
 SLIDE = GROUND + "box = [0.4, 0.4, 0.2]\nposition = [0, 0, 0.1]\nvelocity = [3, 0, 0]\n"
+PENDULUM = (
+    HELD
+    + "box = [0.05, 0.05, 1.0]\nposition = [0.4, 0, -0.3]\n"
+    + "attitude = { axis = [0, 1, 0], degrees = -53.13010235415598 }\n[[joints]]\nname = \"hinge\"\n"
+    + "type = \"revolute\"\nbodies = \"body\"\nanchor = [0, 0, 0]\naxis = [0, 1, 0]\n"
+)
 # Motion, its scene, and its duration, s.
 MOTIONS = {
     "slide": (SLIDE, 0.4),
@@ -49,12 +55,11 @@ MOTIONS = {
         GROUND + "sphere = 0.1\nposition = [0, 0, 0.1]\nvelocity = [2, 0, 0]\nspin = [3, -5, 2]\n",
         0.3,
     ),
-    "pendulum": (
-        HELD
-        + "box = [0.05, 0.05, 1.0]\nposition = [0.4, 0, -0.3]\n"
-        + "attitude = { axis = [0, 1, 0], degrees = -53.13010235415598 }\n[[joints]]\nname = \"hinge\"\n"
-        + "type = \"revolute\"\nbodies = \"body\"\nanchor = [0, 0, 0]\naxis = [0, 1, 0]\n",
-        2.0,
+    "pendulum": (PENDULUM, 2.0),
+    "sprung pendulum": (PENDULUM + "stiffness = 20.0\ndamping = 0.5\n", 1.0),
+    "servo": (
+        PENDULUM + '[[motors]]\njoint = "hinge"\nposition = 0.5\nstiffness = 60.0\ndamping = 2.0\nmax_force = 100\n',
+        1.0,
     ),
     "double pendulum": (shipped("double-pendulum"), 0.6),
     "four-bar": (shipped("four-bar"), 0.4),

@@ -90,6 +90,19 @@ fn pendulum() -> String {
     )
 }
 
+fn sprung_pendulum() -> String {
+    format!("{}stiffness = 20.0\ndamping = 0.5\n", pendulum())
+}
+
+/// The pendulum with a motor that holds it at 0.5 rad.
+fn servo() -> String {
+    format!(
+        "{}[[motors]]\njoint = \"hinge\"\nposition = 0.5\nstiffness = 60.0\ndamping = 2.0\n\
+         max_force = 100\n",
+        pendulum()
+    )
+}
+
 fn top() -> String {
     let degrees = -0.6f64.asin().to_degrees();
     format!(
@@ -115,6 +128,8 @@ fn smooth_motion_is_of_second_order() {
         ("spin and slide", spin_and_slide(), 0.4, 0.004),
         ("slip to roll", slip_to_roll(), 0.2, 0.005),
         ("pendulum", pendulum(), 1.0, 0.005),
+        ("pendulum with a spring and a damper", sprung_pendulum(), 1.0, 0.005),
+        ("servo", servo(), 1.0, 0.004),
         ("double pendulum", shipped("double-pendulum.toml"), 0.5, 0.005),
         ("four-bar", shipped("four-bar.toml"), 0.4, 0.002),
         ("top", top(), 0.25, 0.001),

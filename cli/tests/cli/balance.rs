@@ -105,7 +105,7 @@ fn marks_of_substeps_reach_their_row() {
     let text = |steps: u32, h: f64| {
         format!(
             "steps = {steps}\ntime_step = {h}\n[ground]\nfriction = 0.6\n[[bodies]]\n\
-             capsule = {{ length = 0.5, radius = 0.01 }}\nmass = 0.2\nposition = [0, 0, 0.42]\n\
+             capsule = {{ length = 0.5, radius = 0.01 }}\nmass = 0.2\nposition = [0, 0, 0.45]\n\
              spin = [0, 120, 0]\n"
         )
     };
