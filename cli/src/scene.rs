@@ -5,6 +5,7 @@ use super::outcome::{Failure, refuse_flags};
 use super::{input, scenario};
 use tumble_model::names::FileKind;
 use tumble_scene::choices::SceneName;
+use tumble_scene::overrides::overridden;
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, SolverTable, polyline};
@@ -21,14 +22,21 @@ pub fn from_args(args: &SetupArgs) -> Result<Scene, Failure> {
     let scene = match args.scene.path() {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
+            let is_set = !args.scene.overrides.is_empty();
+            refuse_flags("the tutorial's scenes, which have no file", &[("set", is_set)])?;
             Scene::from_tutorial(name, flags, cube)?
         }
         Some(path) => {
             cube.refuse("a scene file, which describes its bodies")?;
-            let text = scenario::read_text(path)?;
-            let scene = Scene::parse_with(&text, path, flags, &args.given(), &input::bytes)?;
+            let mut text = scenario::read_text(path)?;
+            let overrides = &args.scene.overrides;
+            if !overrides.is_empty() {
+                text = overridden(&text, overrides)?;
+            }
+            let mut scene = Scene::parse_with(&text, path, flags, &args.given(), &input::bytes)?;
             let large = run_file::refuse_large(&scene.model);
             large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
+            scene.changed.extend(overrides.iter().map(|field| field.path().to_owned()));
             scene
         }
     };

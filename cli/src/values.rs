@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use tumble_core::world::Plane;
 use tumble_model::fields::Exactly;
 use tumble_scene::{AttitudeEntry, InertiaValue, LARGEST_START, Random, SolidInertia};
@@ -40,6 +41,12 @@ fn integer<T: std::str::FromStr + PartialOrd>(
         Ok(value) if low <= value && value <= high => Ok(value),
         _ => Err(format!("a whole number from {needed} is needed")),
     }
+}
+
+/// Table of a run: the file itself, or the table of states in the directory `path`.
+pub fn table(path: PathBuf) -> PathBuf {
+    let inside = ["states.csv", "states.csv.gz"].map(|name| path.join(name));
+    inside.into_iter().find(|file| file.is_file()).unwrap_or(path)
 }
 
 pub fn rows(text: &str) -> Result<u64, String> {

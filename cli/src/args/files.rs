@@ -4,14 +4,20 @@ use super::shared::{AnimationArgs, RobotArgs};
 use super::simulate::SetupArgs;
 use crate::values;
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::path::PathBuf;
+
+/// Parser of a table or the directory of a run.
+fn table() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().map(values::table)
+}
 
 #[derive(Debug, Args)]
 pub struct GifArgs {
-    /// A table of a run.
+    /// A table of a run, or its directory.
     ///
     /// Its parameters are read from run.json in the same directory.
-    #[arg(value_name = "FILE.csv")]
+    #[arg(value_name = "FILE.csv|DIR", value_parser = table())]
     pub file: PathBuf,
     /// Directory for animation.gif, created if missing, or a file name that ends in .gif [default:
     /// directory of FILE.csv].
@@ -26,10 +32,10 @@ pub struct GifArgs {
 
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// A table of a run.
+    /// A table of a run, or its directory.
     ///
     /// Its parameters are read from run.json in the same directory.
-    #[arg(value_name = "FILE.csv")]
+    #[arg(value_name = "FILE.csv|DIR", value_parser = table())]
     pub file: PathBuf,
     /// Directory for the pictures; created if missing [default: directory of FILE.csv].
     #[arg(short, long, value_name = "DIR")]
@@ -41,10 +47,10 @@ pub struct PlotArgs {
 
 #[derive(Debug, Args)]
 pub struct ViewArgs {
-    /// A table of a run; two files are compared.
+    /// A table of a run, or its directory; two runs are compared.
     ///
     /// The parameters of each are read from run.json in the same directory.
-    #[arg(value_name = "FILE.csv", num_args = 1..=2, required = true)]
+    #[arg(value_name = "FILE.csv|DIR", num_args = 1..=2, required = true, value_parser = table())]
     pub files: Vec<PathBuf>,
     /// Directory for view.html, created if missing, or a file name that ends in .html [default:
     /// directory of the first file].
@@ -60,13 +66,13 @@ pub struct ViewArgs {
     after_help = "Exit codes: 0 every row holds; 1 a row does not, or any other error; 2 bad input."
 )]
 pub struct VerifyArgs {
-    /// A table of a run.
+    /// A table of a run, or its directory.
     ///
     /// Its parameters are read from run.json in the same directory.
     ///
     /// The tables states, steps and contacts are needed, also joints and gears if the scene has any,
     /// and ends with --every.
-    #[arg(value_name = "FILE.csv")]
+    #[arg(value_name = "FILE.csv|DIR", value_parser = table())]
     pub file: PathBuf,
     /// Number of steps to print, the worst first.
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "5", allow_hyphen_values = true)]

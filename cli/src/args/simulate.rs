@@ -9,6 +9,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tumble_scene::AttitudeEntry;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::choices::{DetectionName, OnFailure, Preset, SceneName, SolverName, StartFrame};
 use tumble_scene::output::tables::Table;
 use tumble_scene::row_selection::{RowSelection, TableForm};
@@ -74,6 +75,12 @@ pub struct SceneArgs {
     /// 0].
     #[arg(long, value_name = "K", value_parser = values::start_index, allow_hyphen_values = true)]
     pub start_index: Option<u64>,
+    /// Field of the scenario file and its value, for example ground.friction=0.4 or
+    /// bodies.brick.mass=2. Entries of a list have their name or their number from 0.
+    ///
+    /// Can be repeated.
+    #[arg(long = "set", value_name = "FIELD=VALUE", value_parser = FieldOverride::parse)]
+    pub overrides: Vec<FieldOverride>,
 }
 
 impl SceneArgs {
@@ -284,6 +291,7 @@ impl SetupArgs {
             ("steps", scene.steps.is_some()),
             ("start-index", scene.start_index.is_some()),
             ("seed", scene.seed.is_some()),
+            ("set", !scene.overrides.is_empty()),
             ("position", start.position.is_some()),
             ("height", start.height.is_some()),
             ("attitude", start.attitude.is_some()),

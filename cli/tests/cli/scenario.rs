@@ -472,3 +472,37 @@ fn the_description_names_every_field_and_file() {
         assert!(page.contains(&format!("`{name}`")), "{name}");
     }
 }
+
+/// A field set by a flag has the bits of the same field in the file, and its path is in run.json.
+#[test]
+fn a_field_can_be_set_by_a_flag() {
+    let scenario = |friction: f64, mass: f64| {
+        format!(
+            "steps = 60\n[ground]\nfriction = {friction}\n[[bodies]]\nname = \"brick\"\nbox = 0.2\n\
+             mass = {mass}\nposition = [0, 0, 0.1]\nvelocity = [1, 0, 0]\n"
+        )
+    };
+    let (end, written) = run_scenario(&scenario(0.4, 2.0), &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let flags = ["--set", "ground.friction=0.4", "--set", "bodies.brick.mass=2"];
+    let (end, flagged) = run_scenario(&scenario(0.3, 1.0), &flags);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let read = |directory: &tempfile::TempDir, name: &str| {
+        fs::read_to_string(directory.path().join("out").join(name)).unwrap()
+    };
+    for name in ["states.csv", "contacts.csv"] {
+        assert_eq!(read(&written, name), read(&flagged, name), "{name}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&read(&flagged, "run.json")).unwrap();
+    assert_eq!(json["changed"], serde_json::json!(["ground.friction", "bodies.brick.mass"]));
+    for (field, words) in [
+        ("bodies.ball.mass=2", "there are: brick"),
+        ("ground.grip=2", "unknown field `grip`"),
+        ("ground.friction", "for example ground.friction=0.4"),
+        ("ground.friction=rough", "friction"),
+    ] {
+        let (end, _) = run_scenario(&scenario(0.3, 1.0), &["--set", field]);
+        end.assert_refused(2, &[words]);
+    }
+    run(&["--set", "ground.friction=0.4"]).assert_refused(2, &["set", "which have no file"]);
+}

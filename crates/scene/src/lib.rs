@@ -20,6 +20,7 @@ pub mod label;
 mod locks;
 mod naming;
 pub mod output;
+pub mod overrides;
 pub mod row_selection;
 pub mod run_file;
 pub mod scene;

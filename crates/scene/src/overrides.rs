@@ -1,0 +1,149 @@
+//! Overrides of single fields of a scenario file, such as `ground.friction=0.4`.
+
+use toml::{Table, Value};
+use tumble_model::failure::Failure;
+
+/// Flag of an override.
+const FLAG: &str = "set";
+
+/// An override: path of a field, and its value as TOML.
+///
+/// The path has the names of tables, separated by dots. An entry of a list of tables is chosen by
+/// its `name` or its number from 0: `bodies.brick.mass`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldOverride {
+    path: String,
+    value: Value,
+}
+
+impl FieldOverride {
+    /// Parses `PATH=VALUE`. A value that is not TOML is a text.
+    ///
+    /// # Errors
+    /// Without a path or a value.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let fault = || format!("{text:?} is no field with a value; for example ground.friction=0.4");
+        let (path, value) = text.split_once('=').ok_or_else(fault)?;
+        let (path, value) = (path.trim(), value.trim());
+        if value.is_empty() || path.split('.').any(str::is_empty) {
+            return Err(fault());
+        }
+        let parsed = toml::from_str::<Table>(&format!("value = {value}"));
+        let parsed = parsed.ok().and_then(|mut table| table.remove("value"));
+        let value = parsed.unwrap_or_else(|| Value::String(value.to_owned()));
+        Ok(Self { path: path.to_owned(), value })
+    }
+
+    /// Path of the field.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// Sets the field in the `scene`.
+    fn apply(&self, scene: &mut Table) -> Result<(), String> {
+        let (tables, field) = match self.path.rsplit_once('.') {
+            Some((tables, field)) => (tables.split('.').collect(), field),
+            None => (Vec::new(), self.path.as_str()),
+        };
+        let mut at = scene;
+        let mut names = tables.into_iter().peekable();
+        while let Some(name) = names.next() {
+            let inside = at.entry(name).or_insert_with(|| Value::Table(Table::new()));
+            at = match inside {
+                Value::Table(table) => table,
+                Value::Array(entries) => {
+                    let Some(entry) = names.next() else {
+                        return Err(format!("{name} is a list; add the name of an entry"));
+                    };
+                    entry_of(entries, name, entry)?
+                }
+                _ => return Err(format!("{name} is not a table")),
+            };
+        }
+        at.insert(field.to_owned(), self.value.clone());
+        Ok(())
+    }
+}
+
+/// The table in the list `entries`, called `list`, with the name or number `wanted`.
+fn entry_of<'a>(
+    entries: &'a mut [Value],
+    list: &str,
+    wanted: &str,
+) -> Result<&'a mut Table, String> {
+    let name = |entry: &Value| Some(entry.get("name")?.as_str()?.to_owned());
+    let names: Vec<_> = entries.iter().filter_map(name).collect();
+    let count = entries.len();
+    let named = entries.iter().position(|entry| name(entry).as_deref() == Some(wanted));
+    let place = named.or_else(|| wanted.parse().ok());
+    let entry = place.and_then(|place| entries.get_mut(place)).and_then(Value::as_table_mut);
+    entry.ok_or_else(|| {
+        let known = match &names[..] {
+            [] => format!("{count} without a name; give a number from 0"),
+            names => names.join(", "),
+        };
+        format!("{list} has no entry {wanted:?}; there are: {known}")
+    })
+}
+
+/// The scenario `text` with the fields of `overrides`.
+///
+/// # Errors
+/// If the text is not TOML, or a path does not lead to a table.
+pub fn overridden(text: &str, overrides: &[FieldOverride]) -> Result<String, Failure> {
+    let mut scene: Table = toml::from_str(text).map_err(|_| {
+        Failure::setting(FLAG, "fields of a scenario file (TOML) only can be set")
+    })?;
+    for field in overrides {
+        field.apply(&mut scene).map_err(|why| Failure::setting(FLAG, why))?;
+    }
+    toml::to_string(&scene).map_err(|error| Failure::setting(FLAG, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"a\"\nmass = 1.0\n[[bodies]]\nbox = 1.0\n";
+
+    fn with(fields: &[&str]) -> Result<Table, String> {
+        let fields: Vec<_> = fields.iter().map(|of| FieldOverride::parse(of).unwrap()).collect();
+        let text = overridden(SCENE, &fields).map_err(|failure| failure.to_string())?;
+        Ok(toml::from_str(&text).unwrap())
+    }
+
+    #[test]
+    fn fields_of_tables_and_entries_are_set() {
+        let found = with(&[
+            "ground.friction=0.5",
+            "time_step = 1e-3",
+            "bodies.a.position=[0, 0, 2]",
+            "bodies.1.box=0.5",
+            "solver.name=native",
+        ])
+        .unwrap();
+        assert_eq!(found["ground"]["friction"].as_float(), Some(0.5));
+        assert_eq!(found["time_step"].as_float(), Some(1e-3));
+        assert_eq!(found["bodies"][0]["position"][2].as_integer(), Some(2));
+        assert_eq!(found["bodies"][0]["mass"].as_float(), Some(1.0));
+        assert_eq!(found["bodies"][1]["box"].as_float(), Some(0.5));
+        assert_eq!(found["solver"]["name"].as_str(), Some("native"));
+    }
+
+    #[test]
+    fn paths_that_lead_nowhere_are_refused() {
+        for (field, words) in [
+            ("bodies.b.mass=1", "has no entry \"b\"; there are: a"),
+            ("bodies.7.mass=1", "has no entry"),
+            ("bodies.mass=1", "is a list"),
+            ("ground.friction.x=1", "friction is not a table"),
+        ] {
+            let why = with(&[field]).unwrap_err();
+            assert!(why.contains(words), "{field}: {why}");
+        }
+        for text in ["ground.friction", "=1", "ground..friction=1", "ground.friction="] {
+            assert!(FieldOverride::parse(text).unwrap_err().contains("for example"), "{text}");
+        }
+    }
+}
