@@ -43,6 +43,15 @@ fn replicated_elements_have_numbered_names() {
     assert!(robot_of(&nested, &[]).unwrap_err().contains("more than 200000 elements"));
 }
 
+/// An XML element with many attributes is refused at once, also after a `>` in a value and a comment.
+#[test]
+fn an_element_with_many_attributes_is_refused() {
+    let many: String = (0..40_000).map(|k| format!(" a{k}='1'")).collect();
+    let text = format!("<mujoco>\n<!-- <' -->\n<body note='a > b'{many}/></mujoco>");
+    let why = robot_of(&text, &[]).unwrap_err();
+    assert!(why.contains("line 3: an element has more than 1000 attributes"), "{why}");
+}
+
 /// glTF file of a tetrahedron. Its node translates and mirrors it, and the parent node rotates it
 /// by 90° about z.
 fn tetrahedron() -> Vec<u8> {

@@ -5,6 +5,7 @@
 //! in the unit of the file. The up axis is ignored, following ROS. Textures are ignored.
 
 use super::meshes::{Facet, Painted, colour_of};
+use super::xml::check_attributes;
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3, Vector4};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::HashMap;
@@ -36,6 +37,7 @@ struct ColladaScene {
 }
 
 fn scene(text: &str) -> Result<ColladaScene, String> {
+    check_attributes(text)?;
     let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| format!("it is not XML: {error}"))?;

@@ -32,11 +32,58 @@ pub struct Element {
     pub file: Option<Rc<str>>,
 }
 
+/// Largest number of attributes of an element. The parser compares each with all others.
+const MOST_ATTRIBUTES: usize = 1000;
+
+/// Line of the first element with more than [`MOST_ATTRIBUTES`] attributes, counted from 1.
+fn line_of_many_attributes(text: &str) -> Option<usize> {
+    let mut rest = text;
+    while let Some(start) = rest.find('<') {
+        let tag = &rest[start..];
+        let ends = [("<!--", "-->"), ("<![CDATA[", "]]>")];
+        if let Some((_, end)) = ends.iter().find(|(begin, _)| tag.starts_with(begin)) {
+            rest = &tag[tag.find(end).unwrap_or(tag.len())..];
+            continue;
+        }
+        let (mut quote, mut values, mut length) = (None, 0, tag.len());
+        for (at, byte) in tag.bytes().enumerate() {
+            match (quote, byte) {
+                (None, b'>') => {
+                    length = at;
+                    break;
+                }
+                (None, b'"' | b'\'') => quote = Some(byte),
+                (Some(open), _) if open == byte => {
+                    quote = None;
+                    values += 1;
+                }
+                _ => {}
+            }
+        }
+        if values > MOST_ATTRIBUTES {
+            return Some(1 + text[..text.len() - tag.len()].matches('\n').count());
+        }
+        rest = &tag[length..];
+    }
+    None
+}
+
+/// Rejects XML whose parsing would take too long.
+///
+/// # Errors
+/// The line of the element.
+pub fn check_attributes(text: &str) -> Result<(), String> {
+    line_of_many_attributes(text).map_or(Ok(()), |line| {
+        Err(format!("line {line}: an element has more than {MOST_ATTRIBUTES} attributes"))
+    })
+}
+
 impl Element {
     /// Parses `text` and returns its root element. `file` is the name of an included file.
     pub fn parse(text: &str, file: Option<&str>) -> Result<Self, String> {
         let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
         let text = &*without_late_declaration(text);
+        check_attributes(text).map_err(|why| format!("{}{why}", within(file)))?;
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let line = error.pos().row;
             let hint = if text.contains("xacro:") { XACRO } else { "it is not XML" };

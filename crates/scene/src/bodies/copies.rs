@@ -6,9 +6,8 @@ use tumble_model::shape::ModelPlace;
 
 /// Maximum number of bodies of a scene, so that a short file cannot exhaust the memory.
 ///
-/// A body needs some 25 kB while it runs and 1 kB in run.json, whose size is limited by
-/// [`LARGEST_FILE`](crate::run_file::LARGEST_FILE).
-pub const MOST_BODIES: usize = 200_000;
+/// A body needs some 25 kB while it runs, half a gigabyte in all.
+pub const MOST_BODIES: usize = 20_000;
 
 /// Maximum number of fixed pieces of a scene.
 pub const MOST_FIXED: usize = 10_000;
