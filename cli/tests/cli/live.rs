@@ -275,6 +275,28 @@ fn strangers_and_invalid_messages_are_rejected_and_the_run_continues() {
     assert_eq!(live.end(), 0);
 }
 
+/// Clients that send a byte now and then do not hold the run: Ctrl-C cuts them off, long before the
+/// largest head of a request.
+#[test]
+fn clients_that_send_byte_by_byte_do_not_hold_the_run() {
+    let mut live = Live::start();
+    let drips = |host: String| {
+        std::thread::spawn(move || {
+            let mut stream = TcpStream::connect(host).unwrap();
+            let pause = std::time::Duration::from_millis(5);
+            (0..10_000).take_while(|_| {
+                std::thread::sleep(pause);
+                stream.write_all(b"a").is_ok()
+            }).count()
+        })
+    };
+    let clients: Vec<_> = (0..40).map(|_| drips(live.host.clone())).collect();
+    assert_eq!(live.end(), 0);
+    for client in clients {
+        assert!(client.join().unwrap() < 10_000);
+    }
+}
+
 #[test]
 fn flags_without_effect_on_a_live_run_are_rejected() {
     // Ipopt's program has one body.

@@ -54,16 +54,13 @@ impl Head {
     pub fn read(stream: &mut impl Read, end: &AtomicBool) -> Result<Self, Refusal> {
         let (begin, mut bytes, mut part) = (Instant::now(), Vec::new(), [0; 1024]);
         loop {
+            // Also for a client that sends a byte now and then.
+            if begin.elapsed() > PATIENCE || end.load(Ordering::Relaxed) {
+                return Err(TOO_SLOW);
+            }
             let count = match stream.read(&mut part) {
                 Ok(count) => count,
-                Err(error)
-                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
-                {
-                    if begin.elapsed() > PATIENCE || end.load(Ordering::Relaxed) {
-                        return Err(TOO_SLOW);
-                    }
-                    continue;
-                }
+                Err(error) if is_timeout(&error) => continue,
                 Err(_) => return Err(MALFORMED),
             };
             bytes.extend_from_slice(&part[..count]);
@@ -139,4 +136,9 @@ pub fn accept_socket(stream: &mut impl Write, key: &str) -> io::Result<()> {
          Sec-WebSocket-Accept: {accept}\r\n\r\n"
     );
     stream.write_all(head.as_bytes())
+}
+
+/// True if nothing came within the time of a read.
+pub fn is_timeout(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
 }

@@ -76,11 +76,14 @@ impl Server {
                     thread::sleep(PAUSE);
                     continue;
                 };
-                let open = self.connections.fetch_add(1, Ordering::Relaxed);
+                // A browser that went away is no failure of the server.
+                if self.connections.load(Ordering::Relaxed) >= MOST_CONNECTIONS {
+                    let _ = refuse_busy(stream);
+                    continue;
+                }
+                self.connections.fetch_add(1, Ordering::Relaxed);
                 scope.spawn(move || {
-                    let busy = (open >= MOST_CONNECTIONS).then_some(http::BUSY);
-                    // A browser that went away is no failure of the server.
-                    let _ = self.answer(stream, busy, end);
+                    let _ = self.answer(stream, end);
                     self.connections.fetch_sub(1, Ordering::Relaxed);
                 });
             }
@@ -93,18 +96,12 @@ impl Server {
     }
 
     /// Answers the request of a connection.
-    fn answer(
-        &self,
-        mut stream: TcpStream,
-        busy: Option<Refusal>,
-        end: &AtomicBool,
-    ) -> io::Result<()> {
+    fn answer(&self, mut stream: TcpStream, end: &AtomicBool) -> io::Result<()> {
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(PAUSE))?;
         stream.set_write_timeout(Some(PATIENCE))?;
-        let head = busy.map_or_else(|| Head::read(&mut stream, end), Err);
-        match head.and_then(|head| self.target_of(&head)) {
+        match Head::read(&mut stream, end).and_then(|head| self.target_of(&head)) {
             Ok(RequestTarget::Page) => http::send_page(&mut stream, &self.page),
             Ok(RequestTarget::Socket { key }) => {
                 http::accept_socket(&mut stream, &key)?;
@@ -112,7 +109,7 @@ impl Server {
             }
             Err(refusal) => {
                 http::refuse(&mut stream, refusal)?;
-                finish(&mut stream)
+                finish(&mut stream, end)
             }
         }
     }
@@ -157,12 +154,25 @@ enum RequestTarget {
 
 /// Ends a connection after its last answer. What still comes is read and dropped for a while, since
 /// the system discards the answer if bytes remain.
-fn finish(stream: &mut TcpStream) -> io::Result<()> {
+fn finish(stream: &mut TcpStream, end: &AtomicBool) -> io::Result<()> {
     stream.shutdown(Shutdown::Write)?;
-    stream.set_read_timeout(Some(PATIENCE / 5))?;
     let (begin, mut rest) = (Instant::now(), vec![0; 1 << 16]);
-    while begin.elapsed() < PATIENCE && stream.read(&mut rest)? > 0 {}
+    while begin.elapsed() < PATIENCE / 5 && !end.load(Ordering::Relaxed) {
+        match stream.read(&mut rest) {
+            Ok(0) => break,
+            Err(error) if !http::is_timeout(&error) => return Err(error),
+            _ => {}
+        }
+    }
     Ok(())
+}
+
+/// Refuses a connection beyond [`MOST_CONNECTIONS`], without a thread of its own.
+fn refuse_busy(mut stream: TcpStream) -> io::Result<()> {
+    stream.set_nonblocking(false)?;
+    stream.set_write_timeout(Some(PAUSE))?;
+    http::refuse(&mut stream, http::BUSY)?;
+    stream.shutdown(Shutdown::Write)
 }
 
 /// Random token in hexadecimal digits.
