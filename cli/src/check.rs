@@ -54,6 +54,7 @@ fn first_steps(scene: &Scene) -> Result<RunResults, Failure> {
         }
         results.add(scene, &mut world, &record);
     }
+    results.set_time_error(&simulation);
     Ok(results)
 }
 
@@ -144,5 +145,5 @@ fn time_step(scene: &Scene, results: &RunResults) -> String {
         return format!("  time step    too long\n{text}");
     }
     let touched = if results.summary.touching > 0 { "" } else { ", but nothing touches yet" };
-    format!("  time step    no objection{touched}\n")
+    format!("  time step    no objection{touched}\n{}", describe::time_error(scene, results))
 }

@@ -104,7 +104,15 @@ impl<'a> Continued<'a> {
     pub fn into_run(self) -> RunResults {
         let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, stiff_joints } =
             self.notes;
-        RunResults { end: RunOutcome::Complete, summary, elapsed, overlap, joints, stiff_joints }
+        RunResults {
+            end: RunOutcome::Complete,
+            summary,
+            elapsed,
+            overlap,
+            joints,
+            stiff_joints,
+            time_error: None,
+        }
     }
 }
 

@@ -46,12 +46,24 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
         let _ = writeln!(text, "  joints       {}, {joints}", scene.joints.len());
         text += &too_stiff(scene, run);
     }
+    text += &time_error(scene, run);
     let seconds = run.elapsed.as_secs_f64();
     let _ = write!(text, "  time         {seconds:.3} s stepping");
     if seconds > 0.0 {
         let _ = write!(text, ", {:.2} × real time", simulated / seconds);
     }
     text + "\n"
+}
+
+/// Estimated error by the time step.
+pub fn time_error(scene: &Scene, run: &RunResults) -> String {
+    match run.time_error {
+        Some((body, error)) if error > 0.0 => {
+            let name = &scene.bodies[body];
+            format!("  time step    adds about {error:.1e} m to the position of {name}\n")
+        }
+        _ => String::new(),
+    }
 }
 
 /// Numbers of steps: with a contact force, solved without one, and in free flight.

@@ -2,8 +2,8 @@
 
 use super::scene::Scene;
 use std::time::Duration;
-use tumble_core::simulation::StepRecord;
 use tumble_core::simulation::summary::RunSummary;
+use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::StepSolution;
 use tumble_core::world::World;
 use tumble_scene::joints_summary::{JointsSummary, StiffJointReport};
@@ -45,6 +45,8 @@ pub struct RunResults {
     pub joints: Option<JointsSummary>,
     /// Joints that are too stiff for the time step.
     pub stiff_joints: StiffJointReport,
+    /// Body with the largest estimated error by the time step, and the error (m).
+    pub time_error: Option<(usize, f64)>,
 }
 
 impl RunResults {
@@ -53,7 +55,15 @@ impl RunResults {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
         let stiff_joints = StiffJointReport::default();
         let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
-        Self { end: RunOutcome::Complete, summary, elapsed, overlap: None, joints, stiff_joints }
+        Self {
+            end: RunOutcome::Complete,
+            summary,
+            elapsed,
+            overlap: None,
+            joints,
+            stiff_joints,
+            time_error: None,
+        }
     }
 
     /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
@@ -70,6 +80,12 @@ impl RunResults {
             let StepSolution { joints, gears, .. } = &record.solution;
             self.stiff_joints.add(world, &record.states, joints, gears, record.stiffness);
         }
+    }
+
+    /// Sets the estimated error by the time step.
+    pub fn set_time_error(&mut self, simulation: &Simulation<'_>) {
+        let errors = simulation.time_errors().iter().copied().enumerate();
+        self.time_error = errors.max_by(|(_, a), (_, b)| a.total_cmp(b));
     }
 
     /// Results for run.json.

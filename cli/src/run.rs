@@ -85,6 +85,7 @@ pub fn run(
         writing.join().unwrap_or_else(|panic| resume_unwind(panic))
     })?;
     bar.finish_and_clear();
+    run.set_time_error(simulation);
     Ok(run)
 }
 

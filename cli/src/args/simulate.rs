@@ -9,9 +9,9 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tumble_scene::AttitudeEntry;
-use tumble_scene::overrides::FieldOverride;
 use tumble_scene::choices::{DetectionName, OnFailure, Preset, SceneName, SolverName, StartFrame};
 use tumble_scene::output::tables::Table;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::row_selection::{RowSelection, TableForm};
 
 #[derive(Debug, Args)]

@@ -284,10 +284,12 @@ fn clients_that_send_byte_by_byte_do_not_hold_the_run() {
         std::thread::spawn(move || {
             let mut stream = TcpStream::connect(host).unwrap();
             let pause = std::time::Duration::from_millis(5);
-            (0..10_000).take_while(|_| {
-                std::thread::sleep(pause);
-                stream.write_all(b"a").is_ok()
-            }).count()
+            (0..10_000)
+                .take_while(|_| {
+                    std::thread::sleep(pause);
+                    stream.write_all(b"a").is_ok()
+                })
+                .count()
         })
     };
     let clients: Vec<_> = (0..40).map(|_| drips(live.host.clone())).collect();

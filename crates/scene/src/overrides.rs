@@ -22,7 +22,8 @@ impl FieldOverride {
     /// # Errors
     /// Without a path or a value.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let fault = || format!("{text:?} is no field with a value; for example ground.friction=0.4");
+        let fault =
+            || format!("{text:?} is no field with a value; for example ground.friction=0.4");
         let (path, value) = text.split_once('=').ok_or_else(fault)?;
         let (path, value) = (path.trim(), value.trim());
         if value.is_empty() || path.split('.').any(str::is_empty) {
@@ -92,9 +93,8 @@ fn entry_of<'a>(
 /// # Errors
 /// If the text is not TOML, or a path does not lead to a table.
 pub fn overridden(text: &str, overrides: &[FieldOverride]) -> Result<String, Failure> {
-    let mut scene: Table = toml::from_str(text).map_err(|_| {
-        Failure::setting(FLAG, "fields of a scenario file (TOML) only can be set")
-    })?;
+    let mut scene: Table = toml::from_str(text)
+        .map_err(|_| Failure::setting(FLAG, "fields of a scenario file (TOML) only can be set"))?;
     for field in overrides {
         field.apply(&mut scene).map_err(|why| Failure::setting(FLAG, why))?;
     }
@@ -105,7 +105,8 @@ pub fn overridden(text: &str, overrides: &[FieldOverride]) -> Result<String, Fai
 mod tests {
     use super::*;
 
-    const SCENE: &str = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"a\"\nmass = 1.0\n[[bodies]]\nbox = 1.0\n";
+    const SCENE: &str =
+        "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"a\"\nmass = 1.0\n[[bodies]]\nbox = 1.0\n";
 
     fn with(fields: &[&str]) -> Result<Table, String> {
         let fields: Vec<_> = fields.iter().map(|of| FieldOverride::parse(of).unwrap()).collect();

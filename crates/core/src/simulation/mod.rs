@@ -240,6 +240,13 @@ impl<'a> Simulation<'a> {
         &self.now.states
     }
 
+    /// Estimated errors of the bodies' positions by the time step since the start (m), with
+    /// rotations at their reach (eq. 40). Empty unless the integrator is [`Integrator::Leapfrog`].
+    #[must_use]
+    pub fn time_errors(&self) -> &[f64] {
+        self.instants.as_ref().map_or(&[], |instants| &instants.errors)
+    }
+
     /// Leaves out the velocities of the instant: all states have those of the middle of the last
     /// step, and nothing is converted. Friction then opposes the slip of the step. A step is a
     /// function of its states, as derivatives need it. Without effect if the integrator is not
