@@ -283,7 +283,7 @@ fn clients_that_send_byte_by_byte_do_not_hold_the_run() {
     let drips = |host: String| {
         std::thread::spawn(move || {
             let mut stream = TcpStream::connect(host).unwrap();
-            let pause = std::time::Duration::from_millis(5);
+            let pause = Duration::from_millis(5);
             (0..10_000)
                 .take_while(|_| {
                     std::thread::sleep(pause);

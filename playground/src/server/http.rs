@@ -139,6 +139,6 @@ pub fn accept_socket(stream: &mut impl Write, key: &str) -> io::Result<()> {
 }
 
 /// True if nothing came within the time of a read.
-pub fn is_timeout(error: &std::io::Error) -> bool {
+pub fn is_timeout(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
 }

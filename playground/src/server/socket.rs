@@ -1,9 +1,10 @@
 //! Conversation of a page with the program through a WebSocket.
 
+use super::http::is_timeout;
 use super::{PAUSE, Server, finish};
 use crate::pull::Hand;
 use crate::request::Program;
-use std::io::{self, ErrorKind};
+use std::io;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tungstenite::protocol::frame::coding::CloseCode;
@@ -49,8 +50,7 @@ impl Server {
                 }
                 // Answers to pings and closings are sent with the next reading.
                 Ok(_) => {}
-                Err(Error::Io(error))
-                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+                Err(Error::Io(error)) if is_timeout(&error) => {}
                 Err(Error::Capacity(_)) => break (CloseCode::Size, "the message is too large"),
                 Err(Error::Protocol(_)) => {
                     break (CloseCode::Protocol, "the message is malformed");
@@ -59,7 +59,7 @@ impl Server {
                 Err(_) => return Ok(()),
             }
         };
-        close(socket, CloseFrame { code, reason: reason.into() })
+        close(socket, CloseFrame { code, reason: reason.into() }, end)
     }
 }
 
@@ -75,8 +75,8 @@ fn message(program: &Program) -> Vec<u8> {
 }
 
 /// Closes a socket with a reason.
-fn close(mut socket: WebSocket<TcpStream>, frame: CloseFrame) -> io::Result<()> {
+fn close(mut socket: WebSocket<TcpStream>, frame: CloseFrame, end: &AtomicBool) -> io::Result<()> {
     let _ = socket.close(Some(frame));
     let _ = socket.flush();
-    finish(socket.get_mut())
+    finish(socket.get_mut(), end)
 }
