@@ -31,7 +31,6 @@ fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Si
     let begun = Content { start_index, ..content.clone() };
     let simulation = Simulation::new(begun.world_at(start_index), states, motion);
     let mut simulation = simulation.map_err(named)?;
-    simulation.use_middle_velocities();
     begun.prepare(&mut simulation).map_err(named)?;
     Ok(simulation)
 }
@@ -85,6 +84,7 @@ pub fn jacobian<'py>(
     world.with_constants(&values).map_err(|error| step_error(&error))?;
     let index = index.unwrap_or(content.start_index);
     let mut simulation = begin(content, to_states("states", &states)?, index)?;
+    simulation.use_middle_velocities();
     if let Some(pushes) = &pushes {
         for (body, wrench) in wrenches(numbers("wrenches", pushes)?).enumerate() {
             simulation.set_wrench(body, wrench).map_err(|error| step_error(&error))?;
@@ -211,7 +211,7 @@ pub fn vjp<'py>(
             smoothing,
         };
         let found = simulation.gradient(&mut run)?;
-        Ok((found, simulation.step_states().to_vec()))
+        Ok((found, simulation.states().to_vec()))
     };
     let (found, ends) = py.detach(work).map_err(|error: Error| step_error(&error))?;
     let by_states = found.states.iter().flat_map(StateChange::to_array).collect();

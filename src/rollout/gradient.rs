@@ -211,7 +211,6 @@ fn one(
         checkpoints: Checkpoints::default(),
         smoothing,
     };
-    simulation.use_middle_velocities();
     let mut found = simulation.gradient(&mut run)?;
     if let Some(by_inertia) = held.then(|| found.constants.pop()).flatten() {
         let bodies = simulation.world().bodies();

@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::{Simulation, State, StepRecord, Wrench};
+use tumble::{Checkpoints, Run, Simulation, State, StepRecord, Wrench};
+use tumble_core::derivative::StateChange;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -315,4 +316,102 @@ fn a_controller_at_the_instant_is_of_second_order() {
     };
     let order = (end(0.01) / end(0.005)).log2();
     assert!((order - 2.0).abs() <= 0.1, "{order}");
+}
+
+/// Gradients of a run agree with differences of runs, through the conversion of the start, inputs and
+/// velocities of the instant at the end. Friction turns nowhere.
+#[test]
+fn gradients_are_those_of_differences() {
+    let load = "load = { force = [[0.0, 0, 0, 0], [0.3, 4, 2, 1]], at = [0.05, 0.02, 0.1] }\n";
+    let cases = [
+        ("slide", slide(), 30),
+        ("pendulum", sprung_pendulum(), 40),
+        ("servo", servo(), 40),
+        (
+            "brick",
+            format!(
+                "{NO_GROUND}[[bodies]]\nname = \"body\"\nbox = [0.2, 0.3, 0.4]\nmass = 2.0\nposition = [0, 0, 5]\nspin = [3, -2, 4]\n{load}"
+            ),
+            30,
+        ),
+        (
+            "landing",
+            format!(
+                "{GROUND}sphere = 0.1\nmass = 1.0\nposition = [0, 0, 0.13]\nvelocity = [0, 0, -0.5]\n"
+            ),
+            60,
+        ),
+    ];
+    for (name, text, steps) in cases {
+        let scene = scene(&text, 0.002);
+        let weights = StateChange::from_array(&[
+            0.3, -0.2, 0.5, 0.4, -0.1, 0.2, 0.7, 0.1, -0.4, 0.2, 0.5, -0.3,
+        ]);
+        let begin = |states: &[State]| {
+            let motion = scene.motion(&scene.world).unwrap();
+            let mut simulation =
+                Simulation::new(scene.world.clone(), states.to_vec(), motion).unwrap();
+            scene.prepare(&mut simulation).unwrap();
+            simulation
+        };
+        let push = |simulation: &mut Simulation<'_>, along: f64| {
+            let force =
+                Vector3::new(0.2 + if simulation.index() == 0 { along } else { 0.0 }, 0.0, 0.1);
+            simulation.set_wrench(0, Wrench { force, torque: Vector3::zeros() })
+        };
+        let base = scene.starts.clone();
+        let end_of = |states: &[State], along: f64| {
+            let mut simulation = begin(states);
+            let mut record = StepRecord::new();
+            for _ in 0..steps {
+                push(&mut simulation, along).unwrap();
+                simulation.step(&mut record).unwrap();
+            }
+            simulation.states()[0]
+        };
+        let reference = end_of(&base, 0.0);
+        let value = |end: &State| weights.dot(&StateChange::between(&reference, end));
+        let mut simulation = begin(&base);
+        let mut before = |simulation: &mut Simulation<'_>| push(simulation, 0.0);
+        let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| vec![weights]);
+        let mut run = Run {
+            steps,
+            before: &mut before,
+            by_states: &mut by_states,
+            constants: &[],
+            inputs: &[],
+            checkpoints: Checkpoints::default(),
+            smoothing: None,
+        };
+        let found = simulation.gradient(&mut run).unwrap();
+        assert_eq!(
+            simulation.states()[0],
+            reference,
+            "{name}: the run is that without derivatives"
+        );
+        let numbers = found.states[0].to_array();
+        for (k, number) in numbers.into_iter().enumerate().skip(6) {
+            let size = 1e-5;
+            let at = |by: f64| {
+                let mut change = [0.0; 12];
+                change[k] = by;
+                let moved = StateChange::from_array(&change).applied(&base[0]);
+                value(&end_of(&[moved], 0.0))
+            };
+            let expected = (at(size) - at(-size)) / (2.0 * size);
+            // The offset of a slip that turns (eq. 38) counts as constant.
+            let allowed = if name == "slide" { 1e-3 } else { 1e-5 };
+            assert!(
+                (number - expected).abs() <= allowed * (1.0 + expected.abs()),
+                "{name} {k}: {number} {expected}"
+            );
+        }
+        let size = 1e-3;
+        let expected = (value(&end_of(&base, size)) - value(&end_of(&base, -size))) / (2.0 * size);
+        let number = found.wrenches[0][0].force.x;
+        assert!(
+            (number - expected).abs() <= 1e-6 * (1.0 + expected.abs()),
+            "{name}: {number} {expected}"
+        );
+    }
 }

@@ -74,6 +74,18 @@ impl StateChange {
             + self.spin.dot(&other.spin)
     }
 
+    /// This change times `factor`.
+    #[must_use]
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self::zero().plus(factor, self)
+    }
+
+    /// The velocity and the spin of this change alone.
+    #[must_use]
+    pub(crate) fn velocities(&self) -> Self {
+        Self { velocity: self.velocity, spin: self.spin, ..Self::zero() }
+    }
+
     /// Sum of this change and `factor` times `other`.
     #[must_use]
     pub fn plus(&self, factor: f64, other: &Self) -> Self {

@@ -39,6 +39,16 @@ pub struct Wrench {
 }
 
 impl State {
+    /// This state with velocities extrapolated by half a step from those one step `before` (eq. 37).
+    #[must_use]
+    pub(crate) fn extrapolated(&self, before: &Self) -> Self {
+        Self {
+            velocity: self.velocity + 0.5 * (self.velocity - before.velocity),
+            spin: self.spin + 0.5 * (self.spin - before.spin),
+            ..*self
+        }
+    }
+
     /// Number of coordinates.
     pub const LEN: usize = 13;
 

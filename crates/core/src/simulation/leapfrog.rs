@@ -23,7 +23,7 @@
 //! motion, are not in it.
 
 use super::islands::Islands;
-use super::{Simulation, StepScratch};
+use super::{Simulation, StepRecord, StepScratch};
 use crate::contact::{Contact, KeyIndex};
 use crate::error::Error;
 use crate::joint::{Axis, Joint};
@@ -50,8 +50,9 @@ pub(super) struct Instants {
     pub starts: Vec<bool>,
     /// Estimated errors e of the positions since the start (m).
     pub errors: Vec<f64>,
-    /// True for bodies whose last step changed their velocity abruptly, or that have none.
-    was_abrupt: Vec<bool>,
+    /// True for bodies whose last step changed their velocity abruptly, or that have none. Others have
+    /// extrapolated velocities of the instant.
+    pub was_abrupt: Vec<bool>,
 }
 
 impl Instants {
@@ -98,6 +99,15 @@ impl Instants {
         self.errors.remove(index);
         self.was_abrupt.remove(index);
     }
+}
+
+/// Trial step that converts the velocities of a start.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TrialStep {
+    /// States with the velocities of the instant, inputs and solution.
+    pub record: StepRecord,
+    /// Bodies whose velocity it converted.
+    pub converted: Vec<bool>,
 }
 
 /// Scratch memory of the search for changes of velocity that do not scale with h.
@@ -237,11 +247,12 @@ fn moved_back(state: &State, h: f64) -> State {
 }
 
 impl Simulation<'_> {
-    /// Converts the velocities of bodies that start, with a trial step (eq. 37).
+    /// Converts the velocities of bodies that start, with a trial step (eq. 37). The trial step and its
+    /// bodies are left in `kept`.
     ///
     /// # Errors
     /// If the trial step cannot be posed or was interrupted; the simulation is then unchanged.
-    pub(super) fn start_leapfrog(&mut self) -> Result<(), Error> {
+    pub(super) fn start_leapfrog(&mut self, kept: Option<&mut TrialStep>) -> Result<(), Error> {
         let Some(instants) = &self.instants else { return Ok(()) };
         if !instants.starts.contains(&true) {
             return Ok(());
@@ -249,6 +260,7 @@ impl Simulation<'_> {
         self.scratch.rest.end();
         self.scratch.rewind.copy_from(self.scratch.candidates.memory());
         let taken = self.attempt().map(|(report, ..)| report.status);
+        let index = self.index;
         let Self { world, now, instants, scratch, .. } = &mut *self;
         let StepScratch { candidates, rewind, solution, free, abrupt, .. } = scratch;
         if let Ok(StepStatus::Free | StepStatus::Converged | StepStatus::Retried) = taken {
@@ -267,9 +279,20 @@ impl Simulation<'_> {
             abrupt.bodies.clear();
             abrupt.bodies.resize(now.states.len(), true);
         }
+        let contacts = kept.is_some().then(|| candidates.contacts().to_vec());
         candidates.recall(world, rewind);
         taken?;
         let Some(instants) = instants else { return Ok(()) };
+        if let (Some(kept), Some(contacts)) = (kept, contacts) {
+            kept.record.index = index;
+            kept.record.states.clone_from(&now.states);
+            kept.record.wrenches.clone_from(&scratch.wrenches);
+            kept.record.contacts = contacts;
+            kept.record.solution.copy_from(&scratch.solution);
+            let starts = instants.starts.iter().zip(&scratch.abrupt.bodies);
+            kept.converted = starts.map(|(starts, is_abrupt)| *starts && !is_abrupt).collect();
+        }
+        let StepScratch { solution, abrupt, .. } = scratch;
         let all = now.states.iter_mut().zip(&solution.states);
         for (body, (state, next)) in all.enumerate() {
             if instants.starts[body] && !abrupt.bodies[body] {
@@ -330,11 +353,7 @@ impl Simulation<'_> {
             if abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt) {
                 return *next;
             }
-            State {
-                velocity: next.velocity + 0.5 * (next.velocity - state.velocity),
-                spin: next.spin + 0.5 * (next.spin - state.spin),
-                ..*next
-            }
+            next.extrapolated(state)
         }));
     }
 }

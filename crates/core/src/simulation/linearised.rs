@@ -27,6 +27,11 @@ impl Simulation<'_> {
                 "only the last step has one; call this right after the step, with its record",
             );
         }
+        if self.instants.is_some() {
+            return refused(
+                "it is a function of middle velocities; call use_middle_velocities before the step",
+            );
+        }
         self.check_motion()?;
         let mut free = derivative.take_flights();
         let step = self.recorded_step(record, &mut free);
@@ -35,14 +40,8 @@ impl Simulation<'_> {
         found
     }
 
-    /// Refuses the Runge–Kutta method, and runs with velocities of the instant.
+    /// Refuses the Runge–Kutta method.
     pub(super) fn check_motion(&self) -> Result<(), Error> {
-        if self.instants.is_some() {
-            return Err(Error::Unsupported {
-                what: "the derivative of a run with velocities of the instant",
-                why: "a step is a function of its middle velocities; call use_middle_velocities first",
-            });
-        }
         if !matches!(self.motion, Motion::Floating) {
             return Ok(());
         }

@@ -403,7 +403,7 @@ impl<'a> Simulation<'a> {
         }
         let interval = self.world.load_interval(self.index);
         self.driving.set(&mut self.world, &self.now.states, interval, self.index + 1);
-        self.start_leapfrog()?;
+        self.start_leapfrog(None)?;
         let (mut report, mut certificate, share) = self.attempt()?;
         if (report.status == StepStatus::Failed || self.scratch.makes_energy)
             && !self.is_part
@@ -438,6 +438,10 @@ impl<'a> Simulation<'a> {
         if let Some(instants) = &self.instants {
             record.instants.extend_from_slice(&instants.states);
             self.end_leapfrog(report.status);
+        }
+        record.extrapolated.clear();
+        if let Some(instants) = &self.instants {
+            record.extrapolated.extend(instants.was_abrupt.iter().map(|was_abrupt| !was_abrupt));
         }
         self.scratch.candidates.hand_over(&mut record.contacts);
 

@@ -17,6 +17,9 @@ pub struct StepRecord {
     pub states: Vec<State>,
     /// States X at step k with the velocities of the instant; empty if `states` has them.
     pub instants: Vec<State>,
+    /// Bodies whose velocities of the instant at k+1 are extrapolated (eq. 37); empty without such
+    /// velocities.
+    pub extrapolated: Vec<bool>,
     /// External wrenches on the bodies, without gravity.
     pub wrenches: Vec<Wrench>,
     /// Candidate contacts.
@@ -65,6 +68,7 @@ impl StepRecord {
             index: 0,
             states: Vec::new(),
             instants: Vec::new(),
+            extrapolated: Vec::new(),
             wrenches: Vec::new(),
             contacts: Vec::new(),
             solution: StepSolution::default(),
@@ -92,6 +96,9 @@ impl StepRecord {
         if index < self.instants.len() {
             self.instants.remove(index);
         }
+        if index < self.extrapolated.len() {
+            self.extrapolated.remove(index);
+        }
         let renumbered = |contact: &Contact| {
             let key = contact.key.renumbered(|body| without(body, index))?;
             Some(Contact { key, ..*contact })
@@ -104,6 +111,20 @@ impl StepRecord {
     #[must_use]
     pub fn instant_states(&self) -> &[State] {
         if self.instants.is_empty() { &self.states } else { &self.instants }
+    }
+
+    /// States X at step k+1 with the velocities of the instant (eq. 37).
+    #[must_use]
+    pub fn end_states(&self) -> Vec<State> {
+        let ends = self.states.iter().zip(&self.solution.states).enumerate();
+        let end = |(body, (state, next)): (usize, (&State, &State))| {
+            if self.extrapolated.get(body) == Some(&true) {
+                next.extrapolated(state)
+            } else {
+                *next
+            }
+        };
+        ends.map(end).collect()
     }
 
     /// State X of the first body at step k.

@@ -194,6 +194,10 @@ impl Simulation<'_> {
         if let Some(instants) = &self.instants {
             record.instants.extend_from_slice(&instants.states);
         }
+        record.extrapolated.clear();
+        if let Some(instants) = &self.instants {
+            record.extrapolated.extend(instants.was_abrupt.iter().map(|was_abrupt| !was_abrupt));
+        }
         record.solution.copy_from(&self.now);
         record.contacts.clear();
         record.contacts.extend_from_slice(&rest.contacts);

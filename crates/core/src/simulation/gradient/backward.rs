@@ -9,6 +9,7 @@ use super::{Run, RunGradient};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::State;
+use crate::simulation::leapfrog::TrialStep;
 use crate::simulation::{Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
 use crate::world::{Changeable, Constant, World};
@@ -64,6 +65,9 @@ pub(super) struct Backward {
     /// that passed through it and are not yet multiplied for the constants.
     derivative: StepDerivative,
     owed: Vec<StateChange>,
+    /// Derivatives with respect to the velocities before the present step, from the extrapolation of
+    /// those of the instant after it (eq. 37).
+    extrapolated: Vec<StateChange>,
     end: Option<Saved>,
 }
 
@@ -92,6 +96,7 @@ impl Backward {
                 .smoothing
                 .map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?,
             owed: vec![StateChange::zero(); bodies],
+            extrapolated: vec![StateChange::zero(); bodies],
             end: None,
         })
     }
@@ -105,7 +110,7 @@ impl Backward {
         start: &Saved,
     ) -> Result<RunGradient, Error> {
         self.flush_constants(run)?;
-        self.add(run, 0, start.step_states())?;
+        self.add(run, 0, start.states(), &[])?;
         if let Some(end) = &self.end {
             simulation.restore(end)?;
         }
@@ -116,15 +121,28 @@ impl Backward {
         Ok(found)
     }
 
-    /// Adds the derivatives with respect to the `states` after `steps` steps.
-    fn add(&mut self, run: &mut Run<'_>, steps: u64, states: &[State]) -> Result<(), Error> {
+    /// Adds the derivatives with respect to the `states` after `steps` steps, whose velocities are
+    /// `extrapolated` for some bodies.
+    fn add(
+        &mut self,
+        run: &mut Run<'_>,
+        steps: u64,
+        states: &[State],
+        extrapolated: &[bool],
+    ) -> Result<(), Error> {
         let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
         let (field, count) = ("derivatives by states", by_states.len());
         if count != self.dual.len() {
             return Err(Error::Count { field, count, allowed: "one per body" });
         }
-        for (dual, more) in self.dual.iter_mut().zip(&by_states) {
-            *dual = dual.plus(1.0, more);
+        for (body, more) in by_states.iter().enumerate() {
+            self.dual[body] = self.dual[body].plus(1.0, more);
+            if extrapolated.get(body) == Some(&true) {
+                // V = 3/2 w − 1/2 w⁻
+                let half = more.velocities().scaled(0.5);
+                self.dual[body] = self.dual[body].plus(1.0, &half);
+                self.extrapolated[body] = self.extrapolated[body].plus(-1.0, &half);
+            }
         }
         Ok(())
     }
@@ -281,11 +299,12 @@ impl Backward {
     fn back(&mut self, run: &mut Run<'_>, index: u64, step: &Taken) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
         let record = &records[step.record].record;
-        let added = self.add(run, index + 1 - self.first, &record.solution.states);
+        let ends = record.end_states();
+        let added = self.add(run, index + 1 - self.first, &ends, &record.extrapolated);
         self.found.note(index, record, &self.derivative);
         self.records = records;
         added?;
-        let Self { derivative, dual, owed, step: gradient, .. } = self;
+        let Self { derivative, dual, owed, extrapolated, step: gradient, .. } = self;
         // Inputs need the product of every step.
         let is_summed = derivative.is_at_rest() && run.inputs.is_empty();
         if is_summed && derivative.pull_at_rest(dual, gradient)? {
@@ -298,11 +317,65 @@ impl Backward {
             }
         }
         dual.clone_from(&gradient.states);
+        for (dual, more) in dual.iter_mut().zip(extrapolated.iter_mut()) {
+            *dual = dual.plus(1.0, more);
+            *more = StateChange::zero();
+        }
         // Adds the rotation of loads that act at a point of a body.
         for (body, by) in &step.turned {
             dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque);
         }
         self.found.wrenches.push(gradient.wrenches.clone());
+        self.add_constants();
+        Ok(())
+    }
+
+    /// Multiplies by the derivative of the conversion of the start (eq. 37) in the step `trial`:
+    ///
+    /// ```text
+    /// w = 3/2 V − 1/2 w⁺(q, V)
+    /// ```
+    pub(super) fn start(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        trial: &TrialStep,
+    ) -> Result<(), Error> {
+        if !trial.converted.contains(&true) {
+            return Ok(());
+        }
+        self.flush_constants(run)?;
+        let mut free = self.derivative.take_flights();
+        let step = simulation.recorded_step(&trial.record, &mut free);
+        let StepRecord { contacts, solution, .. } = &trial.record;
+        let found = self.derivative.linearise(&step, contacts, solution);
+        self.derivative.keep_flights(free);
+        found?;
+        let half = |body: usize, dual: &StateChange| {
+            let share = if trial.converted[body] { 0.5 } else { 0.0 };
+            dual.velocities().scaled(share)
+        };
+        let halves: Vec<_> = self.dual.iter().enumerate().map(|(b, dual)| half(b, dual)).collect();
+        let by_end: Vec<_> = halves.iter().map(|half| half.scaled(-1.0)).collect();
+        let Self { derivative, dual, step: gradient, asked, found, .. } = self;
+        derivative.vjp(&by_end, asked, gradient)?;
+        for (body, dual) in dual.iter_mut().enumerate() {
+            *dual = dual.plus(1.0, &halves[body]).plus(1.0, &gradient.states[body]);
+        }
+        let turned: Vec<_> = simulation.load_torque_rotation_jacobians(&trial.record).collect();
+        for (body, by) in &turned {
+            dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque);
+        }
+        // The lists are reversed at the end.
+        if let Some(wrenches) = found.wrenches.last_mut() {
+            let pairs = wrenches.iter_mut().zip(&gradient.wrenches);
+            pairs.for_each(|(sum, more)| *sum = sum.plus(more));
+        }
+        if let Some(inputs) = found.inputs.last_mut() {
+            let more = &gradient.constants[run.constants.len()..];
+            let pairs = inputs.iter_mut().flatten().zip(more.iter().flatten());
+            pairs.for_each(|(sum, more)| *sum += more);
+        }
         self.add_constants();
         Ok(())
     }
@@ -342,6 +415,14 @@ impl Simulation<'_> {
         each.filter_map(move |(body, (outside, state))| {
             Some((body, outside.load.torque_by_turn(interval, &state.attitude)?))
         })
+    }
+
+    /// Converts the velocities of the start in the step `trial`, with its inputs.
+    pub(super) fn start_run(&mut self, trial: &mut TrialStep) -> Result<(), Error> {
+        self.set_wrenches();
+        let interval = self.world.load_interval(self.index);
+        self.driving.set(&mut self.world, &self.now.states, interval, self.index + 1);
+        self.start_leapfrog(Some(trial))
     }
 
     /// Takes one step of `run`.

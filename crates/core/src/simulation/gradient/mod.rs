@@ -9,6 +9,7 @@
 
 mod backward;
 
+use super::leapfrog::TrialStep;
 use super::{Saved, Simulation, StepRecord};
 use crate::derivative::StateChange;
 use crate::error::Error;
@@ -113,8 +114,7 @@ impl Simulation<'_> {
     /// left at the end of the run, or unchanged after an error.
     ///
     /// # Errors
-    /// If the run has velocities of the instant ([`Simulation::use_middle_velocities`]); if a step
-    /// cannot be posed, is interrupted or [has no derivative](Simulation::linearise); if
+    /// If a step cannot be posed, is interrupted or [has no derivative](Simulation::linearise); if
     /// a callback of `run` fails; if it returns derivatives for another number of bodies.
     pub fn gradient(&mut self, run: &mut Run<'_>) -> Result<RunGradient, Error> {
         let start = self.save();
@@ -133,7 +133,15 @@ impl Simulation<'_> {
         }
         self.check_motion()?;
         let mut backward = Backward::begin(run, self.index(), self.world())?;
-        backward.go(self, run, 0, run.steps, start)?;
+        let mut trial = TrialStep::default();
+        if run.steps > 0 {
+            (run.before)(self)?;
+            self.start_run(&mut trial)?;
+        }
+        // From here on, the velocities of the start are those of the middle.
+        let started = self.save();
+        backward.go(self, run, 0, run.steps, &started)?;
+        backward.start(self, run, &trial)?;
         backward.end(self, run, start)
     }
 }
