@@ -222,6 +222,12 @@ impl PySimulation {
         states_array(py, self.owned()?.running.simulation.states())
     }
 
+    /// States from which the next step starts: (N, 13).
+    #[getter]
+    fn step_states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        states_array(py, self.owned()?.running.simulation.step_states())
+    }
+
     /// Hits of rays (R, 3): see [`Placed::cast`].
     fn hits<'py>(
         &self,

@@ -25,8 +25,8 @@ def run(name):
 def test_slides_end_where_coulomb_says():
     lines = run("slide").splitlines()
     rows = np.array([line.split() for line in lines[1:-1]], float)
-    # The scheme's error of v h / 2 is of first order in h.
-    np.testing.assert_allclose(rows[:, 1], rows[:, 2] - 0.002, atol=3e-4)
+    # Five digits are printed.
+    np.testing.assert_allclose(rows[:, 1], rows[:, 2], atol=2e-5)
     assert lines[-1].endswith("not solved 0")
 
 

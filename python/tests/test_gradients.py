@@ -8,7 +8,7 @@ import tumble
 
 def sliding(friction=0.3):
     box = {"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1], "velocity": [1, 0.2, 0]}
-    return tumble.Scene(bodies=[box], ground={"friction": friction})
+    return tumble.Scene(bodies=[box], ground={"friction": friction}, integrator="euler")
 
 
 def test_a_slide_in_closed_form():

@@ -7,7 +7,7 @@ import tumble
 
 def box(**fields):
     one = {"box": [0.3, 0.3, 0.2], "mass": 1.0, "position": [0, 0, 0.1], **fields}
-    return tumble.Scene(bodies=[one], ground={"friction": 0.4}, time_step=0.02)
+    return tumble.Scene(bodies=[one], ground={"friction": 0.4}, time_step=0.02, integrator="euler")
 
 
 SPEED = {"kind": "start", "of": "velocity", "x": [0.5, 6]}
@@ -57,6 +57,7 @@ def test_wrenches_are_those_of_the_controls_alone():
         [{"name": "a", "box": 0.2, "mass": 1.0, "position": [0, 0, 0.1], "load": {"force": [2, 0, 0]}}],
         {"friction": 0.4},
         time_step=0.01,
+        integrator="euler",
     )
     force = {"kind": "force", "x": [-10, 10], "y": [-10, 10], "knots": 6}
     plan = tumble.plan(scene, 60, [force], {"position": [0.1, -0.2]}, runs=60, stages=["sample"])
@@ -101,6 +102,7 @@ def test_what_cannot_be_is_missed_and_what_is_none_is_refused():
 
 POINT = """
 time_step = 0.01
+integrator = "euler"
 [body]
 point_mass = true
 mass = 1.0
@@ -127,10 +129,16 @@ def test_one_body_in_its_own_notation_is_planned_for():
 def test_motors_swing_a_rod():
     rod = {"box": [0.02, 0.02, 1.0], "mass": 1.0, "position": [0, 0, 1.5]}
     hinge = {"name": "hinge", "type": "revolute", "bodies": "body-1", "anchor": [0, 0, 2], "axis": [0, 1, 0]}
-    scene = tumble.Scene(bodies=[{**rod, "name": "body-1"}], joints=[hinge], ground={"none": True, "friction": 0.5})
+    scene = tumble.Scene(bodies=[{**rod, "name": "body-1"}], joints=[hinge], ground={"none": True, "friction": 0.5}, integrator="euler")
     motor = {"kind": "motor", "joint": "hinge", "force": [-9, 9], "knots": 2}
     plan = tumble.plan(scene, 200, [motor], {"turn": 20, "axis": [0, 1, 0]}, stages=["shoot"])
     assert plan.ok, plan.reason
     assert set(plan.columns) == {"hinge.motor.force"} and np.abs(plan.wrenches[:, 0, 4]).max() > 0
     with pytest.raises(tumble.TumbleError, match="unknown joint \"knee\""):
         tumble.plan(scene, 5, [{**motor, "joint": "knee"}], {"turn": 20})
+
+
+def test_a_scene_with_middle_velocities_is_refused():
+    scene = tumble.Scene([{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.4})
+    with pytest.raises(tumble.TumbleError, match='needs integrator = "euler"'):
+        tumble.plan(scene, 10, [{"kind": "force", "x": [-1, 1]}], {"x": 0.1})

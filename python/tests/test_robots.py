@@ -356,7 +356,8 @@ def test_sensors_in_motion(tmp_path):
     np.testing.assert_allclose(read.gyroscope, run.states[10, 0, 10:], atol=1e-14)
     now = robot.site("b", [0.1, 0.2, 0.3])
     later = robot.site("b", [0.1, 0.2, 0.3], states=simulation.run(1).states[-1])
-    np.testing.assert_allclose((later.position - now.position) / 1e-3, later.velocity, atol=5e-3)
+    mean = (now.velocity + later.velocity) / 2
+    np.testing.assert_allclose((later.position - now.position) / 1e-3, mean, atol=1e-4)
     (tmp_path / "arm.xml").write_text(
         "<mujoco><option timestep='0.0001' gravity='0 0 0'/><worldbody><body name='arm' pos='0 0 5'><joint name='pivot' axis='0 0 1'/>"
         "<geom type='capsule' size='.05' fromto='0 0 0 1 0 0' mass='1'/>"
@@ -395,7 +396,7 @@ def test_a_robot_and_its_joints_are_pickled_with_their_simulation(root):
 
 
 def test_targets_and_torques_are_vectors(root):
-    simulation = tumble.load(root / "data/robots/quadruped.urdf").simulate()
+    simulation = tumble.load(root / "data/robots/quadruped.urdf", integrator="euler").simulate()
     robot, joints = simulation.robot, simulation.robot.slides_and_hinges
     assert np.isnan(robot.targets).all() and robot.targets.shape == (len(joints),)
     robot.set_gains(stiffness=80.0, damping=2.0, max_force=1000.0)

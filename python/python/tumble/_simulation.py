@@ -226,6 +226,15 @@ class Simulation(Queries):
     def states(self, states: Any) -> None:
         self._core.exchange_all(_states(self.scene, states))
 
+    @property
+    def step_states(self) -> Any:
+        """States from which the next step starts: (N, 13).
+
+        With the integrator "leapfrog" they have the velocities of the middle of the last step, of which
+        ``Scene.jacobian`` is the derivative. Derivatives of successive steps then multiply.
+        """
+        return self._core.step_states
+
     bodies: list[str] = core_property("bodies", "Names of its bodies.")
     index: int = core_property("index", "Step index k.")
     time: float = core_property("time", "Time t = k h, s.")

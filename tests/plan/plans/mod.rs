@@ -27,10 +27,16 @@ fn shipped(name: &str) -> ProblemFile {
     ProblemFile::from_text(&text, &path, &read).unwrap()
 }
 
+/// The scene with steps that begin at the states of a run, as plans need it.
+fn whole_steps(mut scene: Scene) -> Scene {
+    scene.use_integrator(Integrator::Euler);
+    scene
+}
+
 /// Problem of a scene, both given as texts.
 fn told(scene: &str, problem: &str) -> ProblemFile {
-    let scene =
-        Scene::from_text(scene, Path::new("scene.toml"), Settings::default(), &read).unwrap();
+    let scene = Scene::from_text(scene, Path::new("scene.toml"), Settings::default(), &read);
+    let scene = whole_steps(scene.unwrap());
     ProblemFile::from_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
 }
 
@@ -410,7 +416,8 @@ fn an_interrupted_search_has_the_best_so_far() {
 
 #[test]
 fn invalid_problems_are_rejected() {
-    let scene = Scene::from_text(BOX, Path::new("box.toml"), Settings::default(), &read).unwrap();
+    let scene = Scene::from_text(BOX, Path::new("box.toml"), Settings::default(), &read);
+    let scene = whole_steps(scene.unwrap());
     let force = "[[controls]]\nkind = \"force\"\n";
     let target = "[target]\nx = 1\n";
     let started = |name: &str, axis: &str| {

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use tables::File;
+use tumble_core::world::Integrator;
 use tumble_model::failure::Failure;
 use tumble_model::fields::Numbers;
 use tumble_model::{ReadFile, shown};
@@ -93,7 +94,9 @@ impl ProblemFile {
         })?;
         let text = String::from_utf8(bytes)
             .map_err(|_| bad_input(format!("scene: {} is not UTF-8 text", shown::path(&scene))))?;
-        let scene = Scene::from_text(&text, &scene, Settings::default(), read)?;
+        // The scene of a problem file runs in the plan only.
+        let mut scene = Scene::from_text(&text, &scene, Settings::default(), read)?;
+        scene.use_integrator(Integrator::Euler);
         Self::from_scene(scene, file, folder).map_err(bad_input)
     }
 

@@ -85,17 +85,22 @@ impl PlanProblem {
     /// - two controls of one name, or of the same start or constant;
     /// - targets and path constraints beyond the reach of a state, or none at all.
     pub fn new(
-        mut scene: Scene,
+        scene: Scene,
         steps: usize,
         controls: Vec<Control>,
         targets: Vec<Target>,
         path_constraints: Vec<PathConstraint>,
     ) -> Result<Self, PlanError> {
+        if scene.world.integrator() != Integrator::Euler {
+            return bad_input(
+                "the scene has the integrator \"leapfrog\"; a plan needs integrator = \"euler\", whose \
+                 steps begin at the states of a run"
+                    .to_owned(),
+            );
+        }
         if !(1..=MOST_STEPS).contains(&steps) {
             return bad_input(format!("steps is {steps}; allowed: 1 to {MOST_STEPS}"));
         }
-        // Controls act over whole steps, and their derivatives are those of single steps.
-        scene.use_integrator(Integrator::Euler);
         for (index, control) in controls.iter().enumerate() {
             check_control(control, &scene.world, steps)?;
             if controls[..index].iter().any(|other| other.name == control.name) {

@@ -282,7 +282,8 @@ impl RunFile {
         file.trajectory = false;
         file.start_index = first.row.index;
         file.steps = rows.len() as u64;
-        file.model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
+        file.model
+            .start_at(first.instant_states(), first.row.index as f64 * scene.world.time_step())?;
         file.model.drop_draws_unless_from(scene.seed);
         file.drawn = file.model.is_drawn();
         Ok(Some(file))
