@@ -27,7 +27,7 @@ TARGET = {
 
 def scene(friction: float) -> tumble.Scene:
     box = {"box": [0.3, 0.3, 0.2], "mass": 1.0, "position": [0, 0, 0.1]}
-    return tumble.Scene(bodies=[box], ground={"friction": friction}, time_step=0.02)
+    return tumble.Scene(bodies=[box], ground={"friction": friction}, time_step=0.02, integrator="euler")
 
 
 def rotation(q: np.ndarray) -> np.ndarray:

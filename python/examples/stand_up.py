@@ -48,7 +48,7 @@ def scene_of(file: str) -> tuple[tumble.Scene, float]:
             q = np.concatenate([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], joints])
             lowest = robot.lowest(q)
             table = {"file": file, "position": [0.0, 0.0, 1.0 - lowest], "coordinates": dict(zip(names, joints))}
-            scene = tumble.Scene([], {"friction": 1.0}, robots=[table], time_step=TIME_STEP)
+            scene = tumble.Scene([], {"friction": 1.0}, robots=[table], time_step=TIME_STEP, integrator="euler")
             scenes.append(scene.with_motors(stiffness=STIFFNESS, damping=DAMPING))
     standing = tumble.rollout(scenes[1], motors=np.tile(STAND, (1, 400, 1)))
     return scenes[0], float(standing.states[0, -1, 0, 2])

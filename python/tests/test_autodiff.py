@@ -13,7 +13,7 @@ STEPS = 30
 
 def thrown():
     box = {"box": [0.2, 0.3, 0.1], "mass": 2.0, "position": [0, 0, 0.06], "velocity": [1, 0.2, 0], "spin": [0.3, 1.0, 2.0]}
-    return tumble.Scene(bodies=[box], ground={"friction": 0.3})
+    return tumble.Scene(bodies=[box], ground={"friction": 0.3}, integrator="euler")
 
 
 def arrays():

@@ -70,6 +70,7 @@ def test_a_torque_turns_its_axis():
         ground={"friction": 0.3},
         joints=[{"type": "revolute", "bodies": ["rod"], "anchor": [0, 0, 1], "axis": [0, 0, 1]}],
         time_step=0.01,
+        integrator="euler",
     )
     ends = np.zeros((1, 1, 12))
     ends[0, 0, 11] = 1.0

@@ -86,7 +86,7 @@ def test_with_compliance_what_sticks_creeps():
 
 
 def test_on_the_central_path_what_is_near_is_felt():
-    near = tumble.Scene(bodies=[{"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1004]}], ground={"friction": 0.5})
+    near = tumble.Scene(bodies=[{"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1004]}], ground={"friction": 0.5}, integrator="euler")
     exact, central = near.jacobian(), near.jacobian(central_path=1e-2)
     # The height has no effect in exact free flight. On the central path a lower box is pushed more.
     assert exact["states"][0, 8, 0, 2] == 0.0 and central["states"][0, 8, 0, 2] < -1e-3
@@ -118,9 +118,9 @@ def pushed_block(force, smoothing):
 
 
 def test_a_push_breaks_a_block_away():
-    """The block sticks up to mu m g. Above that, x = (F/m - mu g) n (n + 1) h^2 / 2."""
+    """The block sticks up to mu m g. Above that, x = (F/m - mu g) (n h)^2 / 2."""
     steps, h, g, mass, friction = 50, 0.002, 9.81, 2.0, 0.25
-    travel = steps * (steps + 1) * h * h / 2
+    travel = (steps * h) ** 2 / 2
     forces = np.linspace(0, 10, 21)
     exact = np.array([pushed_block(force, {}) for force in forces])
     sliding = forces > friction * mass * g
