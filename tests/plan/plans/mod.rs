@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::world::Integrator;
 use tumble_plan::file::{ProblemFile, StageName};
 use tumble_plan::{
     Mode, Plan, PlanError, PlanProblem, PlanStatus, Sample, SearchProgress, SearchWatch, Shoot,
