@@ -22,8 +22,9 @@ fn wrong_paths_are_answered_with_the_right_one() {
             .assert_refused(2, &["none.csv does not exist; give a table of a run"]);
         run_in(here, &[command, "out/state.csv"])
             .assert_refused(2, &["out/state.csv does not exist; give out/states.csv"]);
-        run_in(here, &[command, "out"])
-            .assert_refused(2, &["out is a directory, not a file; give out/states.csv"]);
+        fs::create_dir_all(here.join("empty")).unwrap();
+        run_in(here, &[command, "empty"])
+            .assert_refused(2, &["empty is a directory, not a file; give a table of a run"]);
     }
     let page = run_in(here, &["view", "out/states.csv", "-o", "pages/p.html"]);
     assert_eq!(page.code, Some(0), "{page:?}");

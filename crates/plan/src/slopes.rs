@@ -408,6 +408,7 @@ pub(super) mod tests {
     use super::*;
     use crate::file::ProblemFile;
     use std::path::Path;
+    use tumble_core::world::Integrator;
     use tumble_scene::scene::Scene;
     use tumble_scene::settings::Settings;
 
@@ -472,7 +473,8 @@ pub(super) mod tests {
     pub(crate) fn pushed_box(steps: usize) -> (PlanProblem, Vec<f64>) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
         let path = Path::new("box.toml");
-        let scene = Scene::from_text(SCENE, path, Settings::default(), &read).unwrap();
+        let mut scene = Scene::from_text(SCENE, path, Settings::default(), &read).unwrap();
+        scene.use_integrator(Integrator::Euler);
         let problem =
             ProblemFile::from_scene_text(scene, &PROBLEM.replace("STEPS", &steps.to_string()));
         let problem = problem.unwrap().problem;
