@@ -90,13 +90,7 @@ impl Film {
         floating: bool,
         mut frames: Vec<TableStep>,
     ) -> Result<Self, Failure> {
-        for frame in &mut frames {
-            frame.contacts.retain(is_loaded);
-            // Pictures show the velocities of the instant.
-            if !frame.instants.is_empty() {
-                frame.states = std::mem::take(&mut frame.instants);
-            }
-        }
+        frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
         let bodies = model.bodies.iter().zip(world.bodies()).zip(model.loads()?).enumerate();
         let bodies = bodies.map(|(index, ((body, rigid), load))| {
             let shapes = shapes(model, index, body, rigid)?;

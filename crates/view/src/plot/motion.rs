@@ -17,7 +17,7 @@ pub const PANELS: [PanelMaker; 6] = [
 ];
 
 fn speed(film: &Film, body: usize) -> Panel {
-    let values = film.frames.iter().map(|frame| frame.states[body].velocity.norm());
+    let values = film.frames.iter().map(|frame| frame.instant_states()[body].velocity.norm());
     let title = (("|v|", ""), "m/s", "speed of the centre of mass");
     Panel::from_curve("speed", title, 100.0, 2, values)
 }
