@@ -6,10 +6,10 @@
 //! step, the change of the state becomes
 //!
 //! ```text
-//! δx⁺ = J (δx + f⁻ δt) − f⁺ δt,   δt = δφ/c                               (eq. 41)
+//! δx⁺ = J (δx + f⁻ δt) − f⁺ δt,   δt = δφ/c                               (G21)
 //! ```
 //!
-//! the derivative of the motion, and not of the steps.
+//! the derivative of the motion, and not of the steps. Equation numbers are those of `docs/gradients.md`.
 
 use crate::contact::Contact;
 use crate::derivative::StateChange;
@@ -18,7 +18,7 @@ use crate::mechanics::quaternion::rotation;
 use crate::simulation::StepRecord;
 use crate::world::World;
 
-/// Adds the part of (eq. 41) through the times of the impacts of a step to `dual`, the product Jᵀ of
+/// Adds the part of (G21) through the times of the impacts of a step to `dual`, the product Jᵀ of
 /// `dual_after` with its derivative. Returns false if bodies bounce at several points in the step: their
 /// impacts have no times of their own and are left out.
 pub(super) fn add_impact_times(
@@ -45,15 +45,15 @@ pub(super) fn add_impact_times(
         }
         let mut later = 0.0;
         for body in contact.key.bodies() {
-            let (state, end) = (&record.states[body], &record.solution.states[body]);
+            let state = &record.states[body];
+            let end = &record.solution.states[body];
             let free = world.free_flight(body, state, &record.wrenches[body]);
             let h = world.time_step();
-            let rates = (free.velocity - state.velocity, free.spin - state.spin);
             let flow = |of: &State| StateChange {
                 position: of.velocity,
                 turn: of.spin,
-                velocity: rates.0 / h,
-                spin: rates.1 / h,
+                velocity: (free.velocity - state.velocity) / h,
+                spin: (free.spin - state.spin) / h,
             };
             later += dual[body].dot(&flow(state)) - dual_after[body].dot(&flow(end));
         }

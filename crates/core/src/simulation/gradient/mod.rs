@@ -61,7 +61,7 @@ pub struct Run<'f> {
     /// The result is then a search direction and not a derivative, where the exact one does not
     /// exist.
     pub smoothing: Option<Smoothing>,
-    /// True if bounces are differentiated with their times (eq. 41): the derivative of the motion,
+    /// True if bounces are differentiated with their times (G21): the derivative of the motion,
     /// not of the steps.
     pub has_impact_times: bool,
 }
