@@ -117,6 +117,7 @@ fn slopes(torques: &Torques, steps: u64) -> Result<(Torques, f64), Error> {
         inputs: &[],
         checkpoints: Checkpoints::default(),
         smoothing: None,
+        has_impact_times: false,
     })?;
     let mut slopes = Torques::zeros();
     for (k, wrenches) in found.wrenches.iter().enumerate().take(COUNT * WINDOW as usize) {

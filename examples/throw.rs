@@ -69,6 +69,7 @@ fn slopes(velocity: &Vector3<f64>) -> Result<(Matrix2x3<f64>, f64), Error> {
             inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing: None,
+            has_impact_times: false,
         })?;
         slopes.row_mut(row).copy_from(&found.states[0].velocity.transpose());
         margin = found.margin.0;

@@ -79,6 +79,7 @@ fn parts(force: f64, steps: u64) -> Result<([f64; 5], f64), Error> {
         inputs: &[],
         checkpoints: Checkpoints::default(),
         smoothing: None,
+        has_impact_times: false,
     })?;
     let pushed = &found.wrenches[..PUSHED as usize];
     let by_push: f64 = pushed.iter().map(|wrenches| wrenches[0].force[0]).sum();

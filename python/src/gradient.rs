@@ -170,7 +170,7 @@ struct Change {
 /// Product of the transposed derivative of a run with derivatives with respect to its end.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
-#[pyo3(signature = (scene, states, index, controls, steps, by_end, by, smoothing))]
+#[pyo3(signature = (scene, states, index, controls, steps, by_end, by, smoothing, impact_times))]
 pub fn vjp<'py>(
     py: Python<'py>,
     scene: PyRef<'_, PyScene>,
@@ -181,6 +181,7 @@ pub fn vjp<'py>(
     by_end: PyReadonlyArrayDyn<'_, f64>,
     by: Vec<String>,
     smoothing: Option<(String, f64)>,
+    impact_times: bool,
 ) -> PyResult<GradientArrays<'py>> {
     let smoothing = smoothing_of(smoothing)?;
     let (content, constants) = (&scene.content, constants_of(&by)?);
@@ -209,6 +210,7 @@ pub fn vjp<'py>(
             inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing,
+            has_impact_times: impact_times,
         };
         let found = simulation.gradient(&mut run)?;
         Ok((found, simulation.states().to_vec()))

@@ -25,8 +25,6 @@ from tumble.bench.engines._program import boxes
 from tumble.bench.speed import deepest_overlap
 
 CASES = {case.name: case for case in all_cases()}
-# The exact derivative of a discrete bounce is not that of a bounce in continuous time.
-KNOWN_WRONG = {"grad-bounce-height", "grad-dropped-ball", "grad-swap"}
 
 
 class Fake(Engine):
@@ -52,16 +50,11 @@ def outcome(found: Engine, name: str):
     return judged(found.name, case, {**facts, **measure(found, case)})
 
 
-@pytest.mark.parametrize("name", sorted(set(CASES) - KNOWN_WRONG))
+@pytest.mark.parametrize("name", sorted(CASES))
 def test_tumble_is_right(name):
     found = outcome(engine("tumble"), name)
     assert found.verdict == RIGHT, found
     assert not found.reason
-
-
-@pytest.mark.parametrize("name", sorted(KNOWN_WRONG))
-def test_derivatives_through_elastic_bounces_are_wrong(name):
-    assert outcome(engine("tumble"), name).verdict == WRONG
 
 
 def test_an_engine_that_does_not_move_is_flagged():

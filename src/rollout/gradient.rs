@@ -210,6 +210,7 @@ fn one(
         inputs: &inputs,
         checkpoints: Checkpoints::default(),
         smoothing,
+        has_impact_times: false,
     };
     let mut found = simulation.gradient(&mut run)?;
     if let Some(by_inertia) = held.then(|| found.constants.pop()).flatten() {

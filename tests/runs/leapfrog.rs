@@ -382,6 +382,7 @@ fn gradients_are_those_of_differences() {
             inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing: None,
+            has_impact_times: false,
         };
         let found = simulation.gradient(&mut run).unwrap();
         assert_eq!(
@@ -414,4 +415,44 @@ fn gradients_are_those_of_differences() {
             "{name}: {number} {expected}"
         );
     }
+}
+
+/// With impact times, the derivative of a bounce is that of the motion: the height of a ball that bounces
+/// falls by e² times the change of its start, minus what the later impact takes.
+#[test]
+fn a_bounce_has_the_derivative_of_the_motion() {
+    let (drop, e, time, h) = (0.5, 0.5, 0.5, 0.001);
+    let text = format!(
+        "[ground]\nfriction = 0.3\nrestitution = {e}\n[[bodies]]\nname = \"body\"\nsphere = 0.1\n\
+         mass = 1.0\nposition = [0, 0, {}]\n",
+        0.1 + drop
+    );
+    let steps = (time / h) as u64;
+    let mut by_height = StateChange::from_array(&[0.0; 12]);
+    by_height.position.z = 1.0;
+    let found = |has_impact_times: bool| {
+        let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| vec![by_height]);
+        let mut run = Run {
+            steps,
+            before: &mut |_: &mut Simulation<'_>| Ok(()),
+            by_states: &mut by_states,
+            constants: &[],
+            inputs: &[],
+            checkpoints: Checkpoints::default(),
+            smoothing: None,
+            has_impact_times,
+        };
+        let found = simulation(&text, h).gradient(&mut run).unwrap();
+        assert_eq!(found.untimed, 0);
+        found.states[0].position.z
+    };
+    // z(t) = e v (t − t₁) − ½ g (t − t₁)² with v = √(2 g d) and t₁ = √(2 d/g).
+    let height = |drop: f64| {
+        let (speed, after) = ((2.0 * G * drop).sqrt(), time - (2.0 * drop / G).sqrt());
+        e * speed * after - 0.5 * G * after * after
+    };
+    let expected = (height(drop + 1e-6) - height(drop - 1e-6)) / 2e-6;
+    let motion = found(true);
+    assert!((motion - expected).abs() <= 0.02 * expected.abs(), "{motion} {expected}");
+    assert!((found(false) - expected).abs() > 0.5, "the derivative of the steps is another one");
 }

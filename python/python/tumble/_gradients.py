@@ -104,6 +104,7 @@ def vjp(
     index: int | None,
     by: Iterable[str],
     smoothing: Smoothing,
+    impact_times: bool,
 ) -> Derivatives:
     """Derivatives of a scalar loss of a run: see Scene.vjp. ``run`` has cotangents, states and controls.
 
@@ -120,7 +121,10 @@ def vjp(
         pushes = pushes.reshape(len(pushes), count, 6)
     length = whole("steps", steps if steps is not None else 1 if pushes is None else len(pushes), 1, 9_999_999)
     duals = _of_bodies("cotangents", cotangents, (count, 12))
-    found = _tumble.vjp(scene._core, _states(scene, states), _index(index), pushes, length, duals, names, smoothing)
+    start = _states(scene, states)
+    found = _tumble.vjp(
+        scene._core, start, _index(index), pushes, length, duals, names, smoothing, bool(impact_times)
+    )
     return _derivatives(found, ["states", "controls", *names])
 
 

@@ -312,18 +312,21 @@ class Scene(Queries):
         by: Iterable[str] = (),
         compliance: float | None = None,
         central_path: float | None = None,
+        impact_times: bool = False,
     ) -> Derivatives:
         """Derivatives of a scalar loss of a run with ``steps`` steps.
 
         ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The
         result has ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and the derivatives by
         the constants named in ``by``. ``compliance`` or ``central_path`` smooth the derivatives
-        of the steps; the run stays exact. The run begins at step ``index``, by default
-        ``start_index``. See Derivatives.
+        of the steps; the run stays exact. With ``impact_times`` the derivative of a bounce has its
+        time, which the steps do not resolve: the result is the derivative of the motion, not of
+        the steps. The run begins at step ``index``, by default ``start_index``. See Derivatives.
         """
         from ._gradients import smoothing_of, vjp
 
-        return vjp(self, (cotangents, states, controls), steps, index, by, smoothing_of(compliance, central_path))
+        smoothing = smoothing_of(compliance, central_path)
+        return vjp(self, (cotangents, states, controls), steps, index, by, smoothing, impact_times)
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)

@@ -341,6 +341,7 @@ def vjp(
     by_end: Floats,
     by: list[str],
     smoothing: tuple[str, float] | None,
+    impact_times: bool,
 ) -> _Derivatives: ...
 
 def step_all(simulations: Sequence[CoreSimulation], steps: int, threads: int) -> list[int]: ...

@@ -191,6 +191,7 @@ fn failed_gradient_leaves_the_simulation_unchanged() {
         inputs: &[],
         checkpoints: Checkpoints::default(),
         smoothing: None,
+        has_impact_times: false,
     };
     assert_eq!(simulation.gradient(&mut run), Err(Error::Interrupted));
     assert_eq!((simulation.index(), simulation.states()), (0, &states[..]));

@@ -88,6 +88,7 @@ fn a_slide_in_small_steps_backwards() {
                 inputs: &[],
                 checkpoints: Checkpoints::default(),
                 smoothing: None,
+                has_impact_times: false,
             })
             .unwrap();
         let by_place = &found.states[0].position;

@@ -288,6 +288,7 @@ fn a_run_backwards() {
             inputs: &[],
             checkpoints,
             smoothing: None,
+            has_impact_times: false,
         };
         let found = simulation.gradient(&mut run).unwrap();
         assert_eq!(simulation.index(), steps);
@@ -344,6 +345,7 @@ fn a_run_under_a_load_that_acts_at_a_point() {
         inputs: &[],
         checkpoints: Checkpoints { steps: 90, saved: 3 },
         smoothing: None,
+        has_impact_times: false,
     });
     let found = found.unwrap();
     let close = |found: f64, difference: f64| {

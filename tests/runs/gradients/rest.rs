@@ -51,6 +51,7 @@ fn a_run_that_comes_to_rest(checkpoints: Checkpoints, is_pushed: bool) {
             inputs: &[],
             checkpoints,
             smoothing: None,
+            has_impact_times: false,
         })
         .unwrap();
     let mut run = scene.simulation(&Default::default()).unwrap();

@@ -71,6 +71,7 @@ fn done(simulation: &mut Simulation<'_>, steps: u64, work: Work) -> Result<(), B
             inputs: &[],
             checkpoints: Checkpoints::default(),
             smoothing: None,
+            has_impact_times: false,
         })?;
         return Ok(());
     }

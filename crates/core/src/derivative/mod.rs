@@ -76,12 +76,14 @@ impl StateChange {
 
     /// This change times `factor`.
     #[must_use]
+    #[cfg(feature = "save")]
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self::zero().plus(factor, self)
     }
 
     /// The velocity and the spin of this change alone.
     #[must_use]
+    #[cfg(feature = "save")]
     pub(crate) fn velocities(&self) -> Self {
         Self { velocity: self.velocity, spin: self.spin, ..Self::zero() }
     }

@@ -107,6 +107,7 @@ pub fn gradient(tree: &Tree, inputs: &[Inputs], weights: &[StateChange]) -> RunG
         inputs: &[Constant::MotorTarget, Constant::JointForce],
         checkpoints: Checkpoints::default(),
         smoothing: None,
+        has_impact_times: false,
     };
     simulation.gradient(&mut run).unwrap()
 }

@@ -5,6 +5,7 @@
 //! of each, and the segments are recorded and traversed from the last to the first. Segments at rest
 //! are not run again, because all their steps are equal.
 
+use super::impact_time::add_impact_times;
 use super::{Run, RunGradient};
 use crate::derivative::StateChange;
 use crate::error::Error;
@@ -228,7 +229,7 @@ impl Backward {
         self.linearise(simulation, run, 0)?;
         let is_at_rest = self.derivative.is_at_rest();
         for k in (from..to).rev().take_while(|_| is_at_rest) {
-            self.back(run, self.first + k, &taken)?;
+            self.back(simulation.world(), run, self.first + k, &taken)?;
         }
         Ok(is_at_rest)
     }
@@ -266,7 +267,7 @@ impl Backward {
                 self.linearise(simulation, run, step.record)?;
                 last = Some(step.record);
             }
-            self.back(run, self.first + from + k as u64, step)?;
+            self.back(simulation.world(), run, self.first + from + k as u64, step)?;
         }
         self.taken = taken;
         Ok(())
@@ -296,7 +297,13 @@ impl Backward {
     }
 
     /// Processes step `index` backward with its derivative.
-    fn back(&mut self, run: &mut Run<'_>, index: u64, step: &Taken) -> Result<(), Error> {
+    fn back(
+        &mut self,
+        world: &World,
+        run: &mut Run<'_>,
+        index: u64,
+        step: &Taken,
+    ) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
         let record = &records[step.record].record;
         let ends = record.end_states();
@@ -304,7 +311,7 @@ impl Backward {
         self.found.note(index, record, &self.derivative);
         self.records = records;
         added?;
-        let Self { derivative, dual, owed, extrapolated, step: gradient, .. } = self;
+        let Self { derivative, dual, owed, extrapolated, records, step: gradient, .. } = self;
         // Inputs need the product of every step.
         let is_summed = derivative.is_at_rest() && run.inputs.is_empty();
         if is_summed && derivative.pull_at_rest(dual, gradient)? {
@@ -316,7 +323,13 @@ impl Backward {
                 self.found.inputs.push(gradient.constants[run.constants.len()..].to_vec());
             }
         }
+        let after = run.has_impact_times.then(|| dual.clone());
         dual.clone_from(&gradient.states);
+        if let Some(after) = after {
+            let record = &records[step.record].record;
+            let all_have_times = add_impact_times(world, record, &after, dual);
+            self.found.untimed += u64::from(!all_have_times);
+        }
         for (dual, more) in dual.iter_mut().zip(extrapolated.iter_mut()) {
             *dual = dual.plus(1.0, more);
             *more = StateChange::zero();

@@ -8,6 +8,7 @@
 //! with and without derivatives.
 
 mod backward;
+mod impact_time;
 
 use super::leapfrog::TrialStep;
 use super::{Saved, Simulation, StepRecord};
@@ -60,6 +61,9 @@ pub struct Run<'f> {
     /// The result is then a search direction and not a derivative, where the exact one does not
     /// exist.
     pub smoothing: Option<Smoothing>,
+    /// True if bounces are differentiated with their times (G21): the derivative of the motion,
+    /// not of the steps.
+    pub has_impact_times: bool,
 }
 
 /// Gradient of a scalar function of a run.
@@ -87,6 +91,8 @@ pub struct RunGradient {
     pub unknown: u64,
     /// Number of steps in which shares of forces were [kept](StepDerivative::keeps_shares).
     pub kept: u64,
+    /// Number of steps in which a body bounces at several points, which have no times of their own.
+    pub untimed: u64,
     /// Number of steps with a [reduced](super::StepRecord::restitution_share) restitution, which is
     /// treated as a constant.
     pub limited: u64,

@@ -84,7 +84,8 @@ class Tumble(Engine):
         # Tangents have three numbers for the attitude, states four.
         cotangents[body, component if component < 3 else component - 1] = 1.0
         by = ["friction", "gravity", "mass"]
-        found = own.vjp(cotangents, states, controls, steps=scene.steps, by=by)
+        # Cases ask for derivatives of the motion.
+        found = own.vjp(cotangents, states, controls, steps=scene.steps, by=by, impact_times=True)
         return Sensitivities(
             position=found["states"][:, :3],
             velocity=found["states"][:, 6:9],
