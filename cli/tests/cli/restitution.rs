@@ -61,6 +61,7 @@ fn coefficients_out_of_range_are_refused_by_name() {
         (&["--restitution", "nan"], "--restitution"),
         (&["--rebound-speed", "-1"], "--rebound-speed"),
         (&["--scene", "floating", "--restitution", "0.5"], "--restitution"),
+        (&["--scene", "floating", "--integrator", "leapfrog"], "--integrator"),
     ];
     for (args, word) in cases {
         let simulated = simulate(args);
