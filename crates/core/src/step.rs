@@ -274,6 +274,15 @@ impl StepStatus {
         self.is_solved() && self != Self::Substepped
     }
 
+    /// Status of a row that stands for a step with this status and a `later` one.
+    #[must_use]
+    pub fn with_later(self, later: Self) -> Self {
+        let rank = |status| {
+            [Self::Substepped, Self::Wild, Self::Failed].iter().position(|mark| *mark == status)
+        };
+        if rank(later) > rank(self) { later } else { self }
+    }
+
     /// Status with the CSV name `name`.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {

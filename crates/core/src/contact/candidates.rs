@@ -40,6 +40,11 @@ impl Candidates {
         Self { keeps_depth: true, ..Self::default() }
     }
 
+    /// Sets if new contacts [keep their depth](Contact::keep_depth).
+    pub(crate) fn set_keeps_depth(&mut self, keeps_depth: bool) {
+        self.keeps_depth = keeps_depth;
+    }
+
     /// Contacts found so far, in the order of the search.
     #[must_use]
     pub fn contacts(&self) -> &[Contact] {

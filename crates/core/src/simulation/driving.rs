@@ -18,9 +18,9 @@ pub(super) struct Driving {
 
 impl Driving {
     /// Sets the inputs of the joints of `world` for a step from `states`: loads with their mean over
-    /// `interval` (s), motions with their pose at step `end`.
+    /// `interval` (s), motions with their pose at the time `end` (s).
     #[inline]
-    pub(super) fn set(&self, world: &mut World, states: &[State], interval: [f64; 2], end: u64) {
+    pub(super) fn set(&self, world: &mut World, states: &[State], interval: [f64; 2], end: f64) {
         if !self.is_idle() {
             self.set_some(world, states, interval, end);
         }
@@ -32,9 +32,8 @@ impl Driving {
     }
 
     #[inline(never)]
-    fn set_some(&self, world: &mut World, states: &[State], [from, to]: [f64; 2], end: u64) {
+    fn set_some(&self, world: &mut World, states: &[State], [from, to]: [f64; 2], end: f64) {
         let h = world.time_step();
-        let end = end as f64 * h;
         for (joint, load) in &self.loads {
             world.joints_mut()[*joint].set_push(load.mean(from, to));
         }

@@ -34,6 +34,7 @@ use crate::simulation::Motion;
 use crate::step::{ContactForce, StepSolution, StepStatus};
 use crate::world::World;
 use nalgebra::Vector3;
+use std::mem::take;
 
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
@@ -318,6 +319,7 @@ impl Simulation<'_> {
             }
         }
         instants.starts.fill(false);
+        scratch.started = true;
         (scratch.infeasible_gap, scratch.unphysical) = (None, None);
         (scratch.gain, scratch.makes_energy) = (None, false);
         Ok(())
@@ -328,55 +330,74 @@ impl Simulation<'_> {
     pub(super) fn end_leapfrog(&mut self, status: StepStatus) {
         let Self { world, motion, now, before, instants, scratch, .. } = self;
         let Some(instants) = instants else { return };
-        let StepScratch { candidates, solution, free, abrupt, .. } = scratch;
+        let StepScratch { candidates, solution, free, abrupt, started, added_error, .. } = scratch;
         let is_smooth = matches!(
             status,
             StepStatus::Free | StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback
         ) && matches!(motion, Motion::Contact { .. });
+        let h = world.time_step();
+        // A part of another length than the last one has no step before it.
+        let begins = take(started) && world.accuracy().is_some();
+        let moved_back: Vec<_> = match begins {
+            true => now.states.iter().map(|state| moved_back(state, h)).collect(),
+            false => Vec::new(),
+        };
+        let earlier = match before {
+            _ if begins => &moved_back,
+            Some(before) => &before.states,
+            None => &now.states,
+        };
         abrupt.bodies.clear();
         if is_smooth {
             abrupt.find(&TakenStep {
                 world,
                 states: &now.states,
-                earlier: before.as_ref().map_or(&now.states, |before| &before.states),
+                earlier,
                 free,
-                past: &now.contacts,
+                past: if begins { &[] } else { &now.contacts },
                 contacts: candidates.contacts(),
                 solution,
             });
         }
         instants.past.0.clone_from(&instants.errors);
         instants.past.1.clone_from(&instants.was_abrupt);
-        let h = world.time_step();
+        *added_error = [0.0; 2];
+        let change = |from: &State, to: &State| (to.velocity - from.velocity, to.spin - from.spin);
         for body in 0..now.states.len() {
+            let (state, next) = (&now.states[body], &solution.states[body]);
             let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
-            let change = |from: &State, to: &State| {
-                let spin = world.bodies()[body].reach() * (to.spin - from.spin);
-                (to.velocity - from.velocity, spin)
-            };
-            let last = change(&now.states[body], &solution.states[body]);
-            let (differing, share) = match before {
-                _ if is_abrupt => (last, 0.5),
+            let last = change(state, next);
+            // Second difference of the velocities of the middle, w⁺ − 2w + w⁻.
+            let second = match before {
+                _ if is_abrupt => None,
                 Some(before) if !instants.was_abrupt[body] => {
-                    let earlier = change(&before.states[body], &now.states[body]);
-                    ((last.0 - earlier.0, last.1 - earlier.1), 1.0 / 24.0)
+                    let earlier = change(&before.states[body], state);
+                    Some((last.0 - earlier.0, last.1 - earlier.1))
                 }
-                _ => (Default::default(), 0.0),
+                // The trial step of the start changed the velocity by 2 (V − w).
+                _ if begins => {
+                    let trial = change(state, &instants.states[body]);
+                    let second = (last.0 - 2.0 * trial.0, last.1 - 2.0 * trial.1);
+                    (trial != Default::default()).then_some((2.0 * second.0, 2.0 * second.1))
+                }
+                _ => None,
             };
-            let size = differing.0.norm() + differing.1.norm();
-            let turning = h.powi(3) / 12.0
-                * world.bodies()[body].reach()
-                * now.states[body].spin.norm().powi(3);
-            instants.errors[body] += share * h * size + turning;
+            let reach = world.bodies()[body].reach();
+            let size = |of: (Vector3<f64>, Vector3<f64>)| of.0.norm() + (reach * of.1).norm();
+            let turning = h.powi(3) / 12.0 * reach * state.spin.norm().powi(3);
+            let error = match second {
+                _ if is_abrupt => 0.5 * h * size(last),
+                second => second.map_or(0.0, |second| h / 24.0 * size(second)) + turning,
+            };
+            instants.errors[body] += error;
+            let largest = &mut added_error[usize::from(is_abrupt)];
+            *largest = largest.max(error);
             instants.was_abrupt[body] = is_abrupt;
-        }
-        instants.states.clear();
-        let pairs = now.states.iter().zip(&solution.states).enumerate();
-        instants.states.extend(pairs.map(|(body, (state, next))| {
-            if abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt) {
-                return *next;
+            instants.states[body] = if is_abrupt { *next } else { next.extrapolated(state) };
+            if let (Some((velocity, spin)), true) = (second, world.accuracy().is_some()) {
+                instants.states[body].velocity += 0.375 * velocity;
+                instants.states[body].spin += 0.375 * spin;
             }
-            next.extrapolated(state)
-        }));
+        }
     }
 }

@@ -5,6 +5,7 @@
 //! modules are initial states ([`scene`], [`random`]), step records ([`record`]) and run summaries
 //! ([`summary`]).
 
+mod accuracy;
 mod assembly;
 mod balance;
 mod bodies;
@@ -34,6 +35,7 @@ mod stiffness;
 pub mod summary;
 pub mod unphysical;
 
+pub use accuracy::PartsSummary;
 pub use assembly::Assembly;
 pub use balance::EnergyBalance;
 #[cfg(feature = "save")]
@@ -55,6 +57,7 @@ use crate::joint::JointForce;
 use crate::mechanics::{Load, State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
 use crate::world::{Integrator, World};
+use accuracy::StepParts;
 use bounce::Bounce;
 use leapfrog::{AbruptChanges, Instants};
 use one_step::{contact_step, floating_step};
@@ -86,6 +89,8 @@ pub struct Simulation<'a> {
     /// which that step used.
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
+    /// Parts of the last step, in a world with an [accuracy](World::with_accuracy).
+    parts: Option<Box<StepParts>>,
     /// True if the last step cannot be taken back.
     taken_back: bool,
     /// True for the substeps of a failed step, which are not divided again.
@@ -138,6 +143,11 @@ struct StepScratch {
     energy_check: unphysical::EnergyCheck,
     stiffness: Stiffness,
     abrupt: AbruptChanges,
+    /// True if velocities of the instant were converted for the step.
+    started: bool,
+    /// Largest errors (40) of the step: of bodies in smooth motion, and of those with an abrupt change
+    /// of velocity (m).
+    added_error: [f64; 2],
     /// Infeasible gap found in a failed step.
     infeasible_gap: Option<InfeasibleGap>,
     /// Cause of an unphysical step.
@@ -213,6 +223,7 @@ impl<'a> Simulation<'a> {
             now,
             before: None,
             long_before: None,
+            parts: None,
             taken_back: false,
             is_part: false,
             scratch: StepScratch { candidates, ..StepScratch::default() },
@@ -390,6 +401,14 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
+        match self.world.accuracy() {
+            Some(accuracy) if self.instants.is_some() => self.step_in_parts(accuracy, record),
+            Some(_) | None => self.single_step(record),
+        }
+    }
+
+    /// Advances by one step, or by the part of it that is set in the world.
+    fn single_step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
         if self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             return Err(Error::Interrupted);
         }
@@ -402,15 +421,18 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         let interval = self.world.load_interval(self.index);
-        self.driving.set(&mut self.world, &self.now.states, interval, self.index + 1);
+        let end = self.world.time_after(self.index);
+        self.driving.set(&mut self.world, &self.now.states, interval, end);
         self.start_leapfrog(None)?;
         let (mut report, mut certificate, share) = self.attempt()?;
         if (report.status == StepStatus::Failed || self.scratch.makes_energy)
             && !self.is_part
+            && self.world.accuracy().is_none()
             && let Some(rescued) = self.rescued((report, certificate), &mut record.unsolved)
         {
             (report, certificate) = rescued;
         }
+        record.parts = PartsSummary::default();
         record.index = self.index;
         record.report = report;
         record.certificate = certificate;
@@ -519,6 +541,11 @@ impl<'a> Simulation<'a> {
     /// have no effect.
     pub fn take_back(&mut self, record: &StepRecord) {
         if self.taken_back || record.index + 1 != self.index {
+            return;
+        }
+        if record.parts.count > 0 {
+            self.take_parts_back();
+            (self.taken_back, self.index) = (true, record.index);
             return;
         }
         if let Some(before) = self.before.take() {

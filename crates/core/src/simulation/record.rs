@@ -1,6 +1,6 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::{EnergyGain, InfeasibleGap, UnphysicalCause};
+use super::{EnergyGain, InfeasibleGap, PartsSummary, UnphysicalCause};
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
@@ -50,6 +50,8 @@ pub struct StepRecord {
     /// Largest energy beyond the balance (32) that an island makes in the step as taken, if beyond
     /// rounding.
     pub gain: Option<EnergyGain>,
+    /// Parts of the step, in a world with an [accuracy](crate::World::with_accuracy).
+    pub parts: PartsSummary,
     /// Bodies of islands that the native solver did not solve in one step without making energy.
     pub unsolved: Vec<usize>,
 }
@@ -81,6 +83,7 @@ impl StepRecord {
             infeasible_gap: None,
             unphysical: None,
             gain: None,
+            parts: PartsSummary::default(),
             unsolved: Vec::new(),
         }
     }

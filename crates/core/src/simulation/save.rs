@@ -8,6 +8,7 @@
 //! The bytes are a magic word, the format number, the length, the content and a checksum. Floating
 //! point numbers keep their bits.
 
+use super::accuracy::{Pace, StepParts};
 use super::driving::Driving;
 use super::leapfrog::Instants;
 use super::{ExternalLoads, MOST_STEPS, Motion, Simulation};
@@ -32,6 +33,7 @@ pub struct Saved {
     driving: Driving,
     now: StepSolution,
     instants: Option<Instants>,
+    pace: Option<Pace>,
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
     search: Memory,
@@ -44,7 +46,7 @@ pub struct Saved {
 /// Magic word at the start of the bytes.
 const MAGIC: [u8; 8] = *b"tumble-l";
 /// Format number. It changes with the meaning of the content.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 /// Length of magic word, format number and length field (bytes).
 const HEADER: usize = 8 + 4 + 8;
 /// Length of the checksum (bytes).
@@ -205,6 +207,7 @@ impl<'a> Simulation<'a> {
             driving: self.driving.clone(),
             now: self.now.clone(),
             instants: self.instants.clone(),
+            pace: self.parts.as_ref().map(|parts| parts.pace),
             before: self.before.clone(),
             long_before: self.long_before.clone(),
             search: self.scratch.candidates.memory().clone(),
@@ -233,6 +236,9 @@ impl<'a> Simulation<'a> {
         self.driving.clone_from(&saved.driving);
         self.now.copy_from(&saved.now);
         self.instants.clone_from(&saved.instants);
+        // The start of the last step in parts is not saved.
+        self.taken_back |= saved.pace.is_some();
+        self.parts = saved.pace.map(|pace| Box::new(StepParts::with_pace(pace)));
         self.before.clone_from(&saved.before);
         self.long_before.clone_from(&saved.long_before);
         Ok(())

@@ -171,7 +171,7 @@ impl World {
     /// the speed of a bounce that lasts less than four steps. It vanishes with h.
     #[must_use]
     pub fn rebound_speed(&self) -> f64 {
-        self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.time_step())
+        self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.whole_step())
     }
 }
 

@@ -121,8 +121,19 @@ pub struct World {
     /// Rebound speed set by the user.
     rebound_speed: Option<f64>,
     integrator: Integrator,
+    accuracy: Option<f64>,
+    part: Option<StepPart>,
     reach: f64,
     speed_scale: f64,
+}
+
+/// Part of a step, taken as a step of its own; see [`World::with_accuracy`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StepPart {
+    /// Its start, since the start of the step (s).
+    since: f64,
+    /// Time step of the world (s).
+    whole: f64,
 }
 
 impl World {
@@ -162,6 +173,8 @@ impl World {
             pair_restitutions: PairLaws::new(),
             rebound_speed: None,
             integrator: Integrator::Euler,
+            accuracy: None,
+            part: None,
             reach,
             speed_scale,
         }
@@ -303,6 +316,50 @@ impl World {
         world
     }
 
+    /// Returns this world with an error of the time step that runs keep: the estimate (40) of each
+    /// body's position grows by at most `accuracy` (m) in a second. A step is then taken in parts,
+    /// which also end where impacts, slips and stops of joints begin. Needs
+    /// [`Integrator::Leapfrog`], and has no effect without it.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] if the accuracy is outside 1e-10…1 m.
+    pub fn with_accuracy(self, accuracy: Option<f64>) -> Result<Self, Error> {
+        if let Some(accuracy) = accuracy {
+            in_range("accuracy (m)", accuracy, 1e-10, 1.0, "1e-10 to 1")?;
+        }
+        Ok(Self { accuracy, ..self })
+    }
+
+    /// Growth of the error of the time step that runs keep (m/s); see [`World::with_accuracy`].
+    #[must_use]
+    pub fn accuracy(&self) -> Option<f64> {
+        self.accuracy
+    }
+
+    /// Sets the time step to a part of the whole one: its start since that of the step, and its
+    /// length (s). `None` is the whole step.
+    pub fn set_part(&mut self, part: Option<[f64; 2]>) {
+        let whole = self.whole_step();
+        self.parameters.time_step = part.map_or(whole, |[_, length]| length);
+        self.part = part.map(|[since, _]| StepPart { since, whole });
+        self.set_middles();
+    }
+
+    /// Time step of the world (s), also while a [part](World::set_part) of it is set.
+    #[must_use]
+    pub fn whole_step(&self) -> f64 {
+        self.part.map_or(self.time_step(), |part| part.whole)
+    }
+
+    /// Time at the end of step `index` (s), or of the part of it that is set.
+    #[must_use]
+    pub fn time_after(&self, index: u64) -> f64 {
+        match self.part {
+            None => (index + 1) as f64 * self.time_step(),
+            Some(StepPart { since, whole }) => index as f64 * whole + since + self.time_step(),
+        }
+    }
+
     /// Sets in all joints when their springs and dampers act.
     fn set_middles(&mut self) {
         let is_middle = self.integrator == Integrator::Leapfrog;
@@ -325,7 +382,13 @@ impl World {
             Integrator::Euler => 0.0,
             Integrator::Leapfrog => 0.5,
         };
-        [index, index + 1].map(|k| (k as f64 - middle).max(0.0) * self.time_step())
+        match self.part {
+            None => [index, index + 1].map(|k| (k as f64 - middle).max(0.0) * self.time_step()),
+            Some(StepPart { since, whole }) => {
+                let start = index as f64 * whole + since;
+                [-middle, 1.0 - middle].map(|by| (start + by * self.time_step()).max(0.0))
+            }
+        }
     }
 
     /// Integrator of the rotations.

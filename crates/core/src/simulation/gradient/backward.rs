@@ -434,7 +434,8 @@ impl Simulation<'_> {
     pub(super) fn start_run(&mut self, trial: &mut TrialStep) -> Result<(), Error> {
         self.set_wrenches();
         let interval = self.world.load_interval(self.index);
-        self.driving.set(&mut self.world, &self.now.states, interval, self.index + 1);
+        let end = self.world.time_after(self.index);
+        self.driving.set(&mut self.world, &self.now.states, interval, end);
         self.start_leapfrog(Some(trial))
     }
 

@@ -254,13 +254,7 @@ impl StepRow {
     /// Adds the status and the energy terms (J) of a step between this row and the next.
     fn add(&mut self, status: StepStatus, works: &[f64; 6]) {
         self.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
-        let rank = |status| {
-            let marks = [StepStatus::Substepped, StepStatus::Wild, StepStatus::Failed];
-            marks.iter().position(|mark| *mark == status)
-        };
-        if rank(status) > rank(self.status) {
-            self.status = status;
-        }
+        self.status = self.status.with_later(status);
     }
 }
 

@@ -1,0 +1,314 @@
+//! Steps in parts that keep an accuracy ([`World::with_accuracy`]).
+//!
+//! A part is a step of its own, with its certificate. Its length h follows from the growth of the
+//! estimated error (40) of the worst body: at most a h for the accuracy a (m/s). This error is of
+//! third order, so that the next length is
+//!
+//! ```text
+//! h⁺ = h √(a h / e)                                                      (eq. 41)
+//! ```
+//!
+//! An abrupt change of velocity, by an impact, the end of a slip or the stop of a joint, is caught in
+//! a short part: bisection finds the longest part without it, and a part of length ε follows in which
+//! it happens. Its error ½ ε |w⁺ − w| is at most a tenth of the error of a second. Parts of different
+//! lengths begin at velocities of the instant, which are converted like those of a start (37).
+
+use super::balance::EnergyBalance;
+use super::leapfrog::Instants;
+use super::{Simulation, StepRecord};
+use crate::contact::Memory;
+use crate::contact::certificate::Claim;
+use crate::error::Error;
+use crate::step::{StepReport, StepSolution};
+use std::mem::swap;
+
+/// Share of the error of a second that an abrupt change may add.
+const CAUGHT: f64 = 0.1;
+/// Shortest part (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
+const SHORTEST: f64 = 1e-9;
+/// Shortest part of smooth motion (s).
+const SHORTEST_SMOOTH: f64 = 1e-6;
+/// Length of a part, as a share of the usual one, below which contacts keep the depth at which they
+/// begin. Shorter parts would remove it at high speed.
+const KEEPS_DEPTH: f64 = 0.1;
+/// Range of lengths that are wanted, in present lengths, in which the present one stays.
+const STAYS: [f64; 2] = [0.9, 1.5];
+/// Largest growth of a length, and parts between two growths.
+const GROWTH: f64 = 4.0;
+const PARTS_PER_GROWTH: u32 = 4;
+/// Halvings of a part that is not solved.
+const MOST_HALVINGS: u32 = 8;
+/// Largest number of parts of a step, with rejected ones. Later parts are taken as they are.
+const MOST_PARTS: u32 = 20_000;
+
+/// Lengths of parts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Pace {
+    /// Length to whose middle the velocities of the simulation belong (s); 0 for those of the instant.
+    length: f64,
+    /// Length wanted for the next part of smooth motion (s); 0 if none is known.
+    wanted: f64,
+}
+
+/// Parts of the steps of a simulation.
+#[derive(Default)]
+pub(super) struct StepParts {
+    pub(super) pace: Pace,
+    /// Simulation before the last step, and before the present part.
+    step: Mark,
+    part: Mark,
+    record: StepRecord,
+}
+
+/// State of a simulation to which it can return.
+#[derive(Default)]
+struct Mark {
+    pace: Pace,
+    now: StepSolution,
+    before: Option<StepSolution>,
+    long_before: Option<StepSolution>,
+    instants: Option<Instants>,
+    memory: Memory,
+}
+
+/// Parts of a step as a whole, in the record of its first part.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PartsSummary {
+    /// Number of parts; 0 for a step that is not taken in parts.
+    pub count: u32,
+    /// Length of the first part (s), to which states, forces and certificate of the record belong.
+    pub length: f64,
+    /// Terms of the energy balance (36) of the later parts (J).
+    pub works: [f64; 6],
+    /// Growth of the estimated error (40) in the step, of the body with the largest one (m).
+    pub error: f64,
+    /// True if a part had a larger error than the accuracy allows.
+    pub is_coarse: bool,
+}
+
+/// Search for an abrupt change: lengths of a part without it and of one with it, and the length
+/// within which it is caught (s).
+#[derive(Debug, Clone, Copy)]
+struct Search {
+    low: f64,
+    high: f64,
+    window: f64,
+}
+
+/// Equal parts of the rest of a step.
+#[derive(Debug, Clone, Copy)]
+struct Plan {
+    length: f64,
+    count: u32,
+}
+
+impl Plan {
+    /// Parts of `left` (s) with a length near `wanted`, or the `present` one where it suits.
+    fn even(left: f64, wanted: f64, present: f64) -> Self {
+        let suits = STAYS[0] * present <= wanted && wanted <= STAYS[1] * present;
+        let wanted = if suits { present } else { wanted };
+        let count = (left / wanted - 1e-9).ceil().clamp(1.0, f64::from(MOST_PARTS));
+        let length = left / count;
+        // The same length but for rounding.
+        let is_same = (length - present).abs() <= 1e-9 * present;
+        Self { length: if is_same { present } else { length }, count: count as u32 }
+    }
+}
+
+impl StepParts {
+    /// Parts that go on at `pace`.
+    #[cfg(feature = "save")]
+    pub(super) fn with_pace(pace: Pace) -> Self {
+        Self { pace, ..Self::default() }
+    }
+}
+
+impl Mark {
+    fn set(&mut self, simulation: &Simulation<'_>, pace: Pace) {
+        self.pace = pace;
+        self.now.copy_from(&simulation.now);
+        self.before.clone_from(&simulation.before);
+        self.long_before.clone_from(&simulation.long_before);
+        self.instants.clone_from(&simulation.instants);
+        self.memory.copy_from(simulation.scratch.candidates.memory());
+    }
+}
+
+impl Simulation<'_> {
+    fn return_to(&mut self, mark: &Mark) -> Pace {
+        self.now.copy_from(&mark.now);
+        self.before.clone_from(&mark.before);
+        self.long_before.clone_from(&mark.long_before);
+        self.instants.clone_from(&mark.instants);
+        self.scratch.candidates.recall(&self.world, &mark.memory);
+        self.scratch.rest.end();
+        mark.pace
+    }
+
+    /// Returns to the state before the last step in parts.
+    pub(super) fn take_parts_back(&mut self) {
+        if let Some(mut parts) = self.parts.take() {
+            parts.pace = self.return_to(&parts.step);
+            self.parts = Some(parts);
+        }
+    }
+
+    /// Advances by one step in parts, with an error that grows by `accuracy` (m) in a second. The
+    /// `record` describes the first part, and has the worst status and the sums of all.
+    ///
+    /// # Errors
+    /// Those of a step; the simulation is then unchanged.
+    pub(super) fn step_in_parts(
+        &mut self,
+        accuracy: f64,
+        record: &mut StepRecord,
+    ) -> Result<(), Error> {
+        let mut parts = self.parts.take().unwrap_or_default();
+        let index = self.index;
+        parts.step.set(self, parts.pace);
+        let taken = self.take_parts(accuracy, &mut parts, record);
+        self.world.set_part(None);
+        self.scratch.candidates.set_keeps_depth(false);
+        if taken.is_err() {
+            parts.pace = self.return_to(&parts.step);
+        }
+        self.index = index + u64::from(taken.is_ok());
+        self.parts = Some(parts);
+        taken
+    }
+
+    fn take_parts(
+        &mut self,
+        accuracy: f64,
+        parts: &mut StepParts,
+        record: &mut StepRecord,
+    ) -> Result<(), Error> {
+        let (index, whole) = (self.index, self.world.time_step());
+        let mut wanted = if parts.pace.wanted > 0.0 { parts.pace.wanted } else { whole };
+        let mut plan = Plan::even(whole, wanted, parts.pace.length);
+        let mut sum = PartsSummary::default();
+        let (mut since, mut search) = (0.0, None::<Search>);
+        // Lengths of the next parts, taken as they are: up to an abrupt change, and with it.
+        let mut fixed = [0.0; 2];
+        let (mut attempts, mut halvings, mut streak) = (0, 0, 0);
+        while plan.count > 0 {
+            let left = whole - since;
+            let is_fixed = fixed[0] > 0.0;
+            let length = match search {
+                _ if is_fixed => fixed[0],
+                Some(Search { low, high, .. }) => 0.5 * (low + high),
+                None => plan.length,
+            };
+            parts.part.set(self, parts.pace);
+            self.begin_part(parts, since, length, plan.length);
+            self.single_step(&mut parts.record)?;
+            self.index = index;
+            attempts += 1;
+            let is_free = is_fixed || attempts >= MOST_PARTS;
+            if !is_free && halvings < MOST_HALVINGS && !parts.record.report.status.is_solved() {
+                halvings += 1;
+                parts.pace = self.return_to(&parts.part);
+                (plan, search) = (Plan::even(left, 0.5 * length, 0.0), None);
+                continue;
+            }
+            let [smooth, abrupt] = self.scratch.added_error;
+            let allowed = accuracy * length;
+            let next = length * (0.9 * (allowed / smooth).sqrt()).clamp(1.0 / GROWTH, GROWTH);
+            let misses = abrupt > CAUGHT * accuracy && length > SHORTEST;
+            let is_long = smooth > allowed && length > SHORTEST_SMOOTH;
+            let found = search.map(|search| Search { low: length, ..search });
+            let found = found.filter(|found| found.high - found.low > found.window);
+            if !is_free && (misses || is_long || found.is_some()) {
+                parts.pace = self.return_to(&parts.part);
+                if misses {
+                    let window = (CAUGHT * accuracy * length / abrupt).max(SHORTEST);
+                    let low = search.map_or(0.0, |search| search.low);
+                    search = Some(Search { low, high: length, window });
+                    if length - low <= window {
+                        // The last part ends with the step.
+                        let is_last = left - length < SHORTEST;
+                        let high = if is_last { left } else { length };
+                        fixed = if low > SHORTEST { [low, high - low] } else { [high, 0.0] };
+                        search = None;
+                    }
+                } else if is_long {
+                    wanted = next;
+                    (plan, search) = (Plan::even(left, wanted, 0.0), None);
+                } else {
+                    search = found;
+                }
+                continue;
+            }
+            since += length;
+            (halvings, streak) = (0, streak + 1);
+            sum.is_coarse |= !is_fixed && (misses || is_long);
+            self.add_part(parts, &mut sum, record);
+            if is_fixed {
+                fixed = [fixed[1], 0.0];
+            } else if let Some(Search { high, .. }) = search.take() {
+                // The part ends within the window before the change.
+                let (change, left) = (high - length, whole - since);
+                fixed = [if left - change < SHORTEST { left } else { change }, 0.0];
+            } else {
+                (wanted, plan.count) = (next, plan.count - 1);
+                let grows = streak >= PARTS_PER_GROWTH && next >= 2.0 * length;
+                if plan.count <= 1 || !grows {
+                    continue;
+                }
+            }
+            streak = 0;
+            let left = whole - since;
+            plan = Plan::even(left, wanted, parts.pace.length);
+            if fixed[0] == 0.0 && left < SHORTEST {
+                plan.count = 0;
+            }
+        }
+        parts.pace.wanted = wanted;
+        let starts = parts.step.instants.as_ref().map_or(&[][..], |instants| &instants.errors);
+        let grown = self.time_errors().iter().zip(starts).map(|(end, start)| end - start);
+        record.parts = PartsSummary { error: grown.fold(0.0, f64::max), ..sum };
+        Ok(())
+    }
+
+    /// Prepares a part of `length` (s) that begins `since` the start of the step (s); `usual` is the
+    /// length of parts in smooth motion.
+    fn begin_part(&mut self, parts: &mut StepParts, since: f64, length: f64, usual: f64) {
+        self.world.set_part(Some([since, length]));
+        self.scratch.candidates.set_keeps_depth(length < KEEPS_DEPTH * usual);
+        self.scratch.added_error = [0.0; 2];
+        if let Some(instants) = &mut self.instants
+            && length != parts.pace.length
+        {
+            self.now.states.clone_from(&instants.states);
+            instants.starts.fill(true);
+            instants.was_abrupt.fill(true);
+            self.scratch.rest.end();
+            parts.pace.length = length;
+        }
+    }
+
+    /// Adds the part in `parts` to the `sum` of the step, and to its `record`.
+    fn add_part(&self, parts: &mut StepParts, sum: &mut PartsSummary, record: &mut StepRecord) {
+        let part = &mut parts.record;
+        sum.count += 1;
+        if sum.count == 1 {
+            sum.length = parts.pace.length;
+            swap(record, part);
+            return;
+        }
+        let StepRecord { states, wrenches, contacts, solution, .. } = &*part;
+        let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
+        let claim = Claim { states, next, wrenches, contacts, joints, gears };
+        let works = EnergyBalance::new(&self.world, &claim, solution.forces()).terms();
+        sum.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
+        let StepReport { status, iterations, .. } = part.report;
+        record.report.iterations = record.report.iterations.saturating_add(iterations);
+        record.report.status = record.report.status.with_later(status);
+        record.restitution_share = record.restitution_share.min(part.restitution_share);
+        record.infeasible_gap = record.infeasible_gap.or(part.infeasible_gap);
+        record.unphysical = record.unphysical.or(part.unphysical);
+        record.gain = record.gain.or(part.gain);
+        record.unsolved.append(&mut part.unsolved);
+    }
+}
