@@ -281,7 +281,7 @@ fn the_error_of_the_time_step_is_estimated() {
         run(&mut coarse, time);
         let body = &coarse.world().bodies()[0];
         let (found, state, exact) = (coarse.time_errors()[0], coarse.state(), &exact[0]);
-        let turned = (state.attitude.coords - exact.attitude.coords).norm() * 2.0 * body.reach();
+        let turned = (state.attitude - exact.attitude).norm() * 2.0 * body.reach();
         let error = (state.position - exact.position).norm() + turned;
         assert!((0.05..20.0).contains(&(found / error)), "{name}: {found:e} for {error:e}");
     }
