@@ -121,7 +121,7 @@ fn joints_in_a_row_are_as_many_as_it_takes() {
     // intermediate link, which is not in that centre.
     let h = scene.world.time_step();
     let fell = start + 100.0 * h * rising - height(simulation.states());
-    assert!((fell - 9.81 * h * h * 5000.0).abs() < 1e-4, "{fell}");
+    assert!((fell - 9.81 * h * h * 5050.0).abs() < 1e-4, "{fell}");
     let touching = ANKLE.replace("size=\"0.1 0.05 0.02\"", "size=\"0.1 0.05 0.1\"");
     let scene = scene_of(&touching, None).unwrap();
     let mut simulation = self::simulation(&scene);
