@@ -71,7 +71,9 @@ impl<'a> Recording<'a> {
         let loads = model.loads().map_err(wrong)?;
         let courses = model.courses().map_err(wrong)?;
         let some = |of: Table, count: usize| {
-            (count > 0 && selection.has(of)).then(|| table(path, of, selection.form)).transpose()
+            (count > 0 && selection.has(of, &world))
+                .then(|| table(path, of, selection.form))
+                .transpose()
         };
         let tied = (world.joints().len(), world.gears().len());
         let streams = Streams {
@@ -101,12 +103,12 @@ impl<'a> Recording<'a> {
 
     /// Sets the prescribed motions of the world to the time of the step.
     pub fn follow(&mut self, step: &TableStep) {
-        self.world.follow(&self.courses, step.row.index as f64 * self.world.time_step());
+        self.world.follow(&self.courses, step.row.index as f64 * self.world.whole_step());
     }
 
     /// Checks the time. A mismatch with the time step shows that the parameters are another run's.
     fn check_time(&self, step: &TableStep) -> Result<(), Failure> {
-        let (index, time, h) = (step.row.index, step.row.time, self.world.time_step());
+        let (index, time, h) = (step.row.index, step.row.time, self.world.whole_step());
         let expected = index as f64 * h;
         if (time - expected).abs() <= 1e-9 * expected.max(h) {
             return Ok(());

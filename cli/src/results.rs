@@ -73,7 +73,8 @@ impl RunResults {
             self.overlap = Some((record.index, record.overlap));
         }
         if let Some(joints) = &mut self.joints {
-            world.follow(&scene.courses, (record.index + 1) as f64 * world.time_step());
+            world.set_part((record.parts.length > 0.0).then_some([0.0, record.parts.length]));
+            world.follow(&scene.courses, world.time_after(record.index));
             joints.add_errors(world, &record.solution.states);
             joints.add_residual(record.certificate.joint, record.certificate.joint_law);
             joints.add_stiffness(record.stiffness);

@@ -95,6 +95,7 @@ fn settings_from_flags(args: &SetupArgs) -> Settings {
         dt: physics.dt,
         rotation: physics.rotation.map(Into::into),
         integrator: physics.integrator.map(Into::into),
+        accuracy: physics.accuracy,
         mu: physics.mu,
         restitution: physics.restitution,
         rebound_speed: physics.rebound_speed,

@@ -197,7 +197,7 @@ pub fn publish(
 
 /// True if a run of `scene` with the rows and tables of `selection` has the table.
 fn has(scene: &Scene, selection: &RowSelection, table: Table) -> bool {
-    selection.has(table)
+    selection.has(table, &scene.world)
         && match table {
             Table::Joints => !scene.joints.is_empty(),
             Table::Gears => !scene.world.gears().is_empty(),

@@ -67,7 +67,7 @@ impl PyScene {
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
-        text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, integrator=None,
+        text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, integrator=None, accuracy=None,
         friction=None, restitution=None, solver=None, residual=None, packages=None, leave_out=None, point_contacts=None, model=None
     ))]
     fn new(
@@ -79,6 +79,7 @@ impl PyScene {
         time_step: Option<f64>,
         rotation: Option<&str>,
         integrator: Option<&str>,
+        accuracy: Option<f64>,
         friction: Option<f64>,
         restitution: Option<f64>,
         solver: Option<&str>,
@@ -97,6 +98,7 @@ impl PyScene {
             dt: time_step,
             rotation: rotation.map(rotation_of).transpose()?,
             integrator: integrator.map(integrator_of).transpose()?,
+            accuracy,
             mu: friction,
             restitution,
             solver: SolverTable {

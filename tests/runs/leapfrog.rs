@@ -34,13 +34,13 @@ fn run(simulation: &mut Simulation<'_>, time: f64) {
 }
 
 /// States of the scene `text` at `time` (s), with the time step `h` (s).
-fn at(text: &str, time: f64, h: f64) -> Vec<State> {
+pub fn at(text: &str, time: f64, h: f64) -> Vec<State> {
     let mut simulation = simulation(text, h);
     run(&mut simulation, time);
     simulation.states().to_vec()
 }
 
-fn distance(a: &[State], b: &[State]) -> f64 {
+pub fn distance(a: &[State], b: &[State]) -> f64 {
     let pairs = a.iter().zip(b).map(|(a, b)| (a.to_vector() - b.to_vector()).amax());
     pairs.fold(0.0, f64::max)
 }
@@ -48,14 +48,14 @@ fn distance(a: &[State], b: &[State]) -> f64 {
 const GROUND: &str = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"body\"\n";
 const NO_GROUND: &str = "[ground]\nnone = true\nfriction = 0.3\n";
 
-fn slide() -> String {
+pub fn slide() -> String {
     format!(
         "{GROUND}box = [0.4, 0.4, 0.2]\nmass = 1.0\nposition = [0, 0, 0.1]\nvelocity = [3, 0, 0]\n"
     )
 }
 
 /// Slope of 15° along x with a plate that slides across it.
-fn oblique_slide() -> String {
+pub fn oblique_slide() -> String {
     let (sine, cosine) = 15f64.to_radians().sin_cos();
     format!(
         "[ground]\nfriction = 0.3\nslope = 15\n[[bodies]]\nname = \"body\"\nbox = [0.4, 0.4, 0.1]\n\
@@ -66,14 +66,14 @@ fn oblique_slide() -> String {
     )
 }
 
-fn spin_and_slide() -> String {
+pub fn spin_and_slide() -> String {
     format!(
         "{GROUND}box = [0.4, 0.4, 0.1]\nmass = 1.0\nposition = [0, 0, 0.05]\nvelocity = [2, 0, 0]\n\
          spin = [0, 0, 8]\n"
     )
 }
 
-fn slip_to_roll() -> String {
+pub fn slip_to_roll() -> String {
     format!(
         "{GROUND}sphere = 0.1\nmass = 1.0\nposition = [0, 0, 0.1]\nvelocity = [2, 0, 0]\n\
          spin = [3, -5, 2]\n"
@@ -81,7 +81,7 @@ fn slip_to_roll() -> String {
 }
 
 /// A rod of 1 m at the angle of sin φ = 0.8 from the vertical.
-fn pendulum() -> String {
+pub fn pendulum() -> String {
     let degrees = -0.8f64.asin().to_degrees();
     format!(
         "{NO_GROUND}[[bodies]]\nname = \"body\"\nbox = [0.05, 0.05, 1.0]\nmass = 1.0\n\
@@ -91,12 +91,12 @@ fn pendulum() -> String {
     )
 }
 
-fn sprung_pendulum() -> String {
+pub fn sprung_pendulum() -> String {
     format!("{}stiffness = 20.0\ndamping = 0.5\n", pendulum())
 }
 
 /// The pendulum with a motor that holds it at 0.5 rad.
-fn servo() -> String {
+pub fn servo() -> String {
     format!(
         "{}[[motors]]\njoint = \"hinge\"\nposition = 0.5\nstiffness = 60.0\ndamping = 2.0\n\
          max_force = 100\n",
@@ -104,7 +104,7 @@ fn servo() -> String {
     )
 }
 
-fn top() -> String {
+pub fn top() -> String {
     let degrees = -0.6f64.asin().to_degrees();
     format!(
         "{NO_GROUND}[[bodies]]\nname = \"body\"\ncylinder = {{ radius = 0.2, length = 0.05 }}\n\
@@ -115,7 +115,7 @@ fn top() -> String {
 }
 
 /// A scenario of the repository without its name, steps and time step.
-fn shipped(name: &str) -> String {
+pub fn shipped(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
     let text = std::fs::read_to_string(path).unwrap();
     let is_head = |line: &&str| !(line.starts_with("steps") || line.starts_with("time_step"));

@@ -1,5 +1,6 @@
 //! Tests of the simulation loop: runs, batches, gradients, saved states.
 
+mod accuracy;
 #[path = "../common/mod.rs"]
 mod common;
 mod gradients;

@@ -88,6 +88,10 @@ pub struct PhysicsArgs {
     /// Meaning of the velocities of a run [default: euler; in scenario files leapfrog].
     #[arg(long, value_enum)]
     pub integrator: Option<IntegratorName>,
+    /// Error that the time step adds to the position of a body in a second, m, 1e-10 to 1: steps are
+    /// taken in parts that keep it, and that end at impacts.
+    #[arg(long, value_name = "M", value_parser = values::number, allow_hyphen_values = true)]
+    pub accuracy: Option<f64>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
@@ -149,6 +153,7 @@ impl PhysicsArgs {
             ("dt", self.dt.is_some()),
             ("rotation", self.rotation.is_some()),
             ("integrator", self.integrator.is_some()),
+            ("accuracy", self.accuracy.is_some()),
             ("mu", self.mu.is_some()),
             ("restitution", self.restitution.is_some()),
             ("rebound-speed", self.rebound_speed.is_some()),

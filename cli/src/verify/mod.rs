@@ -62,7 +62,8 @@ impl VerifyFindings {
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file)?;
     refuse_partial(&recording)?;
-    let (mut judge, selection) = (StepJudge::new(&recording)?, recording.row_selection());
+    let mut judge = StepJudge::new(&recording)?;
+    let has_gaps = recording.row_selection().has_gaps(&recording.world);
     let (mut findings, mut previous) = (VerifyFindings::default(), None::<TableStep>);
     // True if the velocities of the instant in the row `previous` follow from the step before it.
     let mut follows = true;
@@ -72,9 +73,9 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         counts.add(&recording.world, &step);
         if let Some(previous) = previous {
             // The next stored step is not the next step if rows are omitted.
-            let ends = if selection.every > 1 { &previous.ends } else { &step.states };
+            let ends = if has_gaps { &previous.ends } else { &step.states };
             let mut verified = judge.step(&previous, ends);
-            let is_next = step.row.index == previous.row.index + 1;
+            let is_next = step.row.index == previous.row.index + 1 && previous.row.parts_taken <= 1;
             if verified.differs.is_none() && !follows {
                 verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }
@@ -123,10 +124,10 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
         )));
     }
     let world = &recording.world;
-    let ends = usize::from(selection.every > 1);
+    let ends = usize::from(selection.has_gaps(world));
     let counts = [1, 1, 1, world.joints().len(), world.gears().len(), ends];
     let mut needed = Table::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0);
-    match needed.find(|(table, _)| !selection.has(*table)) {
+    match needed.find(|(table, _)| !selection.has(*table, world)) {
         None => Ok(()),
         Some((table, _)) => Err(Failure::Input(format!(
             "{place} cannot be verified: the run did not write the table {table}; run it without \

@@ -36,6 +36,9 @@ pub struct Model {
     /// Meaning of the velocities of a run. Files without it have those of the ends of steps.
     #[serde(default = "unnamed_integrator", skip_serializing_if = "is_euler")]
     pub integrator: Integrator,
+    /// Growth of the error of the time step that a run keeps (m/s); see [`World::with_accuracy`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// Gravitational acceleration (m/s²), world frame.
     pub gravity: [f64; 3],
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
@@ -246,7 +249,7 @@ impl Model {
             terrain: Arc::clone(&terrain.terrain),
             friction: terrain.friction,
         });
-        let world = world.with_integrator(self.integrator);
+        let world = world.with_integrator(self.integrator).with_accuracy(self.accuracy)?;
         let world = world.with_fixed(fixed)?.with_terrains(terrains.collect())?;
         let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
         let world = self.frictions.iter().try_fold(world, |world, pair| {

@@ -29,6 +29,7 @@ pub struct ScenarioFile {
     time_step: Option<f64>,
     rotation: Option<Rotation>,
     integrator: Option<Integrator>,
+    accuracy: Option<f64>,
     seed: Option<u32>,
     gravity: Option<Gravity>,
     #[serde(default, deserialize_with = "table_if_any")]
@@ -89,6 +90,7 @@ impl ScenarioFile {
         if let Some(table) = self.ground {
             settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
             settings.integrator = self.integrator;
+            settings.accuracy = self.accuracy;
             table.set(&mut settings)?;
         }
         let at = if self.body.is_some() { BODY } else { "" };
@@ -134,6 +136,7 @@ impl ScenarioFile {
             ("load", "without [body]", no_body && self.load.is_some()),
             ("rotation", "without a [ground] table", no_ground && self.rotation.is_some()),
             ("integrator", "without a [ground] table", no_ground && self.integrator.is_some()),
+            ("accuracy", "without a [ground] table", no_ground && self.accuracy.is_some()),
             ("solver", "without a [ground] table", no_ground && self.solver.is_some()),
         ];
         if let Some((field, place, _)) = idle.into_iter().find(|(.., idle)| *idle) {

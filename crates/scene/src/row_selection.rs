@@ -2,6 +2,7 @@
 
 use crate::output::tables::Table;
 use serde::{Deserialize, Serialize};
+use tumble_core::world::World;
 
 /// Rows that are written to files. By default all, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,14 +54,21 @@ impl RowSelection {
         *self == Self::default()
     }
 
-    /// True if `table` is written, provided that the run has such rows.
+    /// True if steps of a run of `world` do not end at the states of the next row: rows are omitted, or
+    /// they describe the first of several [parts](World::with_accuracy).
     #[must_use]
-    pub fn has(&self, table: Table) -> bool {
+    pub fn has_gaps(&self, world: &World) -> bool {
+        self.every > 1 || world.accuracy().is_some()
+    }
+
+    /// True if `table` is written in a run of `world`, provided that it has such rows.
+    #[must_use]
+    pub fn has(&self, table: Table, world: &World) -> bool {
         let named = |tables: &Vec<String>| tables.iter().any(|name| name == table.name());
         match table {
             Table::States | Table::Steps => true,
             // Without gaps, the states of the next step are the end states.
-            Table::Ends if self.every <= 1 => false,
+            Table::Ends if !self.has_gaps(world) => false,
             _ => self.tables.as_ref().is_none_or(named),
         }
     }

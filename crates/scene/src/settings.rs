@@ -31,6 +31,8 @@ pub struct Settings {
     pub rotation: Option<Rotation>,
     /// Meaning of the velocities of a run.
     pub integrator: Option<Integrator>,
+    /// Growth of the error of the time step that a run keeps (m/s).
+    pub accuracy: Option<f64>,
     /// Coefficient of friction μ.
     pub mu: Option<f64>,
     /// Coefficient of restitution e of the world.
@@ -97,6 +99,7 @@ impl Settings {
             dt: self.dt.or(below.dt),
             rotation: self.rotation.or(below.rotation),
             integrator: self.integrator.or(below.integrator),
+            accuracy: self.accuracy.or(below.accuracy),
             mu: self.mu.or(below.mu),
             restitution: self.restitution.or(below.restitution),
             rebound_speed: self.rebound_speed.or(below.rebound_speed),
@@ -121,6 +124,7 @@ impl Settings {
             ("dt", is_other(&self.dt, &below.dt)),
             ("rotation", is_other(&self.rotation, &below.rotation)),
             ("integrator", is_other(&self.integrator, &below.integrator)),
+            ("accuracy", is_other(&self.accuracy, &below.accuracy)),
             ("mu", is_other(&self.mu, &below.mu)),
             ("restitution", is_other(&self.restitution, &Some(below.restitution.unwrap_or(0.0)))),
             ("rebound-speed", is_other(&self.rebound_speed, &below.rebound_speed)),

@@ -54,6 +54,9 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
     if !floats {
         writeln!(out, "rotation = \"{}\"", model.rotation.name())?;
         writeln!(out, "integrator = \"{}\"", model.integrator.name())?;
+        if let Some(accuracy) = model.accuracy {
+            writeln!(out, "accuracy = {accuracy:?}")?;
+        }
     }
     writeln!(out, "gravity = {:?}", model.gravity)?;
     if floats {

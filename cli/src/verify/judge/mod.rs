@@ -119,9 +119,15 @@ impl StepJudge {
             accepted: recording.accepted()?,
             angles: Vec::new(),
             turned_before: recording.run.start_index > 0,
-            has_gaps: recording.row_selection().every > 1,
+            has_gaps: recording.row_selection().has_gaps(&recording.world),
             stiff_joints: StiffJointReport::default(),
         })
+    }
+
+    /// Sets the part of the step to which the rows belong.
+    fn begin(&mut self, step: &TableStep) {
+        let length = step.row.part_length;
+        self.world.set_part((length > 0.0).then_some([0.0, length]));
     }
 
     /// Initialises the full turns of joints at `step`, the first row or a row after omitted ones.
@@ -148,7 +154,8 @@ impl StepJudge {
     /// certificate, slips, joint rows and energy are compared with the rows. Nothing is solved.
     pub fn step(&mut self, step: &TableStep, next: &[State]) -> Verified {
         let (states, row) = (&step.states[..], &step.row);
-        self.world.follow(&self.courses, (row.index + 1) as f64 * self.world.time_step());
+        self.begin(step);
+        self.world.follow(&self.courses, self.world.time_after(row.index));
         self.count(step);
         let wrenches = self.wrenches(row.index, states);
         let touching = self.compare_rows(step, next, &wrenches);
@@ -186,7 +193,8 @@ impl StepJudge {
     /// velocities of the instant are right. Returns `None` if it is correct.
     pub fn end(&mut self, end: &TableStep, follows: bool) -> Option<Verified> {
         let row = &end.row;
-        self.world.follow(&self.courses, row.index as f64 * self.world.time_step());
+        self.begin(end);
+        self.world.follow(&self.courses, row.index as f64 * self.world.whole_step());
         let numbers =
             row.parts.iter().chain([&row.residual, &row.overlap, &row.placement, &row.stiffness]);
         let of_joint = |joint: &JointRow| {

@@ -20,8 +20,8 @@ pub struct Candidates {
     rebound: Rebound,
     /// Workspace of [`detection::admit_missed`].
     index: KeyIndex,
-    /// True if new contacts [keep their depth](Contact::keep_depth).
-    keeps_depth: bool,
+    /// Gap up to which new contacts [keep their gap](Contact::keep_gap) (m), if any do.
+    kept_gap: Option<f64>,
     /// States with the velocities of the instant and after free flight, for the
     /// [offsets of slips](Contact::set_slip_offset); empty if there are none.
     instants: Vec<State>,
@@ -35,14 +35,14 @@ impl Candidates {
         Self::default()
     }
 
-    /// An empty list whose contacts [keep their depth](Contact::keep_depth).
+    /// An empty list whose overlapping contacts [keep their depth](Contact::keep_gap).
     pub(crate) fn keeping_depth() -> Self {
-        Self { keeps_depth: true, ..Self::default() }
+        Self { kept_gap: Some(0.0), ..Self::default() }
     }
 
-    /// Sets if new contacts [keep their depth](Contact::keep_depth).
-    pub(crate) fn set_keeps_depth(&mut self, keeps_depth: bool) {
-        self.keeps_depth = keeps_depth;
+    /// Sets the gap up to which new contacts [keep their gap](Contact::keep_gap) (m).
+    pub(crate) fn set_kept_gap(&mut self, kept_gap: Option<f64>) {
+        self.kept_gap = kept_gap;
     }
 
     /// Contacts found so far, in the order of the search.
@@ -167,8 +167,8 @@ impl Candidates {
     /// Completes the new contacts, from index `first` on.
     fn complete(&mut self, world: &World, states: &[State], first: usize) {
         let new = &mut self.contacts[first..];
-        if self.keeps_depth {
-            new.iter_mut().for_each(Contact::keep_depth);
+        if let Some(kept) = self.kept_gap {
+            new.iter_mut().for_each(|contact| contact.keep_gap(kept));
         }
         self.rebound.set(world, states, new);
         if !self.instants.is_empty() {

@@ -229,10 +229,10 @@ impl Contact {
         self.frame.column(2).into_owned()
     }
 
-    /// Moves the plane, or the feature of B, by the depth at the start, so that φ = 0 there. The step
-    /// then keeps this depth and does not remove it.
-    pub(crate) fn keep_depth(&mut self) {
-        if self.gap >= 0.0 {
+    /// Moves the plane, or the feature of B, by a gap of at most `kept` (m) at the start, so that φ = 0
+    /// there. The step then keeps a depth and does not remove it, and the contact counts as touching.
+    pub(crate) fn keep_gap(&mut self, kept: f64) {
+        if self.gap >= kept {
             return;
         }
         match &mut self.features.curved {

@@ -14,7 +14,7 @@
 //! lengths begin at velocities of the instant, which are converted like those of a start (37).
 
 use super::balance::EnergyBalance;
-use super::leapfrog::Instants;
+use super::leapfrog::{AddedError, Instants};
 use super::{Simulation, StepRecord};
 use crate::contact::Memory;
 use crate::contact::certificate::Claim;
@@ -28,13 +28,17 @@ const CAUGHT: f64 = 0.1;
 const SHORTEST: f64 = 1e-9;
 /// Shortest part of smooth motion (s).
 const SHORTEST_SMOOTH: f64 = 1e-6;
-/// Length of a part, as a share of the usual one, below which contacts keep the depth at which they
-/// begin. Shorter parts would remove it at high speed.
-const KEEPS_DEPTH: f64 = 0.1;
+/// Length of a part, as a share of the usual one, below which contacts keep a depth or a small gap at
+/// which they begin. Shorter parts would remove a depth at high speed, and impacts would find
+/// contacts that touch open.
+const KEEPS_GAP: f64 = 0.1;
 /// Range of lengths that are wanted, in present lengths, in which the present one stays.
 const STAYS: [f64; 2] = [0.9, 1.5];
+/// Length of the first parts after a start or an abrupt change, as a share of the usual one. They have
+/// no estimate.
+const FIRST: f64 = 0.125;
 /// Largest growth of a length, and parts between two growths.
-const GROWTH: f64 = 4.0;
+const GROWTH: f64 = 2.0;
 const PARTS_PER_GROWTH: u32 = 4;
 /// Halvings of a part that is not solved.
 const MOST_HALVINGS: u32 = 8;
@@ -77,7 +81,8 @@ struct Mark {
 pub struct PartsSummary {
     /// Number of parts; 0 for a step that is not taken in parts.
     pub count: u32,
-    /// Length of the first part (s), to which states, forces and certificate of the record belong.
+    /// Length of the first part (s), to which states, forces and certificate of the record belong. In
+    /// a record without a step, that of the part before.
     pub length: f64,
     /// Terms of the energy balance (36) of the later parts (J).
     pub works: [f64; 6],
@@ -121,6 +126,13 @@ impl StepParts {
     #[cfg(feature = "save")]
     pub(super) fn with_pace(pace: Pace) -> Self {
         Self { pace, ..Self::default() }
+    }
+}
+
+impl StepParts {
+    /// Summary of a state without a step.
+    pub(super) fn at_the_end(&self) -> PartsSummary {
+        PartsSummary { length: self.pace.length, ..PartsSummary::default() }
     }
 }
 
@@ -169,7 +181,7 @@ impl Simulation<'_> {
         parts.step.set(self, parts.pace);
         let taken = self.take_parts(accuracy, &mut parts, record);
         self.world.set_part(None);
-        self.scratch.candidates.set_keeps_depth(false);
+        self.scratch.candidates.set_kept_gap(None);
         if taken.is_err() {
             parts.pace = self.return_to(&parts.step);
         }
@@ -185,8 +197,10 @@ impl Simulation<'_> {
         record: &mut StepRecord,
     ) -> Result<(), Error> {
         let (index, whole) = (self.index, self.world.time_step());
-        let mut wanted = if parts.pace.wanted > 0.0 { parts.pace.wanted } else { whole };
-        let mut plan = Plan::even(whole, wanted, parts.pace.length);
+        let mut wanted = if parts.pace.wanted > 0.0 { parts.pace.wanted } else { FIRST * whole };
+        let starts = self.instants.as_ref().is_some_and(|of| of.starts.contains(&true));
+        let first = if starts { FIRST * wanted } else { wanted };
+        let mut plan = Plan::even(whole, first, parts.pace.length);
         let mut sum = PartsSummary::default();
         let (mut since, mut search) = (0.0, None::<Search>);
         // Lengths of the next parts, taken as they are: up to an abrupt change, and with it.
@@ -212,14 +226,17 @@ impl Simulation<'_> {
                 (plan, search) = (Plan::even(left, 0.5 * length, 0.0), None);
                 continue;
             }
-            let [smooth, abrupt] = self.scratch.added_error;
+            let AddedError { smooth, abrupt, velocity } = self.scratch.added_error;
             let allowed = accuracy * length;
-            let next = length * (0.9 * (allowed / smooth).sqrt()).clamp(1.0 / GROWTH, GROWTH);
+            let growth = (allowed / smooth).sqrt().min((CAUGHT * accuracy / velocity).cbrt());
+            let next = length * (0.9 * growth).clamp(1.0 / GROWTH, GROWTH);
             let misses = abrupt > CAUGHT * accuracy && length > SHORTEST;
-            let is_long = smooth > allowed && length > SHORTEST_SMOOTH;
+            let is_long =
+                length > SHORTEST_SMOOTH && (smooth > allowed || velocity > CAUGHT * accuracy);
             let found = search.map(|search| Search { low: length, ..search });
             let found = found.filter(|found| found.high - found.low > found.window);
             if !is_free && (misses || is_long || found.is_some()) {
+                let rejected = self.instants.clone();
                 parts.pace = self.return_to(&parts.part);
                 if misses {
                     let window = (CAUGHT * accuracy * length / abrupt).max(SHORTEST);
@@ -233,6 +250,9 @@ impl Simulation<'_> {
                         search = None;
                     }
                 } else if is_long {
+                    if let (Some(instants), Some(rejected)) = (&mut self.instants, &rejected) {
+                        instants.learn(rejected);
+                    }
                     wanted = next;
                     (plan, search) = (Plan::even(left, wanted, 0.0), None);
                 } else {
@@ -244,22 +264,25 @@ impl Simulation<'_> {
             (halvings, streak) = (0, streak + 1);
             sum.is_coarse |= !is_fixed && (misses || is_long);
             self.add_part(parts, &mut sum, record);
+            let mut first = wanted;
             if is_fixed {
                 fixed = [fixed[1], 0.0];
+                first = FIRST * wanted;
             } else if let Some(Search { high, .. }) = search.take() {
                 // The part ends within the window before the change.
                 let (change, left) = (high - length, whole - since);
                 fixed = [if left - change < SHORTEST { left } else { change }, 0.0];
             } else {
                 (wanted, plan.count) = (next, plan.count - 1);
-                let grows = streak >= PARTS_PER_GROWTH && next >= 2.0 * length;
+                let grows = streak >= PARTS_PER_GROWTH && next >= STAYS[1] * length;
                 if plan.count <= 1 || !grows {
                     continue;
                 }
+                first = wanted;
             }
             streak = 0;
             let left = whole - since;
-            plan = Plan::even(left, wanted, parts.pace.length);
+            plan = Plan::even(left, first, parts.pace.length);
             if fixed[0] == 0.0 && left < SHORTEST {
                 plan.count = 0;
             }
@@ -275,15 +298,12 @@ impl Simulation<'_> {
     /// length of parts in smooth motion.
     fn begin_part(&mut self, parts: &mut StepParts, since: f64, length: f64, usual: f64) {
         self.world.set_part(Some([since, length]));
-        self.scratch.candidates.set_keeps_depth(length < KEEPS_DEPTH * usual);
-        self.scratch.added_error = [0.0; 2];
-        if let Some(instants) = &mut self.instants
-            && length != parts.pace.length
-        {
-            self.now.states.clone_from(&instants.states);
-            instants.starts.fill(true);
-            instants.was_abrupt.fill(true);
-            self.scratch.rest.end();
+        let kept_gap = self.world.accuracy().map(|accuracy| CAUGHT * accuracy);
+        let is_short = length < KEEPS_GAP * usual;
+        self.scratch.candidates.set_kept_gap(kept_gap.filter(|_| is_short));
+        self.scratch.added_error = AddedError::default();
+        if length != parts.pace.length {
+            self.change_length(parts.pace.length, length);
             parts.pace.length = length;
         }
     }

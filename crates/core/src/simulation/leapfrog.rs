@@ -57,6 +57,19 @@ pub(super) struct Instants {
     pub was_abrupt: Vec<bool>,
     /// `errors` and `was_abrupt` before the last step.
     past: (Vec<f64>, Vec<bool>),
+    /// Smoothness of the motion, in a world with an accuracy; otherwise empty.
+    smooth: Vec<Smooth>,
+}
+
+/// Motion of a body since its last start or abrupt change of velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+struct Smooth {
+    /// Number of velocities of the middle with the same step length, at most 3. The one of a trial step
+    /// does not count.
+    known: u8,
+    /// Second derivatives of velocity (m/s³) and spin (rad/s³), from three of them.
+    jerk: Option<[Vector3<f64>; 2]>,
 }
 
 impl Instants {
@@ -69,6 +82,7 @@ impl Instants {
             errors: vec![0.0; bodies],
             was_abrupt: vec![true; bodies],
             past: (vec![0.0; bodies], vec![true; bodies]),
+            smooth: Vec::new(),
         }
     }
 
@@ -86,6 +100,13 @@ impl Instants {
         self.states[body] = state;
         self.starts[body] = true;
         self.was_abrupt[body] = true;
+        self.smooth.get_mut(body).map(take);
+    }
+
+    /// Takes second derivatives of velocities that are not known yet from the `next` step.
+    pub(super) fn learn(&mut self, next: &Self) {
+        let pairs = self.smooth.iter_mut().zip(&next.smooth);
+        pairs.for_each(|(smooth, next)| smooth.jerk = smooth.jerk.or(next.jerk));
     }
 
     /// True if this holds finite states of `bodies` bodies.
@@ -95,6 +116,7 @@ impl Instants {
         let numbers_of = [self.states.len(), self.errors.len(), self.past.0.len()];
         let flags_of = [self.starts.len(), self.was_abrupt.len(), self.past.1.len()];
         [numbers_of, flags_of] == [[bodies; 3]; 2]
+            && (self.smooth.is_empty() || self.smooth.len() == bodies)
             && numbers.into_iter().all(|numbers| numbers.iter().all(|x| x.is_finite()))
     }
 
@@ -104,6 +126,7 @@ impl Instants {
         self.starts.push(true);
         self.errors.push(0.0);
         self.was_abrupt.push(true);
+        self.smooth.clear();
         self.past.0.push(0.0);
         self.past.1.push(true);
     }
@@ -114,6 +137,7 @@ impl Instants {
         self.starts.remove(index);
         self.errors.remove(index);
         self.was_abrupt.remove(index);
+        self.smooth.clear();
         self.past.0.remove(index);
         self.past.1.remove(index);
     }
@@ -135,6 +159,16 @@ pub(super) struct AbruptChanges {
     bodies: Vec<bool>,
     islands: Islands,
     index: KeyIndex,
+}
+
+/// Largest errors of bodies in a step.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct AddedError {
+    /// Estimate (40) of bodies in smooth motion, and of those with an abrupt change of velocity (m).
+    pub smooth: f64,
+    pub abrupt: f64,
+    /// Error of the velocity of the instant, from the change of the second differences (m/s).
+    pub velocity: f64,
 }
 
 /// A step whose changes of velocity are examined.
@@ -265,6 +299,36 @@ fn moved_back(state: &State, h: f64) -> State {
 }
 
 impl Simulation<'_> {
+    /// Converts the velocities of the middle to steps of another length than the last, `from` → `to`
+    /// (s). Near the end of the last step, the motion has the velocity V + a t + ½ j t². Its derivatives
+    /// follow from the last velocities of the middle. Bodies without them start.
+    pub(super) fn change_length(&mut self, from: f64, to: f64) {
+        let Self { now, before, instants, scratch, world, .. } = self;
+        let Some(instants) = instants else { return };
+        scratch.rest.end();
+        instants.smooth.resize(world.bodies().len(), Smooth::default());
+        for (body, smooth) in instants.smooth.iter_mut().enumerate() {
+            let (instant, state) = (&instants.states[body], &mut now.states[body]);
+            let past = before.as_ref().filter(|_| smooth.known >= 2 && !instants.starts[body]);
+            let Some(past) = past else {
+                *state = *instant;
+                (instants.starts[body], instants.was_abrupt[body]) = (true, true);
+                *smooth = Smooth::default();
+                continue;
+            };
+            let past = &past.states[body];
+            let [jerk, turning] = smooth.jerk.unwrap_or_default();
+            let middle = |instant: &Vector3<f64>, last: Vector3<f64>, jerk: &Vector3<f64>| {
+                let acceleration = last / from + from * jerk;
+                instant - 0.5 * to * acceleration + 0.125 * to * to * jerk
+            };
+            let velocity = middle(&instant.velocity, state.velocity - past.velocity, &jerk);
+            let spin = middle(&instant.spin, state.spin - past.spin, &turning);
+            (state.velocity, state.spin) = (velocity, spin);
+            smooth.known = 1;
+        }
+    }
+
     /// Converts the velocities of bodies that start, with a trial step (eq. 37). The trial step and its
     /// bodies are left in `kept`.
     ///
@@ -361,27 +425,28 @@ impl Simulation<'_> {
         }
         instants.past.0.clone_from(&instants.errors);
         instants.past.1.clone_from(&instants.was_abrupt);
-        *added_error = [0.0; 2];
+        *added_error = AddedError::default();
         let change = |from: &State, to: &State| (to.velocity - from.velocity, to.spin - from.spin);
         for body in 0..now.states.len() {
             let (state, next) = (&now.states[body], &solution.states[body]);
             let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
             let last = change(state, next);
             // Second difference of the velocities of the middle, w⁺ − 2w + w⁻.
-            let second = match before {
-                _ if is_abrupt => None,
-                Some(before) if !instants.was_abrupt[body] => {
-                    let earlier = change(&before.states[body], state);
-                    Some((last.0 - earlier.0, last.1 - earlier.1))
+            let has_past = match instants.smooth.get_mut(body) {
+                Some(smooth) if is_abrupt => {
+                    *smooth = Smooth::default();
+                    false
                 }
-                // The trial step of the start changed the velocity by 2 (V − w).
-                _ if begins => {
-                    let trial = change(state, &instants.states[body]);
-                    let second = (last.0 - 2.0 * trial.0, last.1 - 2.0 * trial.1);
-                    (trial != Default::default()).then_some((2.0 * second.0, 2.0 * second.1))
+                Some(smooth) => {
+                    smooth.known = (smooth.known + 1).min(3);
+                    smooth.known == 3
                 }
-                _ => None,
+                None => !is_abrupt && !instants.was_abrupt[body],
             };
+            let second = before.as_ref().filter(|_| has_past).map(|before| {
+                let earlier = change(&before.states[body], state);
+                (last.0 - earlier.0, last.1 - earlier.1)
+            });
             let reach = world.bodies()[body].reach();
             let size = |of: (Vector3<f64>, Vector3<f64>)| of.0.norm() + (reach * of.1).norm();
             let turning = h.powi(3) / 12.0 * reach * state.spin.norm().powi(3);
@@ -390,13 +455,33 @@ impl Simulation<'_> {
                 second => second.map_or(0.0, |second| h / 24.0 * size(second)) + turning,
             };
             instants.errors[body] += error;
-            let largest = &mut added_error[usize::from(is_abrupt)];
-            *largest = largest.max(error);
+            let of_kind = if is_abrupt { &mut added_error.abrupt } else { &mut added_error.smooth };
+            *of_kind = of_kind.max(error);
             instants.was_abrupt[body] = is_abrupt;
-            instants.states[body] = if is_abrupt { *next } else { next.extrapolated(state) };
-            if let (Some((velocity, spin)), true) = (second, world.accuracy().is_some()) {
-                instants.states[body].velocity += 0.375 * velocity;
-                instants.states[body].spin += 0.375 * spin;
+            let is_first = instants.smooth.get(body).is_some_and(|smooth| smooth.known == 1);
+            instants.states[body] = match instants.states[body] {
+                _ if is_abrupt => *next,
+                // Middle between the velocities of the instant before and after the first step.
+                State { velocity, spin, .. } if is_first && begins => State {
+                    velocity: 2.0 * next.velocity - velocity,
+                    spin: 2.0 * next.spin - spin,
+                    ..*next
+                },
+                _ => next.extrapolated(state),
+            };
+            if let Some(smooth) = instants.smooth.get_mut(body) {
+                if let Some((velocity, spin)) = second {
+                    let jerk = [velocity / (h * h), spin / (h * h)];
+                    let [linear, angular] = smooth.jerk.map_or([Vector3::zeros(); 2], |last| {
+                        [0, 1].map(|k| h * h * (jerk[k] - last[k]))
+                    });
+                    let missed = 0.3125 * size((linear, angular));
+                    added_error.velocity = added_error.velocity.max(missed);
+                    smooth.jerk = Some(jerk);
+                }
+                let [velocity, spin] = smooth.jerk.unwrap_or_default();
+                instants.states[body].velocity += 0.375 * h * h * velocity;
+                instants.states[body].spin += 0.375 * h * h * spin;
             }
         }
     }

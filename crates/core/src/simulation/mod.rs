@@ -145,9 +145,7 @@ struct StepScratch {
     abrupt: AbruptChanges,
     /// True if velocities of the instant were converted for the step.
     started: bool,
-    /// Largest errors (40) of the step: of bodies in smooth motion, and of those with an abrupt change
-    /// of velocity (m).
-    added_error: [f64; 2],
+    added_error: leapfrog::AddedError,
     /// Infeasible gap found in a failed step.
     infeasible_gap: Option<InfeasibleGap>,
     /// Cause of an unphysical step.
@@ -574,6 +572,7 @@ impl<'a> Simulation<'a> {
             index: self.index,
             states: self.now.states.clone(),
             instants: self.instants.as_ref().map_or(Vec::new(), |of| of.states.clone()),
+            parts: self.parts.as_ref().map_or(PartsSummary::default(), |parts| parts.at_the_end()),
             solution,
             ..StepRecord::new()
         };

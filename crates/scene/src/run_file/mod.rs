@@ -251,7 +251,7 @@ impl RunFile {
             });
             largest_overlap = largest_overlap.max(step.row.overlap);
             if place > 0 {
-                world.follow(&scene.courses, index as f64 * world.time_step());
+                world.follow(&scene.courses, index as f64 * world.whole_step());
                 joints.add_errors(&world, &step.states);
             }
             joints.add_stiffness(step.row.stiffness);
@@ -261,7 +261,9 @@ impl RunFile {
             for (gear, of) in step.gears.iter().zip(world.gears()) {
                 joints.add_gear(of, gear.residual);
             }
-            world.follow(&scene.courses, (index + 1) as f64 * world.time_step());
+            let length = step.row.part_length;
+            world.set_part((length > 0.0).then_some([0.0, length]));
+            world.follow(&scene.courses, world.time_after(index));
             let forces: Vec<_> = step.joints.iter().map(JointRow::forces).collect();
             let gears: Vec<_> = step.gears.iter().map(|gear| gear.force).collect();
             stiff_joints.add(&world, &step.states, &forces, &gears, step.row.stiffness);

@@ -57,6 +57,7 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         dt: settings.dt.unwrap_or_default(),
         rotation: settings.rotation.unwrap_or(Rotation::Momentum),
         integrator: settings.integrator(),
+        accuracy: settings.accuracy,
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
         restitution: settings.restitution.unwrap_or_default(),

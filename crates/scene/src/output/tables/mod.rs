@@ -94,9 +94,9 @@ impl Table {
             }
             Self::States | Self::Ends => (&["k", "time_s", "body"], &STATE_COLUMNS),
             Self::Contacts => (&["k", "contact"], ContactRow::COLUMNS),
-            Self::Steps if shape.joints > 0 => (&[], StepRow::COLUMNS),
-            // The stiffness is left out.
-            Self::Steps => (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - 1]),
+            Self::Steps => {
+                (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - shape.missing_columns()])
+            }
             Self::Joints => (&["k", "time_s", "joint"], JointRow::COLUMNS),
             Self::Gears => (&["k", "time_s", "gear"], GearTableRow::COLUMNS),
         };
@@ -122,6 +122,8 @@ pub struct TableShape {
     pub gears: usize,
     /// True with [`Integrator::Leapfrog`].
     pub has_middles: bool,
+    /// True with an [accuracy](World::with_accuracy).
+    pub has_parts: bool,
 }
 
 impl TableShape {
@@ -133,6 +135,17 @@ impl TableShape {
             joints: world.joints().len(),
             gears: world.gears().len(),
             has_middles: world.integrator() == Integrator::Leapfrog,
+            has_parts: world.accuracy().is_some(),
+        }
+    }
+
+    /// Number of columns at the end of the table `steps` that it lacks: the parts of a step without an
+    /// accuracy, and the stiffness without joints as well.
+    fn missing_columns(&self) -> usize {
+        match (self.has_parts, self.joints) {
+            (true, _) => 0,
+            (false, 1..) => 3,
+            (false, 0) => 4,
         }
     }
 }

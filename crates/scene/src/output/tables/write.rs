@@ -4,6 +4,7 @@ use super::columns::{Cells, ContactRow, GearTableRow, JointRow, StateRow, StepRo
 use super::{KeyText, Streams, Table, TableShape, TableStep};
 use crate::output::rows::{RowChoice, RowWriter};
 use nalgebra::Vector3;
+use std::array;
 use std::convert::Infallible;
 use std::io::{self, Write};
 use tumble_core::contact::Contact;
@@ -86,11 +87,16 @@ impl<W: Write> TablesWriter<W> {
     /// The errors of the streams.
     pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
         let is_end = record.report.status == StepStatus::End;
-        let ends = record.index + u64::from(!is_end);
-        self.world.follow(&self.courses, ends as f64 * self.world.time_step());
+        let StepRecord { parts, index, .. } = record;
+        self.world.set_part((parts.length > 0.0).then_some([0.0, parts.length]));
+        let time = match is_end {
+            true => *index as f64 * self.world.whole_step(),
+            false => self.world.time_after(*index),
+        };
+        self.world.follow(&self.courses, time);
         if !self.kept.has(record.index, record.report.status) {
             if let Some(open) = &mut self.open {
-                open.add(record.report.status, &works(&self.world, record));
+                open.add(record, &works(&self.world, record));
             }
             return Ok(());
         }
@@ -125,10 +131,7 @@ impl<W: Write> TablesWriter<W> {
     fn write_steps_row(&mut self, row: &StepRow) -> io::Result<()> {
         let steps = &mut self.tables.steps;
         row.write(steps);
-        if self.world.joints().is_empty() {
-            // The stiffness.
-            steps.drop_cell();
-        }
+        (0..TableShape::new(&self.world).missing_columns()).for_each(|_| steps.drop_cell());
         steps.end_row()
     }
 
@@ -221,7 +224,7 @@ impl TableStep {
         let row = StepRow {
             index: record.index,
             // k h with one rounding, so that times do not drift.
-            time: record.index as f64 * world.time_step(),
+            time: record.index as f64 * world.whole_step(),
             status: record.report.status,
             iterations: record.report.iterations,
             start: record.report.start.unwrap_or("").to_owned(),
@@ -234,6 +237,9 @@ impl TableStep {
             energy: energy::total(world, &record.states),
             works: if is_end { [0.0; 6] } else { works(world, record) },
             stiffness: if is_end { 0.0 } else { record.stiffness },
+            parts_taken: record.parts.count,
+            part_length: record.parts.length,
+            error: record.parts.error,
         };
         let contacts = ContactRow::from_record(record).collect();
         let joints = JointRow::from_record(world, record).collect();
@@ -251,10 +257,11 @@ impl TableStep {
 }
 
 impl StepRow {
-    /// Adds the status and the energy terms (J) of a step between this row and the next.
-    fn add(&mut self, status: StepStatus, works: &[f64; 6]) {
+    /// Adds the status, the error and the energy terms (J) of a step between this row and the next.
+    fn add(&mut self, record: &StepRecord, works: &[f64; 6]) {
+        self.error += record.parts.error;
         self.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
-        self.status = self.status.with_later(status);
+        self.status = self.status.with_later(record.report.status);
     }
 }
 
@@ -263,7 +270,8 @@ fn works(world: &World, record: &StepRecord) -> [f64; 6] {
     let StepRecord { states, wrenches, contacts, solution, .. } = record;
     let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
     let claim = Claim { states, next, wrenches, contacts, joints, gears };
-    EnergyBalance::new(world, &claim, solution.forces()).terms()
+    let first = EnergyBalance::new(world, &claim, solution.forces()).terms();
+    array::from_fn(|k| first[k] + record.parts.works[k])
 }
 
 impl JointRow {
