@@ -112,6 +112,8 @@ impl<'a> Continued<'a> {
             joints,
             stiff_joints,
             time_error: None,
+            parts: 0,
+            coarse: 0,
         }
     }
 }

@@ -57,13 +57,20 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
 
 /// Estimated error by the time step.
 pub fn time_error(scene: &Scene, run: &RunResults) -> String {
-    match run.time_error {
+    let mut text = match run.time_error {
         Some((body, error)) if error > 0.0 => {
             let name = &scene.bodies[body];
             format!("  time step    adds about {error:.1e} m to the position of {name}\n")
         }
         _ => String::new(),
+    };
+    if run.parts > 0 {
+        let _ = writeln!(text, "  accuracy     kept in {} parts of steps", run.parts);
     }
+    if run.coarse > 0 {
+        let _ = writeln!(text, "    in {} steps, parts are less accurate", run.coarse);
+    }
+    text
 }
 
 /// Numbers of steps: with a contact force, solved without one, and in free flight.

@@ -47,6 +47,9 @@ pub struct RunResults {
     pub stiff_joints: StiffJointReport,
     /// Body with the largest estimated error by the time step, and the error (m).
     pub time_error: Option<(usize, f64)>,
+    /// Number of parts of steps with an accuracy, and of steps that do not keep it.
+    pub parts: u64,
+    pub coarse: u64,
 }
 
 impl RunResults {
@@ -63,12 +66,16 @@ impl RunResults {
             joints,
             stiff_joints,
             time_error: None,
+            parts: 0,
+            coarse: 0,
         }
     }
 
     /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
     pub fn add(&mut self, scene: &Scene, world: &mut World, record: &StepRecord) {
         self.summary.add(record);
+        self.parts += u64::from(record.parts.count);
+        self.coarse += u64::from(record.parts.is_coarse);
         if self.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
             self.overlap = Some((record.index, record.overlap));
         }

@@ -237,6 +237,12 @@ impl PyScene {
         self.content.world.integrator().name()
     }
 
+    /// Error of the time step that runs keep, m in a second; None if they keep none.
+    #[getter]
+    fn accuracy(&self) -> Option<f64> {
+        self.content.world.accuracy()
+    }
+
     /// Coefficient of friction of the world.
     #[getter]
     fn friction(&self) -> f64 {

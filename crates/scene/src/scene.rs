@@ -62,10 +62,10 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Sets the meaning of the velocities of a run.
+    /// Sets the meaning of the velocities of a run, whose steps then have no accuracy.
     pub fn use_integrator(&mut self, integrator: Integrator) {
-        self.model.integrator = integrator;
-        self.world = self.world.clone().with_integrator(integrator);
+        (self.model.integrator, self.model.accuracy) = (integrator, None);
+        self.world = self.world.clone().without_accuracy().with_integrator(integrator);
     }
 
     /// Warnings, one sentence each: ignored parts of robot files, axes locked by several joints, and

@@ -44,6 +44,7 @@ class Settings(TypedDict, total=False):
     time_step: float | None
     rotation: str | None
     integrator: str | None
+    accuracy: float | None
     friction: float | None
     restitution: float | None
     solver: str | None
@@ -72,7 +73,8 @@ class Scene(Queries):
     centre of mass) are in the body frame. Attitudes are unit quaternions w, x, y, z from body to
     world. ``rotation`` selects the discretisation of the rotation, "momentum" or "tutorial", and
     ``integrator`` the meaning of the velocities in a run, "leapfrog" or "euler"
-    (scenarios/README.md). Raises TumbleError for an invalid scene.
+    (scenarios/README.md). With ``accuracy`` (m), steps are taken in parts that keep the error of the
+    time step: it grows by at most so much in a second (docs/accuracy.md). Raises TumbleError for an invalid scene.
 
     ``jacobian`` and ``vjp`` compute derivatives. The methods of Queries look at its start.
     """
@@ -103,6 +105,7 @@ class Scene(Queries):
         time_step: float = 0.002,
         rotation: str = "momentum",
         integrator: str = "leapfrog",
+        accuracy: float | None = None,
         steps: int = 1000,
         start_index: int = 0,
         name: str = "scene",
@@ -120,6 +123,7 @@ class Scene(Queries):
                 "time_step": time_step,
                 "rotation": rotation,
                 "integrator": integrator,
+                "accuracy": accuracy,
                 "gravity": gravity,
                 "ground": ground,
                 "bodies": tables("bodies", bodies),
@@ -176,6 +180,7 @@ class Scene(Queries):
     time_step: float = core_property("time_step", "Time step h, s.")
     rotation: str = core_property("rotation", 'Discretisation of the rotation: "momentum" or "tutorial".')
     integrator: str = core_property("integrator", 'Velocities in a run: of the middle of steps ("leapfrog"), or "euler".')
+    accuracy: float | None = core_property("accuracy", "Error of the time step that runs keep, m in a second, or None.")
     solver: str = core_property("solver", "Solver of contact steps: native, ipopt, or rk4 without a ground.")
     friction: float = core_property("friction", "Coefficient of friction of the world.")
     restitution: float = core_property("restitution", "Coefficient of restitution of the world.")
@@ -365,6 +370,7 @@ def load(path: Location, **settings: Unpack[Settings]) -> Scene:
     - ``time_step`` (s);
     - ``rotation``: discretisation of the rotation, "momentum" or "tutorial";
     - ``integrator``: meaning of the velocities in a run, "leapfrog" or "euler";
+    - ``accuracy``: error of the time step that a run keeps, m in a second;
     - ``solver``: "native" (default), or "ipopt" if tumble.has_ipopt;
     - ``residual``: tolerance of the native solver, m/s, 1e-9 (default) to 1e-2.
 

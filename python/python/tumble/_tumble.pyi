@@ -34,6 +34,7 @@ class CoreScene:
         time_step: float | None = None,
         rotation: str | None = None,
         integrator: str | None = None,
+        accuracy: float | None = None,
         friction: float | None = None,
         restitution: float | None = None,
         solver: str | None = None,
@@ -84,6 +85,8 @@ class CoreScene:
     def rotation(self) -> str: ...
     @property
     def integrator(self) -> str: ...
+    @property
+    def accuracy(self) -> float | None: ...
     @property
     def friction(self) -> float: ...
     @property

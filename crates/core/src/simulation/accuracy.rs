@@ -10,8 +10,9 @@
 //!
 //! An abrupt change of velocity, by an impact, the end of a slip or the stop of a joint, is caught in
 //! a short part: bisection finds the longest part without it, and a part of length ε follows in which
-//! it happens. Its error ½ ε |w⁺ − w| is at most a tenth of the error of a second. Parts of different
-//! lengths begin at velocities of the instant, which are converted like those of a start (37).
+//! it happens. Its error ½ ε |w⁺ − w| is at most a tenth of the error of a second. The velocities of
+//! the middle are converted to another length by their last three values, and to a body after an
+//! abrupt change as to one that starts (37).
 
 use super::balance::EnergyBalance;
 use super::leapfrog::{AddedError, Instants};
@@ -121,6 +122,146 @@ impl Plan {
     }
 }
 
+/// Lengths of the parts of a step.
+#[derive(Debug)]
+struct Schedule {
+    accuracy: f64,
+    /// Length of the step (s), and of the parts taken so far.
+    whole: f64,
+    since: f64,
+    /// Length of parts that the last estimate allows (s).
+    wanted: f64,
+    plan: Plan,
+    search: Option<Search>,
+    /// Lengths of the next parts that are taken as they are (s): up to an abrupt change, and with it.
+    fixed: [f64; 2],
+    /// Parts with rejected ones, halvings of parts that are not solved, and parts of the present length.
+    attempts: u32,
+    halvings: u32,
+    streak: u32,
+}
+
+/// What becomes of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Judgement {
+    Taken,
+    /// Taken in spite of an error that the accuracy does not allow.
+    TakenCoarse,
+    Rejected,
+}
+
+impl Schedule {
+    /// Parts of a step of `whole` (s) after those at `pace`; `starts` is true if a body starts.
+    fn new(accuracy: f64, whole: f64, pace: Pace, starts: bool) -> Self {
+        let wanted = if pace.wanted > 0.0 { pace.wanted } else { FIRST * whole };
+        let first = if starts { FIRST * wanted } else { wanted };
+        Self {
+            accuracy,
+            whole,
+            since: 0.0,
+            wanted,
+            plan: Plan::even(whole, first, pace.length),
+            search: None,
+            fixed: [0.0; 2],
+            attempts: 0,
+            halvings: 0,
+            streak: 0,
+        }
+    }
+
+    /// Length of the next part (s); `None` at the end of the step.
+    fn length(&self) -> Option<f64> {
+        let planned = match self.search {
+            _ if self.fixed[0] > 0.0 => self.fixed[0],
+            Some(Search { low, high, .. }) => 0.5 * (low + high),
+            None => self.plan.length,
+        };
+        (self.plan.count > 0).then_some(planned)
+    }
+
+    /// Judges a part of `length` (s) with these errors, and plans the next one.
+    fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
+        let AddedError { smooth, abrupt, velocity } = *errors;
+        let (allowed, caught) = (self.accuracy * length, CAUGHT * self.accuracy);
+        // Eq. 41; an error of the velocity is of third order as well, and remains for seconds.
+        let growth = (allowed / smooth).sqrt().min((caught / velocity).cbrt());
+        let next = length * (0.9 * growth).clamp(1.0 / GROWTH, GROWTH);
+        let misses = abrupt > caught && length > SHORTEST;
+        let is_long = length > SHORTEST_SMOOTH && (smooth > allowed || velocity > caught);
+        self.attempts += 1;
+        let is_fixed = self.fixed[0] > 0.0;
+        if !is_fixed && self.attempts < MOST_PARTS {
+            let closer = self.search.map(|search| Search { low: length, ..search });
+            let closer = closer.filter(|closer| closer.high - closer.low > closer.window);
+            if !is_solved && self.halvings < MOST_HALVINGS {
+                self.halvings += 1;
+                self.plan_anew(0.5 * length, 0.0);
+            } else if misses {
+                self.narrow(length, (caught * length / abrupt).max(SHORTEST));
+            } else if is_long {
+                self.wanted = next;
+                self.plan_anew(next, 0.0);
+            } else if closer.is_some() {
+                self.search = closer;
+            } else {
+                self.take(length, next);
+                return Judgement::Taken;
+            }
+            return Judgement::Rejected;
+        }
+        self.take(length, next);
+        if !is_fixed && (misses || is_long) { Judgement::TakenCoarse } else { Judgement::Taken }
+    }
+
+    /// Narrows the search for an abrupt change, which a part of `length` (s) has, to the `window` (s).
+    fn narrow(&mut self, length: f64, window: f64) {
+        let low = self.search.map_or(0.0, |search| search.low);
+        if length - low > window {
+            self.search = Some(Search { low, high: length, window });
+            return;
+        }
+        let high = self.until_the_end(length);
+        self.fixed = if low > SHORTEST { [low, high - low] } else { [high, 0.0] };
+        self.search = None;
+    }
+
+    /// `length` (s), or all that is left of the step if less than a part would remain.
+    fn until_the_end(&self, length: f64) -> f64 {
+        let left = self.whole - self.since;
+        if left - length < SHORTEST { left } else { length }
+    }
+
+    /// Goes on after a part of `length` (s); `next` is the length that its estimate allows.
+    fn take(&mut self, length: f64, next: f64) {
+        self.since += length;
+        (self.halvings, self.streak) = (0, self.streak + 1);
+        if self.fixed[0] > 0.0 {
+            self.fixed = [self.fixed[1], 0.0];
+            self.plan_anew(FIRST * self.wanted, length);
+        } else if let Some(Search { high, .. }) = self.search.take() {
+            // The part ends within the window before the change.
+            self.fixed = [self.until_the_end(high - length), 0.0];
+            self.plan_anew(self.wanted, length);
+        } else {
+            (self.wanted, self.plan.count) = (next, self.plan.count - 1);
+            let grows = self.streak >= PARTS_PER_GROWTH && next >= STAYS[1] * length;
+            if self.plan.count > 1 && grows {
+                self.plan_anew(next, length);
+            }
+        }
+    }
+
+    /// Divides the rest of the step in parts near `wanted` (s), or of the `present` length (s).
+    fn plan_anew(&mut self, wanted: f64, present: f64) {
+        let left = self.whole - self.since;
+        (self.search, self.streak) = (None, 0);
+        self.plan = Plan::even(left, wanted, present);
+        if self.fixed[0] == 0.0 && left < SHORTEST {
+            self.plan.count = 0;
+        }
+    }
+}
+
 impl StepParts {
     /// Parts that go on at `pace`.
     #[cfg(feature = "save")]
@@ -197,97 +338,31 @@ impl Simulation<'_> {
         record: &mut StepRecord,
     ) -> Result<(), Error> {
         let (index, whole) = (self.index, self.world.time_step());
-        let mut wanted = if parts.pace.wanted > 0.0 { parts.pace.wanted } else { FIRST * whole };
         let starts = self.instants.as_ref().is_some_and(|of| of.starts.contains(&true));
-        let first = if starts { FIRST * wanted } else { wanted };
-        let mut plan = Plan::even(whole, first, parts.pace.length);
+        let mut schedule = Schedule::new(accuracy, whole, parts.pace, starts);
         let mut sum = PartsSummary::default();
-        let (mut since, mut search) = (0.0, None::<Search>);
-        // Lengths of the next parts, taken as they are: up to an abrupt change, and with it.
-        let mut fixed = [0.0; 2];
-        let (mut attempts, mut halvings, mut streak) = (0, 0, 0);
-        while plan.count > 0 {
-            let left = whole - since;
-            let is_fixed = fixed[0] > 0.0;
-            let length = match search {
-                _ if is_fixed => fixed[0],
-                Some(Search { low, high, .. }) => 0.5 * (low + high),
-                None => plan.length,
-            };
+        while let Some(length) = schedule.length() {
             parts.part.set(self, parts.pace);
-            self.begin_part(parts, since, length, plan.length);
+            let usual = schedule.plan.length;
+            self.begin_part(parts, schedule.since, length, usual);
             self.single_step(&mut parts.record)?;
             self.index = index;
-            attempts += 1;
-            let is_free = is_fixed || attempts >= MOST_PARTS;
-            if !is_free && halvings < MOST_HALVINGS && !parts.record.report.status.is_solved() {
-                halvings += 1;
+            let is_solved = parts.record.report.status.is_solved();
+            let judgement = schedule.judge(length, is_solved, &self.scratch.added_error);
+            if judgement == Judgement::Rejected {
+                let rejected = self.instants.take();
                 parts.pace = self.return_to(&parts.part);
-                (plan, search) = (Plan::even(left, 0.5 * length, 0.0), None);
-                continue;
-            }
-            let AddedError { smooth, abrupt, velocity } = self.scratch.added_error;
-            let allowed = accuracy * length;
-            let growth = (allowed / smooth).sqrt().min((CAUGHT * accuracy / velocity).cbrt());
-            let next = length * (0.9 * growth).clamp(1.0 / GROWTH, GROWTH);
-            let misses = abrupt > CAUGHT * accuracy && length > SHORTEST;
-            let is_long =
-                length > SHORTEST_SMOOTH && (smooth > allowed || velocity > CAUGHT * accuracy);
-            let found = search.map(|search| Search { low: length, ..search });
-            let found = found.filter(|found| found.high - found.low > found.window);
-            if !is_free && (misses || is_long || found.is_some()) {
-                let rejected = self.instants.clone();
-                parts.pace = self.return_to(&parts.part);
-                if misses {
-                    let window = (CAUGHT * accuracy * length / abrupt).max(SHORTEST);
-                    let low = search.map_or(0.0, |search| search.low);
-                    search = Some(Search { low, high: length, window });
-                    if length - low <= window {
-                        // The last part ends with the step.
-                        let is_last = left - length < SHORTEST;
-                        let high = if is_last { left } else { length };
-                        fixed = if low > SHORTEST { [low, high - low] } else { [high, 0.0] };
-                        search = None;
-                    }
-                } else if is_long {
-                    if let (Some(instants), Some(rejected)) = (&mut self.instants, &rejected) {
-                        instants.learn(rejected);
-                    }
-                    wanted = next;
-                    (plan, search) = (Plan::even(left, wanted, 0.0), None);
-                } else {
-                    search = found;
+                if let (Some(instants), Some(rejected), true) =
+                    (&mut self.instants, rejected, is_solved)
+                {
+                    instants.learn(&rejected);
                 }
                 continue;
             }
-            since += length;
-            (halvings, streak) = (0, streak + 1);
-            sum.is_coarse |= !is_fixed && (misses || is_long);
+            sum.is_coarse |= judgement == Judgement::TakenCoarse;
             self.add_part(parts, &mut sum, record);
-            let mut first = wanted;
-            if is_fixed {
-                fixed = [fixed[1], 0.0];
-                first = FIRST * wanted;
-            } else if let Some(Search { high, .. }) = search.take() {
-                // The part ends within the window before the change.
-                let (change, left) = (high - length, whole - since);
-                fixed = [if left - change < SHORTEST { left } else { change }, 0.0];
-            } else {
-                (wanted, plan.count) = (next, plan.count - 1);
-                let grows = streak >= PARTS_PER_GROWTH && next >= STAYS[1] * length;
-                if plan.count <= 1 || !grows {
-                    continue;
-                }
-                first = wanted;
-            }
-            streak = 0;
-            let left = whole - since;
-            plan = Plan::even(left, first, parts.pace.length);
-            if fixed[0] == 0.0 && left < SHORTEST {
-                plan.count = 0;
-            }
         }
-        parts.pace.wanted = wanted;
+        parts.pace.wanted = schedule.wanted;
         let starts = parts.step.instants.as_ref().map_or(&[][..], |instants| &instants.errors);
         let grown = self.time_errors().iter().zip(starts).map(|(end, start)| end - start);
         record.parts = PartsSummary { error: grown.fold(0.0, f64::max), ..sum };

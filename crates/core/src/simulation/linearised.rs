@@ -40,8 +40,12 @@ impl Simulation<'_> {
         found
     }
 
-    /// Refuses the Runge–Kutta method.
+    /// Refuses the Runge–Kutta method, and steps in parts.
     pub(super) fn check_motion(&self) -> Result<(), Error> {
+        if self.world.accuracy().is_some() {
+            let why = "a step in parts has none yet; leave the accuracy out";
+            return Err(Error::Unsupported { what: "the derivative of this step", why });
+        }
         if !matches!(self.motion, Motion::Floating) {
             return Ok(());
         }

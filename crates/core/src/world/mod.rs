@@ -330,6 +330,12 @@ impl World {
         Ok(Self { accuracy, ..self })
     }
 
+    /// Returns this world without an [accuracy](World::with_accuracy).
+    #[must_use]
+    pub fn without_accuracy(self) -> Self {
+        Self { accuracy: None, ..self }
+    }
+
     /// Growth of the error of the time step that runs keep (m/s); see [`World::with_accuracy`].
     #[must_use]
     pub fn accuracy(&self) -> Option<f64> {

@@ -30,6 +30,7 @@ use scene_entries::SceneEntries;
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::load::Polyline;
+use tumble_core::world::Integrator;
 use tumble_model::failure::{Failure, refuse_flags};
 
 /// Makes the scene of a scenario file from its `settings` and its tables `entries`.
@@ -79,6 +80,10 @@ fn scene_from_built(
 ) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, .. } = built;
+    if settings.accuracy.is_some() && settings.integrator() == Integrator::Euler {
+        let why = "steps in parts need integrator = \"leapfrog\"; this scene has \"euler\"";
+        return Err(Failure::setting("accuracy", why));
+    }
     let contact = (!floats).then(|| SolverChoice::new(&settings.solver)).transpose()?;
     if let Some(contact) = &contact {
         // Reports a solver that does not support this world before any file is written.
