@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::{Simulation, State, StepRecord};
-use tumble_core::derivative::StepDerivative;
+use tumble_core::solver::native::StepDerivative;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -198,7 +198,7 @@ fn a_saved_run_goes_on_with_the_same_bits() {
 fn loads_act_at_their_times() {
     let text = "gravity = 0.0\n[ground]\nnone = true\nfriction = 0.3\n[[bodies]]\nname = \"body\"\n\
                 sphere = 0.1\nmass = 2.0\nposition = [0, 0, 0]\n\
-                load = { force = [{ t = 0.0, value = [0, 0, 0] }, { t = 1.0, value = [6, 0, 0] }] }\n";
+                load = { force = [[0.0, 0, 0, 0], [1.0, 6, 0, 0]] }\n";
     let end = at(text, 1.0, 1e-7)[0];
     // x″ = 3 t
     assert!((end.position.x - 0.5).abs() <= 1e-6, "{}", end.position);
