@@ -88,7 +88,7 @@ impl StatusCounts {
         let run = &recording.run;
         let mut found = self.start_differences(run);
         found.extend(solver_difference(&run.solver, &recording.world));
-        if recording.row_selection().every > 1 {
+        if recording.row_selection().has_gaps(&recording.world) {
             found.extend(self.lower_bound_differences(run));
             found.extend(sum_difference(run));
             let accepted = recording.accepted().unwrap_or(f64::INFINITY);

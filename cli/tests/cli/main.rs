@@ -1,5 +1,6 @@
 //! End-to-end tests of the command line in temporary directories: files, exit codes, messages.
 
+mod accuracy;
 mod balance;
 mod broken_scenes;
 mod changed_files;

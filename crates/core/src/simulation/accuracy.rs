@@ -85,6 +85,8 @@ pub struct PartsSummary {
     /// Length of the first part (s), to which states, forces and certificate of the record belong. In
     /// a record without a step, that of the part before.
     pub length: f64,
+    /// Solver iterations of the later parts.
+    pub iterations: u32,
     /// Terms of the energy balance (36) of the later parts (J).
     pub works: [f64; 6],
     /// Growth of the estimated error (40) in the step, of the body with the largest one (m).
@@ -398,7 +400,7 @@ impl Simulation<'_> {
         let works = EnergyBalance::new(&self.world, &claim, solution.forces()).terms();
         sum.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
         let StepReport { status, iterations, .. } = part.report;
-        record.report.iterations = record.report.iterations.saturating_add(iterations);
+        sum.iterations = sum.iterations.saturating_add(iterations);
         record.report.status = record.report.status.with_later(status);
         record.restitution_share = record.restitution_share.min(part.restitution_share);
         record.infeasible_gap = record.infeasible_gap.or(part.infeasible_gap);

@@ -102,7 +102,8 @@ impl RunSummary {
         let (report, certificate) = (&record.report, &record.certificate);
         let (index, residual) = (record.index, certificate.residual());
         let part = certificate.worst_part();
-        let (status, iterations) = (report.status, report.iterations);
+        let status = report.status;
+        let iterations = report.iterations.saturating_add(record.parts.iterations);
         let restitution_share = record.restitution_share;
         self.count(&StatusCount { index, status, iterations, residual, part, restitution_share });
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
