@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::world::Integrator;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -29,7 +30,7 @@ const LATER: [f64; 3] = [0.1003512191, 0.1957096473, 0.3900754363];
 
 fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let read = |path: &Path, _: u64| std::fs::read(path);
-    let settings = Settings { dt: h, ..Settings::default() };
+    let settings = Settings { dt: h, integrator: Some(Integrator::Euler), ..Settings::default() };
     Scene::from_text(text, Path::new("given.xml"), settings, &read)
         .map_err(|failure| failure.to_string())
 }
@@ -38,7 +39,7 @@ fn simulation(scene: &Scene) -> Simulation<'static> {
     scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
-/// Checks that the motion converges to MuJoCo's. Springs and dampers are of first order in h. A small error remains from
+/// Checks that the motion converges to MuJoCo's. With the integrator euler this is of first order in h. A small error remains from
 /// the part of the foot in the intermediate link, which does not rotate about the second axis.
 #[test]
 fn hinges_that_pass_each_other_move_as_mujocos() {
@@ -66,7 +67,7 @@ fn hinges_that_pass_each_other_move_as_mujocos() {
     for pair in errors.windows(2) {
         assert!((1.85..2.2).contains(&(pair[0] / pair[1])), "{errors:?}");
     }
-    assert!(errors[2] < 0.005, "{errors:?}");
+    assert!(errors[2] < 0.003, "{errors:?}");
 }
 
 /// Checks that total mass and inertia agree with the file. The intermediate link takes its mass
@@ -120,7 +121,7 @@ fn joints_in_a_row_are_as_many_as_it_takes() {
     // intermediate link, which is not in that centre.
     let h = scene.world.time_step();
     let fell = start + 100.0 * h * rising - height(simulation.states());
-    assert!((fell - 9.81 * h * h * 5000.0).abs() < 1e-4, "{fell}");
+    assert!((fell - 9.81 * h * h * 5050.0).abs() < 1e-4, "{fell}");
     let touching = ANKLE.replace("size=\"0.1 0.05 0.02\"", "size=\"0.1 0.05 0.1\"");
     let scene = scene_of(&touching, None).unwrap();
     let mut simulation = self::simulation(&scene);

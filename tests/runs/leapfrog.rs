@@ -257,10 +257,33 @@ fn a_step_taken_back_and_repeated_is_the_same() {
         let before = simulation.states().to_vec();
         simulation.step(&mut record).unwrap();
         let after = simulation.states().to_vec();
+        let errors = simulation.time_errors().to_vec();
         simulation.take_back(&record);
         assert_eq!(simulation.states(), before);
         simulation.step(&mut record).unwrap();
         assert_eq!(simulation.states(), after);
+        assert_eq!(simulation.time_errors(), errors);
+    }
+}
+
+/// The estimate is 0.05 to 20 times the true error of smooth motion, at the reach of the body. It is
+/// added up from local errors, so it misses those that cancel or grow.
+#[test]
+fn the_error_of_the_time_step_is_estimated() {
+    for (name, text, time) in [
+        ("oblique slide", oblique_slide(), 0.4),
+        ("spin and slide", spin_and_slide(), 0.4),
+        ("pendulum", pendulum(), 1.0),
+        ("top", top(), 0.2),
+    ] {
+        let exact = at(&text, time, 0.0002);
+        let mut coarse = simulation(&text, 0.002);
+        run(&mut coarse, time);
+        let body = &coarse.world().bodies()[0];
+        let (found, state, exact) = (coarse.time_errors()[0], coarse.state(), &exact[0]);
+        let turned = (state.attitude - exact.attitude).norm() * 2.0 * body.reach();
+        let error = (state.position - exact.position).norm() + turned;
+        assert!((0.05..20.0).contains(&(found / error)), "{name}: {found:e} for {error:e}");
     }
 }
 

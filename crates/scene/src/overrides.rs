@@ -90,11 +90,16 @@ fn entry_of<'a>(
 
 /// The scenario `text` with the fields of `overrides`.
 ///
+/// A text that is neither TOML nor XML stays as it is: its reader names the fault.
+///
 /// # Errors
-/// If the text is not TOML, or a path does not lead to a table.
+/// If the text is XML, or a path does not lead to a table.
 pub fn overridden(text: &str, overrides: &[FieldOverride]) -> Result<String, Failure> {
-    let mut scene: Table = toml::from_str(text)
-        .map_err(|_| Failure::setting(FLAG, "fields of a scenario file (TOML) only can be set"))?;
+    if text.trim_start().starts_with('<') {
+        let why = "a robot file (XML) has no fields to set; name it under [[robots]] in a scenario";
+        return Err(Failure::setting(FLAG, why));
+    }
+    let Ok(mut scene) = toml::from_str::<Table>(text) else { return Ok(text.to_owned()) };
     for field in overrides {
         field.apply(&mut scene).map_err(|why| Failure::setting(FLAG, why))?;
     }
@@ -143,6 +148,9 @@ mod tests {
             let why = with(&[field]).unwrap_err();
             assert!(why.contains(words), "{field}: {why}");
         }
+        let fields = [FieldOverride::parse("steps=1").unwrap()];
+        assert!(overridden(" <robot/>", &fields).unwrap_err().to_string().contains("XML"));
+        assert_eq!(overridden("steps = ", &fields).unwrap(), "steps = ", "left to its reader");
         for text in ["ground.friction", "=1", "ground..friction=1", "ground.friction="] {
             assert!(FieldOverride::parse(text).unwrap_err().contains("for example"), "{text}");
         }

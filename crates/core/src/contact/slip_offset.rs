@@ -54,7 +54,7 @@ impl Contact {
 
     /// Sets the offset o of the slip (eq. 38) in a step from `states`, whose velocities are those of
     /// the middle of the step before. `instants` has the velocities of the instant, and `free` the
-    /// states after free flight.
+    /// states after free flight. No effect if a list lacks a body of the contact.
     pub fn set_slip_offset(
         &mut self,
         world: &World,
@@ -62,11 +62,15 @@ impl Contact {
         instants: &[State],
         free: &[State],
     ) {
+        self.slip_offset = Vector3::zeros();
+        let known = states.len().min(instants.len()).min(free.len());
+        if self.key.bodies().any(|body| body >= known) {
+            return;
+        }
         let (normal, h) = (self.normal(), world.time_step());
         let velocity = self.point_velocity(world, instants);
         let slip = velocity - normal * normal.dot(&velocity);
         let speed = slip.norm();
-        self.slip_offset = Vector3::zeros();
         if speed <= FAST * self.smooth_change(world, states, free) {
             return;
         }

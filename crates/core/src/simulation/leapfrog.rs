@@ -12,14 +12,15 @@
 //! of a slip, stops of joints. The bodies of an island with such a change have V = w, with an error
 //! of ½ h times the acceleration.
 //!
-//! The local error of a smooth step estimates the error of the time step. An abrupt change happens at
-//! an unknown time within its step:
+//! The local error of a smooth step estimates the error of the time step, and so does the rotation that
+//! the update of the attitude lacks, at the reach r of the body. An abrupt change happens at an
+//! unknown time within its step:
 //!
 //! ```text
-//! e = Σ h/24 |w⁺ − 2w + w⁻|  over smooth steps,   + Σ h/2 |w⁺ − w|  over abrupt ones      (eq. 40)
+//! e = Σ h³/12 r |ω|³ + Σ h/24 |w⁺ − 2w + w⁻| over smooth steps + Σ h/2 |w⁺ − w| over abrupt ones  (eq. 40)
 //! ```
 //!
-//! For a vibration the first sum is the error of its phase. Errors that grow afterwards, as in chaotic
+//! For a vibration the second sum is the error of its phase. Errors that grow afterwards, as in chaotic
 //! motion, are not in it.
 
 use super::islands::Islands;
@@ -53,6 +54,8 @@ pub(super) struct Instants {
     /// True for bodies whose last step changed their velocity abruptly, or that have none. Others have
     /// extrapolated velocities of the instant.
     pub was_abrupt: Vec<bool>,
+    /// `errors` and `was_abrupt` before the last step.
+    past: (Vec<f64>, Vec<bool>),
 }
 
 impl Instants {
@@ -64,7 +67,17 @@ impl Instants {
             starts: vec![true; bodies],
             errors: vec![0.0; bodies],
             was_abrupt: vec![true; bodies],
+            past: (vec![0.0; bodies], vec![true; bodies]),
         }
+    }
+
+    /// Takes the last step back, before which the velocities of the instant were those of `states`.
+    pub(super) fn take_back(&mut self, states: &[State]) {
+        self.states.clear();
+        self.states.extend_from_slice(states);
+        self.starts.fill(false);
+        self.errors.clone_from(&self.past.0);
+        self.was_abrupt.clone_from(&self.past.1);
     }
 
     /// Sets the state of `body` as a start.
@@ -78,9 +91,9 @@ impl Instants {
     #[cfg(feature = "save")]
     pub(super) fn fits(&self, bodies: usize) -> bool {
         let numbers = self.states.iter().map(State::to_vector);
-        let counts = [self.states.len(), self.starts.len(), self.errors.len()];
-        counts == [bodies; 3]
-            && self.was_abrupt.len() == bodies
+        let numbers_of = [self.states.len(), self.errors.len(), self.past.0.len()];
+        let flags_of = [self.starts.len(), self.was_abrupt.len(), self.past.1.len()];
+        [numbers_of, flags_of] == [[bodies; 3]; 2]
             && numbers.into_iter().all(|numbers| numbers.iter().all(|x| x.is_finite()))
     }
 
@@ -90,6 +103,8 @@ impl Instants {
         self.starts.push(true);
         self.errors.push(0.0);
         self.was_abrupt.push(true);
+        self.past.0.push(0.0);
+        self.past.1.push(true);
     }
 
     /// Removes the body `index`. Bodies after it move up by one.
@@ -98,6 +113,8 @@ impl Instants {
         self.starts.remove(index);
         self.errors.remove(index);
         self.was_abrupt.remove(index);
+        self.past.0.remove(index);
+        self.past.1.remove(index);
     }
 }
 
@@ -328,6 +345,9 @@ impl Simulation<'_> {
                 solution,
             });
         }
+        instants.past.0.clone_from(&instants.errors);
+        instants.past.1.clone_from(&instants.was_abrupt);
+        let h = world.time_step();
         for body in 0..now.states.len() {
             let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
             let change = |from: &State, to: &State| {
@@ -344,7 +364,10 @@ impl Simulation<'_> {
                 _ => (Default::default(), 0.0),
             };
             let size = differing.0.norm() + differing.1.norm();
-            instants.errors[body] += share * world.time_step() * size;
+            let turning = h.powi(3) / 12.0
+                * world.bodies()[body].reach()
+                * now.states[body].spin.norm().powi(3);
+            instants.errors[body] += share * h * size + turning;
             instants.was_abrupt[body] = is_abrupt;
         }
         instants.states.clear();

@@ -525,8 +525,7 @@ impl<'a> Simulation<'a> {
             self.scratch.rest.end();
             self.now = before;
             if let Some(instants) = &mut self.instants {
-                instants.states.clone_from(&record.instants);
-                instants.starts.fill(false);
+                instants.take_back(&record.instants);
             }
             self.before = self.long_before.take();
             self.taken_back = true;

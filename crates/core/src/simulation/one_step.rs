@@ -68,10 +68,9 @@ pub(super) fn contact_step(
 
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
     // Other solvers' laws have no offset.
-    if let Some(instants) = instants
-        && solver.islands().is_some()
-    {
-        candidates.set_instants(instants, free);
+    match instants {
+        Some(instants) if solver.islands().is_some() => candidates.set_instants(instants, free),
+        _ => candidates.set_instants(&[], &[]),
     }
     let needs_contact = candidates.find(detection, world, states, free);
     rest.found(candidates.contacts().len());

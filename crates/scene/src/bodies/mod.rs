@@ -192,6 +192,7 @@ fn refuse_violent_start(scene: &Scene) -> Result<(), Failure> {
 pub fn refuse_contact_settings(settings: &Settings) -> Result<(), Failure> {
     let mut flags = vec![
         ("--rotation", settings.rotation.is_some()),
+        ("--integrator", settings.integrator.is_some()),
         ("--mu", settings.mu.is_some()),
         ("--restitution", settings.restitution.is_some()),
         ("--rebound-speed", settings.rebound_speed.is_some()),

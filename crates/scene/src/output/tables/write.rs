@@ -12,7 +12,7 @@ use tumble_core::joint::{Gear, Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::{EnergyBalance, StepRecord, energy};
 use tumble_core::step::StepStatus;
-use tumble_core::world::World;
+use tumble_core::world::{Integrator, World};
 
 /// Writes the tables of a run step by step.
 pub struct TablesWriter<W: Write> {
@@ -136,10 +136,10 @@ impl<W: Write> TablesWriter<W> {
     fn write_beside(&mut self, step: &TableStep) -> io::Result<()> {
         let Streams { states, contacts, steps: _, joints, gears, ends } = &mut self.tables;
         let row = &step.row;
-        if step.instants.is_empty() {
+        if self.world.integrator() == Integrator::Euler {
             write_all(states, row, &step.states)?;
         } else {
-            let pairs = step.instants.iter().zip(&step.states);
+            let pairs = step.instant_states().iter().zip(&step.states);
             let rows = pairs.map(|(instant, State { velocity, spin, .. })| StateRow {
                 instant: *instant,
                 middle: [*velocity, *spin],
