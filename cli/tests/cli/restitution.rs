@@ -55,7 +55,7 @@ fn impacts_that_would_make_energy_are_counted() {
 
 #[test]
 fn coefficients_out_of_range_are_refused_by_name() {
-    let cases: [(&[&str], &str); 5] = [
+    let cases: [(&[&str], &str); 6] = [
         (&["--restitution", "1.1"], "--restitution"),
         (&["--restitution", "-0.1"], "--restitution"),
         (&["--restitution", "nan"], "--restitution"),
