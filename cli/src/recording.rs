@@ -87,7 +87,8 @@ impl<'a> Recording<'a> {
         let rows = TablesReader::with_optional_tables(streams, TableShape::new(&world))
             .map_err(|error| invalid_tables(path, &error))?
             .from_index(run.start_index)
-            .every(selection.every);
+            .every(selection.every)
+            .without_idle_contacts(selection.loaded_contacts);
         Ok(Self { path, rows, run, world, loads, courses })
     }
 
@@ -99,11 +100,6 @@ impl<'a> Recording<'a> {
             self.check_states(step)?;
         }
         Ok(step)
-    }
-
-    /// Sets the prescribed motions of the world to the time of the step.
-    pub fn follow(&mut self, step: &TableStep) {
-        self.world.follow(&self.courses, step.row.index as f64 * self.world.whole_step());
     }
 
     /// Checks the time. A mismatch with the time step shows that the parameters are another run's.

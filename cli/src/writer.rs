@@ -93,6 +93,7 @@ impl RunWriter {
         };
         let open = written.and_then(|written| written.rows.open.clone());
         let tables = tables.continue_from(open).driven(scene.courses.clone()).every(every, first);
+        let tables = tables.without_idle_contacts(selection.loaded_contacts);
         let trajectory = trajectory.map(|stream| {
             let rows = if continues {
                 TrajectoryWriter::after(stream, world)

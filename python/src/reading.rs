@@ -12,10 +12,11 @@ use tumble_scene::output::tables::{Streams, TableShape, TableStep, TablesReader}
 use tumble_scene::scene::Scene as Content;
 
 /// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
-/// recorded contacts.
+/// recorded contacts. Unless `all_contacts` have rows, those without force may be missing.
 pub fn from_tables(
     content: Arc<Content>,
     streams: Streams<&[u8]>,
+    all_contacts: bool,
     forces: Option<PyReadonlyArrayDyn<'_, f64>>,
 ) -> PyResult<PyRecording> {
     let Streams { states, joints, gears, .. } = streams;
@@ -36,7 +37,7 @@ pub fn from_tables(
         }
     }
     let reader = TablesReader::new(streams, TableShape::new(world));
-    let mut reader = reader.map_err(refused)?.from_any_index();
+    let mut reader = reader.map_err(refused)?.from_any_index().without_idle_contacts(!all_contacts);
     let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
     while let Some(row) = reader.next_step().map_err(refused)? {
         let (k, h) = (row.row.index, world.time_step());

@@ -5,7 +5,7 @@ use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
 use crate::errors::refused;
 use crate::pictures::{Surface, surfaces};
 use crate::reading;
-use crate::run_files::is_of_scene;
+use crate::run_files::run_of_scene;
 use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
@@ -64,7 +64,8 @@ pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
 impl PyRecording {
     /// Reads a run or a part of one from its tables as bytes: states, contacts, steps, joints and
     /// gears. Scenes without joints or gears need no tables for them. A run without recorded
-    /// contacts needs the forces (K - 1, N, 3). `run` is the text of its run.json.
+    /// contacts needs the forces (K - 1, N, 3). `run` is the text of its run.json, which says whether
+    /// contacts without force have rows.
     #[staticmethod]
     #[pyo3(signature = (scene, tables, forces=None, run=None))]
     fn from_tables(
@@ -85,9 +86,10 @@ impl PyRecording {
             gears: other(1),
             ends: None,
         };
-        let read = reading::from_tables(Arc::clone(&scene.content), streams, forces)?;
-        let is_of_scene = run.map(|text| is_of_scene(&scene.content, text)).transpose()?;
-        Ok(Self { is_of_scene, ..read })
+        let run = run.map(|text| run_of_scene(&scene.content, text));
+        let all_contacts = matches!(&run, Some(Ok(run)) if !run.kept.loaded_contacts);
+        let read = reading::from_tables(Arc::clone(&scene.content), streams, all_contacts, forces)?;
+        Ok(Self { is_of_scene: run.transpose()?.map(|run| !run.pushed), ..read })
     }
 
     /// Least memory of a step with this many bodies and joints, bytes.

@@ -14,11 +14,11 @@ pub fn listed_files(text: &str) -> Vec<String> {
     RunFile::listed_files(text)
 }
 
-/// True if only inputs of the scene moved the run with this text of run.json.
+/// Parses the text of the run.json of a run of a scene.
 ///
 /// # Errors
 /// A text that is not a run.json, or that has other bodies than the scene.
-pub fn is_of_scene(content: &Content, text: &str) -> PyResult<bool> {
+pub fn run_of_scene(content: &Content, text: &str) -> PyResult<RunFile> {
     let file = RunFile::from_text(text, Path::new("run.json")).map_err(in_python)?;
     let (own, of_run) = (&content.model.bodies, &file.model.bodies);
     let other = own.iter().zip(of_run).find(|(own, of_run)| !is_same(own, of_run));
@@ -28,7 +28,7 @@ pub fn is_of_scene(content: &Content, text: &str) -> PyResult<bool> {
         None => Some((format!("{} bodies", own.len()), format!("{} bodies", of_run.len()))),
     };
     match difference {
-        None => Ok(!file.pushed),
+        None => Ok(file),
         Some((own, of_run)) => Err(refused(format!(
             "the run is of another scene: its run.json has {of_run} where the scene has {own}; give \
              the scene of the run"

@@ -218,6 +218,9 @@ pub struct OutputArgs {
     /// with --every: the state after each written step.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "TABLE,…")]
     pub tables: Option<Vec<Table>>,
+    /// Also write contacts without force. `tumble verify` searches them from the states.
+    #[arg(long)]
+    pub all_contacts: bool,
     /// Compress the tables by gzip (states.csv.gz). Every command reads them, and pandas too.
     #[arg(long)]
     pub compact: bool,
@@ -271,14 +274,14 @@ impl SimulateArgs {
         let every =
             output.every.unwrap_or(1).saturating_mul(self.setup.solver.substeps.unwrap_or(1));
         let form = if output.compact { TableForm::Gzip } else { TableForm::Csv };
-        RowSelection::new(every, output.tables.as_deref(), form)
+        RowSelection::new(every, output.tables.as_deref(), !output.all_contacts, form)
     }
 
     /// Names of the settings flags that are set.
     pub fn given(&self) -> Vec<&'static str> {
-        let OutputArgs { every, tables, compact, .. } = &self.output;
-        let flags =
-            [("every", every.is_some()), ("tables", tables.is_some()), ("compact", *compact)];
+        let OutputArgs { every, tables, all_contacts, compact, .. } = &self.output;
+        let rows = [("every", every.is_some()), ("tables", tables.is_some())];
+        let flags = [&rows[..], &[("all-contacts", *all_contacts), ("compact", *compact)]].concat();
         self.setup.given().into_iter().chain(names_of_set(&flags)).collect()
     }
 }

@@ -26,7 +26,7 @@ use std::time::Instant;
 use tumble_model::shown;
 use tumble_plan::file::{ProblemFile, SearchStart};
 use tumble_plan::{Plan, PlanError, PlanStatus, SearchProgress, SearchWatch, Stage};
-use tumble_scene::row_selection::RowSelection;
+use tumble_scene::row_selection::{RowSelection, TableForm};
 use tumble_scene::run_file::RunFile;
 use tumble_scene::written;
 
@@ -57,7 +57,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     stages.iter().try_for_each(|stage| stage.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let usual = RowSelection::default();
+    let usual = RowSelection::new(1, None, true, TableForm::Csv);
     let mut names = RunWriter::names(problem.scene(), &usual);
     names.extend([RUN_JSON, STATE].into_iter().chain(PLAN_FILES).map(str::to_owned));
     let claims = OutputClaims {

@@ -11,9 +11,15 @@ use super::recording::Recording;
 use judge::{StepJudge, Verified};
 use run_file_check::StatusCounts;
 use std::fmt::Write as _;
+use std::panic::resume_unwind;
+use std::sync::mpsc::sync_channel;
+use std::thread;
 use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::{Table, TableStep};
 use tumble_scene::run_file::Seal;
+
+/// Number of steps that are read before they are verified.
+const READ_AHEAD: usize = 16;
 
 /// Statistics of the steps, in memory that does not grow with the files.
 #[derive(Default)]
@@ -68,18 +74,20 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     // True if the velocities of the instant in the row `previous` follow from the step before it.
     let mut follows = true;
     let mut counts = StatusCounts::default();
-    while let Some(step) = recording.next_step()? {
-        recording.follow(&step);
-        counts.add(&recording.world, &step);
-        if let Some(previous) = previous {
+    let mut world = recording.world.clone();
+    let courses = recording.courses.clone();
+    let mut add = |step: TableStep| {
+        world.follow(&courses, step.row.index as f64 * world.time_step());
+        counts.add(&world, &step);
+        if let Some(previous) = &previous {
             // The next stored step is not the next step if rows are omitted.
             let ends = if has_gaps { &previous.ends } else { &step.states };
-            let mut verified = judge.step(&previous, ends);
+            let mut verified = judge.step(previous, ends);
             let is_next = step.row.index == previous.row.index + 1 && previous.row.parts_taken <= 1;
             if verified.differs.is_none() && !follows {
                 verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }
-            follows = !is_next || instants_follow(&previous, &step);
+            follows = !is_next || instants_follow(previous, &step);
             if verified.differs.is_none() && is_next && *ends != step.states {
                 let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
@@ -87,7 +95,21 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             findings.add(verified, args.worst);
         }
         previous = Some(step);
-    }
+    };
+    // Steps are read on another thread while they are verified.
+    thread::scope(|scope| {
+        let (sender, steps) = sync_channel(READ_AHEAD);
+        let recording = &mut recording;
+        let reader = scope.spawn(move || {
+            while let Some(step) = recording.next_step()? {
+                // The receiver ends after the sender.
+                let _ = sender.send(step);
+            }
+            Ok::<_, Failure>(())
+        });
+        steps.into_iter().for_each(&mut add);
+        reader.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })?;
     if let Some(end) = previous.and_then(|end| judge.end(&end, follows)) {
         findings.differing += 1;
         findings.keep(end, args.worst);

@@ -116,7 +116,8 @@ fn rows(run: &Simulated) -> Vec<TableStep> {
         gears: None,
         ends: None,
     };
-    let mut reader = TablesReader::new(streams, ONE_BODY).unwrap();
+    let reader = TablesReader::new(streams, ONE_BODY).unwrap();
+    let mut reader = reader.without_idle_contacts(true);
     let mut rows = Vec::new();
     while let Some(row) = reader.next_step().unwrap() {
         rows.push(row);

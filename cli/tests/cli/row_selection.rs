@@ -1,4 +1,4 @@
-//! `--every`, `--tables` and `--compact`: selection of rows and tables, and their file format.
+//! `--every`, `--tables`, `--all-contacts` and `--compact`: selection of rows and tables, and their file format.
 
 use super::support::{run, unseal};
 use crate::ROOT;
@@ -309,7 +309,7 @@ fn invalid_row_selections_are_rejected() {
     assert!(!Path::new(&file).exists());
     let run_file = runs.path("compressed", "run.json");
     let text = fs::read_to_string(&run_file).unwrap();
-    let broken = text.replacen("\"solver\"", "\"kept\": {\"every\": 0}, \"solver\"", 1);
+    let broken = text.replacen("\"every\": 1", "\"every\": 0", 1);
     fs::write(&run_file, broken).unwrap();
     runs.refused(&["verify", &runs.text("compressed", "states.csv")], &["kept.every"]);
 }
@@ -349,4 +349,66 @@ fn compressed_tables_equal_plain_ones() {
             assert_eq!(end.code, Some(0), "{command:?}: {end:?}");
         }
     }
+}
+
+/// Rows of contacts without force are written on request. Without them every command reads the same
+/// run.
+#[test]
+fn contacts_without_force_have_rows_on_request() {
+    let runs = Runs::new();
+    for (name, more) in [("bricks", "--every=1"), ("marbles", "--seed=1"), ("stack", "--every=7")] {
+        let args = ["--scenario", &scenario(name), "--steps", "230", more];
+        runs.run("some", &args);
+        runs.run("all", &[&args[..], &["--all-contacts"]].concat());
+        let [some, all] = ["some", "all"].map(|run| runs.lines(run, "contacts.csv"));
+        assert!(some.len() < all.len(), "{name}: {} of {}", some.len(), all.len());
+        let mut missing = all.iter().filter(|line| !some.contains(line));
+        let place = all[0].split(',').position(|column| column == "force_x_N").unwrap();
+        let is_loaded =
+            |line: &&String| line.split(',').skip(place).take(3).any(|cell| cell != "0.0");
+        assert!(some.iter().all(|line| all.contains(line)), "{name}");
+        assert_eq!(missing.find(is_loaded), None, "{name}");
+        for table in ["states.csv", "steps.csv"] {
+            assert!(runs.lines("some", table) == runs.lines("all", table), "{name}: {table}");
+        }
+        let args: [(&[&str], &str); 4] = [
+            (&["verify"], ""),
+            (&["view"], "view.html"),
+            (&["plot"], "plot.svg"),
+            (&["gif", "--gif-size", "60"], "animation.gif"),
+        ];
+        for (command, file) in args {
+            let done = ["some", "all"].map(|of| {
+                let end = run(&[command, &[&runs.text(of, "states.csv")]].concat());
+                assert_eq!(end.code, Some(0), "{name}, {command:?}: {end:?}");
+                (!file.is_empty()).then(|| fs::read(runs.path(of, file)).unwrap())
+            });
+            assert!(done[0] == done[1], "{name}: {file}");
+        }
+    }
+}
+
+/// Contacts without rows are searched again, so that pieces without a contact cannot pass through
+/// each other.
+#[test]
+fn verify_finds_pieces_that_meet_without_a_contact() {
+    let runs = Runs::new();
+    let scene = runs.text("", "scene.toml");
+    // The ball is in front of the plate at one step and behind it at the next.
+    let text = "steps = 3\ngravity = [0, 0, 0]\ntime_step = 0.01\n[[bodies]]\nname = \"ball\"\n\
+                sphere = 0.05\nmass = 1.0\nposition = [0.1, 0, 0]\nvelocity = [-30, 0, 0]\n\
+                [ground]\nnone = true\nfriction = 0.5\n[[fixed]]\nname = \"plate\"\nbox = [0.02, 1, 1]\n";
+    fs::write(&scene, format!("{text}[[apart]]\nbetween = [\"ball\", \"plate\"]\n")).unwrap();
+    runs.run("run", &["--scenario", &scene]);
+    let (file, json) = (runs.text("run", "states.csv"), runs.path("run", "run.json"));
+    assert_eq!(run(&["verify", &file]).code, Some(0));
+    unseal(&json);
+    let mut content: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
+    let apart = content["model"].as_object_mut().unwrap().remove("apart");
+    assert!(apart.is_some(), "{content}");
+    fs::write(&json, content.to_string()).unwrap();
+    let end = run(&["verify", &file]);
+    assert_eq!(end.code, Some(1), "{end:?}");
+    assert!(end.stdout.contains("a contact of body 0 that ends"), "{end:?}");
 }

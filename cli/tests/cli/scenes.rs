@@ -351,7 +351,7 @@ fn a_ring_turns_positions_and_attitudes() {
         mass = 1.0
         position = [0.0, 0.0, 0.0]
     "#;
-    let (end, directory) = run_scenario(scenario, &[]);
+    let (end, directory) = run_scenario(scenario, &["--all-contacts"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let text = fs::read_to_string(directory.path().join("out/contacts.csv")).unwrap();
     let contacts = Table::parse(&text);

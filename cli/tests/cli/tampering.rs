@@ -44,7 +44,7 @@ position = [0.0, 1.0, 0.05]
 fn files() -> &'static [String; 4] {
     static RUN: OnceLock<[String; 4]> = OnceLock::new();
     RUN.get_or_init(|| {
-        let (end, directory) = run_scenario(SCENE, &[]);
+        let (end, directory) = run_scenario(SCENE, &["--all-contacts"]);
         assert_eq!(end.code, Some(0), "{end:?}");
         let out = directory.path().join("out");
         unseal(&out.join("run.json"));
@@ -390,7 +390,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("scene.toml");
     fs::write(&file, SCENE).unwrap();
-    let done = simulate(&["--scenario", file.to_str().unwrap()]);
+    let done = simulate(&["--scenario", file.to_str().unwrap(), "--all-contacts"]);
     assert_eq!(done.end.code, Some(0), "{:?}", done.end);
 
     let read = |_: &Path, _: u64| Err(std::io::ErrorKind::NotFound.into());

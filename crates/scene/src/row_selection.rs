@@ -14,6 +14,9 @@ pub struct RowSelection {
     /// Names of the requested tables, null for all. `states` and `steps` are always written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     tables: Option<Vec<String>>,
+    /// True if contacts that add nothing to the residual have no rows.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub loaded_contacts: bool,
     /// Format of the files.
     #[serde(default)]
     pub form: TableForm,
@@ -32,7 +35,7 @@ pub enum TableForm {
 
 impl Default for RowSelection {
     fn default() -> Self {
-        Self { every: 1, tables: None, form: TableForm::Csv }
+        Self { every: 1, tables: None, loaded_contacts: false, form: TableForm::Csv }
     }
 }
 
@@ -43,9 +46,14 @@ fn one() -> u64 {
 impl RowSelection {
     /// Rows of every `every`-th step, of the given tables only or of all.
     #[must_use]
-    pub fn new(every: u64, tables: Option<&[Table]>, form: TableForm) -> Self {
+    pub fn new(
+        every: u64,
+        tables: Option<&[Table]>,
+        loaded_contacts: bool,
+        form: TableForm,
+    ) -> Self {
         let names = |tables: &[Table]| tables.iter().map(|table| table.name().to_owned()).collect();
-        Self { every, tables: tables.map(names), form }
+        Self { every, tables: tables.map(names), loaded_contacts, form }
     }
 
     /// True if all rows are written as CSV.

@@ -350,14 +350,20 @@ class Trajectory:
     def from_csv(cls, scene: Scene, folder: Location) -> Trajectory:
         """Reads the tables of a run of ``scene`` or of a part of one.
 
-        ``folder`` contains tables of to_csv or the command line. A run.json beside the tables
-        that has other bodies is refused.
+        ``folder`` contains tables of to_csv or the command line, also with ``--compact``. The
+        command line leaves contacts without force out, unless its run had ``--all-contacts``.
+        A run.json beside the tables that has other bodies is refused.
         """
+        import gzip
+
         scene, folder = made("scene", scene, Scene), Path(folder)
         json = folder / "run.json"
         run = json.read_text("utf-8") if json.is_file() else None
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
-        tables = [(folder / f"{name}.csv").read_bytes() for name in names]
+        if (folder / "states.csv.gz").is_file():
+            tables = [gzip.decompress((folder / f"{name}.csv.gz").read_bytes()) for name in names]
+        else:
+            tables = [(folder / f"{name}.csv").read_bytes() for name in names]
         return cls(scene, Recording.from_tables(scene._core, tables, run=run))
 
     def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = 0) -> Any:

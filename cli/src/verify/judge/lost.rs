@@ -33,12 +33,13 @@ impl StepJudge {
     /// step exact.
     pub(super) fn lost_of_forces(&self, touching: &StepContacts, states: &[State]) -> f64 {
         let StepContacts { contacts, forces, joints, gears, .. } = touching;
-        let give = |index: usize| {
-            let (body, state) = (&self.world.bodies()[index], &states[index]);
+        let gives = self.world.bodies().iter().zip(states).map(|(body, state)| {
             let reach = body.reach();
             let turning = body.inertia_inverse().norm() * (state.position.norm() + reach) * reach;
             1.0 / body.mass() + turning
-        };
+        });
+        let gives: Vec<_> = gives.collect();
+        let give = |index: usize| gives[index];
         let of_one = |(contact, force): (&Contact, &Vector3<f64>)| {
             force.norm() * contact.key.bodies().map(give).sum::<f64>()
         };

@@ -30,7 +30,7 @@ use tumble_core::simulation::Stiffness;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_scene::joints_summary::StiffJointReport;
-use tumble_scene::output::tables::{JointRow, TableStep};
+use tumble_scene::output::tables::{JointRow, TableStep, gap_between};
 
 /// Relative tolerance of recomputed values, in addition to the rounding error of an exact step.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
@@ -85,6 +85,8 @@ pub struct StepJudge {
     turned_before: bool,
     /// True if rows between steps are omitted.
     has_gaps: bool,
+    /// True if idle contacts have no rows.
+    loaded_contacts: bool,
     /// Joints that were too stiff for the time step.
     pub stiff_joints: StiffJointReport,
 }
@@ -120,6 +122,7 @@ impl StepJudge {
             angles: Vec::new(),
             turned_before: recording.run.start_index > 0,
             has_gaps: recording.row_selection().has_gaps(&recording.world),
+            loaded_contacts: recording.row_selection().loaded_contacts,
             stiff_joints: StiffJointReport::default(),
         })
     }
@@ -169,7 +172,7 @@ impl StepJudge {
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(contacts, states, next);
         let status = self.another_status(step, next, &wrenches, &touching, lost);
-        let (differs, overlap) = self.compare(step, next, &wrenches, &touching, &certificate);
+        let (differs, overlap) = self.compare(step, next, &wrenches, &touching, &certificate, lost);
         let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();
         // Free flight is exact for every solver of contacts.
@@ -230,7 +233,8 @@ impl StepJudge {
         })
     }
 
-    /// First difference between a step and its tables, and the overlap after the step, m.
+    /// First difference between a step and its tables, and the overlap after the step, m. `slip_lost` is
+    /// the rounding error of a slip, m/s.
     fn compare(
         &mut self,
         step: &TableStep,
@@ -238,6 +242,7 @@ impl StepJudge {
         wrenches: &[Wrench],
         touching: &StepContacts,
         certificate: &Certificate,
+        slip_lost: f64,
     ) -> (Option<String>, f64) {
         let (states, row, contacts) = (&step.states[..], &step.row, &touching.contacts);
         let (complete, mut differs) = (touching.wrong.is_none(), touching.wrong.clone());
@@ -245,7 +250,6 @@ impl StepJudge {
         if self.has_another_rebound(touching, states, next, wrenches, row.restitution_share) {
             differ("a contact rebounds differently from the restitution law".to_owned());
         }
-        let slip_lost = self.lost(contacts, states, next);
         let negligible = NEGLIGIBLE * self.world.speed_scale();
         let lost = slip_lost + self.lost_of_forces(touching, states) + negligible;
         if let Some(other) = self.another_joint(step, Some((next, &touching.joints))) {
@@ -262,18 +266,14 @@ impl StepJudge {
                 differ(format!("its {part} in the table is {column:.3e} m/s, not {found:.3e}"));
             }
         }
-        let pairs = contacts.iter().zip(&step.contacts).filter(|_| complete).enumerate();
-        for (number, (contact, row)) in pairs {
+        for (contact, row) in contacts.iter().zip(&step.contacts).filter(|_| complete) {
             if (contact.slip(&self.world, states, next) - row.slip).amax() > slip_lost {
-                differ(format!("its contact {number} has a different slip"));
+                differ(format!("its contact {} has a different slip", row.index));
             }
         }
-        let overlap = self.candidates.deepest_overlap(&self.world, next);
-        let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
-        if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach()) {
-            differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
-        }
         if complete {
+            let missing = self.missing_contact(step, next, contacts, slip_lost);
+            missing.into_iter().for_each(&mut differ);
             let misplaced = self.placement_error(states, next, touching);
             if !is_near(misplaced, row.placement, OVERLAP_FOUND_TO * self.world.reach()) {
                 let column = row.placement;
@@ -281,6 +281,11 @@ impl StepJudge {
                     "its loaded contacts are {misplaced:.3e} m off the pieces, not {column:.3e}"
                 ));
             }
+        }
+        let overlap = self.candidates.deepest_overlap(&self.world, next);
+        let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
+        if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach()) {
+            differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
         }
         let stiffness =
             self.stiffness.largest_in_step(&self.world, states, &touching.joints, &touching.gears);
@@ -298,6 +303,33 @@ impl StepJudge {
             differ("its energy terms differ".to_owned());
         }
         (differs, overlap)
+    }
+
+    /// Contact without a row that ends a solved step deeper than its residual and the rotation of its
+    /// bodies allow. The search is that of the simulation, which may have found another plane. Two planes
+    /// of one pair differ by the square of the rotation.
+    fn missing_contact(
+        &mut self,
+        TableStep { row, states, .. }: &TableStep,
+        next: &[State],
+        contacts: &[Contact],
+        lost: f64,
+    ) -> Option<String> {
+        let depth = self.accepted.max(lost) * self.world.time_step();
+        self.candidates.clear();
+        self.candidates.extend(contacts.iter().copied());
+        self.candidates.admit_missed(&self.world, states, next, depth);
+        let turned = |body: usize| {
+            let turned = next[body].pose().rotation - states[body].pose().rotation;
+            self.world.bodies()[body].reach() * turned.norm_squared()
+        };
+        let allowed = |contact: &Contact| depth + contact.key.bodies().map(turned).sum::<f64>();
+        let mut missing = self.candidates.contacts()[contacts.len()..].iter();
+        let missing = missing.find(|contact| gap_between(contact, next) < -allowed(contact))?;
+        let (body, depth) = (missing.key.body, -gap_between(missing, next));
+        let may_miss = [StepStatus::Substepped, StepStatus::Wild, StepStatus::Failed];
+        (!may_miss.contains(&row.status))
+            .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))
     }
 
     /// Largest error of the placement of a contact with a force (eq. 18g), m.

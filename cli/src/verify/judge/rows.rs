@@ -27,13 +27,16 @@ impl StepJudge {
         let mut touching =
             StepContacts { joints: joints.collect(), gears, ..StepContacts::default() };
         let mut planes = BTreeMap::new();
-        let moved = if step.contacts.is_empty() { 0.0 } else { self.moved(step, next, wrenches) };
+        if step.contacts.is_empty() {
+            return touching;
+        }
+        let free = self.free_flight(&step.states, wrenches);
+        let moved = self.moved(step, next, &free);
         let offsets = self.turns_friction && !step.instants.is_empty();
-        let free = if offsets { self.free_flight(&step.states, wrenches) } else { Vec::new() };
-        for (number, row) in step.contacts.iter().enumerate() {
+        for row in &step.contacts {
             let contact = row.contact(&self.world, &step.states).and_then(|contact| {
                 row.is_there(&contact, &self.world, &step.states, moved)?;
-                is_next_plane(&contact.key, &mut planes)?;
+                is_next_plane(&contact.key, &mut planes, !self.loaded_contacts)?;
                 Ok(contact)
             });
             match contact {
@@ -45,7 +48,8 @@ impl StepJudge {
                     touching.contacts.push(contact);
                 }
                 Err(why) => {
-                    touching.wrong.get_or_insert_with(|| format!("its contact {number} {why}"));
+                    let index = row.index;
+                    touching.wrong.get_or_insert_with(|| format!("its contact {index} {why}"));
                 }
             }
             touching.forces.push(row.force);
@@ -56,9 +60,8 @@ impl StepJudge {
     /// Largest distance of a body's point during the step's contact detection, m. The point moves
     /// to its end or along free flight. The factor 2 covers bodies that are first pushed and later
     /// pushed back.
-    fn moved(&self, step: &TableStep, next: &[State], wrenches: &[Wrench]) -> f64 {
-        let free = self.free_flight(&step.states, wrenches);
-        let pairs = step.states.iter().zip(next).chain(step.states.iter().zip(&free));
+    fn moved(&self, step: &TableStep, next: &[State], free: &[State]) -> f64 {
+        let pairs = step.states.iter().zip(next).chain(step.states.iter().zip(free));
         let pairs = pairs.zip(self.world.bodies().iter().cycle());
         let travels = pairs.map(|((from, to), body)| {
             let (from, to) = (from.pose(), to.pose());
@@ -70,16 +73,19 @@ impl StepJudge {
 }
 
 /// Checks the plane counter in a contact's key against the number of planes seen for these
-/// features. Round features have no plane; their counter starts at 1.
+/// features, unless `all` have rows their least number. Round features have no plane; their counter
+/// starts at 1.
 fn is_next_plane(
     key: &ContactKey,
     planes: &mut BTreeMap<ContactKey, u32>,
+    all: bool,
 ) -> Result<(), Misplaced> {
     let Some(pair) = key.pair else { return Ok(()) };
     let features = ContactKey { pair: Some(PairFeatures { plane: 0, ..pair }), ..*key };
     let count = planes.entry(features).or_default();
     let of_round = matches!(pair.feature, Feature::Round(..)).then(|| (*count).max(1));
     let is_next = pair.plane == *count || Some(pair.plane) == of_round;
-    *count += 1;
-    if is_next { Ok(()) } else { Err("has a wrong plane number for its features") }
+    let is_later = !all && pair.plane > *count;
+    *count = if all { *count } else { pair.plane }.saturating_add(1);
+    if is_next || is_later { Ok(()) } else { Err("has a wrong plane number for its features") }
 }

@@ -154,6 +154,8 @@ pub struct CsvReader<R: Read> {
     columns: Vec<&'static str>,
     csv: csv::Reader<Bounded<R>>,
     record: csv::StringRecord,
+    /// True if the row was read in advance.
+    is_ahead: bool,
 }
 
 impl<R: Read> CsvReader<R> {
@@ -178,15 +180,25 @@ impl<R: Read> CsvReader<R> {
                 });
             }
         }
-        Ok(Self { table, columns, csv, record: csv::StringRecord::new() })
+        Ok(Self { table, columns, csv, record: csv::StringRecord::new(), is_ahead: false })
     }
 
     /// Reads a row; `false` at the end.
     pub fn next_row(&mut self) -> Result<bool, RowsError> {
+        if std::mem::take(&mut self.is_ahead) {
+            return Ok(true);
+        }
         self.csv.get_mut().left = MOST_ROW_BYTES;
         let line = self.csv.position().line();
         let read = self.csv.read_record(&mut self.record);
         read.map_err(|error| or_too_long(self.table, &self.csv, line, error))
+    }
+
+    /// Reads a row of step `index`; `false` if the next row is of a later step.
+    pub fn next_of_step(&mut self, index: u64) -> Result<bool, RowsError> {
+        let is_row = self.next_row()?;
+        self.is_ahead = is_row && self.whole::<u64>(0)? > index;
+        Ok(is_row && !self.is_ahead)
     }
 
     /// Reads a required row; fails with `why` at the end.

@@ -282,6 +282,7 @@ impl RunFile {
             },
         )?;
         file.trajectory = false;
+        file.kept.loaded_contacts = rows.iter().any(|step| step.contacts.len() < step.row.contacts);
         file.start_index = first.row.index;
         file.steps = rows.len() as u64;
         file.model

@@ -159,6 +159,8 @@ columns! {
     /// Row of the table `contacts`. Vectors are in the world frame.
     #[derive(Debug, Clone, PartialEq)]
     ContactRow {
+        /// Index of the contact in the step.
+        index: usize = ["contact"],
         /// Body on which the force acts.
         body: usize = ["body"],
         /// Contact partner.

@@ -5,7 +5,8 @@
 //!
 //! - `states`: one row per body and step: `k,time_s,body`, then the 13 numbers of the state at step k.
 //!   `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
-//! - `contacts`: one row per candidate contact of the step k → k+1, see [`ContactRow`].
+//! - `contacts`: one row per candidate contact of the step k → k+1, see [`ContactRow`]. Idle
+//!   contacts may have no rows, see [`TablesWriter::without_idle_contacts`].
 //! - `steps`: one row per step: status, residual with its five parts, overlap at k+1, smallest
 //!   restitution share of an island, and [energy](tumble_core::simulation::energy) at k. The
 //!   potential energy is relative to the world's origin. With joints the last column is the
@@ -41,7 +42,7 @@ pub use columns::{ContactRow, GearTableRow, JointRow, StepRow};
 pub use key::KeyText;
 pub use named::Misplaced;
 pub use read::{TableStep, TablesReader};
-pub use write::TablesWriter;
+pub use write::{TablesWriter, gap_between};
 
 use std::fmt;
 use tumble_core::world::{Integrator, World};
@@ -93,7 +94,7 @@ impl Table {
                 return [&["k", "time_s", "body"][..], &STATE_COLUMNS, &MIDDLE_COLUMNS].concat();
             }
             Self::States | Self::Ends => (&["k", "time_s", "body"], &STATE_COLUMNS),
-            Self::Contacts => (&["k", "contact"], ContactRow::COLUMNS),
+            Self::Contacts => (&["k"], ContactRow::COLUMNS),
             Self::Steps => {
                 (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - shape.missing_columns()])
             }

@@ -53,6 +53,7 @@ pub struct TablesReader<R: Read> {
     readers: Streams<CsvReader<R>>,
     shape: TableShape,
     order: Steps,
+    loaded_contacts: bool,
     ended: bool,
 }
 
@@ -64,26 +65,17 @@ impl<R: Read> TablesReader<R> {
     /// gears.
     pub fn new(streams: Streams<R>, shape: TableShape) -> Result<Self, RowsError> {
         let reader = Self::with_optional_tables(streams, shape)?;
-        let TableShape { joints, gears, .. } = shape;
-        let readers = &reader.readers;
-        for (table, is_missing, why) in [
-            (Table::Contacts, readers.contacts.is_none(), "it is missing"),
-            (
-                Table::Joints,
-                readers.joints.is_none() && joints > 0,
-                "it is missing, but the run has joints",
-            ),
-            (
-                Table::Gears,
-                readers.gears.is_none() && gears > 0,
-                "it is missing, but the run has gears",
-            ),
-        ] {
-            if is_missing {
-                return Err(RowsError::End { table: table.name(), why });
-            }
+        let Streams { contacts, joints, gears, .. } = &reader.readers;
+        let mut needed = [
+            (Table::Contacts, contacts.is_some()),
+            (Table::Joints, joints.is_some() || shape.joints == 0),
+            (Table::Gears, gears.is_some() || shape.gears == 0),
+        ]
+        .into_iter();
+        match needed.find(|(_, is_there)| !is_there) {
+            Some((table, _)) => Err(RowsError::End { table: table.name(), why: "it is missing" }),
+            None => Ok(reader),
         }
-        Ok(reader)
     }
 
     /// Reader for a run with missing tables. The steps have no rows of these tables.
@@ -93,7 +85,8 @@ impl<R: Read> TablesReader<R> {
     pub fn with_optional_tables(streams: Streams<R>, shape: TableShape) -> Result<Self, RowsError> {
         let csv =
             |table: Table, stream| CsvReader::new(table.name(), stream, table.columns(&shape));
-        Ok(Self { readers: streams.each(csv)?, shape, order: Steps::default(), ended: false })
+        let (readers, order) = (streams.each(csv)?, Steps::default());
+        Ok(Self { readers, shape, order, loaded_contacts: false, ended: false })
     }
 
     /// Requires `index` as the first k.
@@ -117,6 +110,15 @@ impl<R: Read> TablesReader<R> {
         self
     }
 
+    /// If `idle` is true, contacts may have no rows, see [`TablesWriter::without_idle_contacts`].
+    ///
+    /// [`TablesWriter::without_idle_contacts`]: super::TablesWriter::without_idle_contacts
+    #[must_use]
+    pub fn without_idle_contacts(mut self, idle: bool) -> Self {
+        self.loaded_contacts = idle;
+        self
+    }
+
     /// Next step; `None` after the step of status `end`.
     ///
     /// # Errors
@@ -133,7 +135,7 @@ impl<R: Read> TablesReader<R> {
         let TableShape { bodies, has_middles, .. } = self.shape;
         steps.need_row(CUT_OFF)?;
         let status = steps.field(2, "a status", StepStatus::from_name)?;
-        let index = self.order.next(steps, status)?;
+        self.order.next(steps, status)?;
         let row = StepRow::read(&mut RowCells::from(steps, 0))?;
         // Grows with the rows in the file: the requested number is not trustworthy.
         let (states, instants) = if has_middles {
@@ -146,22 +148,43 @@ impl<R: Read> TablesReader<R> {
             Some(reader) if status != StepStatus::End => rows_of(reader, &row, bodies)?,
             _ => Vec::new(),
         };
-        let mut of_contacts = Vec::new();
-        if let Some(reader) = contacts {
-            for number in 0..row.contacts {
-                reader.need_row(CUT_OFF)?;
-                reader.expect(0, index)?;
-                reader.expect(1, number as u64)?;
-                of_contacts.push(Cells::read(&mut RowCells::from(reader, 2))?);
-            }
-        }
+        let all = !self.loaded_contacts;
+        let contacts = contacts.as_mut().map(|reader| contacts_of(reader, &row, all));
+        let contacts = contacts.transpose()?.unwrap_or_default();
         let joints = joints.as_mut().map(|reader| rows_of(reader, &row, self.shape.joints));
         let gears = gears.as_mut().map(|reader| rows_of(reader, &row, self.shape.gears));
         let (joints, gears) = (joints.transpose()?, gears.transpose()?);
         let (joints, gears) = (joints.unwrap_or_default(), gears.unwrap_or_default());
         self.ended = status == StepStatus::End;
-        Ok(Some(TableStep { row, states, instants, ends, contacts: of_contacts, joints, gears }))
+        Ok(Some(TableStep { row, states, instants, ends, contacts, joints, gears }))
     }
+}
+
+/// Reads the contacts of a step. Unless `all` are required, some may be missing.
+fn contacts_of<R: Read>(
+    reader: &mut CsvReader<R>,
+    step: &StepRow,
+    all: bool,
+) -> Result<Vec<ContactRow>, RowsError> {
+    let (mut rows, mut next) = (Vec::new(), 0);
+    while next < step.contacts {
+        if all {
+            reader.need_row(CUT_OFF)?;
+        } else if !reader.next_of_step(step.index)? {
+            break;
+        }
+        reader.expect(0, step.index)?;
+        if all {
+            reader.expect(1, next as u64)?;
+        }
+        let row = ContactRow::read(&mut RowCells::from(reader, 1))?;
+        if !(next..step.contacts).contains(&row.index) {
+            return Err(reader.invalid(1, "the index of a later contact of the step"));
+        }
+        next = row.index + 1;
+        rows.push(row);
+    }
+    Ok(rows)
 }
 
 /// Reads the rows of all bodies, joints or gears of a step, and checks their first three columns.

@@ -22,6 +22,8 @@ pub struct TablesWriter<W: Write> {
     /// Prescribed motions of joint frames in the world.
     courses: Vec<(usize, Knots)>,
     kept: RowChoice,
+    /// True if idle contacts have no rows.
+    loaded_contacts: bool,
     /// Row of the table `steps` whose sums are not complete, if rows are omitted.
     open: Option<StepRow>,
 }
@@ -47,7 +49,8 @@ impl<W: Write> TablesWriter<W> {
     }
 
     fn with_writers(tables: Streams<RowWriter<W>>, world: &World) -> Self {
-        Self { tables, world: world.clone(), courses: Vec::new(), kept: RowChoice::ALL, open: None }
+        let (courses, kept) = (Vec::new(), RowChoice::ALL);
+        Self { tables, world: world.clone(), courses, kept, loaded_contacts: false, open: None }
     }
 
     /// Sets the prescribed motions of joint frames in the world.
@@ -63,6 +66,14 @@ impl<W: Write> TablesWriter<W> {
     #[must_use]
     pub fn every(mut self, every: u64, first: u64) -> Self {
         self.kept = RowChoice::new(every, first);
+        self
+    }
+
+    /// If `idle` is true, [`TablesWriter::write`] omits idle contacts: those without force and rebound
+    /// that end the step with a gap of 0 or more. They add nothing to the residual.
+    #[must_use]
+    pub fn without_idle_contacts(mut self, idle: bool) -> Self {
+        self.loaded_contacts = idle;
         self
     }
 
@@ -102,6 +113,12 @@ impl<W: Write> TablesWriter<W> {
         }
         self.end_open()?;
         let mut step = TableStep::new(&self.world, record);
+        if self.loaded_contacts {
+            let ends = &record.solution.states;
+            let is_open = |row: &ContactRow| gap_between(&record.contacts[row.index], ends) >= 0.0;
+            let acts = |row: &ContactRow| row.force != Vector3::zeros() || row.rebound != 0.0;
+            step.contacts.retain(|row| acts(row) || !is_open(row));
+        }
         if self.tables.ends.is_some() && !is_end {
             step.ends.extend_from_slice(&record.solution.states);
         }
@@ -153,9 +170,8 @@ impl<W: Write> TablesWriter<W> {
             write_all(table, row, &step.ends)?;
         }
         if let Some(table) = contacts {
-            for (index, contact) in step.contacts.iter().enumerate() {
+            for contact in &step.contacts {
                 table.whole(row.index);
-                table.whole(index as u64);
                 contact.write(table);
                 table.end_row()?;
             }
@@ -372,7 +388,8 @@ impl ContactRow {
             state.map_or(Vector3::repeat(f64::NAN), |state| state.position + contact.arm)
         };
         let pairs = record.contacts.iter().zip(&record.solution.contacts);
-        pairs.map(move |(contact, found)| Self {
+        pairs.enumerate().map(move |(index, (contact, found))| Self {
+            index,
             body: contact.key.body,
             partner: contact.key.partner,
             point: point(contact),
@@ -384,5 +401,16 @@ impl ContactRow {
             rebound: contact.rebound,
             key: KeyText::new(&contact.key),
         })
+    }
+}
+
+/// Gap of a contact with its bodies at `states` (m); NaN without their states.
+#[must_use]
+pub fn gap_between(contact: &Contact, states: &[State]) -> f64 {
+    let pose = |body: usize| states.get(body).map(State::pose);
+    match (pose(contact.key.body), contact.key.partner.body().map(pose)) {
+        (Some(a), None) => contact.gap_at(&a, None),
+        (Some(a), Some(Some(b))) => contact.gap_at(&a, Some(&b)),
+        _ => f64::NAN,
     }
 }
