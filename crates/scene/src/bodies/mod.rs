@@ -78,7 +78,7 @@ fn scene_from_built(
     mut built: BuiltScene,
 ) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
-    let BuiltScene { model, drawn, .. } = built;
+    let BuiltScene { model, drawn, robots, notes } = built;
     let contact = (!floats).then(|| SolverChoice::new(&settings.solver)).transpose()?;
     if let Some(contact) = &contact {
         // Reports a solver that does not support this world before any file is written.
@@ -100,7 +100,8 @@ fn scene_from_built(
         fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact,
-        robots: built.robots,
+        robots,
+        file_notes: notes,
         model,
         trajectory: settings.solver.preset.is_some(),
     };
