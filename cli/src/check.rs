@@ -26,7 +26,7 @@ const NEGLIGIBLE: f64 = 1e-9;
 
 /// Checks the scene and prints a report.
 pub fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
-    let scene = scene::from_args(&args.setup)?;
+    let scene = scene::from_args(&args.setup, &args.cube)?;
     let results = first_steps(&scene)?;
     let mut text = format!("{} is valid\n", shown::line(&scene.name));
     text += &content(&scene);
@@ -62,9 +62,7 @@ fn first_steps(scene: &Scene) -> Result<RunResults, Failure> {
 fn content(scene: &Scene) -> String {
     let bodies = scene.world.bodies();
     let mass: f64 = bodies.iter().map(tumble_core::mechanics::RigidBody::mass).sum();
-    // Four digits of any size.
-    let mass = format!("{mass:.3e}").parse().map_or(String::new(), shown::number);
-    let mut text = format!("  bodies       {}, {mass} kg in all\n", bodies.len());
+    let mut text = format!("  bodies       {}, {} kg in all\n", bodies.len(), shown::rounded(mass));
     for (kind, count) in [
         ("fixed pieces", scene.fixed.len()),
         ("joints", scene.joints.len()),

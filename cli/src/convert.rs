@@ -22,7 +22,7 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         let text = scenario::read_text(&args.file)?;
         (Scene::parse_with(&text, &args.file, flags, &[], &input::bytes)?, None)
     };
-    let written = written::text(&scene)?;
+    let written = written::HEAD.to_owned() + &written::text(&scene)?;
     if written.len() as u64 > LARGEST_FILE {
         let (file, length) = (shown::path(&args.file), written.len());
         return Err(Failure::Input(format!(
@@ -47,9 +47,8 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     file.write(written.as_bytes())?;
     let path = file.publish()?;
     let mut reporter = StderrReporter::new(args.quiet);
-    for note in scene.notes().into_iter().chain(report) {
-        reporter.say(&format!("{}\n", shown::line(&note)));
-    }
+    scene.notes().iter().for_each(|note| reporter.note(note));
+    reporter.say(&report.unwrap_or_default());
     reporter.say(&format!("wrote {}\n", shown::path(&path)));
     reporter.end(Outcome::Done)
 }

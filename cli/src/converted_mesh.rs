@@ -3,9 +3,10 @@
 use super::args::{ConvertArgs, MeshArgs};
 use super::input;
 use super::outcome::Failure;
+use nalgebra::Vector3;
 use std::path::Path;
 use tumble_core::geometry::mesh::Mesh;
-use tumble_decompose::{DecompositionSettings, Fit};
+use tumble_decompose::DecompositionSettings;
 use tumble_model::failure::refuse_flags;
 use tumble_model::shown;
 use tumble_scene::scene::Scene;
@@ -14,6 +15,9 @@ use tumble_scene::written::quoted;
 
 /// Density without `--density` (kg/m³): that of water.
 const USUAL_DENSITY: f64 = 1000.0;
+
+/// Length above which a part is probably in millimetres (m).
+const LARGEST_PART: f64 = 10.0;
 
 impl MeshArgs {
     /// Rejects these flags for a file that is not a mesh.
@@ -66,19 +70,28 @@ pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Fai
     Ok((scene, report))
 }
 
+/// Size, mass and pieces of the mesh.
 fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
-    let mut pieces = Vec::new();
+    let (mut pieces, mut corners) = (0, 0);
     for shape in &scene.model.shapes {
-        pieces.extend(shape.pieces()?);
+        for piece in shape.pieces()? {
+            pieces += 1;
+            corners += piece.core().vertices().len();
+        }
     }
-    let fit = Fit::new(&pieces, mesh)?;
-    let corners: usize = pieces.iter().map(|piece| piece.core().vertices().len()).sum();
-    Ok(format!(
-        "{}: {} pieces with {corners} corners; their volumes add up to {:.4} of the mesh's; they \
-         reach up to {:.1e} m outside it",
+    let fold = |fold: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
+        mesh.vertices().iter().copied().reduce(|a, b| fold(&a, &b)).unwrap_or_default()
+    };
+    let sides = fold(Vector3::sup) - fold(Vector3::inf);
+    let [x, y, z] = [sides.x, sides.y, sides.z].map(shown::rounded);
+    let mut text = format!(
+        "{}: {x} × {y} × {z} m, {} m³, {} kg; {pieces} pieces with {corners} corners\n",
         shown::path(path),
-        pieces.len(),
-        fit.volume_ratio,
-        fit.outside
-    ))
+        shown::rounded(mesh.volume()),
+        shown::rounded(scene.model.bodies[0].mass),
+    );
+    if sides.max() > LARGEST_PART {
+        text += "is the file in millimetres? Then add --scale 0.001\n";
+    }
+    Ok(text)
 }

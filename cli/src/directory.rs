@@ -5,19 +5,31 @@ use super::input;
 use super::outcome::Failure;
 use std::ffi::OsStr;
 use std::fs::{self, File, Metadata, TryLockError};
-use std::io;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use tumble_model::shown;
 use tumble_scene::run_file::{self, RunFile};
+use tumble_scene::written;
 
 /// Extensions of files. A new directory with one of them is refused as a mistake.
 const FILES: [&str; 9] = ["png", "svg", "pdf", "gif", "mp4", "html", "csv", "json", "zst"];
+
+/// First bytes of single files, by their endings.
+const BEGINNINGS: [(&str, &[u8]); 5] = [
+    ("gif", b"GIF89a"),
+    ("html", b"<!doctype html>\n<!-- tumble -->"),
+    ("png", b"\x89PNG\r\n"),
+    ("svg", b"<svg xmlns=\"http://www.w3.org/2000/svg\" width"),
+    ("toml", written::HEAD.as_bytes()),
+];
 
 /// A locked output directory. While it exists, no run of another process writes there. The
 /// operating system releases the lock at the end of the process; there is no lock file.
 pub struct OutputDirectory {
     path: PathBuf,
     claim: Option<File>,
+    /// True for pictures and scenarios, which no run.json lists.
+    has_single_files: bool,
     /// Files of the previous run, and files that could be mistaken for them.
     former: Vec<String>,
     /// Temporary files of killed runs.
@@ -70,7 +82,7 @@ impl OutputDirectory {
     /// Locks the directory for single files such as pictures. Others can write such files too, but
     /// a run cannot.
     pub fn for_pictures(path: &Path) -> Result<Self, Failure> {
-        Self::claim(path, File::try_lock_shared)
+        Ok(Self { has_single_files: true, ..Self::claim(path, File::try_lock_shared)? })
     }
 
     /// Creates and locks the directory.
@@ -90,11 +102,35 @@ impl OutputDirectory {
             Ok((Ok(()), directory)) => Some(directory),
             Ok((Err(TryLockError::Error(_)), _)) | Err(_) => None,
         };
-        Ok(Self { path: path.to_owned(), claim, former: Vec::new(), leftovers: Vec::new() })
+        Ok(Self {
+            path: path.to_owned(),
+            claim,
+            has_single_files: false,
+            former: Vec::new(),
+            leftovers: Vec::new(),
+        })
     }
 
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Refuses to replace a single file that does not begin like those of tumble. Files of runs are
+    /// checked by [`OutputDirectory::for_run`].
+    pub fn refuse_foreign(&self, file: &Path) -> Result<(), Failure> {
+        let ending = file.extension().and_then(OsStr::to_str);
+        let own = BEGINNINGS.iter().find(|(of, _)| self.has_single_files && ending == Some(*of));
+        let (Some((_, own)), true) = (own, file.exists()) else { return Ok(()) };
+        let mut found = Vec::new();
+        let read =
+            input::open(file).and_then(|file| file.take(own.len() as u64).read_to_end(&mut found));
+        if read.is_ok() && (found.is_empty() || found == *own) {
+            return Ok(());
+        }
+        Err(Failure::Input(format!(
+            "{} was not written by tumble; move it, or choose another output",
+            shown::path(file)
+        )))
     }
 
     /// Temporary files in the directory. With the lock, no other process is writing them.

@@ -24,7 +24,9 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// Text of a file of at most `most` bytes.
 pub fn text(path: &Path, most: u64) -> io::Result<String> {
     let text = String::from_utf8(bytes(path, most)?);
-    text.map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
+    text.map_err(|_| {
+        io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text; save it as UTF-8")
+    })
 }
 
 /// Content of a file of at most `most` bytes.

@@ -66,7 +66,7 @@ impl Live {
 /// Scene of the run of `--from`, at its moment `--at`; `None` without them.
 pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     let Some(path) = &args.live.from else { return Ok(None) };
-    let given = args.setup.given();
+    let given = [args.setup.given(), args.cube.given()].concat();
     let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
     refuse_flags("--from, whose run has it", &flags)?;
     let mut recording = Recording::open(path)?;

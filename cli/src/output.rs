@@ -22,16 +22,17 @@ pub struct PendingFile {
 impl PendingFile {
     /// Opens a temporary file in `directory` for the later `directory/name`.
     pub fn create(directory: &OutputDirectory, name: &str) -> Result<Self, Failure> {
-        let directory = directory.path();
-        let path = directory.join(name);
+        let path = directory.path().join(name);
         if path.is_dir() {
             return Err(Failure::Other(format!(
                 "{} is a directory, not a file; move it, or choose another output",
                 shown::path(&path)
             )));
         }
-        let temporary =
-            temporary().tempfile_in(directory).map_err(|error| cannot_write(&path, &error))?;
+        directory.refuse_foreign(&path)?;
+        let temporary = temporary()
+            .tempfile_in(directory.path())
+            .map_err(|error| cannot_write(&path, &error))?;
         Ok(Self { path, temporary })
     }
 
@@ -162,6 +163,11 @@ impl StderrReporter {
         if !self.quiet && self.failure.is_none() {
             self.failure = say(text).err();
         }
+    }
+
+    /// Prints a note.
+    pub fn note(&mut self, note: &str) {
+        self.say(&format!("note: {}\n", shown::line(note)));
     }
 
     /// Result of a command that reached `outcome`.

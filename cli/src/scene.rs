@@ -1,6 +1,6 @@
 //! Scene from the arguments of a simulation.
 
-use super::args::SetupArgs;
+use super::args::{CubeArgs, SetupArgs};
 use super::outcome::{Failure, refuse_flags};
 use super::{input, scenario};
 use tumble_model::names::FileKind;
@@ -17,17 +17,17 @@ use tumble_scene::tutorial::CubeChanges;
 const MANY_POINTS: usize = 100;
 
 /// Creates and checks the scene.
-pub fn from_args(args: &SetupArgs) -> Result<Scene, Failure> {
-    let (flags, cube) = (settings_from_flags(args), cube_changes(args)?);
+pub fn from_args(args: &SetupArgs, cube: &CubeArgs) -> Result<Scene, Failure> {
+    let (flags, changes) = (settings_from_flags(args), cube_changes(cube)?);
     let scene = match args.scene.path() {
         None => {
-            let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
+            let name = cube.tutorial.unwrap_or(SceneName::Drop);
             let is_set = !args.scene.overrides.is_empty();
             refuse_flags("the tutorial's scenes, which have no file", &[("set", is_set)])?;
-            Scene::from_tutorial(name, flags, cube)?
+            Scene::from_tutorial(name, flags, changes)?
         }
         Some(path) => {
-            cube.refuse("a scene file, which describes its bodies")?;
+            cube.refuse_with_file()?;
             let mut text = scenario::read_text(path)?;
             let overrides = &args.scene.overrides;
             if !overrides.is_empty() {
@@ -65,13 +65,13 @@ pub fn note(scene: &Scene, args: &SetupArgs) -> Option<String> {
     let is_ipopt = scene.contact.as_ref()?.is_ipopt();
     if !is_ipopt && scene.trajectory && args.solver.solver.is_none() {
         let why = unsuitable(&scene.world)?;
-        return Some(format!("the native solver solves this scene: {why}\n"));
+        return Some(format!("the native solver solves this scene: {why}"));
     }
     let points = scene.world.bodies().iter().map(|body| body.contact_points().len());
     let points = points.max().unwrap_or(0);
     (is_ipopt && points > MANY_POINTS).then(|| {
         format!(
-            "Ipopt may take seconds per step with {points} contact points; --solver native is faster\n"
+            "Ipopt may take seconds per step with {points} contact points; --solver native is faster"
         )
     })
 }
@@ -105,22 +105,21 @@ fn settings_from_flags(args: &SetupArgs) -> Settings {
     }
 }
 
-/// Changes of the tutorial's cube from the flags of a simulation.
-fn cube_changes(args: &SetupArgs) -> Result<CubeChanges, Failure> {
-    let (physics, start) = (&args.physics, &args.start);
+/// Changes of the tutorial's cube from its flags.
+fn cube_changes(cube: &CubeArgs) -> Result<CubeChanges, Failure> {
     Ok(CubeChanges {
-        mass: physics.mass,
-        inertia: physics.inertia.clone(),
-        sides: physics.sides,
-        plane: physics.plane.clone(),
-        force: polyline("force", &physics.force)?,
-        torque: polyline("torque", &physics.torque)?,
-        force_at: physics.force_at,
-        position: start.position,
-        height: start.height,
-        attitude: start.attitude.clone(),
-        velocity: start.velocity,
-        spin: start.spin,
-        frame: start.frame,
+        mass: cube.mass,
+        inertia: cube.inertia.clone(),
+        sides: cube.sides,
+        plane: cube.plane.clone(),
+        force: polyline("force", &cube.force)?,
+        torque: polyline("torque", &cube.torque)?,
+        force_at: cube.force_at,
+        position: cube.position,
+        height: cube.height,
+        attitude: cube.attitude.clone(),
+        velocity: cube.velocity,
+        spin: cube.spin,
+        frame: cube.frame,
     })
 }

@@ -9,7 +9,7 @@ use super::exported::{ExportPath, Exported};
 use super::file_names::{self, RUN_JSON, STATE};
 use super::live::{self, Live, Played};
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, StderrReporter};
+use super::output::{self, PendingFile, StderrReporter};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
 use super::results::{RunOutcome, RunResults, UNFINISHED};
@@ -36,8 +36,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&prepared.interrupt)?;
     let out = prepared.claim_directory()?;
     let parts = prepared.play(&out)?;
-    let mut reporter = StderrReporter::new(args.output.quiet);
-    prepared.say_notes(&mut reporter);
+    let mut reporter = StderrReporter::new(args.output.quiet || args.output.json);
+    let notes = prepared.notes();
+    notes.iter().for_each(|note| reporter.note(note));
     let mut files = RunFiles::open(&mut prepared, parts, &out)?;
     let run = match prepared.simulate(&mut files) {
         Ok(run) => run,
@@ -45,12 +46,14 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     };
     let WrittenRun { run_file, states, pictures, text } = files.publish(&prepared, &run)?;
     reporter.say(&text);
+    let summary = args.output.json.then(|| run_file.summary_text(&notes)).transpose()?;
     // An interrupt of the run does not affect its pictures, but a later one does.
     prepared.interrupt.store(false, Ordering::Relaxed);
     let animated = args.pictures.gif && run.end != RunOutcome::Interrupted;
     let animated = animated.then_some((args, &out));
     let open = || Recording::from_run(&states, run_file);
     let drawn = pictures.draw(open, animated, &mut reporter, &prepared.interrupt)?;
+    summary.map_or(Ok(()), |summary| output::say(&summary))?;
     reporter.end(match run.end {
         RunOutcome::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,
@@ -84,7 +87,8 @@ impl<'a> Prepared<'a> {
                 (scene, Some(continued))
             }
             None => {
-                (live::taken_over(args)?.map_or_else(|| scene::from_args(&args.setup), Ok)?, None)
+                let begin = || scene::from_args(&args.setup, &args.cube);
+                (live::taken_over(args)?.map_or_else(begin, Ok)?, None)
             }
         };
         let mut live = None;
@@ -149,14 +153,10 @@ impl<'a> Prepared<'a> {
         written.collect()
     }
 
-    /// Prints notes on the scene.
-    fn say_notes(&self, reporter: &mut StderrReporter) {
-        if let Some(note) = scene::note(&self.scene, &self.args.setup) {
-            reporter.say(&note);
-        }
-        for note in self.scene.notes() {
-            reporter.say(&format!("{}\n", shown::line(&note)));
-        }
+    /// Notes on the scene and its solver.
+    fn notes(&self) -> Vec<String> {
+        let of_solver = scene::note(&self.scene, &self.args.setup);
+        of_solver.into_iter().chain(self.scene.notes()).collect()
     }
 
     /// Computes and writes the steps, with checkpoints.

@@ -35,6 +35,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("has_ipopt", cfg!(feature = "ipopt"))?;
     let statuses = tumble_core::step::StepStatus::ALL.map(|status| status.name());
     module.add("STATUSES", statuses)?;
+    module.add("SCENE_HEAD", tumble_scene::written::HEAD)?;
     let parameters = tumble::rollout::Constant::ALL.map(|parameter| parameter.name());
     module.add("PARAMETERS", parameters)?;
     module.add("RESIDUAL_PARTS", recording::RESIDUAL_PARTS)?;
@@ -52,6 +53,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(errors::name_hint, module)?)?;
     module.add_function(wrap_pyfunction!(constants::constant_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(run_files::listed_files, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::remedy, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_gradients, module)?)?;

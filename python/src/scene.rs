@@ -35,6 +35,12 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Remedy for a file that is neither a scene nor a robot, by its ending.
+#[pyfunction]
+pub fn remedy(path: PathBuf) -> Option<&'static str> {
+    tumble_scene::remedy(&path)
+}
+
 /// Converts a failure to an exception. Names of flags become Python keywords.
 pub fn in_python(failure: Failure) -> PyErr {
     match failure {
@@ -126,6 +132,12 @@ impl PyScene {
     #[getter]
     fn name(&self) -> &str {
         &self.content.name
+    }
+
+    /// Notes on its content, one sentence each.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.content.notes()
     }
 
     /// Random seed of its start; None if nothing was random.

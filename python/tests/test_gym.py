@@ -14,6 +14,14 @@ def test_gymnasium_finds_nothing_wrong():
     check_env(gymnasium.make("tumble/PushCube-v0").unwrapped, skip_render_check=True)
 
 
+def test_images_are_drawn_on_request():
+    env = gymnasium.make("tumble/PushCube-v0", render_mode="rgb_array")
+    env.reset(seed=1)
+    assert env.render().shape == (480, 480, 3)
+    with pytest.raises(tumble.TumbleError, match="render_mode is 'human'"):
+        tumble.gym.PushCube(render_mode="human")
+
+
 def test_a_straight_push_reaches_the_target():
     env = gymnasium.make("tumble/PushCube-v0")
     observation, _ = env.reset(seed=3)

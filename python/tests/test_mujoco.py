@@ -336,6 +336,7 @@ def test_a_comparison_has_a_table_and_a_page(tmp_path):
     assert found.unsolved == 0 and found.residual[:, 1].max() < 1e-9 < found.residual[:, 0].max()
     assert found.creep[:, 1].max() < 1e-12 and found.creep[-1, 0] > 1e-4 and found.cost_ratio > 0.0
     assert "largest residual, m/s" in found.table() and "contact floor–body" in found.table()
+    assert str(found) == found.table()
     found.page(tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     assert page.count("<svg") == 5 and "http" not in page

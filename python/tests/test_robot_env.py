@@ -2,6 +2,7 @@
 
 import re
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,14 @@ def cart(folder, actuator):
     path = folder / "cart.xml"
     path.write_text(CART.replace("ACTUATOR", actuator))
     return path
+
+
+def test_only_environments_without_a_reward_warn(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        gymnasium.make("tumble/Hopper-v0", disable_env_checker=True)
+    with pytest.warns(UserWarning, match="every reward is 0: define judge"):
+        RobotEnv(cart(tmp_path, '<motor joint="slider" ctrlrange="-1 1"/>'))
 
 
 @pytest.mark.parametrize("name", DECLARED)

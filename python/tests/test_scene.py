@@ -1,6 +1,7 @@
 """Scenes from files and from code, and refusals."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -174,6 +175,56 @@ def test_a_scene_is_saved_as_a_file(scenarios, tmp_path):
     with pytest.raises(tumble.TumbleError, match="friction, steps of this scene|steps, friction of"):
         tumble.load(scenarios / "drop.toml", friction=0.5, steps=9).save(str(tmp_path / "none.toml"))
     assert not (tmp_path / "none.toml").exists()
+
+
+def test_probable_mistakes_are_warnings(tmp_path):
+    (tmp_path / "up.toml").write_text("gravity = [0, 0, 9.81]\n[ground]\nfriction = 0.5\n[[bodies]]\nbox = 1\nmass = 1\nposition = [0, 0, 2]\n")
+    with pytest.warns(UserWarning, match="^gravity points away from the ground") as warned:
+        tumble.load(tmp_path / "up.toml")
+    assert [Path(one.filename).name for one in warned] == ["test_scene.py"]
+    for fields, note in [
+        ({"velocity": [0, 0, -1e3]}, "the motion of cube in a step exceeds"),
+        ({"inertia": [1, 1, 3]}, "inertia of cube"),
+        ({"attitude": [0, 0, 0, 1]}, "quaternions are w, x, y, z"),
+    ]:
+        with pytest.warns(UserWarning, match=note):
+            tumble.Scene([{**CUBE, "name": "cube", "position": [0, 0, 2], **fields}], {"friction": 0.3})
+
+
+def test_files_of_other_programs_stay(tmp_path):
+    scene = tumble.Scene([CUBE], {"friction": 0.3})
+    run, simulation = scene.run(3), scene.simulate()
+    for name, write in [
+        ("a.html", run.view),
+        ("a.svg", run.plot),
+        ("a.png", run.plot),
+        ("a.gif", run.gif),
+        ("a.toml", scene.save),
+        ("a.state", simulation.save),
+    ]:
+        path = tmp_path / name
+        path.write_text('name = "mine"')
+        with pytest.raises(tumble.TumbleError, match=f"{name} was not written by tumble; move it"):
+            write(path)
+        assert path.read_text() == 'name = "mine"'
+        path.write_text("")
+        for _ in range(2):
+            assert write(path) == path and path.stat().st_size > 50
+    part = tmp_path / "part.step"
+    part.write_bytes(b"\xff")
+    with pytest.raises(tumble.TumbleError, match="export the part as .stl"):
+        tumble.load(part)
+
+
+def test_lists_that_contain_themselves_are_refused():
+    circular = []
+    circular.append(circular)
+    deep = [1.0]
+    for _ in range(5000):
+        deep = [deep]
+    for value in (circular, deep):
+        with pytest.raises(tumble.TumbleError, match="contains itself, or is nested too deeply"):
+            tumble.Scene([{**CUBE, "position": value}], {"friction": 0.3})
 
 
 def test_a_mesh_is_decomposed_once(root):

@@ -1,7 +1,7 @@
 //! Arguments of the commands that read a file.
 
 use super::shared::{AnimationArgs, RobotArgs};
-use super::simulate::SetupArgs;
+use super::simulate::{CUBE, CubeArgs, SetupArgs};
 use crate::values;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -137,6 +137,8 @@ pub struct NewArgs {
 pub struct CheckArgs {
     #[command(flatten)]
     pub setup: SetupArgs,
+    #[command(flatten, next_help_heading = CUBE)]
+    pub cube: CubeArgs,
 }
 
 #[derive(Debug, Args)]

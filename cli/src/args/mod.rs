@@ -11,7 +11,7 @@ pub use files::{
 };
 pub use plan::PlanArgs;
 pub use shared::AnimationArgs;
-pub use simulate::{PictureArgs, SetupArgs, SimulateArgs};
+pub use simulate::{CubeArgs, PictureArgs, SetupArgs, SimulateArgs};
 
 use clap::{Parser, Subcommand};
 use std::sync::LazyLock;

@@ -1,12 +1,11 @@
 //! Arguments shared by several commands.
 
-use crate::values::{self, LoadKnot};
+use crate::values;
 use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 use tumble_core::mechanics::Rotation;
-use tumble_core::world::{Integrator, Plane};
-use tumble_scene::InertiaValue;
+use tumble_core::world::Integrator;
 use tumble_scene::settings::RobotSettings;
 use tumble_view::animation::View;
 
@@ -76,7 +75,7 @@ impl RobotArgs {
     }
 }
 
-/// Constants of the model, and the load.
+/// Constants of the model.
 #[derive(Debug, Args)]
 pub struct PhysicsArgs {
     /// Time step, s, 1e-6 to 0.1 [default: drop 0.002, floating 0.001].
@@ -102,44 +101,6 @@ pub struct PhysicsArgs {
     /// time step].
     #[arg(long, value_name = "M/S", value_parser = values::number, allow_hyphen_values = true)]
     pub rebound_speed: Option<f64>,
-    /// Mass, kg, 1e-9 to 1e9 [default: 10].
-    #[arg(long, help_heading = "Body and ground, without a file",
-        value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
-    pub mass: Option<f64>,
-    /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal), nine (the
-    /// matrix by rows), or `solid` for a box of uniform density.
-    ///
-    /// A principal moment is 1e-6 to 1e6 times mass × length², where length is the largest distance
-    /// of a corner from its axis [default: 0.01].
-    #[arg(long, help_heading = "Body and ground, without a file",
-        value_name = "I", value_parser = values::inertia, allow_hyphen_values = true)]
-    pub inertia: Option<InertiaValue>,
-    /// Sides of the box, m, 2e-6 to 2e4: one number (a cube) or three, along the body's axes
-    /// [default: 2].
-    #[arg(long = "box", help_heading = "Body and ground, without a file",
-        value_name = "L", value_parser = values::sides, allow_hyphen_values = true)]
-    pub sides: Option<Vector3<f64>>,
-    /// Ground: a slope in degrees, falling towards +x, or a normal and optionally the plane's
-    /// distance from the origin along it, m [default: 0].
-    #[arg(long, help_heading = "Body and ground, without a file",
-        value_name = "DEGREES|NX,NY,NZ[,D]", value_parser = values::plane, allow_hyphen_values = true)]
-    pub plane: Option<Plane>,
-    /// External force, N, −1e9 to 1e9, world.
-    ///
-    /// Constant, or repeated as T:X,Y,Z for each knot and linear between the times T in s [default:
-    /// none].
-    #[arg(long, help_heading = "Body and ground, without a file",
-        value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
-    pub force: Vec<LoadKnot>,
-    /// External torque, N m, −1e9 to 1e9, body frame; same form as --force [default: none].
-    #[arg(long, help_heading = "Body and ground, without a file",
-        value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
-    pub torque: Vec<LoadKnot>,
-    /// Point of action of the external force, m, −1e4 to 1e4, body frame, from the centre of mass
-    /// [default: 0,0,0].
-    #[arg(long, help_heading = "Body and ground, without a file",
-        value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
-    pub force_at: Option<Vector3<f64>>,
     /// Gravity, m/s², −1000 to 1000: one number (downwards) or the vector X,Y,Z [default: drop
     /// 9.81, floating 0].
     #[arg(long, value_name = "G|X,Y,Z", value_parser = values::gravity, allow_hyphen_values = true)]
@@ -157,13 +118,6 @@ impl PhysicsArgs {
             ("mu", self.mu.is_some()),
             ("restitution", self.restitution.is_some()),
             ("rebound-speed", self.rebound_speed.is_some()),
-            ("mass", self.mass.is_some()),
-            ("inertia", self.inertia.is_some()),
-            ("box", self.sides.is_some()),
-            ("plane", self.plane.is_some()),
-            ("force", !self.force.is_empty()),
-            ("torque", !self.torque.is_empty()),
-            ("force-at", self.force_at.is_some()),
             ("gravity", self.gravity.is_some()),
         ];
         flags.into_iter().filter(|(_, given)| *given).map(|(name, _)| name).collect()

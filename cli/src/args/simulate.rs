@@ -1,18 +1,20 @@
 //! Arguments of a simulation.
 
 use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
-use crate::values;
+use crate::outcome::Failure;
+use crate::values::{self, LoadKnot};
 use clap::Args;
 use nalgebra::Vector3;
 use std::net::SocketAddr;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tumble_scene::AttitudeEntry;
+use tumble_core::world::Plane;
 use tumble_scene::choices::{DetectionName, OnFailure, Preset, SceneName, SolverName, StartFrame};
 use tumble_scene::output::tables::Table;
 use tumble_scene::overrides::FieldOverride;
 use tumble_scene::row_selection::{RowSelection, TableForm};
+use tumble_scene::{AttitudeEntry, InertiaValue};
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
@@ -32,7 +34,12 @@ pub struct SimulateArgs {
     pub output: OutputArgs,
     #[command(flatten, next_help_heading = "Pictures")]
     pub pictures: PictureArgs,
+    #[command(flatten, next_help_heading = CUBE)]
+    pub cube: CubeArgs,
 }
+
+/// Heading of the flags in [`CubeArgs`].
+pub const CUBE: &str = "The tutorial's cube, without a file";
 
 /// Scene and solver of a simulation.
 #[derive(Debug, Args)]
@@ -43,8 +50,6 @@ pub struct SetupArgs {
     pub solver: SolverArgs,
     #[command(flatten, next_help_heading = "Constants, instead of the scene's")]
     pub physics: PhysicsArgs,
-    #[command(flatten, next_help_heading = "Start, without a file")]
-    pub start: StartArgs,
     #[command(flatten, next_help_heading = "Robot files")]
     pub robot: RobotArgs,
 }
@@ -60,9 +65,6 @@ pub struct SceneArgs {
     /// Same as SCENE.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "file"], hide = true)]
     scenario: Option<PathBuf>,
-    /// Scene of the tutorial instead of a file [default: drop].
-    #[arg(id = "scene", long = "scene", value_enum, value_name = "NAME")]
-    pub tutorial: Option<SceneName>,
     /// Number of rows, one more than steps, 1 to 10000000 [default: drop 1000, floating 1200].
     #[arg(short, long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
     pub steps: Option<u64>,
@@ -90,9 +92,43 @@ impl SceneArgs {
     }
 }
 
-/// Initial state.
+/// Scene of the tutorial: its body, ground, load and initial state.
 #[derive(Debug, Args)]
-pub struct StartArgs {
+pub struct CubeArgs {
+    /// Scene of the tutorial instead of a file [default: drop].
+    #[arg(id = "scene", long = "scene", value_enum, value_name = "NAME")]
+    pub tutorial: Option<SceneName>,
+    /// Mass, kg, 1e-9 to 1e9 [default: 10].
+    #[arg(long, value_name = "KG", value_parser = values::number, allow_hyphen_values = true)]
+    pub mass: Option<f64>,
+    /// Inertia, kg m², body frame: one number (times the unit matrix), three (diagonal), nine (the
+    /// matrix by rows), or `solid` for a box of uniform density.
+    ///
+    /// A principal moment is 1e-6 to 1e6 times mass × length², where length is the largest distance
+    /// of a corner from its axis [default: 0.01].
+    #[arg(long, value_name = "I", value_parser = values::inertia, allow_hyphen_values = true)]
+    pub inertia: Option<InertiaValue>,
+    /// Sides of the box, m, 2e-6 to 2e4: one number (a cube) or three, along the body's axes
+    /// [default: 2].
+    #[arg(long = "box", value_name = "L", value_parser = values::sides, allow_hyphen_values = true)]
+    pub sides: Option<Vector3<f64>>,
+    /// Ground: a slope in degrees, falling towards +x, or a normal and optionally the plane's
+    /// distance from the origin along it, m [default: 0].
+    #[arg(long, value_name = "DEGREES|NX,NY,NZ[,D]", value_parser = values::plane, allow_hyphen_values = true)]
+    pub plane: Option<Plane>,
+    /// External force, N, −1e9 to 1e9, world.
+    ///
+    /// Constant, or repeated as T:X,Y,Z for each knot and linear between the times T in s [default:
+    /// none].
+    #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
+    pub force: Vec<LoadKnot>,
+    /// External torque, N m, −1e9 to 1e9, body frame; same form as --force [default: none].
+    #[arg(long, value_name = "[T:]X,Y,Z", value_parser = values::load_knot, allow_hyphen_values = true)]
+    pub torque: Vec<LoadKnot>,
+    /// Point of action of the external force, m, −1e4 to 1e4, body frame, from the centre of mass
+    /// [default: 0,0,0].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub force_at: Option<Vector3<f64>>,
     /// Initial position of the centre of mass, m, −1e6 to 1e6 [default: drop 0,0,2.5, floating
     /// 0,0,3].
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
@@ -238,6 +274,9 @@ pub struct OutputArgs {
     /// Print no progress bar and no summary.
     #[arg(short, long)]
     pub quiet: bool,
+    /// Print the summary as one JSON object: run.json without `model` and `checksums`, and `notes`.
+    #[arg(long, conflicts_with = "live")]
+    pub json: bool,
 }
 
 /// Pictures of a run.
@@ -282,25 +321,19 @@ impl SimulateArgs {
         let OutputArgs { every, tables, all_contacts, compact, .. } = &self.output;
         let rows = [("every", every.is_some()), ("tables", tables.is_some())];
         let flags = [&rows[..], &[("all-contacts", *all_contacts), ("compact", *compact)]].concat();
-        self.setup.given().into_iter().chain(names_of_set(&flags)).collect()
+        [self.setup.given(), self.cube.given(), names_of_set(&flags)].concat()
     }
 }
 
 impl SetupArgs {
     /// Names of the settings flags that are set.
     pub fn given(&self) -> Vec<&'static str> {
-        let Self { scene, start, solver, .. } = self;
+        let Self { scene, solver, .. } = self;
         let flags = [
             ("steps", scene.steps.is_some()),
             ("start-index", scene.start_index.is_some()),
             ("seed", scene.seed.is_some()),
             ("set", !scene.overrides.is_empty()),
-            ("position", start.position.is_some()),
-            ("height", start.height.is_some()),
-            ("attitude", start.attitude.is_some()),
-            ("velocity", start.velocity.is_some()),
-            ("spin", start.spin.is_some()),
-            ("frame", start.frame.is_some()),
             ("solver", solver.solver.is_some()),
             ("preset", solver.preset.is_some()),
             ("detection", solver.detection.is_some()),
@@ -312,6 +345,42 @@ impl SetupArgs {
         ];
         let robot = names_of_set(&self.robot.settings().given());
         names_of_set(&flags).into_iter().chain(robot).chain(self.physics.given()).collect()
+    }
+}
+
+impl CubeArgs {
+    /// Names of the changes of the cube that are set.
+    pub fn given(&self) -> Vec<&'static str> {
+        names_of_set(&[
+            ("mass", self.mass.is_some()),
+            ("inertia", self.inertia.is_some()),
+            ("box", self.sides.is_some()),
+            ("plane", self.plane.is_some()),
+            ("force", !self.force.is_empty()),
+            ("torque", !self.torque.is_empty()),
+            ("force-at", self.force_at.is_some()),
+            ("position", self.position.is_some()),
+            ("height", self.height.is_some()),
+            ("attitude", self.attitude.is_some()),
+            ("velocity", self.velocity.is_some()),
+            ("spin", self.spin.is_some()),
+            ("frame", self.frame.is_some()),
+        ])
+    }
+
+    /// Refuses these flags with a scene file, and names the field to set.
+    pub fn refuse_with_file(&self) -> Result<(), Failure> {
+        let Some(flag) = self.given().first().copied() else { return Ok(()) };
+        let field = match flag {
+            "plane" => "ground.slope",
+            "force" | "torque" => &*format!("bodies.NAME.load.{flag}"),
+            "force-at" => "bodies.NAME.load.at",
+            "height" => "bodies.NAME.position",
+            _ => &*format!("bodies.NAME.{flag}"),
+        };
+        let why =
+            format!("it changes the tutorial's cube; write --set {field}=VALUE for a scene file");
+        Err(Failure::setting(flag, why))
     }
 }
 

@@ -69,7 +69,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let out = OutputDirectory::for_run(&args.out, claims)?;
     let mut reporter = StderrReporter::new(args.quiet);
     if let Some(note) = note {
-        reporter.say(&format!("{note}\n"));
+        reporter.note(&note);
     }
     let Some((plan, costs)) = search(args, &file, &stages, &start, &interrupt)? else {
         reporter.say("interrupted before the first run was complete; nothing is written\n");

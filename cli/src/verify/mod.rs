@@ -30,6 +30,8 @@ struct VerifyFindings {
     wild: u64,
     inexact: u64,
     differing: u64,
+    /// True if the last row, which has no step, differs.
+    end_differs: bool,
     largest_overlap: f64,
     /// Worst steps: first those that differ from the files, then by residual.
     worst: Vec<Verified>,
@@ -111,7 +113,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         reader.join().unwrap_or_else(|panic| resume_unwind(panic))
     })?;
     if let Some(end) = previous.and_then(|end| judge.end(&end, follows)) {
-        findings.differing += 1;
+        findings.end_differs = true;
         findings.keep(end, args.worst);
     }
     report(&recording, &judge, &findings, &counts, StderrReporter::new(args.quiet))
@@ -202,8 +204,9 @@ fn report(
         let count = findings.substepped;
         let _ = writeln!(text, "  taken in shorter steps without rows: {count}");
     }
-    let differing = findings.differing;
-    let _ = writeln!(text, "  steps that differ from their rows: {differing}");
+    let (differing, end_differs) = (findings.differing, findings.end_differs);
+    let and_end = if end_differs { ", and the last row" } else { "" };
+    let _ = writeln!(text, "  steps that differ from their rows: {differing}{and_end}");
     let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
     if !recording.world.joints().is_empty() {
         let _ = writeln!(text, "  joints, as recorded: {}", counts.joints());
@@ -238,13 +241,15 @@ fn report(
         };
     }
     reporter.say(&text);
-    reporter.end(if differing > 0 || !differences.is_empty() || !changed.is_empty() {
-        Outcome::Mismatch
-    } else if findings.failed + findings.inexact + between > 0 {
-        Outcome::Unconverged
-    } else {
-        Outcome::Done
-    })
+    reporter.end(
+        if differing > 0 || end_differs || !differences.is_empty() || !changed.is_empty() {
+            Outcome::Mismatch
+        } else if findings.failed + findings.inexact + between > 0 {
+            Outcome::Unconverged
+        } else {
+            Outcome::Done
+        },
+    )
 }
 
 #[cfg(test)]

@@ -305,3 +305,129 @@ fn an_inline_table_written_as_a_list_is_refused() {
     .unwrap();
     assert_eq!(run_in(directory.path(), &["check", "table.toml"]).code, Some(0));
 }
+
+/// Each of these scenes is valid, and has something that is probably meant otherwise.
+#[test]
+fn probable_mistakes_are_noted() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let body = "steps = 3\n[ground]\nfriction = 0.5\n[[bodies]]\nname = \"plate\"\nbox = [0.2, 0.2, 0.02]\nmass = 1.0\n\
+                position = [0, 0, 2]\n";
+    let hinge = "[[joints]]\nname = \"elbow\"\ntype = \"revolute\"\nbodies = [\"plate\"]\naxis = [0, 1, 0]\nanchor = [0, 0, 2]\n";
+    let ball = "[[bodies]]\nname = \"truck\"\nsphere = 0.2\nposition = [3, 0, 2]\n";
+    let cases = [
+        (format!("gravity = [0, 0, 9.81]\n{body}"), "gravity points away from the ground"),
+        (format!("{body}{hinge}limits = [-90, 45.5]\n"), "angles of elbow look like degrees"),
+        (
+            format!(
+                "{body}{hinge}[[motors]]\njoint = \"elbow\"\nposition = 30\nstiffness = 1.0\nmax_force = 1.0\n"
+            ),
+            "angles of elbow look like degrees",
+        ),
+        (
+            format!("{body}velocity = [0, 0, -20]\n"),
+            "the motion of plate in a step exceeds the body's thickness; use a time step of at most 1.0e-3 s",
+        ),
+        (
+            format!("{body}inertia = [1e-3, 1e-3, 3e-3]\n"),
+            "inertia of plate: a principal moment exceeds",
+        ),
+        (
+            format!("{body}attitude = [0, 0, 0, 1]\n"),
+            "the attitude of plate is a half turn; quaternions are w, x, y, z",
+        ),
+        (
+            format!("{body}{ball}mass = 2e6\n"),
+            "truck of 2000000 kg is 2.0e6 times as heavy as plate of 1 kg",
+        ),
+    ];
+    for (text, note) in cases {
+        fs::write(here.join("scene.toml"), text).unwrap();
+        for (command, prefix) in [("check", "  note         "), ("run", "note: ")] {
+            let end = run_in(here, &[command, "scene.toml"]);
+            let notes = end.stdout.matches("note").count();
+            assert!(
+                end.stdout.contains(&format!("{prefix}{note}")) && notes == 1,
+                "{note}: {end:?}"
+            );
+        }
+    }
+    // Two turns of a wheel in rad, a half turn by an axis, a plate, and a slower speed.
+    let plain = format!(
+        "{body}velocity = [0, 0, -9]\ninertia = [1e-3, 1e-3, 2e-3]\n\
+         attitude = {{ axis = [0, 0, 1], degrees = 180 }}\n{hinge}limits = [-12.566, 3.0]\n{ball}mass = 1e6\n"
+    );
+    fs::write(here.join("scene.toml"), plain).unwrap();
+    let end = run_in(here, &["run", "scene.toml"]);
+    assert!(end.code == Some(0) && !end.stdout.contains("note"), "{end:?}");
+}
+
+/// The summary of `--json` is run.json without its model, and has the notes.
+#[test]
+fn a_summary_can_be_json() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let end =
+        run_in(here, &["--solver", "native", "-s", "5", "--gravity=-9.81", "--html", "--json"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let summary: serde_json::Value = serde_json::from_str(&end.stdout).unwrap();
+    let text = fs::read_to_string(here.join("out/run.json")).unwrap();
+    let file: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for field in ["outcome", "summary", "files", "largest_overlap_m"] {
+        assert_eq!(summary[field], file[field], "{field}");
+    }
+    assert!(summary["model"].is_null() && summary["checksums"].is_null());
+    assert!(summary["notes"][0].as_str().unwrap().contains("gravity points away"));
+    assert!(here.join("out/view.html").is_file());
+}
+
+/// The help begins with what a scene takes. Flags of the tutorial's cube are last, and a file is
+/// answered with the field that sets the same.
+#[test]
+fn flags_of_the_cube_are_under_a_heading_at_the_end() {
+    for command in ["run", "check"] {
+        let help = run(&[command, "-h"]).stdout;
+        let place = |text: &str| help.find(text).unwrap_or_else(|| panic!("{command}: {text}"));
+        let cube = place("The tutorial's cube, without a file:");
+        for flag in ["--plane", "--mass", "--box", "--height", "--scene"] {
+            assert!(place(flag) > cube, "{command} {flag}");
+        }
+        for flag in ["[SCENE]", "--set", "--mu", "--solver"] {
+            assert!(place(flag) < cube, "{command} {flag}");
+        }
+    }
+    let slope = Path::new(crate::ROOT).join("scenarios/slope.toml");
+    let slope = slope.to_str().unwrap();
+    run(&["run", slope, "--plane", "60"])
+        .assert_refused(2, &["--plane", "--set ground.slope=VALUE"]);
+    run(&["check", slope, "--mass", "6"])
+        .assert_refused(2, &["--mass", "--set bodies.NAME.mass=VALUE"]);
+}
+
+#[test]
+fn files_of_other_programs_are_answered_with_a_remedy() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    for (name, remedy) in [
+        ("part.STEP", "export the part as .stl"),
+        ("part.ply", "save it as .stl or .obj"),
+        ("part.glb", "save it as .stl or .obj"),
+        ("part.stl", "`tumble convert` makes a scene of it"),
+    ] {
+        fs::write(here.join(name), [0xff, 0xfe, 0]).unwrap();
+        run_in(here, &["run", name]).assert_refused(2, &[name, remedy]);
+        let text = format!(
+            "[ground]\nfriction = 0.5\n[[bodies]]\nmesh = \"{name}\"\nmass = 1.0\nposition = [0, 0, 1]\n"
+        );
+        fs::write(here.join("scene.toml"), text).unwrap();
+        if !name.ends_with("stl") {
+            run_in(here, &["convert", name, "out.toml"])
+                .assert_refused(2, &[name, "`tumble convert`"]);
+            run_in(here, &["run", "scene.toml"])
+                .assert_refused(2, &[name, ".obj or .stl", "export"]);
+        }
+    }
+    fs::write(here.join("robot.urdf"), b"<robot name=\"gr\xfcn\"/>").unwrap();
+    run_in(here, &["run", "robot.urdf"])
+        .assert_refused(2, &["robot.urdf", "not UTF-8", "save it as UTF-8"]);
+}

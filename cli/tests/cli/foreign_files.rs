@@ -148,3 +148,33 @@ fn exported_problems_do_not_replace_what_is_there() {
     assert_eq!(end.code, Some(0), "{end:?}");
     assert!(!mine.exists(), "all in the folder is solved as one run's");
 }
+
+/// Commands replace their own pictures and scenarios, and nothing else.
+#[test]
+fn single_files_replace_only_their_own_kind() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    assert_eq!(simulate_in(here, &[]).code, Some(0));
+    let [out, toml] =
+        [here, &here.join("scene.toml")].map(|path| path.to_str().unwrap().to_owned());
+    let slope = Path::new(crate::ROOT).join("scenarios/slope.toml");
+    let slope = slope.to_str().unwrap();
+    for (args, name, foreign) in [
+        (vec!["view", &out], "view.html", "<!doctype html>\n<title>mine</title>"),
+        (vec!["plot", &out], "plot.svg", "<?xml version=\"1.0\"?>"),
+        (vec!["plot", &out], "plot-energy.png", "mine"),
+        (vec!["gif", &out], "animation.gif", "mine"),
+        (vec!["convert", slope, &toml], "scene.toml", "name = \"mine\""),
+    ] {
+        let file = here.join(name);
+        fs::remove_file(&file).ok();
+        fs::write(&file, foreign).unwrap();
+        run(&args).assert_refused(2, &[name, "not written by tumble", "move it"]);
+        assert_eq!(fs::read_to_string(&file).unwrap(), foreign, "{name}");
+        fs::write(&file, "").unwrap();
+        for _ in 0..2 {
+            assert_eq!(run(&args).code, Some(0), "{name}");
+            assert!(fs::metadata(&file).unwrap().len() > 100, "{name}");
+        }
+    }
+}

@@ -384,6 +384,11 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
     ("speed = -2.0", "speed = -2.0\nstiffness = 1.0", &["(shoulder).stiffness", "no meaning"]),
     ("speed = -2.0", "position = 1.0", &["motors[0] (shoulder).stiffness", "required"]),
     ("type = \"spherical\"", "type = \"ball\"", &["(ball).cone", "required"]),
+    (
+        "type = \"spherical\"",
+        "type = \"universal\"",
+        &["(ball).attitude: a rotation", "`attitude_a`"],
+    ),
     ("type = \"spherical\"", "type = \"spherical\"\ncone = 0.5", &["(ball).cone", "no meaning"]),
     (
         "type = \"spherical\"",

@@ -138,7 +138,13 @@ fn a_mesh_is_converted_to_a_scene_of_hulls() {
         |out: &str| run_in(&directory, &[&["convert", "ring.obj", out][..], &flags].concat());
     let end = convert("one.toml");
     assert_eq!(end.code, Some(0), "{end:?}");
-    for words in ["ring.obj: ", " pieces with ", " of the mesh's", " m outside it", "wrote "] {
+    for words in [
+        "ring.obj: 0.26 × 0.26 × 0.06 m, ",
+        " pieces with ",
+        " of the mesh's",
+        " m outside it",
+        "wrote ",
+    ] {
         assert!(end.stdout.contains(words), "{words}: {}", end.stdout);
     }
     assert_eq!(convert("two.toml").code, Some(0));
@@ -212,4 +218,33 @@ fn wrong_flags_of_a_conversion_are_refused() {
     let robot = Path::new(ROOT).join("data/robots/arm.urdf");
     let args = ["convert", robot.to_str().unwrap(), "out.toml", "--density", "100"];
     run(&args).assert_refused(2, &["--density", "mesh"]);
+}
+
+/// A part of 26 m is asked about its unit. A run and a check say how far the pieces are off.
+#[test]
+fn sizes_and_deviations_of_parts_are_reported() {
+    let scene = "[ground]\nfriction = 0.5\n[[fixed]]\nmesh = \"ring.obj\"\ndecompose = { resolution = 32 }\n\
+                 [[bodies]]\nsphere = 0.4\nmass = 1.0\nposition = [0, 0, 3]\n";
+    let directory = folder(scene);
+    let end = run_in(
+        &directory,
+        &["convert", "ring.obj", "large.toml", "--scale", "10", "--density", "2"],
+    );
+    for words in ["ring.obj: 26 × 26 × 6 m, ", "is the file in millimetres? Then add --scale 0.001"]
+    {
+        assert!(end.stdout.contains(words), "{words}: {}", end.stdout);
+    }
+    let end = run_in(
+        &directory,
+        &["convert", "ring.obj", "small.toml", "--scale", "0.1", "--density", "2"],
+    );
+    assert!(!end.stdout.contains("millimetres"), "{}", end.stdout);
+    for command in ["check", "run"] {
+        let end = run_in(&directory, &[command, "scene.toml", "--steps", "3"]);
+        assert!(
+            end.stdout.contains("ring.obj: its pieces reach up to "),
+            "{command}: {}",
+            end.stdout
+        );
+    }
 }

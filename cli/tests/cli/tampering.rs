@@ -294,7 +294,11 @@ fn missing_table_or_run_file_is_named() {
     // Another mass changes every step.
     let json = files()[3].replacen("\"mass\": 2.0", "\"mass\": 3.0", 1);
     fs::write(directory.path().join("run.json"), json).unwrap();
-    assert_eq!(verify(directory.path()).code, Some(1));
+    let end = verify(directory.path());
+    assert_eq!(end.code, Some(1));
+    let steps = files()[2].lines().count() - 2;
+    let counted = format!("steps that differ from their rows: {steps}, and the last row\n");
+    assert!(end.stdout.contains(&counted), "{end:?}");
 }
 
 /// The model is only in run.json. Every command names a missing or broken run.json.

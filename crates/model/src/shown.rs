@@ -43,6 +43,11 @@ pub fn number(value: f64) -> String {
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
+/// Four digits of a number of any size.
+pub fn rounded(value: f64) -> String {
+    format!("{value:.3e}").parse().map_or_else(|_| String::new(), number)
+}
+
 /// True if `text` can be a title: one non-empty line of at most 80 characters.
 pub fn is_name(text: &str) -> bool {
     !text.is_empty() && text.chars().count() <= 80 && !text.chars().any(char::is_control)

@@ -166,7 +166,8 @@ impl Reading<'_> {
     /// Reads a text file.
     fn text(&self, name: &str, most: u64) -> Result<String, String> {
         let bytes = self.bytes(name, most)?;
-        String::from_utf8(bytes).map_err(|_| format!("{}: it is not text", shown::line(name)))
+        String::from_utf8(bytes)
+            .map_err(|_| format!("{}: it is not UTF-8 text; save it as UTF-8", shown::line(name)))
     }
 }
 

@@ -19,6 +19,7 @@ pub mod joints_summary;
 pub mod label;
 mod locks;
 mod naming;
+mod notes;
 pub mod output;
 pub mod overrides;
 pub mod row_selection;
@@ -74,6 +75,26 @@ pub fn read_mesh(path: &Path, scale: f64, read: ReadFile<'_>) -> Result<Mesh, Fa
     })?;
     let files = bodies::entries::Files { folder: Path::new(""), read };
     bodies::entries::read_mesh(&files, name, scale).map_err(Failure::Input)
+}
+
+/// Ending of a file in lower case; empty without one.
+pub(crate) fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+}
+
+/// Remedy for a file that is neither a scene nor a robot, by its ending.
+#[must_use]
+pub fn remedy(path: &Path) -> Option<&'static str> {
+    match &*ending(path) {
+        "obj" | "stl" => Some("it is a mesh; `tumble convert` makes a scene of it"),
+        "step" | "stp" | "iges" | "igs" | "fcstd" | "sldprt" => {
+            Some("CAD files are not read; export the part as .stl, then use `tumble convert`")
+        }
+        "ply" | "glb" | "gltf" | "dae" | "3mf" | "off" | "fbx" | "msh" => Some(
+            "this mesh format is not read here; save it as .stl or .obj, then use `tumble convert`",
+        ),
+        _ => None,
+    }
 }
 
 /// True if the file is a robot's: its extension is `urdf` or `xml`, or the text begins as XML.

@@ -99,7 +99,7 @@ impl Scene {
 }
 
 /// List of the first names and the number of the others.
-fn counted(mut names: Vec<String>) -> String {
+pub fn counted(mut names: Vec<String>) -> String {
     let more = names.len().saturating_sub(MOST_NAMED);
     names.truncate(MOST_NAMED);
     match (more, names.split_last()) {

@@ -10,13 +10,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::contact::Partner;
 use tumble_core::error::Error;
-use tumble_core::geometry::terrain::TerrainShape;
 use tumble_core::joint::{Course, Knots};
 use tumble_core::mechanics::{Load, State};
 use tumble_core::simulation::{Motion, Simulation};
 use tumble_core::world::{Integrator, World};
 use tumble_model::Model;
-use tumble_model::TerrainModel;
 use tumble_model::failure::Failure;
 
 /// Bodies, collision geometry, initial states and solver of a simulation.
@@ -55,6 +53,8 @@ pub struct Scene {
     pub contact: Option<SolverChoice>,
     /// Robots read from files, with the indices of their bodies and joints in the scene.
     pub robots: Vec<tumble_robot::Assembled>,
+    /// Notes on decomposed meshes of its file.
+    pub file_notes: Vec<String>,
     /// Constants of the bodies and initial states in the form of run.json.
     pub model: Model,
     /// True if a run also writes trajectory.csv: the tutorial's scenes and its preset.
@@ -66,23 +66,6 @@ impl Scene {
     pub fn use_integrator(&mut self, integrator: Integrator) {
         (self.model.integrator, self.model.accuracy) = (integrator, None);
         self.world = self.world.clone().without_accuracy().with_integrator(integrator);
-    }
-
-    /// Warnings, one sentence each: ignored parts of robot files, axes locked by several joints, and
-    /// gravity that points away from the ground.
-    #[must_use]
-    pub fn notes(&self) -> Vec<String> {
-        let joints = self.notes_on_joints();
-        let of_robots = self.robots.iter().flat_map(|robot| robot.robot().notes.clone());
-        let of_terrains = self.model.terrains.iter().filter_map(note_on_terrain);
-        of_robots.chain(of_terrains).chain(joints).chain(self.note_on_gravity()).collect()
-    }
-
-    fn note_on_gravity(&self) -> Option<String> {
-        let rises = self.world.ground()?.normal().dot(self.world.gravity()) > 0.0;
-        rises.then(|| {
-            "gravity points away from the ground; a positive number points down".to_owned()
-        })
     }
 
     /// World at step `index`, with the frames of prescribed motions at their places.
@@ -231,15 +214,4 @@ impl Scene {
         };
         named.map_or("the ground", String::as_str)
     }
-}
-
-/// Note on vertices of a file that were joined.
-fn note_on_terrain(model: &TerrainModel) -> Option<String> {
-    let TerrainShape::Mesh(surface) = model.terrain.shape() else { return None };
-    let (name, count) = (&model.name, surface.joined());
-    (count > 0).then(|| {
-        format!(
-            "{name}: {count} vertices on borders are joined to others within 1e-6 of its extent"
-        )
-    })
 }

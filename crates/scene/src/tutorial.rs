@@ -48,31 +48,6 @@ pub struct CubeChanges {
     pub frame: Option<StartFrame>,
 }
 
-impl CubeChanges {
-    /// Rejects all changes: `place` describes a scene that is not the tutorial's.
-    ///
-    /// # Errors
-    /// The first change.
-    pub fn refuse(&self, place: &str) -> Result<(), Failure> {
-        let flags = [
-            ("mass", self.mass.is_some()),
-            ("inertia", self.inertia.is_some()),
-            ("box", self.sides.is_some()),
-            ("plane", self.plane.is_some()),
-            ("force", self.force.is_some()),
-            ("torque", self.torque.is_some()),
-            ("force-at", self.force_at.is_some()),
-            ("position", self.position.is_some()),
-            ("height", self.height.is_some()),
-            ("attitude", self.attitude.is_some()),
-            ("velocity", self.velocity.is_some()),
-            ("spin", self.spin.is_some()),
-            ("frame", self.frame.is_some()),
-        ];
-        refuse_flags(place, &flags)
-    }
-}
-
 /// Names of the changes of a scene.
 struct Changed(Vec<String>);
 

@@ -11,6 +11,9 @@ use tumble_model::joint::{CourseModel, JointModel};
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::{BodyModel, FixedModel, Model, PartnerModel};
 
+/// First line of a scenario file that may be replaced.
+pub const HEAD: &str = "# Written by tumble, which may replace this file.\n";
+
 /// Scenario file that reproduces this scene except for its solver; numbers are exact.
 ///
 /// # Errors

@@ -10,6 +10,10 @@ from pathlib import Path
 from ._tumble import TumbleError, listed_files
 
 
+_TEXT_HEAD, _BINARY_HEAD = 31, 6
+"""Number of first bytes that tell files of tumble from others."""
+
+
 def written(path: Path, content: bytes) -> Path:
     """Writes a file under a temporary name and renames it. Errors name the final file."""
     handle = None
@@ -32,6 +36,18 @@ def written(path: Path, content: bytes) -> Path:
         os.unlink(temporary)
         raise
     return path
+
+
+def replaced(path: Path, content: bytes) -> Path:
+    """Writes a file as ``written``. An existing file must begin as the new one."""
+    size = _TEXT_HEAD if content[:1] in (b"<", b"#") else _BINARY_HEAD
+    begin = b""
+    if path.is_file():
+        with open(path, "rb") as stream:
+            begin = stream.read(size)
+    if begin and begin != content[:size]:
+        raise TumbleError(f"{path} was not written by tumble; move it, or choose another name")
+    return written(path, content)
 
 
 @contextlib.contextmanager

@@ -71,6 +71,9 @@ class Comparison:
             ),
         ]
 
+    def __str__(self) -> str:
+        return self.table()
+
     def table(self) -> str:
         """Text table."""
         lines = [f"{'':<28}{'MuJoCo':>12}{'hard':>12}"]

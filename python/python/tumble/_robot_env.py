@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -96,6 +98,8 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": max(1, round(1.0 / self.dt))}
         self._window = Window("tumble", self.metadata["render_fps"]) if render_mode == "human" else None
+        if type(self).judge is RobotEnv.judge:
+            warnings.warn("every reward is 0: define judge in a subclass of RobotEnv", stacklevel=2)
         self._prefix = robot
         self.simulation: Simulation = self.scene.simulate()
         floats = bool(self.robot._core.joint_list) and self.robot._core.joint_list[0][1] == "free"
@@ -343,6 +347,15 @@ def _shared(env: RobotEnv) -> Info:
     return {**{name: getattr(env, name) for name in names}, "list of actions": env.actions.names}
 
 
+def _loaded(file: Location, reading: Mapping[str, Any]) -> Scene:
+    """Scene of a file, with warnings unless it is a known model, of Gymnasium."""
+    if not Path(file).is_relative_to(Path(gymnasium.__file__).parent):
+        return load(file, **reading)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return load(file, **reading)
+
+
 def _scene(file: Any, substeps: int, reading: Mapping[str, Any]) -> Scene:
     """Scene of ``file`` with its time step divided by ``substeps``."""
     if isinstance(file, Scene):
@@ -351,7 +364,7 @@ def _scene(file: Any, substeps: int, reading: Mapping[str, Any]) -> Scene:
             raise TumbleError(f"{', '.join(given)}: the scene is read already; give them to tumble.load")
         scene = file
     else:
-        scene = load(file, **reading)
+        scene = _loaded(file, reading)
     if substeps == 1:
         return scene
     text, path, settings = scene._source

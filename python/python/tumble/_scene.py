@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from ._checks import name_list, tables, whole
 from ._core import core_property
-from ._files import written
+from ._files import replaced
 from ._query import Queries
 from ._toml import document
-from ._tumble import CoreRobot, CoreScene, TumbleError, name_hint
+from ._tumble import SCENE_HEAD, CoreScene, TumbleError, name_hint, remedy
 from ._types import ByJoint, Fields, Floats, Location
 
 if TYPE_CHECKING:
@@ -221,7 +221,9 @@ class Scene(Queries):
                 f"{', '.join(given)} of this scene were given as keywords; write them into its file, and load that"
             )
         Scene.from_text(text, path)
-        return written(Path(path), text.encode())
+        if not text.lstrip().startswith(("<", SCENE_HEAD)):
+            text = SCENE_HEAD + text
+        return replaced(Path(path), text.encode())
 
     def _with_model(self, model: str, index: int) -> Scene:
         """Scene with the bodies of a simulation's model at step ``index``."""
@@ -352,11 +354,9 @@ def _checked(name: str, value: Any) -> Any:
 
 
 def _warn(scene: Scene) -> None:
-    """Warns of all deviations from the robot files of a scene. The caller's caller is named."""
-    for index in range(len(scene.robots)):
-        robot = CoreRobot(scene._core, index)
-        for note in robot.notes:
-            warnings.warn(f"{robot.prefix}{robot.name}: {note}", stacklevel=3)
+    """Warns of all notes on a scene. The caller's caller is named."""
+    for note in scene._core.notes:
+        warnings.warn(note, stacklevel=3)
 
 
 def load(path: Location, **settings: Unpack[Settings]) -> Scene:
@@ -382,7 +382,7 @@ def load(path: Location, **settings: Unpack[Settings]) -> Scene:
     - ``point_contacts``: True replaces the torsional and rolling friction of condim 4 and 6
       by sliding friction.
 
-    Deviations from a robot's file are warnings; ``robot.notes`` has them too.
+    Probable mistakes and deviations from a robot's file are warnings; ``robot.notes`` has the latter too.
 
     Raises TumbleError for an unreadable file and for an invalid scene.
     """
@@ -390,6 +390,8 @@ def load(path: Location, **settings: Unpack[Settings]) -> Scene:
         path = os.fsdecode(path)
     except TypeError:
         raise TumbleError(f"path is {path!r}; the path of a scenario or a robot's file is needed") from None
+    if why := remedy(path):
+        raise TumbleError(f"{path}: {why}")
     most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
     try:
         with open(path, "rb") as stream:
@@ -402,7 +404,7 @@ def load(path: Location, **settings: Unpack[Settings]) -> Scene:
     try:
         text = content.decode()
     except UnicodeDecodeError:
-        raise TumbleError(f"{path}: cannot be read as a scenario: it is not UTF-8 text") from None
+        raise TumbleError(f"{path}: cannot be read as a scenario: it is not UTF-8 text; save it as UTF-8") from None
     scene = Scene.from_text(text, path, **settings)
     _warn(scene)
     return scene

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ._arrays import numbers
 from ._checks import made, room, whole
 from ._core import core_property
-from ._files import written
+from ._files import replaced
 from ._names import ByName, unknown
 from ._progress import callback
 from ._query import Queries
@@ -138,7 +138,7 @@ class Simulation(Queries):
         It includes turns of joints, targets and gains of robots, but not the scene: see
         restore.
         """
-        return written(Path(path), self._saved())
+        return replaced(Path(path), self._saved())
 
     def _saved(self) -> bytes:
         """Content of the file of save."""

@@ -15,7 +15,10 @@ from ._tumble import TumbleError
 def document(fields: Mapping[str, Any]) -> str:
     """TOML document of ``fields``, without those that are None."""
     given = {key: value for key, value in fields.items() if value is not None}
-    return "".join(f"{_key(key)} = {_value(key, value)}\n" for key, value in given.items())
+    try:
+        return "".join(f"{_key(key)} = {_value(key, value)}\n" for key, value in given.items())
+    except RecursionError:
+        raise TumbleError("a list or dictionary of the scene contains itself, or is nested too deeply") from None
 
 
 def _key(key: Any) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._arrays import numbers
 from ._checks import made, pandas, real, whole
-from ._files import folder_of_a_run, written
+from ._files import folder_of_a_run, replaced, written
 from ._names import ByName, unknown
 from ._progress import callback
 from ._scene import Scene
@@ -381,7 +381,7 @@ class Trajectory:
         svg = self._recording.svg(sheet, self._body(body))
         if path is None:
             return Picture("image/svg+xml", svg.encode())
-        return written(Path(path), svg.encode() if ends == ".svg" else Recording.png(svg))
+        return replaced(Path(path), svg.encode() if ends == ".svg" else Recording.png(svg))
 
     def gif(
         self,
@@ -410,7 +410,7 @@ class Trajectory:
             raise TumbleError(f"size is {size}; allowed: 100 to 2000")
         view = None if camera is None else camera_of(camera)
         content = self._recording.gif(speed, size, view, bool(dark), callback(progress))
-        return Picture("image/gif", content) if path is None else written(Path(path), content)
+        return Picture("image/gif", content) if path is None else replaced(Path(path), content)
 
     def page(self, other: Trajectory | None = None) -> str:
         """Self-contained HTML page that plays the motion, side by side with ``other``."""
@@ -428,7 +428,7 @@ class Trajectory:
         if path is not None and Path(path).suffix not in (".html", ".htm"):
             raise TumbleError(f"{path}: a name that ends in .html is needed")
         page = self.page(other)
-        return Page(page) if path is None else written(Path(path), page.encode())
+        return Page(page) if path is None else replaced(Path(path), page.encode())
 
     def _body(self, body: Any) -> int:
         names = self.scene.bodies

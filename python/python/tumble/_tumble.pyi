@@ -15,6 +15,7 @@ Surface = tuple[Floats, npt.NDArray[np.uint32], tuple[int, int, int]]
 __version__: str
 has_ipopt: bool
 STATUSES: list[str]
+SCENE_HEAD: str
 PARAMETERS: list[str]
 RESIDUAL_PARTS: list[str]
 
@@ -54,6 +55,8 @@ class CoreScene:
     def near_pairs(self, within: float, excluded: bool) -> list[tuple[str, str, float]]: ...
     @property
     def name(self) -> str: ...
+    @property
+    def notes(self) -> list[str]: ...
     @property
     def seed(self) -> int | None: ...
     @property
@@ -309,6 +312,7 @@ _Inputs = tuple[
 ]
 
 def listed_files(text: str) -> list[str]: ...
+def remedy(path: str) -> str | None: ...
 def rollout(
     inputs: _Inputs,
     threads: int,

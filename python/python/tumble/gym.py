@@ -123,9 +123,12 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     - End: the cube is slow at the target, or lost at 2 m from the origin.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, friction: float = 0.4) -> None:
+    def __init__(self, friction: float = 0.4, render_mode: str | None = None) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise TumbleError(f'render_mode is {render_mode!r}; "rgb_array" or None is needed')
+        self.render_mode = render_mode
         self.scene = scene(friction)
         self.observation_space = _observation_space()
         self.action_space = _action_space()
@@ -155,6 +158,12 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         info = {"unsolved": len(pushed.unsolved), "is_success": bool(there[0])}
         ended = bool(there[0] or lost[0])
         return self._observation(), float(reward[0]), ended, False, info
+
+    def render(self) -> Any:
+        """Image of the cube, (480, 480, 3), or None without the render mode "rgb_array"."""
+        if self.render_mode is None:
+            return None
+        return self.scene.simulate(self._state[np.newaxis]).picture()
 
     def _observation(self) -> Observation:
         row: Observation = _observed(self._state[np.newaxis], self._target[np.newaxis])[0]

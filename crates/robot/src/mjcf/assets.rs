@@ -32,7 +32,7 @@ impl MjcfReader<'_> {
 
     fn read_mesh(&mut self, element: &Element) -> Result<(), String> {
         const READ: [&str; 7] = ["name", "class", "file", "vertex", "face", "scale", "inertia"];
-        const IDLE: [&str; 9] = [
+        const IDLE: [&str; 10] = [
             "normal",
             "texcoord",
             "smoothnormal",
@@ -42,12 +42,16 @@ impl MjcfReader<'_> {
             "needsdf",
             "octree_maxdepth",
             "refpos",
+            "refquat",
         ];
         element.refuse_others(&READ, &IDLE)?;
         let read = self.defaulted(element, "")?;
         let scale = read.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
-        if element.get("refpos").is_some() {
-            return Err(element.wrong("refpos is not supported; move the vertices"));
+        if let Some(name) =
+            ["refpos", "refquat"].into_iter().find(|name| element.get(name).is_some())
+        {
+            let why = format!("{name} is not supported; move and turn the vertices in the file");
+            return Err(element.wrong(why));
         }
         let kinds = [("legacy", 0), ("exact", 1), ("convex", 2), ("shell", 3)];
         let usual = i32::from(self.compiler.exact_meshes);

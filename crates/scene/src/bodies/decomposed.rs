@@ -2,7 +2,7 @@
 
 use super::entries::{Files, FormFields, in_mesh, read_mesh, surface};
 use tumble_core::geometry::MassProperties;
-use tumble_decompose::{DecompositionSettings, decompose};
+use tumble_decompose::{DecompositionSettings, Fit, decompose};
 use tumble_model::shape::{ModelForm, ModelPlace, PlacedForm, SolidModel};
 
 /// Pieces of a mesh, and what is taken from the mesh itself.
@@ -13,7 +13,12 @@ pub struct DecomposedMesh {
     pub solid: SolidModel,
     /// Triangles of the mesh, for pictures.
     pub surface: PlacedForm,
+    /// Note on pieces that reach outside the mesh.
+    pub note: Option<String>,
 }
+
+/// Distance outside the mesh that is rounding, relative to the mesh.
+const ROUNDING: f64 = 1e-9;
 
 impl DecomposedMesh {
     /// Decomposes the mesh of `fields`.
@@ -37,6 +42,14 @@ impl DecomposedMesh {
         }
         let mesh = read_mesh(files, &name, scale)?;
         let pieces = decompose(&mesh, settings).map_err(|error| in_mesh(files, &name, &error))?;
+        let Fit { volume_ratio, outside, .. } =
+            Fit::new(&pieces, &mesh).map_err(|error| in_mesh(files, &name, &error))?;
+        let note = (outside > ROUNDING * mesh.volume().cbrt()).then(|| {
+            format!(
+                "{name}: its pieces reach up to {outside:.1e} m outside it, and their volumes add up \
+                 to {volume_ratio:.4} of the mesh's; a larger `resolution` comes closer"
+            )
+        });
         let here = |form: ModelForm| PlacedForm { form, place: ModelPlace::ORIGIN };
         let pieces = pieces.iter().map(|piece| {
             let corners = piece.core().vertices();
@@ -47,6 +60,7 @@ impl DecomposedMesh {
             pieces: pieces.collect(),
             solid: SolidModel::from_properties(&MassProperties::from_mesh(&mesh)),
             surface: here(surface(&mesh, 0.0)),
+            note,
         })
     }
 }

@@ -370,19 +370,22 @@ pub fn in_mesh(files: &Files<'_>, name: &str, why: &dyn std::fmt::Display) -> St
     format!("mesh: {}: {why}", shown::path(&files.folder.join(name)))
 }
 
+/// Remedy for a mesh in another format.
+pub const NEEDED_MESH: &str =
+    "a file name that ends in .obj or .stl is needed; export the part in one of these formats";
+
 /// Closed mesh of a file.
 pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, String> {
     let path = &files.folder.join(name);
     let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
     let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| invalid(&error))?;
-    let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
-    let mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
-        Some("obj") => {
+    let mesh = match &*crate::ending(path) {
+        "obj" => {
             let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
             parse_obj(&text)
         }
-        Some("stl") => parse_stl(&bytes),
-        _ => return Err(invalid(&"a file name that ends in .obj or .stl is needed")),
+        "stl" => parse_stl(&bytes),
+        _ => return Err(invalid(&NEEDED_MESH)),
     };
     mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| invalid(&error))
 }

@@ -79,7 +79,7 @@ fn scene_from_built(
     mut built: BuiltScene,
 ) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
-    let BuiltScene { model, drawn, .. } = built;
+    let BuiltScene { model, drawn, robots, notes } = built;
     if settings.accuracy.is_some() && settings.integrator() == Integrator::Euler {
         let why = "steps in parts need integrator = \"leapfrog\"; this scene has \"euler\"";
         return Err(Failure::setting("accuracy", why));
@@ -105,7 +105,8 @@ fn scene_from_built(
         fixed: model.fixed_names().cloned().collect(),
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact,
-        robots: built.robots,
+        robots,
+        file_notes: notes,
         model,
         trajectory: settings.solver.preset.is_some(),
     };

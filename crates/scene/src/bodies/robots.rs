@@ -55,7 +55,8 @@ impl RobotEntry {
         let path = files.folder.join(&self.file);
         let invalid = |why: &dyn std::fmt::Display| format!("file: {}: {why}", shown::path(&path));
         let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| invalid(&error))?;
-        let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| invalid(&"it is not UTF-8 text; save it as UTF-8"))?;
         let packages = self.packages.as_ref().map(|packages| files.folder.join(packages));
         let reading = Reading {
             folder: path.parent().unwrap_or(Path::new("")),
@@ -163,7 +164,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
         model = empty();
         assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
     }
-    Ok(BuiltScene { model, drawn: false, robots: vec![assembled] })
+    Ok(BuiltScene { model, drawn: false, robots: vec![assembled], notes: Vec::new() })
 }
 
 /// Smallest height of the colliding bodies above the plane (m).

@@ -1,9 +1,8 @@
 //! Tables `[[terrain]]`: height fields and surfaces of triangles.
 
-use super::entries::{AttitudeEntry, Files, in_mesh};
+use super::entries::{AttitudeEntry, Files, NEEDED_MESH, in_mesh};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use std::path::Path;
 use std::sync::Arc;
 use tumble_core::error::Error;
 use tumble_core::geometry::Terrain;
@@ -179,14 +178,13 @@ fn facets_of(files: &Files<'_>, name: &str) -> Result<Vec<[Vector3<f64>; 3]>, St
     let path = &files.folder.join(name);
     let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
     let bytes = (files.read)(path, LARGEST_FILE).map_err(|error| invalid(&error))?;
-    let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
-    let facets = match ending.as_ref().and_then(|ending| ending.to_str()) {
-        Some("obj") => {
+    let facets = match &*crate::ending(path) {
+        "obj" => {
             let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
             facets_of_obj(&text)
         }
-        Some("stl") => facets_of_stl(&bytes),
-        _ => return Err(invalid(&"a file name that ends in .obj or .stl is needed")),
+        "stl" => facets_of_stl(&bytes),
+        _ => return Err(invalid(&NEEDED_MESH)),
     };
     facets.map_err(|error| invalid(&error))
 }

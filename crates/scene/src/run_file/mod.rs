@@ -314,6 +314,20 @@ impl RunFile {
         self.model.bodies.iter().map(|body| body.name.as_str()).collect()
     }
 
+    /// This content without model and checksums, with `notes`, as one JSON object in a line.
+    ///
+    /// # Errors
+    /// None for a value made by [`RunFile::new`].
+    pub fn summary_text(&self, notes: &[String]) -> Result<String, Failure> {
+        let mut summary = serde_json::to_value(self)
+            .map_err(|error| Failure::Other(format!("run.json cannot be written: {error}")))?;
+        if let Some(fields) = summary.as_object_mut() {
+            fields.retain(|name, _| name != "model" && name != "checksums");
+            fields.insert("notes".to_owned(), notes.into());
+        }
+        Ok(format!("{summary}\n"))
+    }
+
     /// Text of the file, with its checksum.
     ///
     /// # Errors

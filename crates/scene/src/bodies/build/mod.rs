@@ -36,8 +36,6 @@ use tumble_model::{
 };
 use tumble_model::{DrawnModel, state_at};
 
-/// Largest tested ratio of two masses.
-const LARGEST_MASS_RATIO: f64 = 1e6;
 /// Maximum number of triangles of all visual shapes.
 const MAX_LOOK_TRIANGLES: usize = 2_000_000;
 /// Error message for a missing shape of a fixed object or piece.
@@ -49,6 +47,8 @@ pub struct BuiltScene {
     pub model: Model,
     pub drawn: bool,
     pub robots: Vec<tumble_robot::Assembled>,
+    /// Notes on decomposed meshes.
+    pub notes: Vec<String>,
 }
 
 /// Model with these settings and without bodies. `mu` is the default coefficient of friction.
@@ -92,6 +92,7 @@ pub fn build(
         drawn: false,
         names: Vec::new(),
         merged: BTreeMap::new(),
+        notes: Vec::new(),
         model: empty_model(settings, 0.0),
     };
     if file.bodies.is_empty() && file.robots.is_empty() {
@@ -179,9 +180,9 @@ pub fn build(
         builder.add_surface(entry).map_err(named)?;
     }
     builder.model.joints = joints.models;
-    builder.refuse_mass_ratio()?;
     builder.refuse_large_looks()?;
-    Ok(BuiltScene { model: builder.model, drawn: builder.drawn, robots })
+    let Builder { model, drawn, notes, .. } = builder;
+    Ok(BuiltScene { model, drawn, robots, notes })
 }
 
 /// Adds the body described by a table at the end of `model`.
@@ -198,7 +199,8 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     let free = (number..).map(|number| format!("body-{number}")).find(is_free);
     entry.name = entry.name.or(free);
     let (draws, names, merged) = (Draws::new(USUAL_SEED), Vec::new(), BTreeMap::new());
-    let mut builder = Builder { files, plane, draws, drawn: false, names, merged, model };
+    let notes = Vec::new();
+    let mut builder = Builder { files, plane, draws, drawn: false, names, merged, notes, model };
     builder.add_bodies("body", entry)?;
     if builder.drawn {
         return Err("body: random starts are not supported here; give numbers".to_owned());
@@ -206,7 +208,6 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     builder.names.clear();
     builder.refuse_equal_names()?;
     builder.refuse_unknown_groups()?;
-    builder.refuse_mass_ratio()?;
     builder.refuse_large_looks()?;
     Ok(builder.model)
 }
@@ -224,6 +225,8 @@ struct Builder<'a> {
     names: Vec<Named>,
     /// Body of each link that is merged into another, by the name of the link.
     merged: BTreeMap<String, String>,
+    /// Notes on decomposed meshes.
+    notes: Vec<String>,
     model: Model,
 }
 
@@ -235,6 +238,7 @@ impl Builder<'_> {
             None => (self.shape(at, &mut entry)?, None, None),
             Some(settings) => {
                 let mesh = self.decomposed(at, &mut entry, &settings)?;
+                self.notes.extend(mesh.note);
                 (ModelShape::Pieces(mesh.pieces), Some(mesh.solid), Some(vec![mesh.surface]))
             }
         };
@@ -320,7 +324,9 @@ impl Builder<'_> {
         let pieces = match entry.decompose.take() {
             Some(_) if entry.pieces.is_some() => return Err(named(NO_PIECES.to_owned())),
             Some(settings) => {
-                DecomposedMesh::new(fields, &settings, &self.files).map_err(named)?.pieces
+                let mesh = DecomposedMesh::new(fields, &settings, &self.files).map_err(named)?;
+                self.notes.extend(mesh.note);
+                mesh.pieces
             }
             None => {
                 self.pieces(at, fields.form(&self.files).map_err(named)?, entry.pieces.take())?
@@ -510,24 +516,6 @@ impl Builder<'_> {
         } else {
             Ok(())
         }
-    }
-
-    fn refuse_mass_ratio(&self) -> Result<(), String> {
-        let by_mass = |a: &&BodyModel, b: &&BodyModel| a.mass.total_cmp(&b.mass);
-        let bodies = || self.model.bodies.iter();
-        let (Some(light), Some(heavy)) = (bodies().min_by(by_mass), bodies().max_by(by_mass))
-        else {
-            return Ok(());
-        };
-        let ratio = heavy.mass / light.mass;
-        if ratio <= LARGEST_MASS_RATIO {
-            return Ok(());
-        }
-        Err(format!(
-            "mass: {} of {} kg is {ratio:.1e} times as heavy as {} of {} kg; allowed: ratios up to \
-             {LARGEST_MASS_RATIO:e}",
-            heavy.name, heavy.mass, light.name, light.mass
-        ))
     }
 }
 

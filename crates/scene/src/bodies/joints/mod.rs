@@ -327,9 +327,12 @@ impl JointEntry {
             (Some(attitude), None) => attitude,
             (None, Some(attitude)) => a.placed(&Vector3::zeros(), &attitude).attitude,
             (None, None) if has_axis => {
+                let (field, what) = match self.kind {
+                    JointKind::Universal => ("attitude", "a rotation to the world"),
+                    _ => ("axis", "a direction in the world"),
+                };
                 return Err(format!(
-                    "axis: a direction in the world at the start, or `axis_a` in the frame of {}, is \
-                     needed",
+                    "{field}: {what} at the start, or `{field}_a` in the frame of {}, is needed",
                     a.name
                 ));
             }
