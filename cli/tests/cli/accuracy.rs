@@ -58,7 +58,7 @@ fn a_run_with_an_accuracy_is_verified() {
 
 #[test]
 fn a_run_with_an_accuracy_goes_on() {
-    let (whole, directory) = run_scenario(SCENE, &["--out", "whole"]);
+    let (whole, directory) = run_scenario(SCENE, &[]);
     assert_eq!(whole.code, Some(0), "{whole:?}");
     let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     let half = run(&["run", &path("test.toml"), "--steps", "50", "--out", &path("half")]);
@@ -66,7 +66,7 @@ fn a_run_with_an_accuracy_goes_on() {
     let more = run(&["--continue", &path("half"), "--steps", "101"]);
     assert_eq!(more.code, Some(0), "{more:?}");
     let states = |name: &str| fs::read_to_string(path(&format!("{name}/states.csv"))).unwrap();
-    assert_eq!(states("whole"), states("half"));
+    assert_eq!(states("out"), states("half"));
 }
 
 #[test]
