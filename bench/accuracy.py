@@ -1,10 +1,11 @@
-"""Errors of smooth motions against the time step, for both integrators.
+"""Errors of smooth motions against the time step and against the accuracy.
 
     python bench/accuracy.py target/release/tumble [MOTION...]
 
 The argument is the program. The script prints the largest errors of positions and attitudes, and
 of velocities, with steps of 10, 5, 2 and 1 ms, and the orders between them. The reference is a run
-with the integrator leapfrog and steps of 0.1 or 0.2 ms.
+with the integrator leapfrog, extrapolated from steps of 0.1 and 0.2 ms, or twice as long ones. The last
+line of a motion has the errors of runs that keep an accuracy of 1e-3 to 1e-7 m.
 """
 
 import csv
@@ -16,6 +17,7 @@ import tempfile
 from pathlib import Path
 
 STEPS = (0.01, 0.005, 0.002, 0.001)
+ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 GROUND = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"body\"\nmass = 1.0\n"
 HELD = "[ground]\nnone = true\nfriction = 0.3\n[[bodies]]\nname = \"body\"\nmass = 1.0\n"
@@ -73,10 +75,10 @@ MOTIONS = {
 }
 
 
-def end(program: str, motion: str, h: float, integrator: str) -> list[list[float]]:
+def end(program: str, motion: str, h: float, setting: str) -> list[list[float]]:
     """Last states of a run: position, attitude, velocity and spin of each body."""
     text, duration = MOTIONS[motion]
-    head = f'name = "motion"\nsteps = {round(duration / h) + 1}\ntime_step = {h!r}\nintegrator = "{integrator}"\n'
+    head = f'name = "motion"\nsteps = {round(duration / h) + 1}\ntime_step = {h!r}\n{setting}\n'
     with tempfile.TemporaryDirectory() as folder:
         scene, out = Path(folder) / "scene.toml", Path(folder) / "out"
         scene.write_text(head + text)
@@ -100,9 +102,13 @@ def main(program: str, motions: list[str]) -> None:
     """Print one row for each motion and integrator."""
     for motion in motions or MOTIONS:
         finest = 0.0001 if MOTIONS[motion][1] < 1.5 else 0.0002
-        reference = end(program, motion, finest, "leapfrog")
+        ends = [end(program, motion, finest * times, 'integrator = "leapfrog"') for times in (1, 2)]
+        # Of fourth order in h, but for the attitudes, whose norms stay near 1.
+        pairs = zip(*ends, strict=True)
+        reference = [[a + (a - b) / 3.0 for a, b in zip(fine, coarse, strict=True)] for fine, coarse in pairs]
         for integrator in ("euler", "leapfrog"):
-            found = [errors(end(program, motion, h, integrator), reference) for h in STEPS]
+            setting = f'integrator = "{integrator}"'
+            found = [errors(end(program, motion, h, setting), reference) for h in STEPS]
             pose, velocity = zip(*found, strict=True)
             order = [
                 math.log(pose[k] / pose[k + 1]) / math.log(STEPS[k] / STEPS[k + 1]) for k in range(len(STEPS) - 1)
@@ -110,6 +116,9 @@ def main(program: str, motions: list[str]) -> None:
             numbers = [" ".join(f"{x:.1e}" for x in of) for of in (pose, velocity)]
             orders = " ".join(f"{x:.2f}" for x in order)
             print(f"{motion:16} {integrator:9} {numbers[0]} | velocity {numbers[1]} | orders {orders}", flush=True)
+        runs = [end(program, motion, 0.01, f"accuracy = {accuracy!r}") for accuracy in ACCURACIES]
+        found = " ".join(f"{errors(run, reference)[0]:.1e}" for run in runs)
+        print(f"{motion:16} accuracy  {found}", flush=True)
 
 
 if __name__ == "__main__":
