@@ -3,6 +3,7 @@
 use super::support::{run, unseal};
 use crate::ROOT;
 use flate2::bufread::MultiGzDecoder;
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -355,28 +356,24 @@ fn compressed_tables_equal_plain_ones() {
 /// run.
 #[test]
 fn contacts_without_force_have_rows_on_request() {
-    let runs = Runs::new();
+    let (runs, mut omitted) = (Runs::new(), 0);
     for (name, more) in [("bricks", "--every=1"), ("marbles", "--seed=1"), ("stack", "--every=7")] {
         let args = ["--scenario", &scenario(name), "--steps", "230", more];
         runs.run("some", &args);
         runs.run("all", &[&args[..], &["--all-contacts"]].concat());
         let [some, all] = ["some", "all"].map(|run| runs.lines(run, "contacts.csv"));
-        assert!(some.len() < all.len(), "{name}: {} of {}", some.len(), all.len());
-        let mut missing = all.iter().filter(|line| !some.contains(line));
+        omitted += all.len() - some.len();
         let place = all[0].split(',').position(|column| column == "force_x_N").unwrap();
         let is_loaded =
             |line: &&String| line.split(',').skip(place).take(3).any(|cell| cell != "0.0");
-        assert!(some.iter().all(|line| all.contains(line)), "{name}");
-        assert_eq!(missing.find(is_loaded), None, "{name}");
+        let [some, all] = [&some, &all].map(|lines| lines.iter().collect::<BTreeSet<_>>());
+        assert!(some.is_subset(&all), "{name}");
+        assert!(!all.difference(&some).any(is_loaded), "{name}");
         for table in ["states.csv", "steps.csv"] {
             assert!(runs.lines("some", table) == runs.lines("all", table), "{name}: {table}");
         }
-        let args: [(&[&str], &str); 4] = [
-            (&["verify"], ""),
-            (&["view"], "view.html"),
-            (&["plot"], "plot.svg"),
-            (&["gif", "--gif-size", "60"], "animation.gif"),
-        ];
+        let args: [(&[&str], &str); 3] =
+            [(&["verify"], ""), (&["view"], "view.html"), (&["plot"], "plot.svg")];
         for (command, file) in args {
             let done = ["some", "all"].map(|of| {
                 let end = run(&[command, &[&runs.text(of, "states.csv")]].concat());
@@ -386,6 +383,7 @@ fn contacts_without_force_have_rows_on_request() {
             assert!(done[0] == done[1], "{name}: {file}");
         }
     }
+    assert!(omitted > 100, "{omitted}");
 }
 
 /// Contacts without rows are searched again, so that pieces without a contact cannot pass through
