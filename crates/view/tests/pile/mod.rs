@@ -113,6 +113,7 @@ fn contact(
     force: Vector3<f64>,
 ) -> ContactRow {
     ContactRow {
+        index: key,
         body,
         partner,
         point,
