@@ -225,6 +225,7 @@ pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: contact_of(&run.solver)?,
         robots: Vec::new(),
+        file_notes: Vec::new(),
         model,
         trajectory: run.trajectory,
     })

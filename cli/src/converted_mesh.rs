@@ -72,7 +72,8 @@ pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Fai
 
 /// Size, mass and pieces of the mesh.
 fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
-    let (mut pieces, mut corners) = (0, 0);
+    let mut pieces = 0;
+    let mut corners = 0;
     for shape in &scene.model.shapes {
         for piece in shape.pieces()? {
             pieces += 1;

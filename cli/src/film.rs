@@ -159,6 +159,7 @@ mod tests {
         let states = vec![State::from_vector(&SVector::zeros())];
         let mut step = TableStep::new(&world, &StepRecord { states, ..StepRecord::new() });
         let contact = ContactRow {
+            index: 0,
             body: 0,
             partner: Partner::Ground,
             point: Vector3::zeros(),

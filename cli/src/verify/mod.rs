@@ -204,7 +204,7 @@ fn report(
         let count = findings.substepped;
         let _ = writeln!(text, "  taken in shorter steps without rows: {count}");
     }
-    let (differing, end_differs) = (findings.differing, findings.end_differs);
+    let VerifyFindings { differing, end_differs, .. } = *findings;
     let and_end = if end_differs { ", and the last row" } else { "" };
     let _ = writeln!(text, "  steps that differ from their rows: {differing}{and_end}");
     let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);

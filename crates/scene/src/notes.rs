@@ -59,7 +59,8 @@ impl Scene {
     fn note_on_speeds(&self) -> Option<String> {
         self.contact.as_ref()?;
         let h = self.world.time_step();
-        let (mut names, mut longest) = (Vec::new(), h);
+        let mut names = Vec::new();
+        let mut longest = h;
         for (index, (body, start)) in self.world.bodies().iter().zip(&self.starts).enumerate() {
             let width = 2.0 * extents(body).min();
             let speed = start.velocity.norm();
@@ -78,7 +79,8 @@ impl Scene {
     fn note_on_masses(&self) -> Option<String> {
         let by_mass = |a: &&BodyModel, b: &&BodyModel| a.mass.total_cmp(&b.mass);
         let bodies = || self.model.bodies.iter();
-        let (light, heavy) = (bodies().min_by(by_mass)?, bodies().max_by(by_mass)?);
+        let light = bodies().min_by(by_mass)?;
+        let heavy = bodies().max_by(by_mass)?;
         let ratio = heavy.mass / light.mass;
         (ratio > LARGEST_MASS_RATIO).then(|| {
             format!(

@@ -41,6 +41,7 @@ pub fn contact(
     force: Vector3<f64>,
 ) -> ContactRow {
     ContactRow {
+        index: 0,
         body,
         partner,
         point: place,

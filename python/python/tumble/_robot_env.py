@@ -349,7 +349,7 @@ def _shared(env: RobotEnv) -> Info:
 
 def _loaded(file: Location, reading: Mapping[str, Any]) -> Scene:
     """Scene of a file, with warnings unless it is a known model, of Gymnasium."""
-    if not Path(file).is_relative_to(Path(gymnasium.__file__).parent):
+    if not (isinstance(file, (str, Path)) and Path(file).is_relative_to(Path(gymnasium.__file__).parent)):
         return load(file, **reading)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
