@@ -18,7 +18,8 @@ const MANY_POINTS: usize = 100;
 
 /// Creates and checks the scene.
 pub fn from_args(args: &SetupArgs, cube: &CubeArgs) -> Result<Scene, Failure> {
-    let (flags, changes) = (settings_from_flags(args), cube_changes(cube)?);
+    let flags = settings_from_flags(args);
+    let changes = cube_changes(cube)?;
     let scene = match args.scene.path() {
         None => {
             let name = cube.tutorial.unwrap_or(SceneName::Drop);

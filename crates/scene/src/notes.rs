@@ -154,7 +154,8 @@ fn is_impossible(body: &RigidBody) -> bool {
 /// Note on vertices of a file that were joined.
 fn note_on_terrain(model: &TerrainModel) -> Option<String> {
     let TerrainShape::Mesh(surface) = model.terrain.shape() else { return None };
-    let (name, count) = (&model.name, surface.joined());
+    let name = &model.name;
+    let count = surface.joined();
     (count > 0).then(|| {
         format!(
             "{name}: {count} vertices on borders are joined to others within 1e-6 of its extent"

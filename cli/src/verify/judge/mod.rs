@@ -326,7 +326,8 @@ impl StepJudge {
         let allowed = |contact: &Contact| depth + contact.key.bodies().map(turned).sum::<f64>();
         let mut missing = self.candidates.contacts()[contacts.len()..].iter();
         let missing = missing.find(|contact| gap_between(contact, next) < -allowed(contact))?;
-        let (body, depth) = (missing.key.body, -gap_between(missing, next));
+        let body = missing.key.body;
+        let depth = -gap_between(missing, next);
         let may_miss = [StepStatus::Substepped, StepStatus::Wild, StepStatus::Failed];
         (!may_miss.contains(&row.status))
             .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))

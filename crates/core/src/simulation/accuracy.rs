@@ -184,7 +184,8 @@ impl Schedule {
     /// Judges a part of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
         let AddedError { smooth, abrupt, velocity } = *errors;
-        let (allowed, caught) = (self.accuracy * length, CAUGHT * self.accuracy);
+        let allowed = self.accuracy * length;
+        let caught = CAUGHT * self.accuracy;
         // Eq. 41; an error of the velocity is of third order as well, and remains for seconds.
         let growth = (allowed / smooth).sqrt().min((caught / velocity).cbrt());
         let next = length * (0.9 * growth).clamp(1.0 / GROWTH, GROWTH);
@@ -339,7 +340,8 @@ impl Simulation<'_> {
         parts: &mut StepParts,
         record: &mut StepRecord,
     ) -> Result<(), Error> {
-        let (index, whole) = (self.index, self.world.time_step());
+        let index = self.index;
+        let whole = self.world.time_step();
         let starts = self.instants.as_ref().is_some_and(|of| of.starts.contains(&true));
         let mut schedule = Schedule::new(accuracy, whole, parts.pace, starts);
         let mut sum = PartsSummary::default();

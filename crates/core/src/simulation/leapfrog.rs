@@ -308,7 +308,8 @@ impl Simulation<'_> {
         scratch.rest.end();
         instants.smooth.resize(world.bodies().len(), Smooth::default());
         for (body, smooth) in instants.smooth.iter_mut().enumerate() {
-            let (instant, state) = (&instants.states[body], &mut now.states[body]);
+            let instant = &instants.states[body];
+            let state = &mut now.states[body];
             let past = before.as_ref().filter(|_| smooth.known >= 2 && !instants.starts[body]);
             let Some(past) = past else {
                 *state = *instant;
@@ -402,10 +403,8 @@ impl Simulation<'_> {
         let h = world.time_step();
         // A part of another length than the last one has no step before it.
         let begins = take(started) && world.accuracy().is_some();
-        let moved_back: Vec<_> = match begins {
-            true => now.states.iter().map(|state| moved_back(state, h)).collect(),
-            false => Vec::new(),
-        };
+        let moved_back = |state| moved_back(state, h);
+        let moved_back: Vec<_> = now.states.iter().filter(|_| begins).map(moved_back).collect();
         let earlier = match before {
             _ if begins => &moved_back,
             Some(before) => &before.states,
@@ -428,7 +427,8 @@ impl Simulation<'_> {
         *added_error = AddedError::default();
         let change = |from: &State, to: &State| (to.velocity - from.velocity, to.spin - from.spin);
         for body in 0..now.states.len() {
-            let (state, next) = (&now.states[body], &solution.states[body]);
+            let state = &now.states[body];
+            let next = &solution.states[body];
             let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
             let last = change(state, next);
             // Second difference of the velocities of the middle, w⁺ − 2w + w⁻.

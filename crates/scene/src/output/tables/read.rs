@@ -85,7 +85,8 @@ impl<R: Read> TablesReader<R> {
     pub fn with_optional_tables(streams: Streams<R>, shape: TableShape) -> Result<Self, RowsError> {
         let csv =
             |table: Table, stream| CsvReader::new(table.name(), stream, table.columns(&shape));
-        let (readers, order) = (streams.each(csv)?, Steps::default());
+        let readers = streams.each(csv)?;
+        let order = Steps::default();
         Ok(Self { readers, shape, order, loaded_contacts: false, ended: false })
     }
 

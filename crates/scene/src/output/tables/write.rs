@@ -100,10 +100,8 @@ impl<W: Write> TablesWriter<W> {
         let is_end = record.report.status == StepStatus::End;
         let StepRecord { parts, index, .. } = record;
         self.world.set_part((parts.length > 0.0).then_some([0.0, parts.length]));
-        let time = match is_end {
-            true => *index as f64 * self.world.whole_step(),
-            false => self.world.time_after(*index),
-        };
+        let start = *index as f64 * self.world.whole_step();
+        let time = if is_end { start } else { self.world.time_after(*index) };
         self.world.follow(&self.courses, time);
         if !self.kept.has(record.index, record.report.status) {
             if let Some(open) = &mut self.open {
