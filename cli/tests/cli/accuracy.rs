@@ -56,6 +56,18 @@ fn a_run_with_an_accuracy_is_verified() {
     assert_eq!(run(&["verify", states.to_str().unwrap()]).code, Some(1));
 }
 
+/// Sixteen balls with friction, whose rows often have one part and the next one another length.
+#[test]
+fn rows_of_one_part_are_verified() {
+    let path = format!("{}/scenarios/billiard.toml", crate::ROOT);
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out").to_str().unwrap().to_owned();
+    let end = run(&["run", &path, "--steps", "200", "--accuracy", "1e-6", "--out", &out]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let verified = run(&["verify", &out]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+}
+
 #[test]
 fn a_run_with_an_accuracy_goes_on() {
     let (whole, directory) = run_scenario(SCENE, &[]);

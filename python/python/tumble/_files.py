@@ -9,7 +9,6 @@ from pathlib import Path
 
 from ._tumble import TumbleError, listed_files
 
-
 _TEXT_HEAD, _BINARY_HEAD = 31, 6
 """Number of first bytes that tell files of tumble from others."""
 

@@ -43,6 +43,8 @@ const GROWTH: f64 = 2.0;
 const PARTS_PER_GROWTH: u32 = 4;
 /// Halvings of a part that is not solved.
 const MOST_HALVINGS: u32 = 8;
+/// Largest number of abrupt changes that are searched in a step. Later ones happen within their parts.
+const MOST_CHANGES: u32 = 32;
 /// Largest number of parts of a step, with rejected ones. Later parts are taken as they are.
 const MOST_PARTS: u32 = 20_000;
 
@@ -137,8 +139,9 @@ struct Schedule {
     search: Option<Search>,
     /// Lengths of the next parts that are taken as they are (s): up to an abrupt change, and with it.
     fixed: [f64; 2],
-    /// Parts with rejected ones, halvings of parts that are not solved, and parts of the present length.
+    /// Parts with rejected ones, abrupt changes found, halvings of parts that are not solved, and parts of the present length.
     attempts: u32,
+    changes: u32,
     halvings: u32,
     streak: u32,
 }
@@ -166,6 +169,7 @@ impl Schedule {
             search: None,
             fixed: [0.0; 2],
             attempts: 0,
+            changes: 0,
             halvings: 0,
             streak: 0,
         }
@@ -199,7 +203,7 @@ impl Schedule {
             if !is_solved && self.halvings < MOST_HALVINGS {
                 self.halvings += 1;
                 self.plan_anew(0.5 * length, 0.0);
-            } else if misses {
+            } else if misses && self.changes < MOST_CHANGES {
                 self.narrow(length, (caught * length / abrupt).max(SHORTEST));
             } else if is_long {
                 self.wanted = next;
@@ -208,7 +212,7 @@ impl Schedule {
                 self.search = closer;
             } else {
                 self.take(length, next);
-                return Judgement::Taken;
+                return if misses { Judgement::TakenCoarse } else { Judgement::Taken };
             }
             return Judgement::Rejected;
         }
@@ -223,6 +227,7 @@ impl Schedule {
             self.search = Some(Search { low, high: length, window });
             return;
         }
+        self.changes += 1;
         let high = self.until_the_end(length);
         self.fixed = if low > SHORTEST { [low, high - low] } else { [high, 0.0] };
         self.search = None;
