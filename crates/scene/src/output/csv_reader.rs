@@ -226,15 +226,16 @@ impl<R: Read> CsvReader<R> {
         Err(RowsError::Order { table, line, column, expected, found })
     }
 
-    /// Whole number in a column.
+    /// Whole number in a column; 0 in one that the table leaves out.
     pub fn whole<T: std::str::FromStr>(&self, column: usize) -> Result<T, RowsError> {
-        self.field(column, "a whole number in its range", |text| text.parse().ok())
+        let is_left_out = column >= self.columns.len();
+        let number = |text: &str| if is_left_out { "0" } else { text }.parse().ok();
+        self.field(column, "a whole number in its range", number)
     }
 
-    /// Finite number in a column.
+    /// Finite number in a column; 0 in one that the table leaves out.
     pub fn number(&self, column: usize) -> Result<f64, RowsError> {
         if column >= self.columns.len() {
-            // A column that the table leaves out.
             return Ok(0.0);
         }
         self.field(column, "a finite number", |text| {
