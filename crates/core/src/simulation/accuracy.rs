@@ -1,4 +1,4 @@
-//! Steps in parts that keep an accuracy ([`World::with_accuracy`]).
+//! Steps in parts that keep an accuracy ([`with_accuracy`](crate::world::World::with_accuracy)).
 //!
 //! A part is a step of its own, with its certificate. Its length h follows from the growth of the
 //! estimated error (40) of the worst body: at most a h for the accuracy a (m/s). This error is of
