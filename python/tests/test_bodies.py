@@ -248,7 +248,6 @@ def test_gears_go_with_the_joints_of_a_body():
         (cube("cube-0-0", [3, 0, 0.1]), 'name: "cube-0-0" is used twice'),
         (cube("ground", [3, 0, 0.1]), "name"),
         (cube("x", [3, 0, 0.1], mass=-1), "mass"),
-        (cube("x", [3, 0, 0.1], mass=1e9), "ratios up to"),
         (cube("x", [3, 0, 0.3], attitude="random"), "random starts are not supported here"),
         (cube("x", [3, 0, 0.3], copies={"count": [2, 1, 1], "step": [1, 0, 0]}), "add one body at a time"),
         (cube("x", [3, 0, 0.3], load={"force": [1e9, 0, 0]}), "load of x"),

@@ -274,7 +274,7 @@ def test_tables_of_the_command_line_read_as_the_run_that_they_are_of(tumbled, ru
         loaded = tumble.Trajectory.from_csv(run.scene, tumbled(name, *args, *more))
         np.testing.assert_array_equal(loaded.states, run.states)
         np.testing.assert_array_equal(loaded.forces, run.forces)
-        assert 100 < len(loaded.contacts["k"]) < len(mine["k"])
+        assert 0 < len(loaded.contacts["k"]) < len(mine["k"])
         loaded.to_csv(tmp_path / name)
         again = tumble.Trajectory.from_csv(run.scene, tmp_path / name)
         np.testing.assert_array_equal(again.contacts["force"], loaded.contacts["force"])

@@ -11,14 +11,14 @@ from ._arrays import quaternion
 from ._checks import LARGEST_WHOLE, shown
 from ._tumble import TumbleError
 
+_MOST_NESTED = 64
+"""Largest depth of lists and dictionaries in a scene."""
+
 
 def document(fields: Mapping[str, Any]) -> str:
     """TOML document of ``fields``, without those that are None."""
     given = {key: value for key, value in fields.items() if value is not None}
-    try:
-        return "".join(f"{_key(key)} = {_value(key, value)}\n" for key, value in given.items())
-    except RecursionError:
-        raise TumbleError("a list or dictionary of the scene contains itself, or is nested too deeply") from None
+    return "".join(f"{_key(key)} = {_value(key, value)}\n" for key, value in given.items())
 
 
 def _key(key: Any) -> str:
@@ -41,7 +41,9 @@ def _packed(array: Any) -> str:
     return f'{{ columns = {array.shape[1]}, packed = "{text}" }}'
 
 
-def _value(name: str, value: Any) -> str:
+def _value(name: str, value: Any, depth: int = 0) -> str:
+    if depth > _MOST_NESTED:
+        raise TumbleError("a list or dictionary of the scene contains itself, or is nested too deeply")
     if name.endswith(".heights") and getattr(value, "ndim", 0) == 2 and value.dtype.kind in "fiu":
         return _packed(value)
     value = quaternion(value)
@@ -60,7 +62,7 @@ def _value(name: str, value: Any) -> str:
         return repr(value)
     if isinstance(value, Mapping):
         inner = ", ".join(
-            f"{_key(key)} = {_value(f'{name}.{key}', item)}" for key, item in value.items() if item is not None
+            f"{_key(key)} = {_value(f'{name}.{key}', item, depth + 1)}" for key, item in value.items() if item is not None
         )
         return f"{{ {inner} }}"
     try:
@@ -70,4 +72,5 @@ def _value(name: str, value: Any) -> str:
             f"{name}: {type(value).__name__} is not supported in a scene; a number, a string, a "
             "list or a dictionary is needed"
         ) from None
-    return f"[{', '.join(_value(f'{name}[{index}]', item) for index, item in enumerate(items))}]"
+    inner = ", ".join(_value(f"{name}[{index}]", item, depth + 1) for index, item in enumerate(items))
+    return f"[{inner}]"
