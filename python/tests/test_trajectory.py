@@ -383,3 +383,22 @@ def test_a_run_of_the_tutorial_s_settings_reads(tumbled):
     read = tumble.Trajectory.from_csv(tumble.drop(), folder)
     assert 1e-5 < np.abs(np.linalg.norm(read.attitudes, axis=-1) - 1).max() < 1e-2
 
+
+
+def test_a_run_with_an_accuracy_has_tables(tmp_path):
+    """The bounce is right to the accuracy, and the tables read as the run."""
+    ball = {"name": "ball", "sphere": 0.1, "mass": 1.0, "position": [0, 0, 1.1]}
+    ground = {"friction": 0.3, "restitution": 0.5}
+    scene = tumble.Scene([ball], ground, time_step=0.01, accuracy=1e-6)
+    assert scene.accuracy == 1e-6 and tumble.Scene([ball], ground).accuracy is None
+    run = scene.run(60)
+    # Impact after √(2 h/g), with half of the speed afterwards.
+    fall = np.sqrt(2 / 9.81)
+    left = 0.6 - fall
+    height = 0.1 + 0.5 * 9.81 * fall * left - 0.5 * 9.81 * left**2
+    assert abs(run.states[-1, 0, 2] - height) <= 1e-6
+    run.to_csv(tmp_path / "run")
+    again = tumble.Trajectory.from_csv(scene, tmp_path / "run")
+    np.testing.assert_array_equal(again.states, run.states)
+    with pytest.raises(tumble.TumbleError, match="leave the accuracy out"):
+        scene.jacobian()

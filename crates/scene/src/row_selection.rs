@@ -56,6 +56,13 @@ impl RowSelection {
         Self { every, tables: tables.map(names), loaded_contacts, form }
     }
 
+    /// This selection without `table`.
+    #[must_use]
+    pub fn without(self, table: Table) -> Self {
+        let others = Table::ALL.iter().filter(|other| **other != table);
+        Self { tables: Some(others.map(|other| other.name().to_owned()).collect()), ..self }
+    }
+
     /// True if all rows are written as CSV.
     #[must_use]
     pub fn is_all(&self) -> bool {

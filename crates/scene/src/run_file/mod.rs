@@ -11,7 +11,7 @@ use super::joints_summary::{JointsSummary, StiffJoint, StiffJointReport};
 use super::row_selection::RowSelection;
 use super::scene::Scene;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
-use crate::output::tables::{JointRow, StepRow, TableStep};
+use crate::output::tables::{JointRow, StepRow, Table, TableStep};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tumble_core::simulation::scene as tutorial;
@@ -282,6 +282,9 @@ impl RunFile {
             },
         )?;
         file.trajectory = false;
+        if scene.world.accuracy().is_some() {
+            file.kept = file.kept.without(Table::Ends);
+        }
         file.kept.loaded_contacts = rows.iter().any(|step| step.contacts.len() < step.row.contacts);
         file.start_index = first.row.index;
         file.steps = rows.len() as u64;
