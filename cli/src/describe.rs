@@ -64,11 +64,11 @@ pub fn time_error(scene: &Scene, run: &RunResults) -> String {
         }
         _ => String::new(),
     };
-    if run.parts > 0 {
-        let _ = writeln!(text, "  accuracy     kept in {} parts of steps", run.parts);
+    if run.substeps > 0 {
+        let _ = writeln!(text, "  accuracy     kept in {} substeps", run.substeps);
     }
     if run.coarse > 0 {
-        let _ = writeln!(text, "    in {} steps, parts are less accurate", run.coarse);
+        let _ = writeln!(text, "    in {} steps, substeps are less accurate", run.coarse);
     }
     text
 }

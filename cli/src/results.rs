@@ -47,8 +47,8 @@ pub struct RunResults {
     pub stiff_joints: StiffJointReport,
     /// Body with the largest estimated error by the time step, and the error (m).
     pub time_error: Option<(usize, f64)>,
-    /// Number of parts of steps with an accuracy, and of steps that do not keep it.
-    pub parts: u64,
+    /// Number of substeps of steps with an accuracy, and of steps that do not keep it.
+    pub substeps: u64,
     pub coarse: u64,
 }
 
@@ -66,7 +66,7 @@ impl RunResults {
             joints,
             stiff_joints,
             time_error: None,
-            parts: 0,
+            substeps: 0,
             coarse: 0,
         }
     }
@@ -74,13 +74,15 @@ impl RunResults {
     /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
     pub fn add(&mut self, scene: &Scene, world: &mut World, record: &StepRecord) {
         self.summary.add(record);
-        self.parts += u64::from(record.parts.count);
-        self.coarse += u64::from(record.parts.is_coarse);
+        self.substeps += u64::from(record.substeps.count);
+        self.coarse += u64::from(record.substeps.is_coarse);
         if self.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
             self.overlap = Some((record.index, record.overlap));
         }
         if let Some(joints) = &mut self.joints {
-            world.set_part((record.parts.length > 0.0).then_some([0.0, record.parts.length]));
+            world.set_substep(
+                (record.substeps.length > 0.0).then_some([0.0, record.substeps.length]),
+            );
             world.follow(&scene.courses, world.time_after(record.index));
             joints.add_errors(world, &record.solution.states);
             joints.add_residual(record.certificate.joint, record.certificate.joint_law);

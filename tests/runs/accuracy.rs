@@ -31,7 +31,7 @@ fn run(simulation: &mut Simulation<'_>, steps: u64) {
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
         assert!(record.report.status.is_one_problem(), "step {}", record.index);
-        assert!(!record.parts.is_coarse && record.parts.count > 0, "step {}", record.index);
+        assert!(!record.substeps.is_coarse && record.substeps.count > 0, "step {}", record.index);
     }
 }
 
@@ -161,7 +161,7 @@ fn balls_in_a_row_pass_the_momentum_on() {
 }
 
 #[test]
-fn a_step_in_parts_taken_back_and_repeated_is_the_same() {
+fn a_step_in_substeps_taken_back_and_repeated_is_the_same() {
     for text in [bounce(), servo(), spin_and_slide()] {
         let mut simulation = simulation(&text, 1e-5);
         let mut record = StepRecord::new();

@@ -88,7 +88,7 @@ pub struct PhysicsArgs {
     #[arg(long, value_enum)]
     pub integrator: Option<IntegratorName>,
     /// Error that the time step adds to the position of a body in a second, m, 1e-10 to 1: steps are
-    /// taken in parts that keep it, and that end at impacts.
+    /// taken in substeps that keep it, and that end at impacts.
     #[arg(long, value_name = "M", value_parser = values::number, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].

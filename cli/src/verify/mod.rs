@@ -85,14 +85,15 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             // The next stored step is not the next step if rows are omitted.
             let ends = if has_gaps { &previous.ends } else { &step.states };
             let mut verified = judge.step(previous, ends);
-            // Later parts of a step have no rows.
-            let is_next = step.row.index == previous.row.index + 1 && previous.row.parts_taken <= 1;
-            let is_whole = previous.row.parts_taken == 0;
+            // Later substeps have no rows.
+            let is_next =
+                step.row.index == previous.row.index + 1 && previous.row.substeps_taken <= 1;
+            let is_whole = previous.row.substeps_taken == 0;
             if verified.differs.is_none() && !follows {
                 verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }
             follows = !is_next || !is_whole || instants_follow(previous, &step);
-            // Velocities of the middle are converted to the length of the next part.
+            // Velocities of the middle are converted to the length of the next substep.
             let mut ends = ends.iter().zip(&step.states);
             let continues =
                 ends.all(|(end, next)| end == next || !is_whole && end.pose() == next.pose());

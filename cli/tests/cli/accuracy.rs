@@ -42,21 +42,21 @@ fn a_run_with_an_accuracy_is_verified() {
     let steps = Table::parse(&fs::read_to_string(directory.path().join("out/steps.csv")).unwrap());
     let errors = steps.numbers("error_m");
     assert!(errors.iter().sum::<f64>() <= 3e-5 && errors.iter().any(|error| *error > 0.0));
-    assert!(steps.numbers("parts").iter().sum::<f64>() >= 100.0);
+    assert!(steps.numbers("substeps").iter().sum::<f64>() >= 100.0);
     let states = directory.path().join("out/states.csv");
     let verified = run(&["verify", states.to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
-    // A length of a part that is not that of the row.
+    // A length of a substep that is not that of the row.
     let path = directory.path().join("out/steps.csv");
     super::support::unseal(&directory.path().join("out/run.json"));
     let text = fs::read_to_string(&path).unwrap();
-    let length = steps.numbers("part_s")[50];
+    let length = steps.numbers("substep_s")[50];
     fs::write(&path, text.replacen(&format!(",{length},"), &format!(",{},", 2.0 * length), 1))
         .unwrap();
     assert_eq!(run(&["verify", states.to_str().unwrap()]).code, Some(1));
 }
 
-/// Sixteen balls with friction, whose rows often have one part and the next one another length.
+/// Sixteen balls with friction, whose rows often have one substep and the next one another length.
 #[test]
 fn rows_of_one_part_are_verified() {
     let path = format!("{}/scenarios/billiard.toml", crate::ROOT);

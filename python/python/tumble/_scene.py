@@ -73,7 +73,7 @@ class Scene(Queries):
     centre of mass) are in the body frame. Attitudes are unit quaternions w, x, y, z from body to
     world. ``rotation`` selects the discretisation of the rotation, "momentum" or "tutorial", and
     ``integrator`` the meaning of the velocities in a run, "leapfrog" or "euler"
-    (scenarios/README.md). With ``accuracy`` (m), steps are taken in parts that keep the error of the
+    (scenarios/README.md). With ``accuracy`` (m), steps are taken in substeps that keep the error of the
     time step: it grows by at most so much in a second (docs/accuracy.md). Raises TumbleError for an invalid scene.
 
     ``jacobian`` and ``vjp`` compute derivatives. The methods of Queries look at its start.

@@ -30,7 +30,7 @@ use tumble_core::simulation::Stiffness;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_scene::joints_summary::StiffJointReport;
-use tumble_scene::output::tables::{JointRow, TableStep, gap_between};
+use tumble_scene::output::tables::{JointRow, TableStep};
 
 /// Relative tolerance of recomputed values, in addition to the rounding error of an exact step.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
@@ -127,10 +127,10 @@ impl StepJudge {
         })
     }
 
-    /// Sets the part of the step to which the rows belong.
+    /// Sets the substep of the step to which the rows belong.
     fn begin(&mut self, step: &TableStep) {
-        let length = step.row.part_length;
-        self.world.set_part((length > 0.0).then_some([0.0, length]));
+        let length = step.row.substep_length;
+        self.world.set_substep((length > 0.0).then_some([0.0, length]));
     }
 
     /// Initialises the full turns of joints at `step`, the first row or a row after omitted ones.
@@ -325,9 +325,9 @@ impl StepJudge {
         };
         let allowed = |contact: &Contact| depth + contact.key.bodies().map(turned).sum::<f64>();
         let mut missing = self.candidates.contacts()[contacts.len()..].iter();
-        let missing = missing.find(|contact| gap_between(contact, next) < -allowed(contact))?;
+        let missing = missing.find(|contact| contact.gap_in(next) < -allowed(contact))?;
         let body = missing.key.body;
-        let depth = -gap_between(missing, next);
+        let depth = -missing.gap_in(next);
         let may_miss = [StepStatus::Substepped, StepStatus::Wild, StepStatus::Failed];
         (!may_miss.contains(&row.status))
             .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))

@@ -264,6 +264,17 @@ impl Contact {
         gap_between(&self.features, &self.normal(), a, b)
     }
 
+    /// φ (eq. 4, 4a) with all bodies at `states` (m); NaN without the states of A or B.
+    #[must_use]
+    pub fn gap_in(&self, states: &[State]) -> f64 {
+        let pose = |body: usize| states.get(body).map(State::pose);
+        match (pose(self.key.body), self.key.partner.body().map(pose)) {
+            (Some(a), None) => self.gap_at(&a, None),
+            (Some(a), Some(Some(b))) => self.gap_at(&a, Some(&b)),
+            _ => f64::NAN,
+        }
+    }
+
     /// u (eq. 10, 12): tangential mean slip of the touching point over the step of `h` (s), and the
     /// gap speed φ⁺/h along the normal (m/s, world).
     ///

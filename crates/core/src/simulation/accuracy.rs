@@ -1,6 +1,6 @@
-//! Steps in parts that keep an accuracy ([`with_accuracy`](crate::world::World::with_accuracy)).
+//! Substeps that keep an accuracy ([`with_accuracy`](crate::world::World::with_accuracy)).
 //!
-//! A part is a step of its own, with its certificate. Its length h follows from the growth of the
+//! A substep is a step of its own, with its certificate. Its length h follows from the growth of the
 //! estimated error (40) of the worst body: at most a h for the accuracy a (m/s). This error is of
 //! third order, so that the next length is
 //!
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! An abrupt change of velocity, by an impact, the end of a slip or the stop of a joint, is caught in
-//! a short part: bisection finds the longest part without it, and a part of length ε follows in which
+//! a short substep: bisection finds the longest substep without it, and a substep of length ε follows in which
 //! it happens. Its error ½ ε |w⁺ − w| is at most a tenth of the error of a second. The velocities of
 //! the middle are converted to another length by their last three values, and to a body after an
 //! abrupt change as to one that starts (37).
@@ -25,46 +25,47 @@ use std::mem::swap;
 
 /// Share of the error of a second that an abrupt change may add.
 const CAUGHT: f64 = 0.1;
-/// Shortest part (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
+/// Shortest substep (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
-/// Shortest part of smooth motion (s).
+/// Shortest substep of smooth motion (s).
 const SHORTEST_SMOOTH: f64 = 1e-6;
-/// Length of a part, as a share of the usual one, below which contacts keep a depth or a small gap at
-/// which they begin. Shorter parts would remove a depth at high speed, and impacts would find
+/// Length of a substep, as a share of the usual one, below which contacts keep a depth or a small gap at
+/// which they begin. Shorter substeps would remove a depth at high speed, and impacts would find
 /// contacts that touch open.
 const KEEPS_GAP: f64 = 0.1;
 /// Range of lengths that are wanted, in present lengths, in which the present one stays.
 const STAYS: [f64; 2] = [0.9, 1.5];
-/// Length of the first parts after a start or an abrupt change, as a share of the usual one. They have
+/// Length of the first substeps after a start or an abrupt change, as a share of the usual one. They have
 /// no estimate.
 const FIRST: f64 = 0.125;
-/// Largest growth of a length, and parts between two growths.
+/// Largest growth of a length, and substeps between two growths.
 const GROWTH: f64 = 2.0;
-const PARTS_PER_GROWTH: u32 = 4;
-/// Halvings of a part that is not solved.
+const SUBSTEPS_PER_GROWTH: u32 = 4;
+/// Halvings of a substep that is not solved.
 const MOST_HALVINGS: u32 = 8;
-/// Largest number of abrupt changes that are searched in a step. Later ones happen within their parts.
+/// Largest number of abrupt changes that are searched in a step. Later ones happen within their
+/// substeps.
 const MOST_CHANGES: u32 = 32;
-/// Largest number of parts of a step, with rejected ones. Later parts are taken as they are.
-const MOST_PARTS: u32 = 20_000;
+/// Largest number of substeps of a step, with rejected ones. Later substeps are taken as they are.
+const MOST_SUBSTEPS: u32 = 20_000;
 
-/// Lengths of parts.
+/// Lengths of substeps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Pace {
     /// Length to whose middle the velocities of the simulation belong (s); 0 for those of the instant.
     length: f64,
-    /// Length wanted for the next part of smooth motion (s); 0 if none is known.
+    /// Length wanted for the next substep of smooth motion (s); 0 if none is known.
     wanted: f64,
 }
 
-/// Parts of the steps of a simulation.
+/// Substeps of the steps of a simulation.
 #[derive(Default)]
-pub(super) struct StepParts {
+pub(super) struct Substeps {
     pub(super) pace: Pace,
-    /// Simulation before the last step, and before the present part.
+    /// Simulation before the last step, and before the present substep.
     step: Mark,
-    part: Mark,
+    substep: Mark,
     record: StepRecord,
 }
 
@@ -79,25 +80,25 @@ struct Mark {
     memory: Memory,
 }
 
-/// Parts of a step as a whole, in the record of its first part.
+/// Substeps of a step as a whole, in the record of its first substep.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PartsSummary {
-    /// Number of parts; 0 for a step that is not taken in parts.
+pub struct SubstepsSummary {
+    /// Number of substeps; 0 for a step that is not taken in substeps.
     pub count: u32,
-    /// Length of the first part (s), to which states, forces and certificate of the record belong. In
-    /// a record without a step, that of the part before.
+    /// Length of the first substep (s), to which states, forces and certificate of the record belong. In
+    /// a record without a step, that of the substep before.
     pub length: f64,
-    /// Solver iterations of the later parts.
+    /// Solver iterations of the later substeps.
     pub iterations: u32,
-    /// Terms of the energy balance (36) of the later parts (J).
+    /// Terms of the energy balance (36) of the later substeps (J).
     pub works: [f64; 6],
     /// Growth of the estimated error (40) in the step, of the body with the largest one (m).
     pub error: f64,
-    /// True if a part had a larger error than the accuracy allows.
+    /// True if a substep had a larger error than the accuracy allows.
     pub is_coarse: bool,
 }
 
-/// Search for an abrupt change: lengths of a part without it and of one with it, and the length
+/// Search for an abrupt change: lengths of a substep without it and of one with it, and the length
 /// within which it is caught (s).
 #[derive(Debug, Clone, Copy)]
 struct Search {
@@ -106,7 +107,7 @@ struct Search {
     window: f64,
 }
 
-/// Equal parts of the rest of a step.
+/// Equal substeps of the rest of a step.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
     length: f64,
@@ -114,11 +115,11 @@ struct Plan {
 }
 
 impl Plan {
-    /// Parts of `left` (s) with a length near `wanted`, or the `present` one where it suits.
+    /// Substeps of `left` (s) with a length near `wanted`, or the `present` one where it suits.
     fn even(left: f64, wanted: f64, present: f64) -> Self {
         let suits = STAYS[0] * present <= wanted && wanted <= STAYS[1] * present;
         let wanted = if suits { present } else { wanted };
-        let count = (left / wanted - 1e-9).ceil().clamp(1.0, f64::from(MOST_PARTS));
+        let count = (left / wanted - 1e-9).ceil().clamp(1.0, f64::from(MOST_SUBSTEPS));
         let length = left / count;
         // The same length but for rounding.
         let is_same = (length - present).abs() <= 1e-9 * present;
@@ -126,27 +127,28 @@ impl Plan {
     }
 }
 
-/// Lengths of the parts of a step.
+/// Lengths of the substeps of a step.
 #[derive(Debug)]
 struct Schedule {
     accuracy: f64,
-    /// Length of the step (s), and of the parts taken so far.
+    /// Length of the step (s), and of the substeps taken so far.
     whole: f64,
     since: f64,
-    /// Length of parts that the last estimate allows (s).
+    /// Length of substeps that the last estimate allows (s).
     wanted: f64,
     plan: Plan,
     search: Option<Search>,
-    /// Lengths of the next parts that are taken as they are (s): up to an abrupt change, and with it.
+    /// Lengths of the next substeps that are taken as they are (s): up to an abrupt change, and with it.
     fixed: [f64; 2],
-    /// Parts with rejected ones, abrupt changes found, halvings of parts that are not solved, and parts of the present length.
+    /// Substeps with rejected ones, abrupt changes found, halvings of substeps that are not solved,
+    /// and substeps of the present length.
     attempts: u32,
     changes: u32,
     halvings: u32,
     streak: u32,
 }
 
-/// What becomes of a part.
+/// What becomes of a substep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Judgement {
     Taken,
@@ -156,7 +158,7 @@ enum Judgement {
 }
 
 impl Schedule {
-    /// Parts of a step of `whole` (s) after those at `pace`; `starts` is true if a body starts.
+    /// Substeps of a step of `whole` (s) after those at `pace`; `starts` is true if a body starts.
     fn new(accuracy: f64, whole: f64, pace: Pace, starts: bool) -> Self {
         let wanted = if pace.wanted > 0.0 { pace.wanted } else { FIRST * whole };
         let first = if starts { FIRST * wanted } else { wanted };
@@ -175,7 +177,7 @@ impl Schedule {
         }
     }
 
-    /// Length of the next part (s); `None` at the end of the step.
+    /// Length of the next substep (s); `None` at the end of the step.
     fn length(&self) -> Option<f64> {
         let planned = match self.search {
             _ if self.fixed[0] > 0.0 => self.fixed[0],
@@ -185,7 +187,7 @@ impl Schedule {
         (self.plan.count > 0).then_some(planned)
     }
 
-    /// Judges a part of `length` (s) with these errors, and plans the next one.
+    /// Judges a substep of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
         let AddedError { smooth, abrupt, velocity } = *errors;
         let allowed = self.accuracy * length;
@@ -197,7 +199,7 @@ impl Schedule {
         let is_long = length > SHORTEST_SMOOTH && (smooth > allowed || velocity > caught);
         self.attempts += 1;
         let is_fixed = self.fixed[0] > 0.0;
-        if !is_fixed && self.attempts < MOST_PARTS {
+        if !is_fixed && self.attempts < MOST_SUBSTEPS {
             let closer = self.search.map(|search| Search { low: length, ..search });
             let closer = closer.filter(|closer| closer.high - closer.low > closer.window);
             if !is_solved && self.halvings < MOST_HALVINGS {
@@ -220,7 +222,7 @@ impl Schedule {
         if !is_fixed && (misses || is_long) { Judgement::TakenCoarse } else { Judgement::Taken }
     }
 
-    /// Narrows the search for an abrupt change, which a part of `length` (s) has, to the `window` (s).
+    /// Narrows the search for an abrupt change, which a substep of `length` (s) has, to the `window` (s).
     fn narrow(&mut self, length: f64, window: f64) {
         let low = self.search.map_or(0.0, |search| search.low);
         if length - low > window {
@@ -233,13 +235,13 @@ impl Schedule {
         self.search = None;
     }
 
-    /// `length` (s), or all that is left of the step if less than a part would remain.
+    /// `length` (s), or all that is left of the step if less than a substep would remain.
     fn until_the_end(&self, length: f64) -> f64 {
         let left = self.whole - self.since;
         if left - length < SHORTEST { left } else { length }
     }
 
-    /// Goes on after a part of `length` (s); `next` is the length that its estimate allows.
+    /// Goes on after a substep of `length` (s); `next` is the length that its estimate allows.
     fn take(&mut self, length: f64, next: f64) {
         self.since += length;
         (self.halvings, self.streak) = (0, self.streak + 1);
@@ -247,19 +249,19 @@ impl Schedule {
             self.fixed = [self.fixed[1], 0.0];
             self.plan_anew(FIRST * self.wanted, length);
         } else if let Some(Search { high, .. }) = self.search.take() {
-            // The part ends within the window before the change.
+            // The substep ends within the window before the change.
             self.fixed = [self.until_the_end(high - length), 0.0];
             self.plan_anew(self.wanted, length);
         } else {
             (self.wanted, self.plan.count) = (next, self.plan.count - 1);
-            let grows = self.streak >= PARTS_PER_GROWTH && next >= STAYS[1] * length;
+            let grows = self.streak >= SUBSTEPS_PER_GROWTH && next >= STAYS[1] * length;
             if self.plan.count > 1 && grows {
                 self.plan_anew(next, length);
             }
         }
     }
 
-    /// Divides the rest of the step in parts near `wanted` (s), or of the `present` length (s).
+    /// Divides the rest of the step in substeps near `wanted` (s), or of the `present` length (s).
     fn plan_anew(&mut self, wanted: f64, present: f64) {
         let left = self.whole - self.since;
         (self.search, self.streak) = (None, 0);
@@ -270,18 +272,18 @@ impl Schedule {
     }
 }
 
-impl StepParts {
-    /// Parts that go on at `pace`.
+impl Substeps {
+    /// Substeps that go on at `pace`.
     #[cfg(feature = "save")]
     pub(super) fn with_pace(pace: Pace) -> Self {
         Self { pace, ..Self::default() }
     }
 }
 
-impl StepParts {
+impl Substeps {
     /// Summary of a state without a step.
-    pub(super) fn at_the_end(&self) -> PartsSummary {
-        PartsSummary { length: self.pace.length, ..PartsSummary::default() }
+    pub(super) fn at_the_end(&self) -> SubstepsSummary {
+        SubstepsSummary { length: self.pace.length, ..SubstepsSummary::default() }
     }
 }
 
@@ -307,60 +309,60 @@ impl Simulation<'_> {
         mark.pace
     }
 
-    /// Returns to the state before the last step in parts.
-    pub(super) fn take_parts_back(&mut self) {
-        if let Some(mut parts) = self.parts.take() {
-            parts.pace = self.return_to(&parts.step);
-            self.parts = Some(parts);
+    /// Returns to the state before the last step in substeps.
+    pub(super) fn take_substeps_back(&mut self) {
+        if let Some(mut substeps) = self.substeps.take() {
+            substeps.pace = self.return_to(&substeps.step);
+            self.substeps = Some(substeps);
         }
     }
 
-    /// Advances by one step in parts, with an error that grows by `accuracy` (m) in a second. The
-    /// `record` describes the first part, and has the worst status and the sums of all.
+    /// Advances by one step in substeps, with an error that grows by `accuracy` (m) in a second. The
+    /// `record` describes the first substep, and has the worst status and the sums of all.
     ///
     /// # Errors
     /// Those of a step; the simulation is then unchanged.
-    pub(super) fn step_in_parts(
+    pub(super) fn step_in_substeps(
         &mut self,
         accuracy: f64,
         record: &mut StepRecord,
     ) -> Result<(), Error> {
-        let mut parts = self.parts.take().unwrap_or_default();
+        let mut substeps = self.substeps.take().unwrap_or_default();
         let index = self.index;
-        parts.step.set(self, parts.pace);
-        let taken = self.take_parts(accuracy, &mut parts, record);
-        self.world.set_part(None);
+        substeps.step.set(self, substeps.pace);
+        let taken = self.take_substeps(accuracy, &mut substeps, record);
+        self.world.set_substep(None);
         self.scratch.candidates.set_kept_gap(None);
         if taken.is_err() {
-            parts.pace = self.return_to(&parts.step);
+            substeps.pace = self.return_to(&substeps.step);
         }
         self.index = index + u64::from(taken.is_ok());
-        self.parts = Some(parts);
+        self.substeps = Some(substeps);
         taken
     }
 
-    fn take_parts(
+    fn take_substeps(
         &mut self,
         accuracy: f64,
-        parts: &mut StepParts,
+        substeps: &mut Substeps,
         record: &mut StepRecord,
     ) -> Result<(), Error> {
         let index = self.index;
         let whole = self.world.time_step();
         let starts = self.instants.as_ref().is_some_and(|of| of.starts.contains(&true));
-        let mut schedule = Schedule::new(accuracy, whole, parts.pace, starts);
-        let mut sum = PartsSummary::default();
+        let mut schedule = Schedule::new(accuracy, whole, substeps.pace, starts);
+        let mut sum = SubstepsSummary::default();
         while let Some(length) = schedule.length() {
-            parts.part.set(self, parts.pace);
+            substeps.substep.set(self, substeps.pace);
             let usual = schedule.plan.length;
-            self.begin_part(parts, schedule.since, length, usual);
-            self.single_step(&mut parts.record)?;
+            self.begin_substep(substeps, schedule.since, length, usual);
+            self.single_step(&mut substeps.record)?;
             self.index = index;
-            let is_solved = parts.record.report.status.is_solved();
+            let is_solved = substeps.record.report.status.is_solved();
             let judgement = schedule.judge(length, is_solved, &self.scratch.added_error);
             if judgement == Judgement::Rejected {
                 let rejected = self.instants.take();
-                parts.pace = self.return_to(&parts.part);
+                substeps.pace = self.return_to(&substeps.substep);
                 if let (Some(instants), Some(rejected), true) =
                     (&mut self.instants, rejected, is_solved)
                 {
@@ -369,50 +371,55 @@ impl Simulation<'_> {
                 continue;
             }
             sum.is_coarse |= judgement == Judgement::TakenCoarse;
-            self.add_part(parts, &mut sum, record);
+            self.add_substep(substeps, &mut sum, record);
         }
-        parts.pace.wanted = schedule.wanted;
-        let starts = parts.step.instants.as_ref().map_or(&[][..], |instants| &instants.errors);
+        substeps.pace.wanted = schedule.wanted;
+        let starts = substeps.step.instants.as_ref().map_or(&[][..], |instants| &instants.errors);
         let grown = self.time_errors().iter().zip(starts).map(|(end, start)| end - start);
-        record.parts = PartsSummary { error: grown.fold(0.0, f64::max), ..sum };
+        record.substeps = SubstepsSummary { error: grown.fold(0.0, f64::max), ..sum };
         Ok(())
     }
 
-    /// Prepares a part of `length` (s) that begins `since` the start of the step (s); `usual` is the
-    /// length of parts in smooth motion.
-    fn begin_part(&mut self, parts: &mut StepParts, since: f64, length: f64, usual: f64) {
-        self.world.set_part(Some([since, length]));
+    /// Prepares a substep of `length` (s) that begins `since` the start of the step (s); `usual` is the
+    /// length of substeps in smooth motion.
+    fn begin_substep(&mut self, substeps: &mut Substeps, since: f64, length: f64, usual: f64) {
+        self.world.set_substep(Some([since, length]));
         let kept_gap = self.world.accuracy().map(|accuracy| CAUGHT * accuracy);
         let is_short = length < KEEPS_GAP * usual;
         self.scratch.candidates.set_kept_gap(kept_gap.filter(|_| is_short));
         self.scratch.added_error = AddedError::default();
-        if length != parts.pace.length {
-            self.change_length(parts.pace.length, length);
-            parts.pace.length = length;
+        if length != substeps.pace.length {
+            self.change_length(substeps.pace.length, length);
+            substeps.pace.length = length;
         }
     }
 
-    /// Adds the part in `parts` to the `sum` of the step, and to its `record`.
-    fn add_part(&self, parts: &mut StepParts, sum: &mut PartsSummary, record: &mut StepRecord) {
-        let part = &mut parts.record;
+    /// Adds the substep in `substeps` to the `sum` of the step, and to its `record`.
+    fn add_substep(
+        &self,
+        substeps: &mut Substeps,
+        sum: &mut SubstepsSummary,
+        record: &mut StepRecord,
+    ) {
+        let substep = &mut substeps.record;
         sum.count += 1;
         if sum.count == 1 {
-            sum.length = parts.pace.length;
-            swap(record, part);
+            sum.length = substeps.pace.length;
+            swap(record, substep);
             return;
         }
-        let StepRecord { states, wrenches, contacts, solution, .. } = &*part;
+        let StepRecord { states, wrenches, contacts, solution, .. } = &*substep;
         let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
         let claim = Claim { states, next, wrenches, contacts, joints, gears };
         let works = EnergyBalance::new(&self.world, &claim, solution.forces()).terms();
         sum.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
-        let StepReport { status, iterations, .. } = part.report;
+        let StepReport { status, iterations, .. } = substep.report;
         sum.iterations = sum.iterations.saturating_add(iterations);
         record.report.status = record.report.status.with_later(status);
-        record.restitution_share = record.restitution_share.min(part.restitution_share);
-        record.infeasible_gap = record.infeasible_gap.or(part.infeasible_gap);
-        record.unphysical = record.unphysical.or(part.unphysical);
-        record.gain = record.gain.or(part.gain);
-        record.unsolved.append(&mut part.unsolved);
+        record.restitution_share = record.restitution_share.min(substep.restitution_share);
+        record.infeasible_gap = record.infeasible_gap.or(substep.infeasible_gap);
+        record.unphysical = record.unphysical.or(substep.unphysical);
+        record.gain = record.gain.or(substep.gain);
+        record.unsolved.append(&mut substep.unsolved);
     }
 }

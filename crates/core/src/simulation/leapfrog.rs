@@ -376,6 +376,8 @@ impl Simulation<'_> {
             kept.converted = starts.map(|(starts, is_abrupt)| *starts && !is_abrupt).collect();
         }
         let StepScratch { solution, abrupt, .. } = scratch;
+        // Initial point of the first step.
+        now.contacts.clone_from(&solution.contacts);
         let all = now.states.iter_mut().zip(&solution.states);
         for (body, (state, next)) in all.enumerate() {
             if instants.starts[body] && !abrupt.bodies[body] {
@@ -401,8 +403,9 @@ impl Simulation<'_> {
             StepStatus::Free | StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback
         ) && matches!(motion, Motion::Contact { .. });
         let h = world.time_step();
-        // A part of another length than the last one has no step before it.
-        let begins = take(started) && world.accuracy().is_some();
+        // A substep of another length than the last one has no step before it.
+        let started = take(started);
+        let begins = started && world.accuracy().is_some();
         let moved_back = |state| moved_back(state, h);
         let moved_back: Vec<_> = now.states.iter().filter(|_| begins).map(moved_back).collect();
         let earlier = match before {
@@ -417,7 +420,7 @@ impl Simulation<'_> {
                 states: &now.states,
                 earlier,
                 free,
-                past: if begins { &[] } else { &now.contacts },
+                past: if started { &[] } else { &now.contacts },
                 contacts: candidates.contacts(),
                 solution,
             });

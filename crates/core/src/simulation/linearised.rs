@@ -40,7 +40,7 @@ impl Simulation<'_> {
         found
     }
 
-    /// Refuses the Runge–Kutta method, and steps in parts.
+    /// Refuses the Runge–Kutta method, and steps in substeps.
     pub(super) fn check_motion(&self) -> Result<(), Error> {
         if self.world.accuracy().is_some() {
             let why = "a step in parts has none yet; leave the accuracy out";

@@ -35,7 +35,7 @@ mod stiffness;
 pub mod summary;
 pub mod unphysical;
 
-pub use accuracy::PartsSummary;
+pub use accuracy::SubstepsSummary;
 pub use assembly::Assembly;
 pub use balance::EnergyBalance;
 #[cfg(feature = "save")]
@@ -57,7 +57,7 @@ use crate::joint::JointForce;
 use crate::mechanics::{Load, State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
 use crate::world::{Integrator, World};
-use accuracy::StepParts;
+use accuracy::Substeps;
 use bounce::Bounce;
 use leapfrog::{AbruptChanges, Instants};
 use one_step::{contact_step, floating_step};
@@ -89,8 +89,8 @@ pub struct Simulation<'a> {
     /// which that step used.
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
-    /// Parts of the last step, in a world with an [accuracy](World::with_accuracy).
-    parts: Option<Box<StepParts>>,
+    /// Substeps of the last step, in a world with an [accuracy](World::with_accuracy).
+    substeps: Option<Box<Substeps>>,
     /// True if the last step cannot be taken back.
     taken_back: bool,
     /// True for the substeps of a failed step, which are not divided again.
@@ -221,7 +221,7 @@ impl<'a> Simulation<'a> {
             now,
             before: None,
             long_before: None,
-            parts: None,
+            substeps: None,
             taken_back: false,
             is_part: false,
             scratch: StepScratch { candidates, ..StepScratch::default() },
@@ -400,12 +400,12 @@ impl<'a> Simulation<'a> {
     /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
         match self.world.accuracy() {
-            Some(accuracy) if self.instants.is_some() => self.step_in_parts(accuracy, record),
+            Some(accuracy) if self.instants.is_some() => self.step_in_substeps(accuracy, record),
             Some(_) | None => self.single_step(record),
         }
     }
 
-    /// Advances by one step, or by the part of it that is set in the world.
+    /// Advances by one step, or by the substep that is set in the world.
     fn single_step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
         if self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             return Err(Error::Interrupted);
@@ -430,7 +430,7 @@ impl<'a> Simulation<'a> {
         {
             (report, certificate) = rescued;
         }
-        record.parts = PartsSummary::default();
+        record.substeps = SubstepsSummary::default();
         record.index = self.index;
         record.report = report;
         record.certificate = certificate;
@@ -541,8 +541,8 @@ impl<'a> Simulation<'a> {
         if self.taken_back || record.index + 1 != self.index {
             return;
         }
-        if record.parts.count > 0 {
-            self.take_parts_back();
+        if record.substeps.count > 0 {
+            self.take_substeps_back();
             (self.taken_back, self.index) = (true, record.index);
             return;
         }
@@ -572,7 +572,10 @@ impl<'a> Simulation<'a> {
             index: self.index,
             states: self.now.states.clone(),
             instants: self.instants.as_ref().map_or(Vec::new(), |of| of.states.clone()),
-            parts: self.parts.as_ref().map_or(PartsSummary::default(), |parts| parts.at_the_end()),
+            substeps: self
+                .substeps
+                .as_ref()
+                .map_or(SubstepsSummary::default(), |substeps| substeps.at_the_end()),
             solution,
             ..StepRecord::new()
         };

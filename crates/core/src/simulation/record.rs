@@ -1,6 +1,6 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::{EnergyGain, InfeasibleGap, PartsSummary, UnphysicalCause};
+use super::{EnergyGain, InfeasibleGap, SubstepsSummary, UnphysicalCause};
 use crate::contact::{Certificate, Contact};
 use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
@@ -51,7 +51,7 @@ pub struct StepRecord {
     /// rounding.
     pub gain: Option<EnergyGain>,
     /// Parts of the step, in a world with an [accuracy](crate::world::World::with_accuracy).
-    pub parts: PartsSummary,
+    pub substeps: SubstepsSummary,
     /// Bodies of islands that the native solver did not solve in one step without making energy.
     pub unsolved: Vec<usize>,
 }
@@ -83,7 +83,7 @@ impl StepRecord {
             infeasible_gap: None,
             unphysical: None,
             gain: None,
-            parts: PartsSummary::default(),
+            substeps: SubstepsSummary::default(),
             unsolved: Vec::new(),
         }
     }

@@ -12,7 +12,7 @@
 //! solved nor certified again.
 
 use super::islands::Islands;
-use super::{EnergyGain, PartsSummary, Simulation, StepRecord, StepScratch, UnphysicalCause};
+use super::{EnergyGain, Simulation, StepRecord, StepScratch, SubstepsSummary, UnphysicalCause};
 use crate::contact::{Certificate, Contact, ContactKey, KeyIndex, Memory};
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
@@ -180,7 +180,7 @@ impl Simulation<'_> {
             return false;
         }
         record.index = self.index;
-        record.parts = PartsSummary::default();
+        record.substeps = SubstepsSummary::default();
         record.infeasible_gap = None;
         record.report = diagnostics.report;
         record.certificate = diagnostics.certificate;

@@ -8,7 +8,7 @@
 //! The bytes are a magic word, the format number, the length, the content and a checksum. Floating
 //! point numbers keep their bits.
 
-use super::accuracy::{Pace, StepParts};
+use super::accuracy::{Pace, Substeps};
 use super::driving::Driving;
 use super::leapfrog::Instants;
 use super::{ExternalLoads, MOST_STEPS, Motion, Simulation};
@@ -207,7 +207,7 @@ impl<'a> Simulation<'a> {
             driving: self.driving.clone(),
             now: self.now.clone(),
             instants: self.instants.clone(),
-            pace: self.parts.as_ref().map(|parts| parts.pace),
+            pace: self.substeps.as_ref().map(|substeps| substeps.pace),
             before: self.before.clone(),
             long_before: self.long_before.clone(),
             search: self.scratch.candidates.memory().clone(),
@@ -236,9 +236,9 @@ impl<'a> Simulation<'a> {
         self.driving.clone_from(&saved.driving);
         self.now.copy_from(&saved.now);
         self.instants.clone_from(&saved.instants);
-        // The start of the last step in parts is not saved.
+        // The start of the last step in substeps is not saved.
         self.taken_back |= saved.pace.is_some();
-        self.parts = saved.pace.map(|pace| Box::new(StepParts::with_pace(pace)));
+        self.substeps = saved.pace.map(|pace| Box::new(Substeps::with_pace(pace)));
         self.before.clone_from(&saved.before);
         self.long_before.clone_from(&saved.long_before);
         Ok(())

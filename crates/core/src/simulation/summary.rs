@@ -103,7 +103,7 @@ impl RunSummary {
         let (index, residual) = (record.index, certificate.residual());
         let part = certificate.worst_part();
         let status = report.status;
-        let iterations = report.iterations.saturating_add(record.parts.iterations);
+        let iterations = report.iterations.saturating_add(record.substeps.iterations);
         let restitution_share = record.restitution_share;
         self.count(&StatusCount { index, status, iterations, residual, part, restitution_share });
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {

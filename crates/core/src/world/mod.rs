@@ -122,14 +122,14 @@ pub struct World {
     rebound_speed: Option<f64>,
     integrator: Integrator,
     accuracy: Option<f64>,
-    part: Option<StepPart>,
+    substep: Option<Substep>,
     reach: f64,
     speed_scale: f64,
 }
 
 /// Part of a step, taken as a step of its own; see [`World::with_accuracy`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct StepPart {
+pub(crate) struct Substep {
     /// Its start, since the start of the step (s).
     since: f64,
     /// Time step of the world (s).
@@ -174,7 +174,7 @@ impl World {
             rebound_speed: None,
             integrator: Integrator::Euler,
             accuracy: None,
-            part: None,
+            substep: None,
             reach,
             speed_scale,
         }
@@ -317,7 +317,7 @@ impl World {
     }
 
     /// Returns this world with an error of the time step that runs keep: the estimate (40) of each
-    /// body's position grows by at most `accuracy` (m) in a second. A step is then taken in parts,
+    /// body's position grows by at most `accuracy` (m) in a second. A step is then taken in substeps,
     /// which also end where impacts, slips and stops of joints begin. Needs
     /// [`Integrator::Leapfrog`], and has no effect without it.
     ///
@@ -342,27 +342,27 @@ impl World {
         self.accuracy
     }
 
-    /// Sets the time step to a part of the whole one: its start since that of the step, and its
+    /// Sets the time step to a substep of the whole one: its start since that of the step, and its
     /// length (s). `None` is the whole step.
-    pub fn set_part(&mut self, part: Option<[f64; 2]>) {
+    pub fn set_substep(&mut self, substep: Option<[f64; 2]>) {
         let whole = self.whole_step();
-        self.parameters.time_step = part.map_or(whole, |[_, length]| length);
-        self.part = part.map(|[since, _]| StepPart { since, whole });
+        self.parameters.time_step = substep.map_or(whole, |[_, length]| length);
+        self.part = substep.map(|[since, _]| Substep { since, whole });
         self.set_middles();
     }
 
-    /// Time step of the world (s), also while a [part](World::set_part) of it is set.
+    /// Time step of the world (s), also while a [substep](World::set_substep) of it is set.
     #[must_use]
     pub fn whole_step(&self) -> f64 {
-        self.part.map_or(self.time_step(), |part| part.whole)
+        self.part.map_or(self.time_step(), |substep| substep.whole)
     }
 
-    /// Time at the end of step `index` (s), or of the part of it that is set.
+    /// Time at the end of step `index` (s), or of the substep of it that is set.
     #[must_use]
     pub fn time_after(&self, index: u64) -> f64 {
         match self.part {
             None => (index + 1) as f64 * self.time_step(),
-            Some(StepPart { since, whole }) => index as f64 * whole + since + self.time_step(),
+            Some(Substep { since, whole }) => index as f64 * whole + since + self.time_step(),
         }
     }
 
@@ -390,7 +390,7 @@ impl World {
         };
         match self.part {
             None => [index, index + 1].map(|k| (k as f64 - middle).max(0.0) * self.time_step()),
-            Some(StepPart { since, whole }) => {
+            Some(Substep { since, whole }) => {
                 let start = index as f64 * whole + since;
                 [-middle, 1.0 - middle].map(|by| (start + by * self.time_step()).max(0.0))
             }

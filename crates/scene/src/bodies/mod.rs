@@ -81,7 +81,7 @@ fn scene_from_built(
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, robots, notes } = built;
     if settings.accuracy.is_some() && settings.integrator() == Integrator::Euler {
-        let why = "steps in parts need integrator = \"leapfrog\"; this scene has \"euler\"";
+        let why = "an accuracy needs integrator = \"leapfrog\"; this scene has \"euler\"";
         return Err(Failure::setting("accuracy", why));
     }
     let contact = (!floats).then(|| SolverChoice::new(&settings.solver)).transpose()?;

@@ -261,8 +261,8 @@ impl RunFile {
             for (gear, of) in step.gears.iter().zip(world.gears()) {
                 joints.add_gear(of, gear.residual);
             }
-            let length = step.row.part_length;
-            world.set_part((length > 0.0).then_some([0.0, length]));
+            let length = step.row.substep_length;
+            world.set_substep((length > 0.0).then_some([0.0, length]));
             world.follow(&scene.courses, world.time_after(index));
             let forces: Vec<_> = step.joints.iter().map(JointRow::forces).collect();
             let gears: Vec<_> = step.gears.iter().map(|gear| gear.force).collect();

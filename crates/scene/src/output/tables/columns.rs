@@ -145,11 +145,11 @@ columns! {
         /// Stiffness number h ω, see
         /// [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness); 0 without joints.
         stiffness: f64 = ["stiffness"],
-        /// Number of parts of the step, in a run with an accuracy.
-        parts_taken: u32 = ["parts"],
-        /// Length of its first part (s), to which the rows of the step belong. In the last row, of the
-        /// part before.
-        part_length: f64 = ["part_s"],
+        /// Number of substeps of the step, in a run with an accuracy.
+        substeps_taken: u32 = ["substeps"],
+        /// Length of its first substep (s), to which the rows of the step belong. In the last row, of the
+        /// substep before.
+        substep_length: f64 = ["substep_s"],
         /// Growth of the estimated error (40) of the body with the largest one up to the next row (m).
         error: f64 = ["error_m"],
     }

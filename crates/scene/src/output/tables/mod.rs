@@ -42,7 +42,7 @@ pub use columns::{ContactRow, GearTableRow, JointRow, StepRow};
 pub use key::KeyText;
 pub use named::Misplaced;
 pub use read::{TableStep, TablesReader};
-pub use write::{TablesWriter, gap_between};
+pub use write::TablesWriter;
 
 use std::fmt;
 use tumble_core::world::{Integrator, World};
@@ -124,7 +124,7 @@ pub struct TableShape {
     /// True with [`Integrator::Leapfrog`].
     pub has_middles: bool,
     /// True with an [accuracy](World::with_accuracy).
-    pub has_parts: bool,
+    pub has_substeps: bool,
 }
 
 impl TableShape {
@@ -136,14 +136,14 @@ impl TableShape {
             joints: world.joints().len(),
             gears: world.gears().len(),
             has_middles: world.integrator() == Integrator::Leapfrog,
-            has_parts: world.accuracy().is_some(),
+            has_substeps: world.accuracy().is_some(),
         }
     }
 
-    /// Number of columns at the end of the table `steps` that it lacks: the parts of a step without an
+    /// Number of columns at the end of the table `steps` that it lacks: the substeps of a step without an
     /// accuracy, and the stiffness without joints as well.
     fn missing_columns(&self) -> usize {
-        match (self.has_parts, self.joints) {
+        match (self.has_substeps, self.joints) {
             (true, _) => 0,
             (false, 1..) => 3,
             (false, 0) => 4,

@@ -98,8 +98,8 @@ impl<W: Write> TablesWriter<W> {
     /// The errors of the streams.
     pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
         let is_end = record.report.status == StepStatus::End;
-        let StepRecord { parts, index, .. } = record;
-        self.world.set_part((parts.length > 0.0).then_some([0.0, parts.length]));
+        let StepRecord { substeps, index, .. } = record;
+        self.world.set_substep((substeps.length > 0.0).then_some([0.0, substeps.length]));
         let start = *index as f64 * self.world.whole_step();
         let time = if is_end { start } else { self.world.time_after(*index) };
         self.world.follow(&self.courses, time);
@@ -113,7 +113,7 @@ impl<W: Write> TablesWriter<W> {
         let mut step = TableStep::new(&self.world, record);
         if self.loaded_contacts {
             let ends = &record.solution.states;
-            let is_open = |row: &ContactRow| gap_between(&record.contacts[row.index], ends) >= 0.0;
+            let is_open = |row: &ContactRow| record.contacts[row.index].gap_in(ends) >= 0.0;
             let acts = |row: &ContactRow| row.force != Vector3::zeros() || row.rebound != 0.0;
             step.contacts.retain(|row| acts(row) || !is_open(row));
         }
@@ -251,9 +251,9 @@ impl TableStep {
             energy: energy::total(world, &record.states),
             works: if is_end { [0.0; 6] } else { works(world, record) },
             stiffness: if is_end { 0.0 } else { record.stiffness },
-            parts_taken: record.parts.count,
-            part_length: record.parts.length,
-            error: record.parts.error,
+            substeps_taken: record.substeps.count,
+            substep_length: record.substeps.length,
+            error: record.substeps.error,
         };
         let contacts = ContactRow::from_record(record).collect();
         let joints = JointRow::from_record(world, record).collect();
@@ -273,7 +273,7 @@ impl TableStep {
 impl StepRow {
     /// Adds the status, the error and the energy terms (J) of a step between this row and the next.
     fn add(&mut self, record: &StepRecord, works: &[f64; 6]) {
-        self.error += record.parts.error;
+        self.error += record.substeps.error;
         self.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
         self.status = self.status.with_later(record.report.status);
     }
@@ -285,7 +285,7 @@ fn works(world: &World, record: &StepRecord) -> [f64; 6] {
     let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
     let claim = Claim { states, next, wrenches, contacts, joints, gears };
     let first = EnergyBalance::new(world, &claim, solution.forces()).terms();
-    array::from_fn(|k| first[k] + record.parts.works[k])
+    array::from_fn(|k| first[k] + record.substeps.works[k])
 }
 
 impl JointRow {
@@ -399,16 +399,5 @@ impl ContactRow {
             rebound: contact.rebound,
             key: KeyText::new(&contact.key),
         })
-    }
-}
-
-/// Gap of a contact with its bodies at `states` (m); NaN without their states.
-#[must_use]
-pub fn gap_between(contact: &Contact, states: &[State]) -> f64 {
-    let pose = |body: usize| states.get(body).map(State::pose);
-    match (pose(contact.key.body), contact.key.partner.body().map(pose)) {
-        (Some(a), None) => contact.gap_at(&a, None),
-        (Some(a), Some(Some(b))) => contact.gap_at(&a, Some(&b)),
-        _ => f64::NAN,
     }
 }
