@@ -65,11 +65,10 @@ class Problem:
         self.turn = Rotation.from_quat(self.scene.states[:, 3:7], scalar_first=True)
         self.joints = self._tree(document.get("joints", []))
 
-    def at(self, step: float) -> tumble.Scene:
-        """Scene with a time step."""
-        return tumble.Scene.from_text(
-            f'name = "motion"\nsteps = 1\ntime_step = {step!r}\nintegrator = "leapfrog"\n{self.text}'
-        )
+    def at(self, step: float, **settings: Any) -> tumble.Scene:
+        """Scene with a time step and settings."""
+        text = f'name = "motion"\nsteps = 1\ntime_step = {step!r}\nintegrator = "leapfrog"\n{self.text}'
+        return tumble.Scene.from_text(text, **settings)
 
     def slope(self) -> Rotation:
         """Attitude of the ground."""

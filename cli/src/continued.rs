@@ -112,7 +112,7 @@ impl<'a> Continued<'a> {
             joints,
             stiff_joints,
             time_error: None,
-            parts: 0,
+            substeps: 0,
             coarse: 0,
         }
     }

@@ -65,7 +65,11 @@ pub fn time_error(scene: &Scene, run: &RunResults) -> String {
         _ => String::new(),
     };
     if run.substeps > 0 {
-        let _ = writeln!(text, "  accuracy     kept in {} substeps", run.substeps);
+        let _ = writeln!(
+            text,
+            "  substeps     {}; contacts and residuals above are of the first of each step",
+            run.substeps
+        );
     }
     if run.coarse > 0 {
         let _ = writeln!(text, "    in {} steps, substeps are less accurate", run.coarse);

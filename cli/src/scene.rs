@@ -97,6 +97,7 @@ fn settings_from_flags(args: &SetupArgs) -> Settings {
         rotation: physics.rotation.map(Into::into),
         integrator: physics.integrator.map(Into::into),
         accuracy: physics.accuracy,
+        impacts: physics.impacts.map(Into::into),
         mu: physics.mu,
         restitution: physics.restitution,
         rebound_speed: physics.rebound_speed,

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tumble_core::joint::{Drive, GearAxis, JointAxis, Motor};
 use tumble_core::mechanics::Rotation;
-use tumble_core::world::Integrator;
 use tumble_core::world::constants::extents;
+use tumble_core::world::{Impacts, Integrator};
 use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::joint::JointModel;
@@ -74,6 +74,7 @@ impl PyScene {
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
         text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, integrator=None, accuracy=None,
+        impacts=None,
         friction=None, restitution=None, solver=None, residual=None, packages=None, leave_out=None, point_contacts=None, model=None
     ))]
     fn new(
@@ -86,6 +87,7 @@ impl PyScene {
         rotation: Option<&str>,
         integrator: Option<&str>,
         accuracy: Option<f64>,
+        impacts: Option<&str>,
         friction: Option<f64>,
         restitution: Option<f64>,
         solver: Option<&str>,
@@ -105,6 +107,7 @@ impl PyScene {
             rotation: rotation.map(rotation_of).transpose()?,
             integrator: integrator.map(integrator_of).transpose()?,
             accuracy,
+            impacts: impacts.map(impacts_of).transpose()?,
             mu: friction,
             restitution,
             solver: SolverTable {
@@ -255,6 +258,12 @@ impl PyScene {
         self.content.world.accuracy()
     }
 
+    /// When impacts happen: "stepped" or "located".
+    #[getter]
+    fn impacts(&self) -> &'static str {
+        self.content.world.impacts().name()
+    }
+
     /// Coefficient of friction of the world.
     #[getter]
     fn friction(&self) -> f64 {
@@ -377,6 +386,11 @@ fn first_index(index: u64) -> PyResult<u64> {
 fn integrator_of(name: &str) -> PyResult<Integrator> {
     let unknown = || refused(format!("integrator: {name:?} is unknown; use leapfrog or euler"));
     Integrator::from_name(name).ok_or_else(unknown)
+}
+
+fn impacts_of(name: &str) -> PyResult<Impacts> {
+    let unknown = || refused(format!("impacts: {name:?} is unknown; use stepped or located"));
+    Impacts::from_name(name).ok_or_else(unknown)
 }
 
 fn rotation_of(name: &str) -> PyResult<Rotation> {

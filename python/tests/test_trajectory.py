@@ -400,5 +400,28 @@ def test_a_run_with_an_accuracy_has_tables(tmp_path):
     run.to_csv(tmp_path / "run")
     again = tumble.Trajectory.from_csv(scene, tmp_path / "run")
     np.testing.assert_array_equal(again.states, run.states)
-    with pytest.raises(tumble.TumbleError, match="leave the accuracy out"):
+    with pytest.raises(tumble.TumbleError, match="ask for the gradient of the run"):
         scene.jacobian()
+
+
+def test_impacts_can_be_located():
+    """The gradient of the height after a bounce is that of the closed form."""
+    ground = {"friction": 0.3, "restitution": 0.5}
+
+    def scene(height):
+        ball = {"name": "ball", "sphere": 0.1, "mass": 1.0, "position": [0, 0, 0.1 + height]}
+        return tumble.Scene([ball], ground, time_step=0.01, impacts="located")
+
+    def height(drop, time=0.8):
+        fall = np.sqrt(2 * drop / 9.81)
+        return 0.5 * 9.81 * fall * (time - fall) - 0.5 * 9.81 * (time - fall) ** 2
+
+    dropped = scene(1.0)
+    assert dropped.impacts == "located" and tumble.Scene([], ground).impacts == "stepped"
+    run = dropped.run(80)
+    assert abs(run.states[-1, 0, 2] - 0.1 - height(1.0)) <= 1e-6
+    weights = np.eye(12)[[2]]
+    slope = (height(1.0 + 1e-6) - height(1.0 - 1e-6)) / 2e-6
+    assert dropped.vjp(weights, steps=80)["states"][0, 2] == pytest.approx(slope, abs=1e-4)
+    with pytest.raises(tumble.TumbleError, match="impacts: \"never\" is unknown; use stepped or located"):
+        tumble.Scene.from_text("[ground]\nfriction = 0.3", impacts="never")

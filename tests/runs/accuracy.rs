@@ -4,10 +4,12 @@ use crate::leapfrog::{
     self, double_pendulum, four_bar, oblique_slide, pendulum, servo, slide, slip_to_roll,
     spin_and_slide, sprung_pendulum, top,
 };
+use std::array;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::{Simulation, State, StepRecord};
+use tumble::{Checkpoints, Run, Simulation, State, StepRecord};
+use tumble_core::derivative::StateChange;
 use tumble_core::solver::native::StepDerivative;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
@@ -114,6 +116,23 @@ fn a_bounce_happens_when_the_gap_closes() {
     }
 }
 
+/// With located impacts, the error of a bounce is not of the length of steps: a step of 10 ms is
+/// divided where the gap closes. Free fall is exact.
+#[test]
+fn located_impacts_happen_when_the_gap_closes() {
+    let (rise, fall) = (0.5 * (2.0 * G).sqrt(), (2.0 / G).sqrt());
+    let left = 1.0 - fall - 2.0 * rise / G;
+    let (speed, height) = (0.5 * rise - G * left, 0.5 * rise * left - 0.5 * G * left * left);
+    for h in [0.02_f64, 0.01, 0.005] {
+        let scene = scene(&format!("time_step = {h:?}\nimpacts = \"located\"\n{}", bounce()));
+        let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+        run(&mut simulation, (1.0 / h).round() as u64);
+        let end = simulation.state();
+        assert!((end.position.z - 0.1 - height).abs() <= 1e-6, "{h}: {}", end.position);
+        assert!((end.velocity.z - speed).abs() <= 1e-5, "{h}: {}", end.velocity);
+    }
+}
+
 /// Friction stops the block after v²/(2 μ g).
 #[test]
 fn a_slide_ends_where_friction_stops_it() {
@@ -205,12 +224,87 @@ fn loads_act_at_their_times() {
     assert!((end.velocity.x - 1.5).abs() <= 1e-6, "{}", end.velocity);
 }
 
+/// Gradient of weighted changes of the last states of a run of `steps` steps of 10 ms, from its start.
+fn gradient(text: &str, accuracy: f64, steps: u64, weights: &[f64; 12]) -> [f64; 12] {
+    let mut by_states = |k: u64, states: &[State]| {
+        let zero = || vec![StateChange::zero(); states.len()];
+        (k == steps).then(|| {
+            let mut by_states = zero();
+            by_states[0] = StateChange::from_array(weights);
+            by_states
+        })
+    };
+    let mut run = Run {
+        steps,
+        before: &mut |_: &mut Simulation<'_>| Ok(()),
+        by_states: &mut by_states,
+        constants: &[],
+        inputs: &[],
+        checkpoints: Checkpoints { steps: 7, saved: 3 },
+        smoothing: None,
+        has_impact_times: false,
+    };
+    let mut simulation = simulation(text, accuracy);
+    let found = simulation.gradient(&mut run).unwrap();
+    assert_eq!((found.unsolved, found.wrenches.len()), (0, steps as usize));
+    assert_eq!(simulation.states(), at(text, steps as f64 * 0.01, accuracy));
+    found.states[0].to_array()
+}
+
+/// Gradients of runs with substeps are derivatives of the motion, to the order of the scheme: those of
+/// differences between runs, also through impacts with a loss.
 #[test]
-fn steps_in_parts_have_no_derivative() {
+fn gradients_are_those_of_the_motion() {
+    let ball = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"body\"\nsphere = 0.1\nmass = 1.0\n\
+                position = [0, 0, 0.3]\nvelocity = [1.0, 0.5, 0]\nspin = [2, -3, 1]\n";
+    // Velocity about the hinge of the pendulum.
+    let hinged = vec![[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.3, 0.0, -0.4, 0.0, 1.0, 0.0]];
+    let units = |kept: &[usize]| {
+        let unit = |axis: usize| array::from_fn(|k| f64::from(u8::from(k == axis)));
+        kept.iter().map(|axis| unit(*axis)).collect::<Vec<[f64; 12]>>()
+    };
+    let cases = [
+        ("servo", servo(), 30, hinged.clone()),
+        ("sprung pendulum", sprung_pendulum(), 30, hinged),
+        ("spin and slide", spin_and_slide(), 20, units(&[0, 1, 5, 6, 7, 11])),
+        ("bounces", bounce(), 110, units(&array::from_fn::<_, 12, _>(|k| k))),
+        ("landing", ball.to_owned(), 40, units(&array::from_fn::<_, 12, _>(|k| k))),
+    ];
+    let weights = [0.3, -0.2, 0.5, 0.4, -0.1, 0.2, 0.07, 0.01, -0.04, 0.02, 0.05, -0.03];
+    for (name, text, steps, directions) in cases {
+        let found = gradient(&text, 1e-6, steps, &weights);
+        let value = |change: [f64; 12]| {
+            let mut simulation = simulation(&text, 1e-7);
+            let moved = StateChange::from_array(&change).applied(&simulation.states()[0]);
+            simulation.set_state(0, moved).unwrap();
+            run(&mut simulation, steps);
+            simulation.states()[0]
+        };
+        let middle = value([0.0; 12]);
+        for direction in directions {
+            let size = 1e-3;
+            let at = |by: f64| {
+                let change = direction.map(|along| by * along);
+                let end = StateChange::between(&middle, &value(change));
+                StateChange::from_array(&weights).dot(&end)
+            };
+            let expected = (at(size) - at(-size)) / (2.0 * size);
+            let found: f64 = found.iter().zip(&direction).map(|(by, along)| by * along).sum();
+            // The offset of a slip that turns (eq. 38) counts as constant.
+            assert!(
+                (found - expected).abs() <= 3e-4 * (1.0 + expected.abs()),
+                "{name} {direction:?}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn steps_in_substeps_have_no_derivative() {
     let mut simulation = simulation(&slide(), 1e-5);
     let mut record = StepRecord::new();
     simulation.use_middle_velocities();
     simulation.step(&mut record).unwrap();
     let refused = simulation.linearise(&record, &mut StepDerivative::new()).unwrap_err();
-    assert!(refused.to_string().contains("leave the accuracy out"), "{refused}");
+    assert!(refused.to_string().contains("ask for the gradient of the run"), "{refused}");
 }

@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 use nalgebra::Vector3;
 use std::path::PathBuf;
 use tumble_core::mechanics::Rotation;
-use tumble_core::world::Integrator;
+use tumble_core::world::{Impacts, Integrator};
 use tumble_scene::settings::RobotSettings;
 use tumble_view::animation::View;
 
@@ -41,6 +41,24 @@ impl From<IntegratorName> for Integrator {
         match name {
             IntegratorName::Euler => Self::Euler,
             IntegratorName::Leapfrog => Self::Leapfrog,
+        }
+    }
+}
+
+/// When impacts happen, see [`Impacts`].
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum ImpactsName {
+    /// Within the step in which they happen.
+    Stepped,
+    /// At their time, where a substep begins.
+    Located,
+}
+
+impl From<ImpactsName> for Impacts {
+    fn from(name: ImpactsName) -> Self {
+        match name {
+            ImpactsName::Stepped => Self::Stepped,
+            ImpactsName::Located => Self::Located,
         }
     }
 }
@@ -91,6 +109,9 @@ pub struct PhysicsArgs {
     /// taken in substeps that keep it, and that end at impacts.
     #[arg(long, value_name = "M", value_parser = values::number, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
+    /// When impacts happen [default: stepped; with an accuracy located].
+    #[arg(long, value_enum)]
+    pub impacts: Option<ImpactsName>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
@@ -115,6 +136,7 @@ impl PhysicsArgs {
             ("rotation", self.rotation.is_some()),
             ("integrator", self.integrator.is_some()),
             ("accuracy", self.accuracy.is_some()),
+            ("impacts", self.impacts.is_some()),
             ("mu", self.mu.is_some()),
             ("restitution", self.restitution.is_some()),
             ("rebound-speed", self.rebound_speed.is_some()),

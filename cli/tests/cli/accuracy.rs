@@ -38,7 +38,7 @@ stiffness = 2.0
 fn a_run_with_an_accuracy_is_verified() {
     let (end, directory) = run_scenario(SCENE, &[]);
     assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("accuracy     kept in"), "{end:?}");
+    assert!(end.stdout.contains("  substeps     "), "{end:?}");
     let steps = Table::parse(&fs::read_to_string(directory.path().join("out/steps.csv")).unwrap());
     let errors = steps.numbers("error_m");
     assert!(errors.iter().sum::<f64>() <= 3e-5 && errors.iter().any(|error| *error > 0.0));
@@ -58,7 +58,7 @@ fn a_run_with_an_accuracy_is_verified() {
 
 /// Sixteen balls with friction, whose rows often have one substep and the next one another length.
 #[test]
-fn rows_of_one_part_are_verified() {
+fn rows_of_one_substep_are_verified() {
     let path = format!("{}/scenarios/billiard.toml", crate::ROOT);
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out").to_str().unwrap().to_owned();

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::fields;
 use crate::parameters::bouncing;
 use crate::parameters::{
-    LoadParameters, PlaneParameters, is_euler, unnamed_integrator, unnamed_rotation,
+    LoadParameters, PlaneParameters, is_euler, is_stepped, unnamed_integrator, unnamed_rotation,
 };
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
-use tumble_core::world::{Fixed, FixedTerrain, Integrator, Parameters, World};
+use tumble_core::world::{Fixed, FixedTerrain, Impacts, Integrator, Parameters, World};
 
 /// Constants of a run and its initial state, in SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -39,6 +39,9 @@ pub struct Model {
     /// Growth of the error of the time step that a run keeps (m/s); see [`World::with_accuracy`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
+    /// When impacts happen, if there is no accuracy.
+    #[serde(default, skip_serializing_if = "is_stepped")]
+    pub impacts: Impacts,
     /// Gravitational acceleration (m/s²), world frame.
     pub gravity: [f64; 3],
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
@@ -249,7 +252,8 @@ impl Model {
             terrain: Arc::clone(&terrain.terrain),
             friction: terrain.friction,
         });
-        let world = world.with_integrator(self.integrator).with_accuracy(self.accuracy)?;
+        let world = world.with_integrator(self.integrator).with_impacts(self.impacts);
+        let world = world.with_accuracy(self.accuracy)?;
         let world = world.with_fixed(fixed)?.with_terrains(terrains.collect())?;
         let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
         let world = self.frictions.iter().try_fold(world, |world, pair| {

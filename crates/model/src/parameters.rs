@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
 use tumble_core::mechanics::Rotation;
 use tumble_core::mechanics::load::{Load, Polyline};
-use tumble_core::world::Integrator;
+use tumble_core::world::{Impacts, Integrator};
 use tumble_core::world::{Plane, World};
 
 /// Ground n·x = d.
@@ -48,6 +48,12 @@ pub fn unnamed_integrator() -> Integrator {
 #[must_use]
 pub fn is_euler(integrator: &Integrator) -> bool {
     *integrator == Integrator::Euler
+}
+
+/// True for impacts within a step, which files do not name.
+#[must_use]
+pub fn is_stepped(impacts: &Impacts) -> bool {
+    *impacts == Impacts::Stepped
 }
 
 impl Default for PlaneParameters {

@@ -14,7 +14,7 @@ use super::tutorial::BODY;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use tumble_core::mechanics::Rotation;
-use tumble_core::world::Integrator;
+use tumble_core::world::{Impacts, Integrator};
 use tumble_model::fields::{Gravity, table_if_any};
 
 /// Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one
@@ -30,6 +30,7 @@ pub struct ScenarioFile {
     rotation: Option<Rotation>,
     integrator: Option<Integrator>,
     accuracy: Option<f64>,
+    impacts: Option<Impacts>,
     seed: Option<u32>,
     gravity: Option<Gravity>,
     #[serde(default, deserialize_with = "table_if_any")]
@@ -91,6 +92,7 @@ impl ScenarioFile {
             settings.rotation = Some(self.rotation.unwrap_or(Rotation::Momentum));
             settings.integrator = self.integrator;
             settings.accuracy = self.accuracy;
+            settings.impacts = self.impacts;
             table.set(&mut settings)?;
         }
         let at = if self.body.is_some() { BODY } else { "" };
@@ -137,6 +139,7 @@ impl ScenarioFile {
             ("rotation", "without a [ground] table", no_ground && self.rotation.is_some()),
             ("integrator", "without a [ground] table", no_ground && self.integrator.is_some()),
             ("accuracy", "without a [ground] table", no_ground && self.accuracy.is_some()),
+            ("impacts", "without a [ground] table", no_ground && self.impacts.is_some()),
             ("solver", "without a [ground] table", no_ground && self.solver.is_some()),
         ];
         if let Some((field, place, _)) = idle.into_iter().find(|(.., idle)| *idle) {

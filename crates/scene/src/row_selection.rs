@@ -2,7 +2,7 @@
 
 use crate::output::tables::Table;
 use serde::{Deserialize, Serialize};
-use tumble_core::world::World;
+use tumble_core::world::{Impacts, World};
 
 /// Rows that are written to files. By default all, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,10 +70,10 @@ impl RowSelection {
     }
 
     /// True if steps of a run of `world` do not end at the states of the next row: rows are omitted, or
-    /// they describe the first of several [parts](World::with_accuracy).
+    /// they describe the first of several [substeps](World::with_accuracy).
     #[must_use]
     pub fn has_gaps(&self, world: &World) -> bool {
-        self.every > 1 || world.accuracy().is_some()
+        self.every > 1 || world.impacts() == Impacts::Located
     }
 
     /// True if `table` is written in a run of `world`, provided that it has such rows.

@@ -13,7 +13,7 @@ use tumble_core::error::Error;
 use tumble_core::joint::{Course, Knots};
 use tumble_core::mechanics::{Load, State};
 use tumble_core::simulation::{Motion, Simulation};
-use tumble_core::world::{Integrator, World};
+use tumble_core::world::{Impacts, Integrator, World};
 use tumble_model::Model;
 use tumble_model::failure::Failure;
 
@@ -62,10 +62,11 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Sets the meaning of the velocities of a run, whose steps then have no accuracy.
+    /// Sets the meaning of the velocities of a run, whose steps are then whole.
     pub fn use_integrator(&mut self, integrator: Integrator) {
         (self.model.integrator, self.model.accuracy) = (integrator, None);
-        self.world = self.world.clone().without_accuracy().with_integrator(integrator);
+        self.model.impacts = Impacts::Stepped;
+        self.world = self.world.clone().without_substeps().with_integrator(integrator);
     }
 
     /// World at step `index`, with the frames of prescribed motions at their places.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use tumble_core::error::Error;
 use tumble_core::mechanics::Rotation;
 use tumble_core::mechanics::load::Polyline;
-use tumble_core::world::{Integrator, Plane};
+use tumble_core::world::{Impacts, Integrator, Plane};
 use tumble_model::failure::{Failure, refuse_flags};
 
 /// Default seed.
@@ -33,6 +33,8 @@ pub struct Settings {
     pub integrator: Option<Integrator>,
     /// Growth of the error of the time step that a run keeps (m/s).
     pub accuracy: Option<f64>,
+    /// When impacts happen.
+    pub impacts: Option<Impacts>,
     /// Coefficient of friction μ.
     pub mu: Option<f64>,
     /// Coefficient of restitution e of the world.
@@ -100,6 +102,7 @@ impl Settings {
             rotation: self.rotation.or(below.rotation),
             integrator: self.integrator.or(below.integrator),
             accuracy: self.accuracy.or(below.accuracy),
+            impacts: self.impacts.or(below.impacts),
             mu: self.mu.or(below.mu),
             restitution: self.restitution.or(below.restitution),
             rebound_speed: self.rebound_speed.or(below.rebound_speed),
@@ -125,6 +128,7 @@ impl Settings {
             ("rotation", is_other(&self.rotation, &below.rotation)),
             ("integrator", is_other(&self.integrator, &below.integrator)),
             ("accuracy", is_other(&self.accuracy, &below.accuracy)),
+            ("impacts", is_other(&self.impacts, &below.impacts)),
             ("mu", is_other(&self.mu, &below.mu)),
             ("restitution", is_other(&self.restitution, &Some(below.restitution.unwrap_or(0.0)))),
             ("rebound-speed", is_other(&self.rebound_speed, &below.rebound_speed)),

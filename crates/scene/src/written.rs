@@ -4,6 +4,7 @@ use super::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use tumble_core::joint::{Drive, Middle, Motor};
+use tumble_core::world::Impacts;
 use tumble_model::failure::Failure;
 use tumble_model::gear::GearModel;
 use tumble_model::groups::GroupsModel;
@@ -59,6 +60,9 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
         writeln!(out, "integrator = \"{}\"", model.integrator.name())?;
         if let Some(accuracy) = model.accuracy {
             writeln!(out, "accuracy = {accuracy:?}")?;
+        }
+        if model.impacts == Impacts::Located {
+            writeln!(out, "impacts = \"located\"")?;
         }
     }
     writeln!(out, "gravity = {:?}", model.gravity)?;

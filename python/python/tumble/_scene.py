@@ -45,6 +45,7 @@ class Settings(TypedDict, total=False):
     rotation: str | None
     integrator: str | None
     accuracy: float | None
+    impacts: str | None
     friction: float | None
     restitution: float | None
     solver: str | None
@@ -74,7 +75,8 @@ class Scene(Queries):
     world. ``rotation`` selects the discretisation of the rotation, "momentum" or "tutorial", and
     ``integrator`` the meaning of the velocities in a run, "leapfrog" or "euler"
     (scenarios/README.md). With ``accuracy`` (m), steps are taken in substeps that keep the error of the
-    time step: it grows by at most so much in a second (docs/accuracy.md). Raises TumbleError for an invalid scene.
+    time step: it grows by at most so much in a second. With ``impacts="located"``, substeps only
+    begin at impacts (docs/accuracy.md). Raises TumbleError for an invalid scene.
 
     ``jacobian`` and ``vjp`` compute derivatives. The methods of Queries look at its start.
     """
@@ -106,6 +108,7 @@ class Scene(Queries):
         rotation: str = "momentum",
         integrator: str = "leapfrog",
         accuracy: float | None = None,
+        impacts: str | None = None,
         steps: int = 1000,
         start_index: int = 0,
         name: str = "scene",
@@ -124,6 +127,7 @@ class Scene(Queries):
                 "rotation": rotation,
                 "integrator": integrator,
                 "accuracy": accuracy,
+                "impacts": impacts,
                 "gravity": gravity,
                 "ground": ground,
                 "bodies": tables("bodies", bodies),
@@ -181,6 +185,7 @@ class Scene(Queries):
     rotation: str = core_property("rotation", 'Discretisation of the rotation: "momentum" or "tutorial".')
     integrator: str = core_property("integrator", 'Velocities in a run: of the middle of steps ("leapfrog"), or "euler".')
     accuracy: float | None = core_property("accuracy", "Error of the time step that runs keep, m in a second, or None.")
+    impacts: str = core_property("impacts", 'When impacts happen: within steps ("stepped") or at their time ("located").')
     solver: str = core_property("solver", "Solver of contact steps: native, ipopt, or rk4 without a ground.")
     friction: float = core_property("friction", "Coefficient of friction of the world.")
     restitution: float = core_property("restitution", "Coefficient of restitution of the world.")
@@ -371,6 +376,7 @@ def load(path: Location, **settings: Unpack[Settings]) -> Scene:
     - ``rotation``: discretisation of the rotation, "momentum" or "tutorial";
     - ``integrator``: meaning of the velocities in a run, "leapfrog" or "euler";
     - ``accuracy``: error of the time step that a run keeps, m in a second;
+    - ``impacts``: when impacts happen, "stepped" or "located";
     - ``solver``: "native" (default), or "ipopt" if tumble.has_ipopt;
     - ``residual``: tolerance of the native solver, m/s, 1e-9 (default) to 1e-2.
 

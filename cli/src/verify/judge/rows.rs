@@ -3,7 +3,7 @@
 use super::{StepContacts, StepJudge};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
-use tumble_core::contact::{ContactKey, PairFeatures};
+use tumble_core::contact::{ContactKey, InstantMotions, PairFeatures};
 use tumble_core::geometry::Feature;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::{State, Wrench};
@@ -32,7 +32,10 @@ impl StepJudge {
         }
         let free = self.free_flight(&step.states, wrenches);
         let moved = self.moved(step, next, &free);
-        let offsets = self.turns_friction && !step.instants.is_empty();
+        let mut motions = InstantMotions::default();
+        if self.turns_friction {
+            motions.set(&step.instants, &free);
+        }
         for row in &step.contacts {
             let contact = row.contact(&self.world, &step.states).and_then(|contact| {
                 row.is_there(&contact, &self.world, &step.states, moved)?;
@@ -41,10 +44,7 @@ impl StepJudge {
             });
             match contact {
                 Ok(mut contact) => {
-                    if offsets {
-                        let instants = &step.instants;
-                        contact.set_slip_offset(&self.world, &step.states, instants, &free);
-                    }
+                    motions.set_slip_offset(&self.world, &step.states, &mut contact);
                     touching.contacts.push(contact);
                 }
                 Err(why) => {

@@ -4,6 +4,7 @@ use super::collider::PieceExtent;
 use super::memory::Memory;
 use super::neighbours::{Neighbours, Overlap, has_pairs};
 use super::restitution::Rebound;
+use super::slip_offset::InstantMotions;
 use super::{Contact, Detection, KeyIndex, Partner, detection};
 use crate::mechanics::State;
 use crate::world::World;
@@ -22,10 +23,8 @@ pub struct Candidates {
     index: KeyIndex,
     /// Gap up to which new contacts [keep their gap](Contact::keep_gap) (m), if any do.
     kept_gap: Option<f64>,
-    /// States with the velocities of the instant and after free flight, for the
-    /// [offsets of slips](Contact::set_slip_offset); empty if there are none.
-    instants: Vec<State>,
-    free: Vec<State>,
+    /// For the offsets of slips (eq. 38).
+    motions: InstantMotions,
 }
 
 impl Candidates {
@@ -171,10 +170,9 @@ impl Candidates {
             new.iter_mut().for_each(|contact| contact.keep_gap(kept));
         }
         self.rebound.set(world, states, new);
-        if !self.instants.is_empty() {
-            let Self { contacts, instants, free, .. } = self;
-            for contact in &mut contacts[first..] {
-                contact.set_slip_offset(world, states, instants, free);
+        if self.motions.are_known() {
+            for contact in &mut self.contacts[first..] {
+                self.motions.set_slip_offset(world, states, contact);
             }
         }
     }
@@ -182,10 +180,7 @@ impl Candidates {
     /// Sets the states with the velocities of the instant, and those after free flight, for the
     /// offsets of slips (eq. 38). Without states, slips have no offset.
     pub(crate) fn set_instants(&mut self, instants: &[State], free: &[State]) {
-        self.instants.clear();
-        self.instants.extend_from_slice(instants);
-        self.free.clear();
-        self.free.extend_from_slice(free);
+        self.motions.set(instants, free);
     }
 
     /// First pair whose collision the step `states` → `next` misses in spite of these contacts.

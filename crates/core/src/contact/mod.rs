@@ -70,6 +70,7 @@ pub use key_index::KeyIndex;
 pub use law::Response;
 pub(crate) use memory::Memory;
 pub use neighbours::Overlap;
+pub use slip_offset::InstantMotions;
 
 use crate::geometry::Ellipsoid;
 use crate::mechanics::quaternion::{rotation, turning_rate};

@@ -14,8 +14,8 @@
 //! slips that may stop or start within a few steps, and out of contacts that hold.
 
 use super::Contact;
-use crate::mechanics::State;
 use crate::mechanics::quaternion::{advance, rotation};
+use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -23,72 +23,78 @@ use nalgebra::Vector3;
 /// explain in a step.
 const FAST: f64 = 1.0;
 
+/// Motions of the bodies at the instant from which a step starts, for the offsets of slips.
+#[derive(Debug, Clone, Default)]
+pub struct InstantMotions {
+    /// States with the velocities of the instant, and after free flight.
+    instants: Vec<State>,
+    free: Vec<State>,
+    /// Motion of each body, computed on first use.
+    now: Vec<Option<Motion>>,
+    /// Poses of each body at the instant and after a step with 2V − w, computed on first use.
+    predicted: Vec<Option<[Pose; 2]>>,
+}
+
+/// Motion of a body, and its change in a step that smooth accelerations explain (m/s).
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    velocity: BodyVelocity,
+    smooth_change: f64,
+}
+
+/// Velocity of a body in the world.
+#[derive(Debug, Clone, Copy)]
+struct BodyVelocity {
+    position: Vector3<f64>,
+    linear: Vector3<f64>,
+    angular: Vector3<f64>,
+}
+
+impl BodyVelocity {
+    fn new(state: &State) -> Self {
+        let angular = rotation(&state.attitude) * state.spin;
+        Self { position: state.position, linear: state.velocity, angular }
+    }
+
+    fn at(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.linear + self.angular.cross(&(point - self.position))
+    }
+}
+
+/// Change of velocity of a body in a step that smooth accelerations explain (m/s): those of loads and
+/// gyroscopic terms from `state` to the `free` flight, and centripetal ones.
+fn smooth_change(world: &World, body: usize, state: &State, free: &State) -> f64 {
+    let reach = world.bodies()[body].reach();
+    (free.velocity - state.velocity).norm()
+        + (free.spin - state.spin).norm() * reach
+        + world.time_step() * state.spin.norm_squared() * reach
+}
+
 impl Contact {
     /// Relative velocity of the touching points at `states` (m/s, world), with the motion of
     /// surfaces.
     pub(crate) fn point_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
-        let point = states[self.key.body].position + self.arm;
-        let velocity = |state: &State| {
-            let spin = rotation(&state.attitude) * state.spin;
-            state.velocity + spin.cross(&(point - state.position))
-        };
-        let own = velocity(&states[self.key.body]);
-        let other = self.key.partner.body().map(|body| velocity(&states[body]));
-        let relative = own - other.unwrap_or_default();
-        if world.has_surfaces() { relative + self.carried(world, states) } else { relative }
+        let of = |body: usize| BodyVelocity::new(&states[body]);
+        let velocities = [Some(of(self.key.body)), self.key.partner.body().map(of)];
+        self.relative_velocity(world, states, velocities)
     }
 
     /// Largest change of [`Contact::point_velocity`] in a step that smooth accelerations explain
-    /// (m/s): those of loads and gyroscopic terms from `states` to the `free` flight, and centripetal
-    /// ones.
+    /// (m/s).
     pub(crate) fn smooth_change(&self, world: &World, states: &[State], free: &[State]) -> f64 {
-        let of_body = |body: usize| {
-            let (state, free) = (&states[body], &free[body]);
-            let reach = world.bodies()[body].reach();
-            (free.velocity - state.velocity).norm()
-                + (free.spin - state.spin).norm() * reach
-                + world.time_step() * state.spin.norm_squared() * reach
-        };
-        self.key.bodies().map(of_body).sum()
+        self.key.bodies().map(|body| smooth_change(world, body, &states[body], &free[body])).sum()
     }
 
-    /// Sets the offset o of the slip (eq. 38) in a step from `states`, whose velocities are those of
-    /// the middle of the step before. `instants` has the velocities of the instant, and `free` the
-    /// states after free flight. No effect if a list lacks a body of the contact.
-    pub fn set_slip_offset(
-        &mut self,
+    fn relative_velocity(
+        &self,
         world: &World,
         states: &[State],
-        instants: &[State],
-        free: &[State],
-    ) {
-        self.slip_offset = Vector3::zeros();
-        let known = states.len().min(instants.len()).min(free.len());
-        if self.key.bodies().any(|body| body >= known) {
-            return;
-        }
-        let (normal, h) = (self.normal(), world.time_step());
-        let velocity = self.point_velocity(world, instants);
-        let slip = velocity - normal * normal.dot(&velocity);
-        let speed = slip.norm();
-        if speed <= FAST * self.smooth_change(world, states, free) {
-            return;
-        }
-        let predicted = |body: usize| {
-            let (State { velocity, spin, .. }, instant) = (&states[body], &instants[body]);
-            let attitude = advance(&instant.attitude, &(2.0 * instant.spin - spin), h);
-            let position = instant.position + h * (2.0 * instant.velocity - velocity);
-            [instant.pose(), State { position, attitude, ..*instant }.pose()]
-        };
-        let a = predicted(self.key.body);
-        let b = self.key.partner.body().map(predicted);
-        let mut u = self.motion([&a[0], &a[1]], b.as_ref().map(|[from, to]| [from, to]), h);
-        if world.has_surfaces() {
-            u += self.carried(world, states);
-        }
-        u -= normal * normal.dot(&u);
-        let along = slip / speed;
-        self.slip_offset = along * along.dot(&u) - u;
+        [own, other]: [Option<BodyVelocity>; 2],
+    ) -> Vector3<f64> {
+        let point = states[self.key.body].position + self.arm;
+        let at = |of: Option<BodyVelocity>| of.map_or(Vector3::zeros(), |of| of.at(&point));
+        let relative = at(own) - at(other);
+        if world.has_surfaces() { relative + self.carried(world, states) } else { relative }
     }
 
     /// Offset of the slip in the law: the motion of surfaces, and the [offset](Self::slip_offset) of
@@ -105,5 +111,75 @@ impl Contact {
     #[inline]
     pub(crate) fn has_law_offset(&self, world: &World) -> bool {
         world.has_surfaces() || self.slip_offset != Vector3::zeros()
+    }
+}
+
+impl InstantMotions {
+    /// Takes the states with the velocities of the instant, and those after free flight. Without
+    /// states, slips have no offset.
+    pub fn set(&mut self, instants: &[State], free: &[State]) {
+        self.instants.clear();
+        self.instants.extend_from_slice(instants);
+        self.free.clear();
+        self.free.extend_from_slice(free);
+        let known = instants.len().min(free.len());
+        self.now.clear();
+        self.now.resize(known, None);
+        self.predicted.clear();
+        self.predicted.resize(known, None);
+    }
+
+    /// True if there are states.
+    pub(super) fn are_known(&self) -> bool {
+        !self.now.is_empty()
+    }
+
+    /// Sets the offset o of the slip (eq. 38) of `contact` in a step from `states`, whose velocities
+    /// are those of the middle of the step before. It is zero if a list lacks a body of the contact.
+    pub fn set_slip_offset(&mut self, world: &World, states: &[State], contact: &mut Contact) {
+        contact.slip_offset = Vector3::zeros();
+        let known = states.len().min(self.now.len());
+        if contact.key.bodies().any(|body| body >= known) {
+            return;
+        }
+        let own = contact.key.body;
+        let other = contact.key.partner.body();
+        let a = self.now(world, states, own);
+        let b = other.map(|body| self.now(world, states, body));
+        let velocities = [Some(a.velocity), b.map(|b| b.velocity)];
+        let velocity = contact.relative_velocity(world, &self.instants, velocities);
+        let normal = contact.normal();
+        let slip = velocity - normal * normal.dot(&velocity);
+        let speed = slip.norm();
+        if speed <= FAST * (a.smooth_change + b.map_or(0.0, |b| b.smooth_change)) {
+            return;
+        }
+        let h = world.time_step();
+        let a = self.predicted(states, own, h);
+        let b = other.map(|body| self.predicted(states, body, h));
+        let mut u = contact.motion([&a[0], &a[1]], b.as_ref().map(|[from, to]| [from, to]), h);
+        if world.has_surfaces() {
+            u += contact.carried(world, states);
+        }
+        u -= normal * normal.dot(&u);
+        let along = slip / speed;
+        contact.slip_offset = along * along.dot(&u) - u;
+    }
+
+    fn now(&mut self, world: &World, states: &[State], body: usize) -> Motion {
+        let Self { instants, free, now, .. } = self;
+        *now[body].get_or_insert_with(|| Motion {
+            velocity: BodyVelocity::new(&instants[body]),
+            smooth_change: smooth_change(world, body, &states[body], &free[body]),
+        })
+    }
+
+    fn predicted(&mut self, states: &[State], body: usize, h: f64) -> [Pose; 2] {
+        *self.predicted[body].get_or_insert_with(|| {
+            let (State { velocity, spin, .. }, instant) = (&states[body], &self.instants[body]);
+            let attitude = advance(&instant.attitude, &(2.0 * instant.spin - spin), h);
+            let position = instant.position + h * (2.0 * instant.velocity - velocity);
+            [instant.pose(), State { position, attitude, ..*instant }.pose()]
+        })
     }
 }

@@ -1,4 +1,5 @@
-//! Substeps that keep an accuracy ([`with_accuracy`](crate::world::World::with_accuracy)).
+//! Substeps that keep an accuracy ([`with_accuracy`](crate::world::World::with_accuracy)), or that
+//! only begin at impacts ([`with_impacts`](crate::world::World::with_impacts)).
 //!
 //! A substep is a step of its own, with its certificate. Its length h follows from the growth of the
 //! estimated error (40) of the worst body: at most a h for the accuracy a (m/s). This error is of
@@ -15,16 +16,19 @@
 //! abrupt change as to one that starts (37).
 
 use super::balance::EnergyBalance;
-use super::leapfrog::{AddedError, Instants};
+use super::leapfrog::{AddedError, Converted, Instants};
 use super::{Simulation, StepRecord};
 use crate::contact::Memory;
 use crate::contact::certificate::Claim;
 use crate::error::Error;
 use crate::step::{StepReport, StepSolution};
+use crate::world::Impacts;
 use std::mem::swap;
 
 /// Share of the error of a second that an abrupt change may add.
 const CAUGHT: f64 = 0.1;
+/// Accuracy that abrupt changes keep in a run without another one (m/s).
+const LOCATED: f64 = 1e-6;
 /// Shortest substep (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
 /// Shortest substep of smooth motion (s).
@@ -130,6 +134,8 @@ impl Plan {
 /// Lengths of the substeps of a step.
 #[derive(Debug)]
 struct Schedule {
+    /// Accuracy of smooth motion, if it is controlled, and of abrupt changes (m/s).
+    smooth: Option<f64>,
     accuracy: f64,
     /// Length of the step (s), and of the substeps taken so far.
     whole: f64,
@@ -159,11 +165,16 @@ enum Judgement {
 
 impl Schedule {
     /// Substeps of a step of `whole` (s) after those at `pace`; `starts` is true if a body starts.
-    fn new(accuracy: f64, whole: f64, pace: Pace, starts: bool) -> Self {
-        let wanted = if pace.wanted > 0.0 { pace.wanted } else { FIRST * whole };
-        let first = if starts { FIRST * wanted } else { wanted };
+    fn new(smooth: Option<f64>, whole: f64, pace: Pace, starts: bool) -> Self {
+        let wanted = match smooth {
+            None => whole,
+            Some(_) if pace.wanted > 0.0 => pace.wanted,
+            Some(_) => FIRST * whole,
+        };
+        let first = if starts && smooth.is_some() { FIRST * wanted } else { wanted };
         Self {
-            accuracy,
+            smooth,
+            accuracy: smooth.unwrap_or(LOCATED),
             whole,
             since: 0.0,
             wanted,
@@ -190,13 +201,17 @@ impl Schedule {
     /// Judges a substep of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
         let AddedError { smooth, abrupt, velocity } = *errors;
-        let allowed = self.accuracy * length;
         let caught = CAUGHT * self.accuracy;
+        let misses = abrupt > caught && length > SHORTEST;
+        let allowed = self.accuracy * length;
         // Eq. 41; an error of the velocity is of third order as well, and remains for seconds.
         let growth = (allowed / smooth).sqrt().min((caught / velocity).cbrt());
-        let next = length * (0.9 * growth).clamp(1.0 / GROWTH, GROWTH);
-        let misses = abrupt > caught && length > SHORTEST;
-        let is_long = length > SHORTEST_SMOOTH && (smooth > allowed || velocity > caught);
+        let next = match self.smooth {
+            Some(_) => length * (0.9 * growth).clamp(1.0 / GROWTH, GROWTH),
+            None => self.whole,
+        };
+        let is_rough = self.smooth.is_some() && (smooth > allowed || velocity > caught);
+        let is_long = is_rough && length > SHORTEST_SMOOTH;
         self.attempts += 1;
         let is_fixed = self.fixed[0] > 0.0;
         if !is_fixed && self.attempts < MOST_SUBSTEPS {
@@ -247,7 +262,8 @@ impl Schedule {
         (self.halvings, self.streak) = (0, self.streak + 1);
         if self.fixed[0] > 0.0 {
             self.fixed = [self.fixed[1], 0.0];
-            self.plan_anew(FIRST * self.wanted, length);
+            let share = self.smooth.map_or(1.0, |_| FIRST);
+            self.plan_anew(share * self.wanted, length);
         } else if let Some(Search { high, .. }) = self.search.take() {
             // The substep ends within the window before the change.
             self.fixed = [self.until_the_end(high - length), 0.0];
@@ -299,6 +315,11 @@ impl Mark {
 }
 
 impl Simulation<'_> {
+    /// True if steps are divided in substeps.
+    pub(super) fn takes_substeps(&self) -> bool {
+        self.instants.is_some() && self.world.impacts() == Impacts::Located
+    }
+
     fn return_to(&mut self, mark: &Mark) -> Pace {
         self.now.copy_from(&mark.now);
         self.before.clone_from(&mark.before);
@@ -317,20 +338,16 @@ impl Simulation<'_> {
         }
     }
 
-    /// Advances by one step in substeps, with an error that grows by `accuracy` (m) in a second. The
-    /// `record` describes the first substep, and has the worst status and the sums of all.
+    /// Advances by one step in substeps. The `record` describes the first one, and has the worst
+    /// status and the sums of all.
     ///
     /// # Errors
     /// Those of a step; the simulation is then unchanged.
-    pub(super) fn step_in_substeps(
-        &mut self,
-        accuracy: f64,
-        record: &mut StepRecord,
-    ) -> Result<(), Error> {
+    pub(super) fn step_in_substeps(&mut self, record: &mut StepRecord) -> Result<(), Error> {
         let mut substeps = self.substeps.take().unwrap_or_default();
         let index = self.index;
         substeps.step.set(self, substeps.pace);
-        let taken = self.take_substeps(accuracy, &mut substeps, record);
+        let taken = self.take_substeps(&mut substeps, record);
         self.world.set_substep(None);
         self.scratch.candidates.set_kept_gap(None);
         if taken.is_err() {
@@ -343,14 +360,13 @@ impl Simulation<'_> {
 
     fn take_substeps(
         &mut self,
-        accuracy: f64,
         substeps: &mut Substeps,
         record: &mut StepRecord,
     ) -> Result<(), Error> {
         let index = self.index;
         let whole = self.world.time_step();
         let starts = self.instants.as_ref().is_some_and(|of| of.starts.contains(&true));
-        let mut schedule = Schedule::new(accuracy, whole, substeps.pace, starts);
+        let mut schedule = Schedule::new(self.world.accuracy(), whole, substeps.pace, starts);
         let mut sum = SubstepsSummary::default();
         while let Some(length) = schedule.length() {
             substeps.substep.set(self, substeps.pace);
@@ -371,6 +387,8 @@ impl Simulation<'_> {
                 continue;
             }
             sum.is_coarse |= judgement == Judgement::TakenCoarse;
+            #[cfg(feature = "save")]
+            self.record_substep(&substeps.record, [schedule.since - length, length]);
             self.add_substep(substeps, &mut sum, record);
         }
         substeps.pace.wanted = schedule.wanted;
@@ -384,10 +402,12 @@ impl Simulation<'_> {
     /// length of substeps in smooth motion.
     fn begin_substep(&mut self, substeps: &mut Substeps, since: f64, length: f64, usual: f64) {
         self.world.set_substep(Some([since, length]));
-        let kept_gap = self.world.accuracy().map(|accuracy| CAUGHT * accuracy);
+        let kept_gap = CAUGHT * self.world.accuracy().unwrap_or(LOCATED);
         let is_short = length < KEEPS_GAP * usual;
-        self.scratch.candidates.set_kept_gap(kept_gap.filter(|_| is_short));
+        self.scratch.candidates.set_kept_gap(is_short.then_some(kept_gap));
         self.scratch.added_error = AddedError::default();
+        self.scratch.converted.clear();
+        self.scratch.converted.resize(self.now.states.len(), Converted::Kept);
         if length != substeps.pace.length {
             self.change_length(substeps.pace.length, length);
             substeps.pace.length = length;

@@ -32,13 +32,13 @@ use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
 use crate::simulation::Motion;
 use crate::step::{ContactForce, StepSolution, StepStatus};
-use crate::world::World;
+use crate::world::{Impacts, World};
 use nalgebra::Vector3;
 use std::mem::take;
 
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
-const STILL: f64 = 1e-9;
+pub(super) const STILL: f64 = 1e-9;
 /// Distance from a limit (m or rad) below which an axis counts as stopped there.
 const AT_LIMIT: f64 = 1e-9;
 
@@ -57,7 +57,7 @@ pub(super) struct Instants {
     pub was_abrupt: Vec<bool>,
     /// `errors` and `was_abrupt` before the last step.
     past: (Vec<f64>, Vec<bool>),
-    /// Smoothness of the motion, in a world with an accuracy; otherwise empty.
+    /// Smoothness of the motion, in a run with substeps; otherwise empty.
     smooth: Vec<Smooth>,
 }
 
@@ -152,6 +152,18 @@ pub(super) struct TrialStep {
     pub converted: Vec<bool>,
 }
 
+/// How the velocity w of a body at the start of a substep follows from the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) enum Converted {
+    #[default]
+    Kept,
+    /// w + κ (w − w⁻) with this κ, but for second derivatives of the velocity.
+    Shifted(f64),
+    /// From the velocity V of the instant: `extrapolated`, or that of the end of the substep before.
+    /// Without a trial step w is V.
+    Started { extrapolated: bool, has_trial: bool },
+}
+
 /// Scratch memory of the search for changes of velocity that do not scale with h.
 #[derive(Default)]
 pub(super) struct AbruptChanges {
@@ -226,7 +238,7 @@ impl TakenStep<'_> {
     /// True if the touching points approach faster than smooth accelerations explain in a step.
     fn is_impact(&self, contact: &Contact) -> bool {
         let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
-        approach > contact.smooth_change(self.world, self.states, self.free)
+        approach > 0.0 && approach > contact.smooth_change(self.world, self.states, self.free)
     }
 
     /// True if a slip ends or turns back in the step, or would do so in half of another one.
@@ -313,6 +325,8 @@ impl Simulation<'_> {
             let past = before.as_ref().filter(|_| smooth.known >= 2 && !instants.starts[body]);
             let Some(past) = past else {
                 *state = *instant;
+                let extrapolated = !instants.was_abrupt[body];
+                scratch.converted[body] = Converted::Started { extrapolated, has_trial: false };
                 (instants.starts[body], instants.was_abrupt[body]) = (true, true);
                 *smooth = Smooth::default();
                 continue;
@@ -326,6 +340,7 @@ impl Simulation<'_> {
             let velocity = middle(&instant.velocity, state.velocity - past.velocity, &jerk);
             let spin = middle(&instant.spin, state.spin - past.spin, &turning);
             (state.velocity, state.spin) = (velocity, spin);
+            scratch.converted[body] = Converted::Shifted(0.5 * (1.0 - to / from));
             smooth.known = 1;
         }
     }
@@ -375,7 +390,7 @@ impl Simulation<'_> {
             let starts = instants.starts.iter().zip(&scratch.abrupt.bodies);
             kept.converted = starts.map(|(starts, is_abrupt)| *starts && !is_abrupt).collect();
         }
-        let StepScratch { solution, abrupt, .. } = scratch;
+        let StepScratch { solution, abrupt, converted, .. } = scratch;
         // Initial point of the first step.
         now.contacts.clone_from(&solution.contacts);
         let all = now.states.iter_mut().zip(&solution.states);
@@ -383,6 +398,12 @@ impl Simulation<'_> {
             if instants.starts[body] && !abrupt.bodies[body] {
                 state.velocity -= 0.5 * (next.velocity - state.velocity);
                 state.spin -= 0.5 * (next.spin - state.spin);
+            }
+            if let Some(converted) = converted.get_mut(body).filter(|_| instants.starts[body]) {
+                let extrapolated =
+                    matches!(converted, Converted::Started { extrapolated: true, .. });
+                let has_trial = !abrupt.bodies[body];
+                *converted = Converted::Started { extrapolated, has_trial };
             }
         }
         instants.starts.fill(false);
@@ -405,7 +426,7 @@ impl Simulation<'_> {
         let h = world.time_step();
         // A substep of another length than the last one has no step before it.
         let started = take(started);
-        let begins = started && world.accuracy().is_some();
+        let begins = started && world.impacts() == Impacts::Located;
         let moved_back = |state| moved_back(state, h);
         let moved_back: Vec<_> = now.states.iter().filter(|_| begins).map(moved_back).collect();
         let earlier = match before {

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::mechanics::State;
 use crate::solver::native::StepDerivative;
 use crate::step::Step;
+use crate::world::Impacts;
 
 impl Simulation<'_> {
     /// Computes the derivative of the last step, described by `record`, into `derivative`. Its
@@ -33,6 +34,9 @@ impl Simulation<'_> {
             );
         }
         self.check_motion()?;
+        if self.world.impacts() == Impacts::Located {
+            return refused("a step in substeps has none; ask for the gradient of the run");
+        }
         let mut free = derivative.take_flights();
         let step = self.recorded_step(record, &mut free);
         let found = derivative.linearise(&step, &record.contacts, &record.solution);
@@ -40,12 +44,8 @@ impl Simulation<'_> {
         found
     }
 
-    /// Refuses the Runge–Kutta method, and steps in substeps.
+    /// Refuses the Runge–Kutta method.
     pub(super) fn check_motion(&self) -> Result<(), Error> {
-        if self.world.accuracy().is_some() {
-            let why = "a step in parts has none yet; leave the accuracy out";
-            return Err(Error::Unsupported { what: "the derivative of this step", why });
-        }
         if !matches!(self.motion, Motion::Floating) {
             return Ok(());
         }

@@ -89,7 +89,7 @@ pub struct Simulation<'a> {
     /// which that step used.
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
-    /// Substeps of the last step, in a world with an [accuracy](World::with_accuracy).
+    /// Substeps of the last step, if the run [takes them](Self::takes_substeps).
     substeps: Option<Box<Substeps>>,
     /// True if the last step cannot be taken back.
     taken_back: bool,
@@ -146,6 +146,11 @@ struct StepScratch {
     /// True if velocities of the instant were converted for the step.
     started: bool,
     added_error: leapfrog::AddedError,
+    /// Conversions of velocities before a substep.
+    converted: Vec<leapfrog::Converted>,
+    /// Substeps of the last step, if they are recorded for a gradient.
+    #[cfg(feature = "save")]
+    tape: Option<Vec<gradient::TakenSubstep>>,
     /// Infeasible gap found in a failed step.
     infeasible_gap: Option<InfeasibleGap>,
     /// Cause of an unphysical step.
@@ -399,10 +404,7 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
-        match self.world.accuracy() {
-            Some(accuracy) if self.instants.is_some() => self.step_in_substeps(accuracy, record),
-            Some(_) | None => self.single_step(record),
-        }
+        if self.takes_substeps() { self.step_in_substeps(record) } else { self.single_step(record) }
     }
 
     /// Advances by one step, or by the substep that is set in the world.
@@ -425,7 +427,7 @@ impl<'a> Simulation<'a> {
         let (mut report, mut certificate, share) = self.attempt()?;
         if (report.status == StepStatus::Failed || self.scratch.makes_energy)
             && !self.is_part
-            && self.world.accuracy().is_none()
+            && !self.takes_substeps()
             && let Some(rescued) = self.rescued((report, certificate), &mut record.unsolved)
         {
             (report, certificate) = rescued;

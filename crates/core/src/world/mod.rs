@@ -85,6 +85,38 @@ impl Integrator {
     }
 }
 
+/// When abrupt changes of velocity happen: impacts, ends of slips and stops of joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Impacts {
+    /// Within the step: its velocities have the change from the start.
+    #[default]
+    Stepped,
+    /// At their time, where a substep begins. Needs [`Integrator::Leapfrog`].
+    Located,
+}
+
+impl Impacts {
+    /// All choices.
+    pub const ALL: [Self; 2] = [Self::Stepped, Self::Located];
+
+    /// Name in files and flags.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stepped => "stepped",
+            Self::Located => "located",
+        }
+    }
+
+    /// Choice with the name `name`.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|impacts| impacts.name() == name)
+    }
+}
+
 /// A static piece of the world: a step, a ramp, a wall, a part of a bowl.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fixed {
@@ -122,6 +154,7 @@ pub struct World {
     rebound_speed: Option<f64>,
     integrator: Integrator,
     accuracy: Option<f64>,
+    impacts: Impacts,
     substep: Option<Substep>,
     reach: f64,
     speed_scale: f64,
@@ -174,6 +207,7 @@ impl World {
             rebound_speed: None,
             integrator: Integrator::Euler,
             accuracy: None,
+            impacts: Impacts::Stepped,
             substep: None,
             reach,
             speed_scale,
@@ -330,10 +364,17 @@ impl World {
         Ok(Self { accuracy, ..self })
     }
 
-    /// Returns this world without an [accuracy](World::with_accuracy).
+    /// Returns this world with impacts that happen within a step or at their time.
     #[must_use]
-    pub fn without_accuracy(self) -> Self {
-        Self { accuracy: None, ..self }
+    pub fn with_impacts(self, impacts: Impacts) -> Self {
+        Self { impacts, ..self }
+    }
+
+    /// Returns this world with whole steps: without an [accuracy](World::with_accuracy) and with
+    /// impacts within a step.
+    #[must_use]
+    pub fn without_substeps(self) -> Self {
+        Self { accuracy: None, impacts: Impacts::Stepped, ..self }
     }
 
     /// Growth of the error of the time step that runs keep (m/s); see [`World::with_accuracy`].
@@ -342,25 +383,31 @@ impl World {
         self.accuracy
     }
 
+    /// When impacts happen. In a world with an accuracy it is at their time.
+    #[must_use]
+    pub fn impacts(&self) -> Impacts {
+        self.accuracy.map_or(self.impacts, |_| Impacts::Located)
+    }
+
     /// Sets the time step to a substep of the whole one: its start since that of the step, and its
     /// length (s). `None` is the whole step.
     pub fn set_substep(&mut self, substep: Option<[f64; 2]>) {
         let whole = self.whole_step();
         self.parameters.time_step = substep.map_or(whole, |[_, length]| length);
-        self.part = substep.map(|[since, _]| Substep { since, whole });
+        self.substep = substep.map(|[since, _]| Substep { since, whole });
         self.set_middles();
     }
 
     /// Time step of the world (s), also while a [substep](World::set_substep) of it is set.
     #[must_use]
     pub fn whole_step(&self) -> f64 {
-        self.part.map_or(self.time_step(), |substep| substep.whole)
+        self.substep.map_or(self.time_step(), |substep| substep.whole)
     }
 
     /// Time at the end of step `index` (s), or of the substep of it that is set.
     #[must_use]
     pub fn time_after(&self, index: u64) -> f64 {
-        match self.part {
+        match self.substep {
             None => (index + 1) as f64 * self.time_step(),
             Some(Substep { since, whole }) => index as f64 * whole + since + self.time_step(),
         }
@@ -388,7 +435,7 @@ impl World {
             Integrator::Euler => 0.0,
             Integrator::Leapfrog => 0.5,
         };
-        match self.part {
+        match self.substep {
             None => [index, index + 1].map(|k| (k as f64 - middle).max(0.0) * self.time_step()),
             Some(Substep { since, whole }) => {
                 let start = index as f64 * whole + since;

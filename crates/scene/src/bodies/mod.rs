@@ -30,7 +30,7 @@ use scene_entries::SceneEntries;
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::load::Polyline;
-use tumble_core::world::Integrator;
+use tumble_core::world::{Impacts, Integrator};
 use tumble_model::failure::{Failure, refuse_flags};
 
 /// Makes the scene of a scenario file from its `settings` and its tables `entries`.
@@ -80,9 +80,12 @@ fn scene_from_built(
 ) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, robots, notes } = built;
-    if settings.accuracy.is_some() && settings.integrator() == Integrator::Euler {
-        let why = "an accuracy needs integrator = \"leapfrog\"; this scene has \"euler\"";
-        return Err(Failure::setting("accuracy", why));
+    let is_located = settings.impacts == Some(Impacts::Located);
+    let substeps = [("accuracy", settings.accuracy.is_some()), ("impacts", is_located)];
+    let given = substeps.into_iter().find(|(_, given)| *given);
+    if let (Some((name, _)), Integrator::Euler) = (given, settings.integrator()) {
+        let why = "substeps need integrator = \"leapfrog\"; this scene has \"euler\"";
+        return Err(Failure::setting(name, why));
     }
     let contact = (!floats).then(|| SolverChoice::new(&settings.solver)).transpose()?;
     if let Some(contact) = &contact {
@@ -200,6 +203,7 @@ pub fn refuse_contact_settings(settings: &Settings) -> Result<(), Failure> {
         ("--rotation", settings.rotation.is_some()),
         ("--integrator", settings.integrator.is_some()),
         ("--accuracy", settings.accuracy.is_some()),
+        ("--impacts", settings.impacts.is_some()),
         ("--mu", settings.mu.is_some()),
         ("--restitution", settings.restitution.is_some()),
         ("--rebound-speed", settings.rebound_speed.is_some()),

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tumble_core::simulation::scene as tutorial;
 use tumble_core::simulation::summary::{RunSummary, StatusCount};
+use tumble_core::world::Impacts;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::shown;
@@ -282,7 +283,7 @@ impl RunFile {
             },
         )?;
         file.trajectory = false;
-        if scene.world.accuracy().is_some() {
+        if scene.world.impacts() == Impacts::Located {
             file.kept = file.kept.without(Table::Ends);
         }
         file.kept.loaded_contacts = rows.iter().any(|step| step.contacts.len() < step.row.contacts);

@@ -5,12 +5,12 @@
 //! of each, and the segments are recorded and traversed from the last to the first. Segments at rest
 //! are not run again, because all their steps are equal.
 
-use super::impact_time::add_impact_times;
-use super::{Run, RunGradient};
+use super::impact_time::ImpactTimes;
+use super::{Run, RunGradient, TakenSubstep};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::State;
-use crate::simulation::leapfrog::TrialStep;
+use crate::simulation::leapfrog::{Converted, TrialStep};
 use crate::simulation::{Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
 use crate::world::{Changeable, Constant, World};
@@ -23,21 +23,30 @@ const BODY_BYTES: usize = 6000;
 /// Number of steps of a segment that is always allowed.
 const FEW: usize = 16;
 
-/// Recorded step with the changeable parts of its world.
-#[derive(Debug, Clone, Default)]
+/// Recorded step with the changeable parts of its world, and its interval if it is a substep.
+#[derive(Debug, Default)]
 struct Recorded {
     record: StepRecord,
     changeable: Changeable,
+    substep: Option<[f64; 2]>,
 }
 
-/// Step of a segment.
-#[derive(Debug, Clone, Default)]
+/// Step or substep of a segment.
+#[derive(Debug, Default)]
 struct Taken {
+    /// Steps of the run up to this one.
+    steps: u64,
     /// Index of its record in the segment. Equal steps at rest share one.
     record: usize,
     /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
     /// that act off the centre.
     turned: Vec<(usize, Matrix3<f64>)>,
+    /// Conversions of velocities before a substep; empty before a whole step.
+    converted: Vec<Converted>,
+    /// False for substeps with another one after them in the step.
+    is_last: bool,
+    /// States at the end of a substep.
+    ends: Vec<State>,
 }
 
 /// Start of a segment; `rests` is true if every step in it repeats the previous one.
@@ -69,15 +78,22 @@ pub(super) struct Backward {
     /// Derivatives with respect to the velocities before the present step, from the extrapolation of
     /// those of the instant after it (eq. 37).
     extrapolated: Vec<StateChange>,
+    times: ImpactTimes,
     end: Option<Saved>,
 }
 
 impl Backward {
     /// Creates the pass at the end of a run from step `first` on.
-    pub(super) fn begin(run: &Run<'_>, first: u64, world: &World) -> Result<Self, Error> {
+    pub(super) fn begin(
+        run: &Run<'_>,
+        first: u64,
+        world: &World,
+        has_substeps: bool,
+    ) -> Result<Self, Error> {
         let bodies = world.bodies().len();
         let infinite = (f64::INFINITY, first);
-        let most = (MEMORY / (bodies * BODY_BYTES)).max(FEW);
+        // A step may have many substeps.
+        let most = if has_substeps { FEW } else { (MEMORY / (bodies * BODY_BYTES)).max(FEW) };
         Ok(Self {
             first,
             stretch: most.min(run.checkpoints.steps.max(1)) as u64,
@@ -98,6 +114,7 @@ impl Backward {
                 .map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?,
             owed: vec![StateChange::zero(); bodies],
             extrapolated: vec![StateChange::zero(); bodies],
+            times: ImpactTimes::new(run.has_impact_times, has_substeps),
             end: None,
         })
     }
@@ -111,7 +128,7 @@ impl Backward {
         start: &Saved,
     ) -> Result<RunGradient, Error> {
         self.flush_constants(run)?;
-        self.add(run, 0, start.states(), &[])?;
+        self.add(run, 0, start.states(), |_| false)?;
         if let Some(end) = &self.end {
             simulation.restore(end)?;
         }
@@ -129,7 +146,7 @@ impl Backward {
         run: &mut Run<'_>,
         steps: u64,
         states: &[State],
-        extrapolated: &[bool],
+        extrapolated: impl Fn(usize) -> bool,
     ) -> Result<(), Error> {
         let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
         let (field, count) = ("derivatives by states", by_states.len());
@@ -138,14 +155,19 @@ impl Backward {
         }
         for (body, more) in by_states.iter().enumerate() {
             self.dual[body] = self.dual[body].plus(1.0, more);
-            if extrapolated.get(body) == Some(&true) {
+            if extrapolated(body) {
                 // V = 3/2 w − 1/2 w⁻
-                let half = more.velocities().scaled(0.5);
-                self.dual[body] = self.dual[body].plus(1.0, &half);
-                self.extrapolated[body] = self.extrapolated[body].plus(-1.0, &half);
+                self.shift(body, 0.5, &more.velocities());
             }
         }
         Ok(())
+    }
+
+    /// Adds the derivatives κ (w − w⁻) of a body with respect to its velocities after and before the step
+    /// that comes next in the pass; `by_velocity` are those by the sum.
+    fn shift(&mut self, body: usize, kappa: f64, by_velocity: &StateChange) {
+        self.dual[body] = self.dual[body].plus(kappa, by_velocity);
+        self.extrapolated[body] = self.extrapolated[body].plus(-kappa, by_velocity);
     }
 
     /// Processes the steps `from`…`to` backward; `start` is the state before the first of them.
@@ -177,7 +199,8 @@ impl Backward {
                 break;
             }
             simulation.advance(run, self.record_at(0))?;
-            stretch.rests &= simulation.scratch.rest.stays();
+            let is_whole = simulation.scratch.tape.is_none();
+            stretch.rests &= is_whole && simulation.scratch.rest.stays();
         }
         let saved = self.saved;
         self.saved = (saved.saturating_sub(parts)).max(2);
@@ -207,6 +230,7 @@ impl Backward {
         run: &mut Run<'_>,
         place: usize,
     ) -> Result<(), Error> {
+        simulation.scratch.tape.iter_mut().for_each(Vec::clear);
         simulation.advance(run, self.record_at(place))?;
         self.records[place].changeable = simulation.world().changeable();
         Ok(())
@@ -225,11 +249,12 @@ impl Backward {
         simulation.restore(start)?;
         self.take(simulation, run, 0)?;
         let turned = simulation.load_torque_rotation_jacobians(&self.records[0].record).collect();
-        let taken = Taken { record: 0, turned };
+        let mut taken = Taken { record: 0, turned, is_last: true, ..Taken::default() };
         self.linearise(simulation, run, 0)?;
         let is_at_rest = self.derivative.is_at_rest();
         for k in (from..to).rev().take_while(|_| is_at_rest) {
-            self.back(simulation.world(), run, self.first + k, &taken)?;
+            taken.steps = k + 1;
+            self.back(simulation.world(), run, &taken)?;
         }
         Ok(is_at_rest)
     }
@@ -244,33 +269,58 @@ impl Backward {
         start: &Saved,
     ) -> Result<(), Error> {
         simulation.restore(start)?;
-        let count = (to - from) as usize;
         let mut taken = std::mem::take(&mut self.taken);
-        taken.resize_with(taken.len().max(count), Taken::default);
+        taken.clear();
         let mut used = 0;
-        for step in &mut taken[..count] {
+        for k in from..to {
             self.take(simulation, run, used)?;
+            if simulation.scratch.tape.is_some() {
+                used += self.take_substeps(simulation, k + 1, used, &mut taken);
+                continue;
+            }
             // A repeated step has the record before it.
             let repeats = used > 0 && simulation.scratch.rest.stays();
-            step.turned.clear();
-            step.turned
-                .extend(simulation.load_torque_rotation_jacobians(&self.records[used].record));
-            step.record = if repeats { used - 1 } else { used };
+            let record = &self.records[used].record;
+            let turned = simulation.load_torque_rotation_jacobians(record).collect();
+            let record = if repeats { used - 1 } else { used };
+            taken.push(Taken { steps: k + 1, record, turned, is_last: true, ..Taken::default() });
             used += usize::from(!repeats);
         }
         if self.end.is_none() {
             self.end = Some(simulation.save());
         }
         let mut last = None;
-        for (k, step) in taken[..count].iter().enumerate().rev() {
+        for step in taken.iter().rev() {
             if last != Some(step.record) {
                 self.linearise(simulation, run, step.record)?;
                 last = Some(step.record);
             }
-            self.back(simulation.world(), run, self.first + from + k as u64, step)?;
+            self.back(simulation.world(), run, step)?;
         }
+        simulation.world.set_substep(None);
         self.taken = taken;
         Ok(())
+    }
+
+    /// Moves the substeps of the last step to the records from place `used` on, and to the end of `taken`.
+    /// Returns their number.
+    fn take_substeps(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        steps: u64,
+        used: usize,
+        taken: &mut Vec<Taken>,
+    ) -> usize {
+        let substeps = simulation.scratch.tape.iter_mut().flat_map(|tape| tape.drain(..));
+        self.records.truncate(used);
+        for TakenSubstep { record, changeable, turned, converted, interval, ends } in substeps {
+            let place = self.records.len();
+            self.records.push(Recorded { record, changeable, substep: Some(interval) });
+            let is_last = false;
+            taken.push(Taken { steps, record: place, turned, converted, is_last, ends });
+        }
+        taken.last_mut().into_iter().for_each(|last| last.is_last = true);
+        self.records.len() - used
     }
 
     /// Linearises the step of record `place`, unless it equals the linearised step at rest.
@@ -281,13 +331,15 @@ impl Backward {
         place: usize,
     ) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
-        let Recorded { record, changeable } = &records[place];
+        let Recorded { record, changeable, substep } = &records[place];
         simulation.world.set_changeable(changeable);
+        simulation.world.set_substep(*substep);
         let mut free = self.derivative.take_flights();
         let step = simulation.recorded_step(record, &mut free);
         let StepRecord { contacts, solution, .. } = record;
         let mut found = Ok(());
-        if !self.derivative.is_at_rest_in(&step, contacts, solution) {
+        // Substeps have different lengths.
+        if substep.is_some() || !self.derivative.is_at_rest_in(&step, contacts, solution) {
             found = self.flush_constants(run);
             found = found.and_then(|()| self.derivative.linearise(&step, contacts, solution));
         }
@@ -296,38 +348,39 @@ impl Backward {
         found
     }
 
-    /// Processes step `index` backward with its derivative.
-    fn back(
-        &mut self,
-        world: &World,
-        run: &mut Run<'_>,
-        index: u64,
-        step: &Taken,
-    ) -> Result<(), Error> {
+    /// Processes a step backward with its derivative.
+    fn back(&mut self, world: &World, run: &mut Run<'_>, step: &Taken) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
-        let record = &records[step.record].record;
-        let ends = record.end_states();
-        let added = self.add(run, index + 1 - self.first, &ends, &record.extrapolated);
-        self.found.note(index, record, &self.derivative);
+        let Recorded { record, substep, .. } = &records[step.record];
+        let is_extrapolated = |body| record.extrapolated.get(body) == Some(&true);
+        let added = match substep {
+            Some(_) if !step.is_last => Ok(()),
+            Some(_) => self.add(run, step.steps, &step.ends, is_extrapolated),
+            None => self.add(run, step.steps, &record.end_states(), is_extrapolated),
+        };
+        self.found.note(self.first + step.steps - 1, record, &self.derivative);
+        let is_whole = substep.is_none();
         self.records = records;
         added?;
         let Self { derivative, dual, owed, extrapolated, records, step: gradient, .. } = self;
         // Inputs need the product of every step.
-        let is_summed = derivative.is_at_rest() && run.inputs.is_empty();
+        let is_summed = is_whole && derivative.is_at_rest() && run.inputs.is_empty();
         if is_summed && derivative.pull_at_rest(dual, gradient)? {
             let owed = owed.iter_mut().zip(&*dual);
             owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
         } else {
             derivative.vjp(dual, &self.asked, gradient)?;
-            if !run.inputs.is_empty() {
+            if !run.inputs.is_empty() && step.is_last {
                 self.found.inputs.push(gradient.constants[run.constants.len()..].to_vec());
+            } else {
+                self.found.add_last_inputs(&gradient.constants[run.constants.len()..]);
             }
         }
-        let after = run.has_impact_times.then(|| dual.clone());
+        let after = self.times.are_asked().then(|| dual.clone());
         dual.clone_from(&gradient.states);
         if let Some(after) = after {
             let record = &records[step.record].record;
-            let all_have_times = add_impact_times(world, record, &after, dual);
+            let all_have_times = self.times.add(world, record, &after, dual);
             self.found.untimed += u64::from(!all_have_times);
         }
         for (dual, more) in dual.iter_mut().zip(extrapolated.iter_mut()) {
@@ -338,8 +391,31 @@ impl Backward {
         for (body, by) in &step.turned {
             dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque);
         }
-        self.found.wrenches.push(gradient.wrenches.clone());
+        if step.is_last {
+            self.found.wrenches.push(gradient.wrenches.clone());
+        } else {
+            self.found.add_last_wrenches(&gradient.wrenches);
+        }
         self.add_constants();
+        self.convert(run, step)
+    }
+
+    /// Multiplies by the derivatives of the conversions of velocities before the substep `step`, whose
+    /// trial step has its derivative.
+    fn convert(&mut self, run: &Run<'_>, step: &Taken) -> Result<(), Error> {
+        let is_trial = |of: &Converted| matches!(of, Converted::Started { has_trial: true, .. });
+        if step.converted.iter().any(is_trial) {
+            self.start_with(run, |body| is_trial(&step.converted[body]), &step.turned)?;
+        }
+        for (body, converted) in step.converted.iter().enumerate() {
+            let kappa = match converted {
+                Converted::Shifted(kappa) => *kappa,
+                Converted::Started { extrapolated: true, .. } => 0.5,
+                Converted::Started { .. } | Converted::Kept => continue,
+            };
+            let by_velocity = self.dual[body].velocities();
+            self.shift(body, kappa, &by_velocity);
+        }
         Ok(())
     }
 
@@ -364,8 +440,20 @@ impl Backward {
         let found = self.derivative.linearise(&step, contacts, solution);
         self.derivative.keep_flights(free);
         found?;
+        let turned: Vec<_> = simulation.load_torque_rotation_jacobians(&trial.record).collect();
+        self.start_with(run, |body| trial.converted[body], &turned)
+    }
+
+    /// Multiplies by the derivative of (37) for the bodies `converted`, in a trial step with the present
+    /// derivative.
+    fn start_with(
+        &mut self,
+        run: &Run<'_>,
+        converted: impl Fn(usize) -> bool,
+        turned: &[(usize, Matrix3<f64>)],
+    ) -> Result<(), Error> {
         let half = |body: usize, dual: &StateChange| {
-            let share = if trial.converted[body] { 0.5 } else { 0.0 };
+            let share = if converted(body) { 0.5 } else { 0.0 };
             dual.velocities().scaled(share)
         };
         let halves: Vec<_> = self.dual.iter().enumerate().map(|(b, dual)| half(b, dual)).collect();
@@ -375,20 +463,11 @@ impl Backward {
         for (body, dual) in dual.iter_mut().enumerate() {
             *dual = dual.plus(1.0, &halves[body]).plus(1.0, &gradient.states[body]);
         }
-        let turned: Vec<_> = simulation.load_torque_rotation_jacobians(&trial.record).collect();
-        for (body, by) in &turned {
+        for (body, by) in turned {
             dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque);
         }
-        // The lists are reversed at the end.
-        if let Some(wrenches) = found.wrenches.last_mut() {
-            let pairs = wrenches.iter_mut().zip(&gradient.wrenches);
-            pairs.for_each(|(sum, more)| *sum = sum.plus(more));
-        }
-        if let Some(inputs) = found.inputs.last_mut() {
-            let more = &gradient.constants[run.constants.len()..];
-            let pairs = inputs.iter_mut().flatten().zip(more.iter().flatten());
-            pairs.for_each(|(sum, more)| *sum += more);
-        }
+        found.add_last_wrenches(&gradient.wrenches);
+        found.add_last_inputs(&gradient.constants[run.constants.len()..]);
         self.add_constants();
         Ok(())
     }
@@ -419,7 +498,7 @@ impl Backward {
 impl Simulation<'_> {
     /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
     /// that act off the centre.
-    fn load_torque_rotation_jacobians(
+    pub(super) fn load_torque_rotation_jacobians(
         &self,
         record: &StepRecord,
     ) -> impl Iterator<Item = (usize, Matrix3<f64>)> {

@@ -16,12 +16,106 @@ use crate::derivative::StateChange;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use crate::simulation::StepRecord;
+use crate::simulation::leapfrog::STILL;
 use crate::world::World;
+use nalgebra::Vector3;
 
-/// Adds the part of (G21) through the times of the impacts of a step to `dual`, the product Jᵀ of
-/// `dual_after` with its derivative. Returns false if bodies bounce at several points in the step: their
-/// impacts have no times of their own and are left out.
-pub(super) fn add_impact_times(
+/// Times of impacts in a backward pass.
+pub(super) struct ImpactTimes {
+    is_asked: bool,
+    /// True if impacts are [located](crate::world::Impacts::Located).
+    is_located: bool,
+    /// Accelerations (m/s², rad/s²) of the bodies in the step before in the pass, with located impacts.
+    later: Vec<[Vector3<f64>; 2]>,
+}
+
+impl ImpactTimes {
+    pub(super) fn new(is_asked: bool, is_located: bool) -> Self {
+        Self { is_asked, is_located, later: Vec::new() }
+    }
+
+    pub(super) fn are_asked(&self) -> bool {
+        self.is_asked || self.is_located
+    }
+
+    /// Adds the part of (G21) through the times of the impacts of a step to `dual`, the product Jᵀ of
+    /// `dual_after` with its derivative. Returns false if impacts have no times of their own.
+    pub(super) fn add(
+        &mut self,
+        world: &World,
+        record: &StepRecord,
+        dual_after: &[StateChange],
+        dual: &mut [StateChange],
+    ) -> bool {
+        if !self.is_located {
+            return add_bounce_times(world, record, dual_after, dual);
+        }
+        let has_one_time = self.add_located_time(world, record, dual_after, dual);
+        let h = world.time_step();
+        let changes = record.states.iter().zip(&record.solution.states).map(|(state, next)| {
+            [(next.velocity - state.velocity) / h, (next.spin - state.spin) / h]
+        });
+        self.later.clear();
+        self.later.extend(changes);
+        has_one_time
+    }
+
+    /// Part of (G21) through the time of an impact in a substep, with a loss or without. Points that
+    /// meet in it count as meeting at their mean time. Returns false if there are several.
+    fn add_located_time(
+        &self,
+        world: &World,
+        record: &StepRecord,
+        dual_after: &[StateChange],
+        dual: &mut [StateChange],
+    ) -> bool {
+        let StepRecord { states, wrenches, solution, .. } = record;
+        let flights = states.iter().zip(wrenches).enumerate();
+        let free: Vec<_> =
+            flights.map(|(body, (state, wrench))| world.free_flight(body, state, wrench)).collect();
+        let pairs = record.contacts.iter().zip(&solution.contacts);
+        let meets = |contact: &Contact| {
+            let speed = -contact.normal().dot(&contact.point_velocity(world, states));
+            let least = contact.smooth_change(world, states, &free) + STILL * world.speed_scale();
+            (speed > least).then_some(speed)
+        };
+        let loaded = pairs.filter(|(_, force)| force.carries_force());
+        let met: Vec<_> =
+            loaded.filter_map(|(contact, _)| Some((contact, meets(contact)?))).collect();
+        if met.is_empty() {
+            return true;
+        }
+        let mut moved: Vec<_> = met.iter().flat_map(|(contact, _)| contact.key.bodies()).collect();
+        moved.sort_unstable();
+        moved.dedup();
+        let h = world.time_step();
+        let mut by_time = 0.0;
+        for &body in &moved {
+            let (state, next) = (&states[body], &solution.states[body]);
+            let before = [free[body].velocity - state.velocity, free[body].spin - state.spin];
+            let flow = |of: &State, [velocity, spin]: [Vector3<f64>; 2]| StateChange {
+                position: of.velocity,
+                turn: of.spin,
+                velocity,
+                spin,
+            };
+            let later = self.later.get(body).copied().unwrap_or_default();
+            by_time += dual[body].dot(&flow(state, before.map(|change| change / h)));
+            by_time -= dual_after[body].dot(&flow(next, later));
+        }
+        for (contact, speed) in &met {
+            let share = by_time / (speed * met.len() as f64);
+            for (body, gap) in gap_slopes(contact, states) {
+                dual[body] = dual[body].plus(share, &gap);
+            }
+        }
+        met.len() == 1
+    }
+}
+
+/// Part of (G21) through the times of bounces in a step. Returns false if bodies bounce at several points
+/// in the step: their impacts have no times of their own and are left out.
+fn add_bounce_times(
     world: &World,
     record: &StepRecord,
     dual_after: &[StateChange],

@@ -10,14 +10,15 @@
 mod backward;
 mod impact_time;
 
-use super::leapfrog::TrialStep;
+use super::leapfrog::{Converted, TrialStep};
 use super::{Saved, Simulation, StepRecord};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
 use crate::solver::native::{Smoothing, StepDerivative};
-use crate::world::Constant;
+use crate::world::{Changeable, Constant};
 use backward::Backward;
+use nalgebra::Matrix3;
 
 /// Memory budget of the backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +63,7 @@ pub struct Run<'f> {
     /// exist.
     pub smoothing: Option<Smoothing>,
     /// True if bounces are differentiated with their times (G21): the derivative of the motion,
-    /// not of the steps.
+    /// not of the steps. [Located](crate::world::Impacts::Located) impacts always are.
     pub has_impact_times: bool,
 }
 
@@ -98,7 +99,32 @@ pub struct RunGradient {
     pub limited: u64,
 }
 
+/// Substep of a recorded step.
+#[derive(Debug)]
+pub(super) struct TakenSubstep {
+    record: StepRecord,
+    changeable: Changeable,
+    turned: Vec<(usize, Matrix3<f64>)>,
+    converted: Vec<Converted>,
+    /// Its start since that of the step, and its length (s).
+    interval: [f64; 2],
+    /// States at its end, with the velocities of the instant.
+    ends: Vec<State>,
+}
+
 impl RunGradient {
+    /// Adds to the derivatives by the wrenches of the step that was processed last.
+    fn add_last_wrenches(&mut self, more: &[Wrench]) {
+        let last = self.wrenches.last_mut().into_iter().flatten();
+        last.zip(more).for_each(|(sum, more)| *sum = sum.plus(more));
+    }
+
+    /// Adds to the derivatives by the inputs of the step that was processed last.
+    fn add_last_inputs(&mut self, more: &[Vec<f64>]) {
+        let last = self.inputs.last_mut().into_iter().flatten().flatten();
+        last.zip(more.iter().flatten()).for_each(|(sum, more)| *sum += more);
+    }
+
     /// Adds the diagnostics of step `index`. `record` describes it, up to the index.
     fn note(&mut self, index: u64, record: &StepRecord, derivative: &StepDerivative) {
         let smaller = |most: &mut (f64, u64), margin: f64| {
@@ -116,6 +142,24 @@ impl RunGradient {
 }
 
 impl Simulation<'_> {
+    /// Records the substep of `record` and its `interval`, if they are recorded.
+    pub(super) fn record_substep(&mut self, record: &StepRecord, interval: [f64; 2]) {
+        if self.scratch.tape.is_none() {
+            return;
+        }
+        let substep = TakenSubstep {
+            record: record.clone(),
+            changeable: self.world.changeable(),
+            turned: self.load_torque_rotation_jacobians(record).collect(),
+            converted: self.scratch.converted.clone(),
+            interval,
+            ends: self.states().to_vec(),
+        };
+        if let Some(tape) = &mut self.scratch.tape {
+            tape.push(substep);
+        }
+    }
+
     /// Runs `run` from the current state and returns the gradient of its scalar. The simulation is
     /// left at the end of the run, or unchanged after an error.
     ///
@@ -125,6 +169,8 @@ impl Simulation<'_> {
     pub fn gradient(&mut self, run: &mut Run<'_>) -> Result<RunGradient, Error> {
         let start = self.save();
         let found = self.differentiated(run, &start);
+        self.scratch.tape = None;
+        self.world.set_substep(None);
         if found.is_err() {
             self.restore(&start)?;
         }
@@ -138,9 +184,12 @@ impl Simulation<'_> {
             self.world().with_constants(&[(*constant, &constant.values(self.world()))])?;
         }
         self.check_motion()?;
-        let mut backward = Backward::begin(run, self.index(), self.world())?;
+        let has_substeps = self.takes_substeps();
+        let mut backward = Backward::begin(run, self.index(), self.world(), has_substeps)?;
         let mut trial = TrialStep::default();
-        if run.steps > 0 {
+        if has_substeps {
+            self.scratch.tape = Some(Vec::new());
+        } else if run.steps > 0 {
             (run.before)(self)?;
             self.start_run(&mut trial)?;
         }

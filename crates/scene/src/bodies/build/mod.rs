@@ -58,6 +58,7 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         rotation: settings.rotation.unwrap_or(Rotation::Momentum),
         integrator: settings.integrator(),
         accuracy: settings.accuracy,
+        impacts: settings.impacts.unwrap_or_default(),
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
         restitution: settings.restitution.unwrap_or_default(),

@@ -45,7 +45,7 @@ pub use read::{TableStep, TablesReader};
 pub use write::TablesWriter;
 
 use std::fmt;
-use tumble_core::world::{Integrator, World};
+use tumble_core::world::{Impacts, Integrator, World};
 
 /// Table of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,7 +136,7 @@ impl TableShape {
             joints: world.joints().len(),
             gears: world.gears().len(),
             has_middles: world.integrator() == Integrator::Leapfrog,
-            has_substeps: world.accuracy().is_some(),
+            has_substeps: world.impacts() == Impacts::Located,
         }
     }
 
