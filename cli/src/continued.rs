@@ -114,6 +114,7 @@ impl<'a> Continued<'a> {
             time_error: None,
             substeps: 0,
             coarse: 0,
+            ambiguous: 0,
         }
     }
 }

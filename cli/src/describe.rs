@@ -74,6 +74,13 @@ pub fn time_error(scene: &Scene, run: &RunResults) -> String {
     if run.coarse > 0 {
         let _ = writeln!(text, "    in {} steps, substeps are less accurate", run.coarse);
     }
+    if run.ambiguous > 0 {
+        let _ = writeln!(
+            text,
+            "    in {} steps, impacts are closer than the error: their order may differ",
+            run.ambiguous
+        );
+    }
     text
 }
 

@@ -50,6 +50,8 @@ pub struct RunResults {
     /// Number of substeps of steps with an accuracy, and of steps that do not keep it.
     pub substeps: u64,
     pub coarse: u64,
+    /// Number of steps in which the order of impacts is uncertain.
+    pub ambiguous: u64,
 }
 
 impl RunResults {
@@ -68,6 +70,7 @@ impl RunResults {
             time_error: None,
             substeps: 0,
             coarse: 0,
+            ambiguous: 0,
         }
     }
 
@@ -76,6 +79,7 @@ impl RunResults {
         self.summary.add(record);
         self.substeps += u64::from(record.substeps.count);
         self.coarse += u64::from(record.substeps.is_coarse);
+        self.ambiguous += u64::from(record.substeps.is_ambiguous);
         if self.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
             self.overlap = Some((record.index, record.overlap));
         }

@@ -122,26 +122,25 @@ impl InstantMotions {
         self.instants.extend_from_slice(instants);
         self.free.clear();
         self.free.extend_from_slice(free);
-        let known = instants.len().min(free.len());
         self.now.clear();
-        self.now.resize(known, None);
         self.predicted.clear();
-        self.predicted.resize(known, None);
     }
 
     /// True if there are states.
     pub(super) fn are_known(&self) -> bool {
-        !self.now.is_empty()
+        !self.instants.is_empty()
     }
 
     /// Sets the offset o of the slip (eq. 38) of `contact` in a step from `states`, whose velocities
     /// are those of the middle of the step before. It is zero if a list lacks a body of the contact.
     pub fn set_slip_offset(&mut self, world: &World, states: &[State], contact: &mut Contact) {
         contact.slip_offset = Vector3::zeros();
-        let known = states.len().min(self.now.len());
+        let known = states.len().min(self.instants.len()).min(self.free.len());
         if contact.key.bodies().any(|body| body >= known) {
             return;
         }
+        self.now.resize(known, None);
+        self.predicted.resize(known, None);
         let own = contact.key.body;
         let other = contact.key.partner.body();
         let a = self.now(world, states, own);

@@ -100,6 +100,9 @@ pub struct SubstepsSummary {
     pub error: f64,
     /// True if a substep had a larger error than the accuracy allows.
     pub is_coarse: bool,
+    /// True if impacts of a body follow each other so closely that they may come in the other order
+    /// in the exact motion.
+    pub is_ambiguous: bool,
 }
 
 /// Search for an abrupt change: lengths of a substep without it and of one with it, and the length
@@ -200,7 +203,7 @@ impl Schedule {
 
     /// Judges a substep of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
-        let AddedError { smooth, abrupt, velocity } = *errors;
+        let AddedError { smooth, abrupt, velocity, .. } = *errors;
         let caught = CAUGHT * self.accuracy;
         let misses = abrupt > caught && length > SHORTEST;
         let allowed = self.accuracy * length;
@@ -387,6 +390,7 @@ impl Simulation<'_> {
                 continue;
             }
             sum.is_coarse |= judgement == Judgement::TakenCoarse;
+            sum.is_ambiguous |= self.scratch.added_error.is_ambiguous;
             #[cfg(feature = "save")]
             self.record_substep(&substeps.record, [schedule.since - length, length]);
             self.add_substep(substeps, &mut sum, record);

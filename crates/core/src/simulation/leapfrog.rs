@@ -68,6 +68,8 @@ struct Smooth {
     /// Number of velocities of the middle with the same step length, at most 3. The one of a trial step
     /// does not count.
     known: u8,
+    /// Time since the last impact (s).
+    since: f64,
     /// Second derivatives of velocity (m/s³) and spin (rad/s³), from three of them.
     jerk: Option<[Vector3<f64>; 2]>,
 }
@@ -169,6 +171,8 @@ pub(super) enum Converted {
 pub(super) struct AbruptChanges {
     /// Bodies with such a change; with `islands`, all bodies of their islands.
     bodies: Vec<bool>,
+    /// Bodies with an impact at one of their contacts.
+    struck: Vec<bool>,
     islands: Islands,
     index: KeyIndex,
 }
@@ -181,6 +185,9 @@ pub(super) struct AddedError {
     pub abrupt: f64,
     /// Error of the velocity of the instant, from the change of the second differences (m/s).
     pub velocity: f64,
+    /// True if a body moved by less than its error between two impacts: in the exact motion, they may
+    /// come in the other order.
+    pub is_ambiguous: bool,
 }
 
 /// A step whose changes of velocity are examined.
@@ -201,16 +208,20 @@ impl AbruptChanges {
     /// Finds the bodies of islands with an impact, with the end of a slip, or with a joint that
     /// comes to its limit or to rest.
     fn find(&mut self, step: &TakenStep<'_>) {
-        let Self { bodies, islands, index } = self;
+        let Self { bodies, struck, islands, index } = self;
         let TakenStep { world, contacts, solution, .. } = step;
         bodies.clear();
         bodies.resize(step.states.len(), false);
+        struck.clear();
+        struck.resize(step.states.len(), false);
         index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         for (place, (contact, force)) in pairs.filter(|(_, (_, force))| force.carries_force()) {
             let past = index.find(step.past, &contact.key, place);
-            if step.is_impact(contact) || step.ends_slip(contact, force, past) {
+            let is_impact = step.is_impact(contact);
+            if is_impact || step.ends_slip(contact, force, past) {
                 contact.key.bodies().for_each(|body| bodies[body] = true);
+                contact.key.bodies().for_each(|body| struck[body] |= is_impact);
             }
         }
         for (joint, force) in world.joints().iter().zip(&solution.joints) {
@@ -328,7 +339,7 @@ impl Simulation<'_> {
                 let extrapolated = !instants.was_abrupt[body];
                 scratch.converted[body] = Converted::Started { extrapolated, has_trial: false };
                 (instants.starts[body], instants.was_abrupt[body]) = (true, true);
-                *smooth = Smooth::default();
+                *smooth = Smooth { since: smooth.since, ..Smooth::default() };
                 continue;
             };
             let past = &past.states[body];
@@ -455,13 +466,20 @@ impl Simulation<'_> {
             let next = &solution.states[body];
             let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
             let last = change(state, next);
+            let reach = world.bodies()[body].reach();
+            let size = |of: (Vector3<f64>, Vector3<f64>)| of.0.norm() + (reach * of.1).norm();
             // Second difference of the velocities of the middle, w⁺ − 2w + w⁻.
             let has_past = match instants.smooth.get_mut(body) {
                 Some(smooth) if is_abrupt => {
-                    *smooth = Smooth::default();
+                    let is_struck = is_smooth && abrupt.struck[body];
+                    let moved = (smooth.since + h) * size(last);
+                    added_error.is_ambiguous |= is_struck && moved < instants.errors[body];
+                    let since = if is_struck { 0.0 } else { smooth.since + h };
+                    *smooth = Smooth { since, ..Smooth::default() };
                     false
                 }
                 Some(smooth) => {
+                    smooth.since += h;
                     smooth.known = (smooth.known + 1).min(3);
                     smooth.known == 3
                 }
@@ -471,8 +489,6 @@ impl Simulation<'_> {
                 let earlier = change(&before.states[body], state);
                 (last.0 - earlier.0, last.1 - earlier.1)
             });
-            let reach = world.bodies()[body].reach();
-            let size = |of: (Vector3<f64>, Vector3<f64>)| of.0.norm() + (reach * of.1).norm();
             let turning = h.powi(3) / 12.0 * reach * state.spin.norm().powi(3);
             let error = match second {
                 _ if is_abrupt => 0.5 * h * size(last),
