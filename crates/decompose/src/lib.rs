@@ -1,6 +1,6 @@
-//! Approximate convex decomposition of closed meshes.
+//! Convex decomposition of closed meshes.
 //!
-//! V-HACD (Mamou) cuts the voxels of a mesh by planes until every part is nearly convex. Each part
+//! A mesh with few planar faces is cut along them, exactly. For others, V-HACD (Mamou) cuts the voxels of a mesh by planes until every part is nearly convex. Each part
 //! lies in a box. A piece is the convex hull of the mesh's solid within such a box, so that its
 //! vertices lie on the surface or inside. Pieces are merged while their
 //! common hull is nearly convex and while there are too many.
@@ -20,6 +20,7 @@
 //! Equal meshes and settings give equal pieces, bit by bit, on one machine.
 
 mod crossing;
+mod faces;
 mod fit;
 mod merging;
 mod parts;
@@ -42,8 +43,11 @@ const MOST_CORNERS: usize = 64;
 /// Maximum number of vertices of all pieces together, the limit of a body's contact points.
 const MOST_CORNERS_OF_ALL: usize = 1000;
 
-/// Convex pieces that together approximate the solid of a closed mesh. They can overlap. Cavities
-/// without an opening are filled.
+/// Volume by which exact pieces may exceed their parts, relative to the convex hull of the mesh.
+const ROUNDING: f64 = 1e-7;
+
+/// Convex pieces that together are the solid of a closed mesh, exactly if it has few planar faces. Others
+/// approximate it, can overlap, and fill cavities without an opening.
 ///
 /// A piece has at most 64 vertices, and all pieces together have at most 1000.
 ///
@@ -55,6 +59,10 @@ pub fn decompose(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Pi
     crossing::refuse(mesh)?;
     shells::refuse(mesh)?;
     let solid = Solid::new(mesh)?;
+    let (whole, _) = reduced(mesh.vertices(), MOST_CORNERS)?;
+    if let Some(pieces) = exact(mesh, &solid, &whole, settings) {
+        return Ok(pieces);
+    }
     let mut parts = Vec::new();
     let mut thin = None;
     for cell in parts::cells(mesh, settings)? {
@@ -67,7 +75,6 @@ pub fn decompose(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Pi
     if let (true, Some(error)) = (parts.is_empty(), thin) {
         return Err(error);
     }
-    let (whole, _) = reduced(mesh.vertices(), MOST_CORNERS)?;
     let pieces = merging::merged(parts, &whole, settings)?;
     let most = MOST_CORNERS.min(MOST_CORNERS_OF_ALL / pieces.len().max(1));
     let fitted = |piece: Piece| match piece.core().vertices() {
@@ -75,6 +82,26 @@ pub fn decompose(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Pi
         _ => Ok(piece),
     };
     pieces.into_iter().map(fitted).collect()
+}
+
+/// Pieces that fill the solid exactly, if few planar faces allow it within the limits of `settings` and
+/// of corners.
+fn exact(
+    mesh: &Mesh,
+    solid: &Solid,
+    whole: &Piece,
+    settings: &DecompositionSettings,
+) -> Option<Vec<Piece>> {
+    let parts = faces::parts(mesh, solid)?;
+    let parts = parts.iter().map(|corners| reduced(corners, MOST_CORNERS).ok());
+    let parts: Vec<_> = parts.map(|part| Some(part?.0)).collect::<Option<_>>()?;
+    let exact = DecompositionSettings { concavity: ROUNDING, pieces: u32::MAX, ..*settings };
+    let pieces = merging::merged(parts, whole, &exact).ok()?;
+    let corners = |piece: &Piece| piece.core().vertices().len();
+    let fits = pieces.len() <= settings.pieces as usize
+        && pieces.iter().all(|piece| corners(piece) < MOST_CORNERS)
+        && pieces.iter().map(corners).sum::<usize>() <= MOST_CORNERS_OF_ALL;
+    (!pieces.is_empty() && fits).then_some(pieces)
 }
 
 fn refused(why: String) -> Error {

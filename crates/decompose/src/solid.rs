@@ -50,6 +50,11 @@ impl Solid {
         if nearest.is_inside { 0.0 } else { (point - nearest.point).length() }
     }
 
+    /// True if a point is in the solid.
+    pub fn contains(&self, point: &Vector3<f64>) -> bool {
+        self.surface.contains_local_point(Vector::new(point.x, point.y, point.z))
+    }
+
     /// Longest side of the bounding box (m).
     pub fn extent(&self) -> f64 {
         self.surface.local_aabb().extents().max_element()

@@ -231,23 +231,46 @@ fn on_line(text: &str, start: usize, why: &str) -> String {
     format!("line {}: {why}", 1 + breaks(before) + breaks(&rest[..blank]))
 }
 
-/// Numbers of a NumPy type in little-endian order.
-fn numbers_of(kind: &str, data: &[u8]) -> Result<Vec<f64>, String> {
-    fn all<const N: usize>(data: &[u8], number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
-        data.as_chunks::<N>().0.iter().map(|bytes| number(*bytes)).collect()
+/// Numbers of a NumPy type: byte order, kind and size in bytes.
+fn numbers_of(descr: &str, data: &[u8]) -> Result<Vec<f64>, String> {
+    fn all<const N: usize>(data: &[u8], is_big: bool, number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
+        let chunks = data.as_chunks::<N>().0.iter().copied();
+        let little = chunks.map(|mut bytes| {
+            if is_big {
+                bytes.reverse();
+            }
+            bytes
+        });
+        little.map(number).collect()
     }
+    let other = || format!("the array has the type {descr:?}; save it with `astype(float)`");
+    let (order, kind) = descr.split_at_checked(1).ok_or_else(other)?;
+    let big = order == ">";
     Ok(match kind {
-        "<f8" => all(data, f64::from_le_bytes),
-        "<f4" => all(data, |bytes| f64::from(f32::from_le_bytes(bytes))),
-        "|u1" => all(data, |[byte]| f64::from(byte)),
-        "<u2" => all(data, |bytes| f64::from(u16::from_le_bytes(bytes))),
-        "<i2" => all(data, |bytes| f64::from(i16::from_le_bytes(bytes))),
-        "<i4" => all(data, |bytes| f64::from(i32::from_le_bytes(bytes))),
-        "<i8" => all(data, |bytes| i64::from_le_bytes(bytes) as f64),
-        _ => {
-            return Err(format!("the array has the type {kind:?}; save it with `astype(float)`"));
-        }
+        "f8" => all(data, big, f64::from_le_bytes),
+        "f4" => all(data, big, |bytes| f64::from(f32::from_le_bytes(bytes))),
+        "f2" => all(data, big, |bytes| half(u16::from_le_bytes(bytes))),
+        "b1" | "u1" => all(data, big, |[byte]| f64::from(byte)),
+        "i1" => all(data, big, |bytes| f64::from(i8::from_le_bytes(bytes))),
+        "u2" => all(data, big, |bytes| f64::from(u16::from_le_bytes(bytes))),
+        "i2" => all(data, big, |bytes| f64::from(i16::from_le_bytes(bytes))),
+        "u4" => all(data, big, |bytes| f64::from(u32::from_le_bytes(bytes))),
+        "i4" => all(data, big, |bytes| f64::from(i32::from_le_bytes(bytes))),
+        "u8" => all(data, big, |bytes| u64::from_le_bytes(bytes) as f64),
+        "i8" => all(data, big, |bytes| i64::from_le_bytes(bytes) as f64),
+        _ => return Err(other()),
     })
+}
+
+/// Number with 5 bits of exponent and 10 of mantissa (IEEE 754 binary16). Infinite ones become NaN too.
+fn half(bits: u16) -> f64 {
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+    let size = match exponent {
+        0 => mantissa * 2f64.powi(-14),
+        31 => f64::NAN,
+        _ => (1.0 + mantissa) * 2f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
 }
 
 #[cfg(test)]
@@ -293,6 +316,12 @@ mod tests {
         let floats: Vec<u8> = [0.0, 3.0, 1.0, 4.0, 2.0, 5.0_f32].map(f32::to_le_bytes).concat();
         let bytes = npy("<f4", true, "(2, 3)", &floats);
         assert_eq!(HeightGrid::from_file("a.npy", &bytes).unwrap(), expected);
+        let words: Vec<u8> = [0, 1, 2, 3, 4, 5_i16].map(i16::to_be_bytes).concat();
+        let bytes = npy(">i2", false, "(2, 3)", &words);
+        assert_eq!(HeightGrid::from_file("a.npy", &bytes).unwrap(), expected);
+        let halves: Vec<u8> = [0x3e00, 0xc000, 0x7bff, 0x0001_u16].map(u16::to_le_bytes).concat();
+        let grid = HeightGrid::from_npy(&npy("<f2", false, "(2, 2)", &halves)).unwrap();
+        assert_eq!(grid.values, [1.5, -2.0, 65504.0, 2f64.powi(-24)]);
         let why = HeightGrid::from_npy(&npy("|u1", false, "(6,)", &[0; 6])).unwrap_err();
         assert_eq!(why, "the array has the shape (6,); two dimensions are needed");
         assert!(HeightGrid::from_npy(&npy("<c16", false, "(2, 2)", &[0; 64])).is_err());
