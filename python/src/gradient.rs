@@ -25,14 +25,9 @@ type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u6
 
 /// Creates a simulation of the scene from `states` at step `start_index`.
 fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Simulation<'static>> {
-    let named = |error: Error| refused(error.display(&*content));
     let motion = content.motion(&content.world).map_err(refused)?;
-    // Prescribed motions depend on the start index.
-    let begun = Content { start_index, ..content.clone() };
-    let simulation = Simulation::new(begun.world_at(start_index), states, motion);
-    let mut simulation = simulation.map_err(named)?;
-    begun.prepare(&mut simulation).map_err(named)?;
-    Ok(simulation)
+    let simulation = content.simulation_from(states, start_index, motion);
+    simulation.map_err(|error| refused(error.display(content)))
 }
 
 /// Wrenches from an array with six numbers per body.
@@ -78,10 +73,10 @@ pub fn jacobian<'py>(
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
     // Refuses constants that cannot be set.
-    let values: Vec<_> =
-        constants.iter().map(|constant| (*constant, constant.values(world))).collect();
-    let values: Vec<_> = values.iter().map(|(constant, value)| (*constant, &value[..])).collect();
-    world.with_constants(&values).map_err(|error| step_error(&error))?;
+    for constant in &constants {
+        let values = constant.values(world);
+        world.with_constants(&[(*constant, &values)]).map_err(|error| step_error(&error))?;
+    }
     let index = index.unwrap_or(content.start_index);
     let mut simulation = begin(content, to_states("states", &states)?, index)?;
     simulation.use_middle_velocities();

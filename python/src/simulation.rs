@@ -20,7 +20,6 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
-use tumble_core::error::Error;
 use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
 use tumble_core::simulation::save::Saved;
 use tumble_core::simulation::{self, StepRecord};
@@ -75,13 +74,8 @@ impl PySimulation {
                     Some(states) => to_states("states", states)?,
                 };
                 let start_index = index.unwrap_or(content.start_index);
-                // Prescribed motions depend on the start index.
-                let begun = Content { start_index, ..(*content).clone() };
-                let world = begun.world_at(start_index);
-                let named = |error: Error| refused(error.display(&*content));
-                let simulation = simulation::Simulation::new(world, starts, motion);
-                let mut simulation = simulation.map_err(named)?;
-                begun.prepare(&mut simulation).map_err(named)?;
+                let simulation = content.simulation_from(starts, start_index, motion);
+                let simulation = simulation.map_err(|error| refused(error.display(&*content)))?;
                 let last = LastStep::none();
                 let running = Running { simulation, last, took: None, is_of_scene: Some(true) };
                 (running, String::new())

@@ -117,6 +117,22 @@ impl Scene {
         Ok(simulation)
     }
 
+    /// Simulation from `states` at step `index`, which moves prescribed frames to their places.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::new`].
+    pub fn simulation_from(
+        &self,
+        states: Vec<State>,
+        index: u64,
+        motion: Motion<'static>,
+    ) -> Result<Simulation<'static>, Error> {
+        let mut simulation = Simulation::new(self.world_at(index), states, motion)?;
+        self.prepare(&mut simulation)?;
+        simulation.set_index(index)?;
+        Ok(simulation)
+    }
+
     /// Sets the start index, loads and prescribed motions of a `simulation` of this scene.
     ///
     /// # Errors
