@@ -54,7 +54,7 @@ impl ConeProjection {
         impulse: &Vector3<f64>,
     ) -> Self {
         let n = &rows.normal();
-        let u = u + map.compliance * rows.compliant_motion(impulse);
+        let u = u + map.compliance * rows.compliant_motion(map.compliance, impulse);
         let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
         let beta = impulse - n * gamma;
         let rho_n = rows.scale[2];
@@ -122,7 +122,7 @@ impl ConeProjection {
                 }
                 // δp̂ = −D⁻¹ (û + δu)/ε
                 let n = &rows.normal();
-                let across = stiffness / rows.compliance_ratio;
+                let across = stiffness / rows.ratio_at(compliance);
                 let along = n * n.transpose() * (stiffness - across);
                 let springs = Matrix3::from_diagonal_element(across) + along;
                 LocalSolution::full(-springs * self.u, -springs)
@@ -181,7 +181,7 @@ impl ConeProjection {
         let size = self.size.max(f64::MIN_POSITIVE);
         let t = self.tangential / size;
         let bend = (friction * self.normal / size).min(1.0);
-        let across = 1.0 - bend + self.rho_t * (compliance * rows.compliance_ratio) * bend;
+        let across = 1.0 - bend + self.rho_t * (compliance * rows.ratio_at(compliance)) * bend;
         let turn = -self.rho_t * bend / across;
         Slip { t, s: n.cross(&t), n, across, turn, stiffness: 1.0 / compliance }
     }
@@ -204,7 +204,7 @@ impl ConeProjection {
             MapPiece::Open => Factored::nothing(),
             MapPiece::Stick => {
                 let along = -1.0 / compliance;
-                let across = along / rows.compliance_ratio;
+                let across = along / rows.ratio_at(compliance);
                 Factored::along(&rows.frame, Vector3::new(across, across, along))
             }
             MapPiece::Slip | MapPiece::Axes(_) => {

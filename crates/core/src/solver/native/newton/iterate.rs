@@ -2,6 +2,7 @@
 //!
 //! Equation numbers refer to `docs/native-solver.md`.
 
+use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{Equations, MapResidual, Velocities, reserve};
 use crate::solver::native::law::{Factored, LawRows, MapPiece, NaturalMap, Projection};
 use nalgebra::Vector3;
@@ -93,11 +94,12 @@ impl<E: Equations> Iterate<E> {
     /// Lets the compliance of `map` act on changes from the current impulses only (N13).
     pub(crate) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
         let contacts = self.impulses.iter().zip(equations.couplings());
+        let NaturalMap { compliance, .. } = *map;
+        let shift = |(impulse, contact): (&Vector3<f64>, &Coupling)| {
+            compliance * contact.rows.compliant_motion(compliance, impulse)
+        };
         self.shifts.clear();
-        self.shifts.extend(
-            contacts
-                .map(|(impulse, contact)| map.compliance * contact.rows.compliant_motion(impulse)),
-        );
+        self.shifts.extend(contacts.map(shift));
     }
 
     /// Lets the compliance act on the whole impulses again, from the next evaluation on.
