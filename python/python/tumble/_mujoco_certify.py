@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ._certificate import Certificate
-from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins, step_mass
+from ._mujoco_metric import gyroscopic_derivatives, is_discrete, smooth_force, step_mass, uncoupled
+from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins
 from ._mujoco_step import HardStepper, single_stage
 from ._types import Floats
 from .referee import certify
@@ -33,7 +34,7 @@ def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
     pushes, forces = _contact_forces(model, after, contacts), np.asarray(after.efc_force)[joints.index]
     J = np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J])
     carried = np.concatenate([pushes.ravel(), forces])
-    loads = after.qfrc_smooth.copy()
+    loads = smooth_force(model, after) - _gyroscopic_forces(stepper, data, after)
     notes = notes_of(collector, contacts)
     if any("left out" in note for note in notes):
         # Newton's law includes the forces whose laws the certificate leaves out.
@@ -68,6 +69,22 @@ def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
         notes=notes,
     )
     return certificate, after
+
+
+def _gyroscopic_forces(stepper: HardStepper, data: Any, after: Any) -> Floats:
+    """Change of the gyroscopic forces of free bodies during MuJoCo's step (nv,), where MuJoCo takes them implicitly."""
+    model, collector = stepper.model, stepper.collector
+    forces: Floats = np.zeros(model.nv)
+    if single_stage(model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_EULER):
+        return forces
+    bodies = collector.free_bodies
+    if is_discrete(model):
+        # MuJoCo leaves these forces explicit for bodies with rows or couplings.
+        bodies = uncoupled(model, after, collector.untouched(after))
+    change = after.qvel - data.qvel
+    for at, derivative in zip(bodies, gyroscopic_derivatives(model, after, bodies, data.qvel.copy())):
+        forces[at : at + 6] = derivative @ change[at : at + 6]
+    return forces
 
 
 def _rows_ahead(stepper: HardStepper, data: Any) -> tuple[ContactRows, JointRows]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._certificate import Certificate
+from ._mujoco_metric import DISCRETE, advance, free_acceleration, is_discrete, step_mass
 from ._mujoco_problem import (
     RECOVERY,
     StepProblem,
@@ -30,7 +31,6 @@ from ._mujoco_rows import (
     mujoco,
     notes_of,
     raised_margins,
-    step_mass,
 )
 from ._problem import ContactProblem
 from ._tumble import TumbleError
@@ -59,6 +59,7 @@ _BOUNCE = 2.0
 _INTEGRATORS = {
     int(mujoco.mjtIntegrator.mjINT_EULER): mujoco.mjtIntegrator.mjINT_EULER,
     int(mujoco.mjtIntegrator.mjINT_RK4): mujoco.mjtIntegrator.mjINT_EULER,
+    DISCRETE: DISCRETE,
 }
 """Integrator that takes the place of a model's own; IMPLICITFAST for all others."""
 
@@ -174,13 +175,10 @@ class HardStepper:
             position, before = data.qpos.copy(), data.qvel.copy()
             # The integrator without constraint forces: free velocities, activations, time and the implicit mass.
             data.qfrc_constraint[:] = 0.0
-            data.qacc[:] = data.qacc_smooth
-            data.qH[:] = np.nan
-            _integrate(model, data)
+            mass = self._integrate(data)
         finally:
             options.integrator = integrator
         free = data.qvel.copy()
-        mass = step_mass(model, data)
         report, after = self._solve(data, mass, before, free, contacts, joints)
         if data.time <= began:
             report.notes += (f"MuJoCo has reset the state at {began:.6g} s: it was too fast",)
@@ -194,11 +192,34 @@ class HardStepper:
     def _forces(self, data: Any) -> Reach:
         """Computes positions, contacts ahead and all forces but those of the rows."""
         ahead = self.reach(data)
+        if is_discrete(self.model):
+            mujoco.mj_checkPos(self.model, data)
+            mujoco.mj_checkVel(self.model, data)
+            # Actuators join the effective mass in no other function than mj_forward.
+            with raised_margins(self.model, ahead):
+                mujoco.mj_forward(self.model, data)
+            return ahead
         with raised_margins(self.model, ahead):
             mujoco.mj_step1(self.model, data)
         mujoco.mj_fwdActuation(self.model, data)
         mujoco.mj_fwdAcceleration(self.model, data)
         return ahead
+
+    def _integrate(self, data: Any) -> Floats:
+        """Integrates without constraint forces and returns the mass matrix of the step."""
+        model = self.model
+        if is_discrete(model):
+            mass = step_mass(model, data)
+            data.qacc[:] = free_acceleration(model, data, mass, self.collector.free_bodies)
+            advance(model, data)
+            return mass
+        data.qacc[:] = data.qacc_smooth
+        data.qH[:] = np.nan
+        if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_EULER):
+            mujoco.mj_Euler(model, data)
+        else:
+            mujoco.mj_implicit(model, data)
+        return step_mass(model, data)
 
     def reach(self, data: Any) -> Reach:
         """Distances up to which contacts and limits are detected ahead."""
@@ -330,9 +351,12 @@ class HardStepper:
             _write_contacts(model, data, rows, contacts, pushes)
         data.efc_force[:] = rows
         data.qfrc_constraint[:] = step["J"].T @ forces
-        mujoco.mj_solveM(
-            model, data, data.qacc.reshape(1, -1), (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1)
-        )
+        if is_discrete(model):
+            # MuJoCo's acceleration is the change of velocity of the step.
+            data.qacc[:] = (step["velocity_after"] - before) / step["time_step"]
+        else:
+            loads = (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1)
+            mujoco.mj_solveM(model, data, data.qacc.reshape(1, -1), loads)
         data.qacc_warmstart[:] = data.qacc
         if model.nsensor:
             data.qvel[:] = before
@@ -341,13 +365,6 @@ class HardStepper:
 
 def _length(vector: Any) -> float:
     return float(np.sqrt(vector @ vector))
-
-
-def _integrate(model: Any, data: Any) -> None:
-    if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_EULER):
-        mujoco.mj_Euler(model, data)
-    else:
-        mujoco.mj_implicit(model, data)
 
 
 def _write_contacts(model: Any, data: Any, rows: Floats, contacts: ContactRows, pushes: Floats) -> None:
