@@ -561,7 +561,7 @@ def test_the_mass_of_a_discrete_step_has_damping_and_stiffness():
     effective = mass + h * damping + h * h * stiffness
     force = data.qfrc_smooth - h * stiffness @ before
     (report,) = steps(model, data, 1)
-    np.testing.assert_allclose(report._parts["step"]["M"], effective, rtol=1e-13)
+    np.testing.assert_allclose(report.problem().matrix("M"), effective, rtol=1e-13)
     np.testing.assert_allclose(data.qvel, before + h * np.linalg.solve(effective, force), atol=1e-12)
     np.testing.assert_allclose(data.qacc, (data.qvel - before) / h, atol=1e-10)
 

@@ -8,15 +8,21 @@ from typing import Any
 import numpy as np
 
 from ._certificate import Certificate
+from ._measured_step import MeasuredStep, checked_step
 from ._mujoco_metric import gyroscopic_derivatives, is_discrete, smooth_force, step_mass, uncoupled
 from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins
 from ._mujoco_step import HardStepper, single_stage
 from ._types import Floats
-from .referee import certify
 
 
 def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
     """Certificate of MuJoCo's next step from ``data``, and a copy of ``data`` after that step."""
+    step, after = measured_step(stepper, data)
+    return step.certificate(), after
+
+
+def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
+    """Arrays of MuJoCo's next step from ``data``, and a copy of ``data`` after that step."""
     model, collector = stepper.model, stepper.collector
     collector.check(data)
     after = copy.copy(data)
@@ -48,7 +54,7 @@ def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
     limits = [(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, time_step))]
     limits += [(int(ahead_joints.kind[at]), int(ahead_joints.id[at])) for at in np.flatnonzero(open_joints)]
     friction = np.concatenate([contacts.friction, ahead_contacts.friction[open_contacts]])
-    certificate = certify(
+    step = checked_step(
         M=step_mass(model, after),
         J=np.concatenate(
             [
@@ -68,7 +74,7 @@ def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
         names=[collector.contact_name(pair) for pair in geoms] + [collector.joint_name(*row) for row in limits],
         notes=notes,
     )
-    return certificate, after
+    return step, after
 
 
 def _gyroscopic_forces(stepper: HardStepper, data: Any, after: Any) -> Floats:

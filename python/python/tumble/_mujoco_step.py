@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ._certificate import Certificate
+from ._measured_step import MeasuredStep, checked_step
 from ._mujoco_metric import DISCRETE, advance, free_acceleration, is_discrete, step_mass
 from ._mujoco_problem import (
     RECOVERY,
@@ -100,8 +101,10 @@ class HardStep:
 
     def certificate(self) -> Certificate:
         """Certificate of this step, computed by ``tumble.referee`` from matrices, velocities and impulses alone."""
-        from .referee import certify
+        return self.measured().certificate()
 
+    def measured(self) -> MeasuredStep:
+        """Arrays of this step, as the referee takes them."""
         collector: RowCollector = self._parts["collector"]
         contacts: ContactRows = self._parts["contacts"]
         joints: JointRows = self._parts["joints"]
@@ -109,7 +112,7 @@ class HardStep:
         names += [
             collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))
         ]
-        return certify(names=names, notes=self.notes, **self._parts["step"])
+        return checked_step(names=names, notes=self.notes, **self._parts["step"])
 
 
 class HardStepper:
