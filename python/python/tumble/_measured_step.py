@@ -52,6 +52,8 @@ class MeasuredStep:
     notes: tuple[str, ...]
     motion: Floats
     """Mean velocity of every row over the step (R,), m/s, without the gap of normal rows."""
+    drifted: bool = False
+    """Whether offsets of locked rows are position errors of the start, which an exact step leaves."""
 
     def certificate(self) -> Certificate:
         """Residuals of the step."""
@@ -87,6 +89,8 @@ class MeasuredStep:
             for row, kind in zip(range(at, at + size), kinds):
                 if kind == "limit":
                     offsets[row] = max(offsets[row], 0.0)
+                elif kind == "locked" and self.drifted:
+                    offsets[row] = 0.0
             if friction == 0.0:
                 laws[place] = ["limit", *["free"] * (self.dimension - 1)]
             at += size

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -74,7 +75,7 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
         names=[collector.contact_name(pair) for pair in geoms] + [collector.joint_name(*row) for row in limits],
         notes=notes,
     )
-    return step, after
+    return replace(step, drifted=True), after
 
 
 def _gyroscopic_forces(stepper: HardStepper, data: Any, after: Any) -> Floats:

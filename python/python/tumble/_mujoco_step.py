@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -112,7 +112,8 @@ class HardStep:
         names += [
             collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))
         ]
-        return checked_step(names=names, notes=self.notes, **self._parts["step"])
+        step = checked_step(names=names, notes=self.notes, **self._parts["step"])
+        return replace(step, drifted=True)
 
 
 class HardStepper:

@@ -5,24 +5,27 @@
     >>> print(certificate)
     contact hand–capsule slips 0.1 mm/s inside its cone (ratio 0.42)
 
-``certify_bodies`` takes rigid bodies as arrays, ``certify`` generalised coordinates. Formulas: docs/referee.md.
+``certify_bodies`` takes rigid bodies as arrays, ``certify`` generalised coordinates. ``audit`` takes a whole run.
+Formulas: docs/referee.md.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ._arrays import numbers
+from ._audit import Audit, Finding, Recorded, audit_steps
 from ._certificate import Certificate, CertificateRow
+from ._checks import real, whole
 from ._measured_step import MeasuredStep, checked_step, labels_of, positive
 from ._problem import Law
 from ._tumble import TumbleError
 from ._types import Floats, Integers
 
-__all__ = ["Certificate", "CertificateRow", "certify", "certify_bodies"]
+__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies"]
 
 
 def certify(
@@ -155,6 +158,72 @@ def certify_bodies(
         names=names,
         notes=notes,
     ).certificate()
+
+
+def audit(
+    recording: Any,
+    *,
+    model: Any = None,
+    every: int = 1,
+    tolerance: float = 1e-6,
+    title: str = "Audit of a run",
+    velocity_names: Sequence[str] | None = None,
+) -> Audit:
+    """Certificates of a whole run, and the exact step from each state beside the engine's.
+
+    With ``model``, a ``mujoco.MjModel``, the recording has the states of a run of MuJoCo: a list of ``mujoco.MjData``
+    (copies), or a dict with arrays qpos (K, nq), qvel (K, nv) and, if the model has them, ctrl (K, nu), act, mocap_pos,
+    mocap_quat, qfrc_applied, xfrc_applied, qacc_warmstart and time (K,), s. The step that ``mj_step`` takes from each
+    state is audited.
+
+    Without ``model``, the recording has one entry per step: a dict with the arguments of ``certify`` or
+    ``certify_bodies``, and optionally ``time`` at the end of the step, s; or a ``tumble.mujoco.HardStep``.
+
+    :param every: only steps 0, every, 2 every and so on are audited.
+    :param tolerance: residual up to which a law counts as met, m/s. Energy counts as gained from this speed times
+        the sum of all momenta and impulses.
+    :param title: title of the page.
+    :param velocity_names: name of each velocity (n,), for tables.
+    :raises TumbleError: if a step has a wrong shape or value. The message names the step.
+    """
+    every, tolerance = whole("every", every, 1), positive("tolerance", tolerance)
+    names = None if velocity_names is None else tuple(str(name) for name in velocity_names)
+    if model is not None:
+        from ._mujoco_record import recorded_steps
+        from ._mujoco_record import velocity_names as names_of
+
+        return audit_steps(recorded_steps(model, recording, every), tolerance, title, names or names_of(model))
+    if isinstance(recording, (Mapping, str)) or not isinstance(recording, Iterable):
+        raise TumbleError(
+            f"recording is {type(recording).__name__}; one dict for each step is needed, or the argument model"
+        )
+    return audit_steps(_recorded(recording, every), tolerance, title, names)
+
+
+def _recorded(recording: Iterable[Any], every: int) -> Iterator[Recorded]:
+    """Every ``every``-th step of a recording without a model."""
+    end = 0.0
+    for k, entry in enumerate(recording):
+        try:
+            step, time = _step_of(entry)
+        except (TumbleError, TypeError) as error:
+            raise TumbleError(f"step {k} of the recording: {error}") from None
+        end = end + step.time_step if time is None else time
+        if k % every == 0:
+            yield Recorded(k, end, step)
+
+
+def _step_of(entry: Any) -> tuple[MeasuredStep, float | None]:
+    """Step of an entry of a recording, and the time at its end if the entry has one."""
+    if isinstance(entry, Mapping):
+        given = dict(entry)
+        time = given.pop("time", None)
+        step = _step_of_bodies(**given) if "masses" in given else checked_step(**given)
+        return step, None if time is None else real("time", time)
+    if hasattr(entry, "measured"):
+        measured: MeasuredStep = entry.measured()
+        return measured, None
+    raise TumbleError(f"it is {type(entry).__name__}; a dict with the arguments of certify or certify_bodies is needed")
 
 
 def _step_of_bodies(
