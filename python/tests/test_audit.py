@@ -162,6 +162,13 @@ def test_the_page_needs_no_network(tmp_path):
         audit.save(tmp_path / "mine.html")
 
 
+def test_certificates_are_audited_as_their_steps():
+    steps = slide(10, share=0.8)
+    audits = [referee.audit(steps), referee.audit(referee.certify_bodies(**step) for step in steps)]
+    assert audits[0].findings == audits[1].findings
+    assert audits[1].beside(3, most=1).endswith("and 5 velocities that are less far apart")
+
+
 def test_data_frames_have_a_row_for_each_step_and_contact():
     pytest.importorskip("pandas")
     audit = referee.audit(slide(5))

@@ -143,16 +143,23 @@ class Audit:
 
         return pandas.DataFrame(self.contacts)
 
-    def beside(self, k: int) -> str:
+    def beside(self, k: int, most: int | None = None) -> str:
         """Text table of the velocities of the engine and of the exact step at step ``k``.
 
+        :param most: only this many velocities, those farthest apart.
         :raises KeyError: if the audit has no step ``k``.
         """
         place = self.place(k)
+        engine, exact = self.velocities[place], self.exact_velocities[place]
+        apart = np.abs(engine - exact)
+        shown = np.arange(len(apart)) if most is None else np.sort(np.argsort(-apart, kind="stable")[:most])
         width = max(len("velocity"), *(len(name) for name in self.velocity_names), 0)
         lines = [f"{'velocity':<{width}}  {'engine':>13}  {'exact':>13}  {'apart':>9}"]
-        for name, own, exact in zip(self.velocity_names, self.velocities[place], self.exact_velocities[place]):
-            lines.append(f"{name:<{width}}  {own:13.6g}  {exact:13.6g}  {abs(own - exact):9.2e}")
+        for at in shown.tolist():
+            name = self.velocity_names[at]
+            lines.append(f"{name:<{width}}  {engine[at]:13.6g}  {exact[at]:13.6g}  {apart[at]:9.2e}")
+        if len(shown) < len(apart):
+            lines.append(f"and {len(apart) - len(shown)} velocities that are less far apart")
         return "\n".join(lines)
 
     def place(self, k: int) -> int:

@@ -20,6 +20,8 @@ _FINDINGS = 60
 """Most findings in the table."""
 _SHOWN_STEPS = 12
 """Most steps whose velocities are shown."""
+_VELOCITIES = 12
+"""Most velocities of a step."""
 _STRIPS = 40
 """Most contacts in the chart of residuals."""
 _LEAST = 1e-12
@@ -116,8 +118,8 @@ def _contacts(audit: Audit) -> list[str]:
     step = {int(k): at for at, k in enumerate(audit.steps["k"])}
     for name, k, residual in zip(found["contact"], found["k"], found["residual_m_s"]):
         if name in place:
-            at = place[name], step[int(k)]
-            values[at] = max(values[at], residual)
+            cell = place[name], step[int(k)]
+            values[cell] = max(values[cell], residual)
     chart_of = strips(names[:_STRIPS], audit.steps["time_s"], values, audit.tolerance, _DARKEST)
     scale = f"Pale: at most {audit.tolerance:.0e} m/s. Darkest: about {_DARKEST:g} m/s and more. White: no contact."
     return [
@@ -135,4 +137,4 @@ def _beside(audit: Audit, k: int) -> str:
     said = [f"<li>{escape(each.sentence)}</li>" for each in audit.findings if each.worst == k]
     time = audit.steps["time_s"][place]
     head = f"<summary><b>Step {k}</b>, to {time:.6g} s: residual {engine:.1e} m/s, of the exact step {exact:.1e} m/s</summary>"
-    return f"<details open>{head}<ul>{''.join(said)}</ul><pre>{escape(audit.beside(k))}</pre></details>"
+    return f"<details open>{head}<ul>{''.join(said)}</ul><pre>{escape(audit.beside(k, _VELOCITIES))}</pre></details>"

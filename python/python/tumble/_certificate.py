@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 from ._types import Floats
+
+if TYPE_CHECKING:
+    from ._measured_step import MeasuredStep
 
 PARTS = ("penetration", "normal_law", "cone", "friction_law", "constraint")
 """Residuals of a row. Of two equal ones, the first is named."""
@@ -64,6 +68,13 @@ class Certificate:
     """Parts of the model that the certificate does not cover."""
     energy: float = 0.0
     """Change of energy by contacts and by errors of Newton's law, J. Exact steps have none above zero."""
+    _step: Any = field(default=None, repr=False, compare=False)
+    """The measured step."""
+
+    def measured(self) -> MeasuredStep:
+        """Arrays of the step, as ``tumble.referee.audit`` takes them."""
+        step: MeasuredStep = self._step
+        return step
 
     @property
     def penetration(self) -> float:

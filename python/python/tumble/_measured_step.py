@@ -77,6 +77,7 @@ class MeasuredStep:
             time_step=self.time_step,
             notes=self.notes,
             energy=float(p @ self.motion + self.after @ self.mass @ missed - 0.5 * change @ self.mass @ change),
+            _step=self,
         )
 
     def exact(self) -> ExactStep:

@@ -71,7 +71,7 @@ class _States(Sequence[Any]):
                 raise TumbleError(f"recording lacks {name}")
         data = mujoco.MjData(model)
         count = len(np.asarray(recording["qpos"]))
-        self.model, self.count = model, count
+        self.model, self._length = model, count
         self.arrays = {
             name: numbers(f"recording[{name!r}]", value, (count, *np.shape(getattr(data, name))))
             for name, value in recording.items()
@@ -83,7 +83,7 @@ class _States(Sequence[Any]):
             self.times = model.opt.timestep * np.arange(count)
 
     def __len__(self) -> int:
-        return self.count
+        return self._length
 
     def __getitem__(self, k: Any) -> Any:
         data = mujoco.MjData(self.model)

@@ -177,7 +177,8 @@ def audit(
     state is audited.
 
     Without ``model``, the recording has one entry per step: a dict with the arguments of ``certify`` or
-    ``certify_bodies``, and optionally ``time`` at the end of the step, s; or a ``tumble.mujoco.HardStep``.
+    ``certify_bodies``, and optionally ``time`` at the end of the step, s. An entry may also be a ``Certificate``, for
+    example of ``tumble.referee_adapters``, or a ``tumble.mujoco.HardStep``.
 
     :param every: only steps 0, every, 2 every and so on are audited.
     :param tolerance: residual up to which a law counts as met, m/s. Energy counts as gained from this speed times
