@@ -253,11 +253,12 @@ def test_the_directions_of_contacts_are_those_of_mujoco():
         np.testing.assert_allclose(J, contact.frame.reshape(3, 3) @ by_point, atol=1e-14)
 
 
-def test_sensors_and_callbacks_work():
+@pytest.mark.parametrize("integrator", ["Euler", pytest.param("discrete", marks=needs_discrete)])
+def test_sensors_and_callbacks_work(integrator):
     model, data = load(
         f"<geom type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom {BOX} mass='2'/>"
         "<site name='s' type='box' size='.11 .11 .11'/></body>",
-        "",
+        f"integrator='{integrator}'",
         "<sensor><touch site='s'/><accelerometer site='s'/></sensor>",
     )
     called = []
@@ -298,12 +299,17 @@ def test_sparse_and_dense_rows_agree():
     np.testing.assert_allclose(np.linalg.norm(ends[0][:3] - ends[0][7:10]), 0.3, atol=1e-3)
 
 
-def test_the_model_is_as_it_was_after_a_step():
-    model, data = on_floor(BOX, 0.1, "integrator='RK4'")
-    before = (model.geom_margin.copy(), model.opt.integrator, model.opt.o_margin)
+@pytest.mark.parametrize("integrator", ["RK4", pytest.param("discrete", marks=needs_discrete)])
+def test_the_model_is_as_it_was_after_a_step(integrator):
+    model, data = on_floor(BOX, 0.1, f"integrator='{integrator}'")
+
+    def options():
+        return model.opt.integrator, model.opt.o_margin, model.opt.disableflags
+
+    before, margins = options(), model.geom_margin.copy()
     steps(model, data, 3)
     tm.certify(model, data)
-    assert (model.geom_margin == before[0]).all() and (model.opt.integrator, model.opt.o_margin) == before[1:]
+    assert (model.geom_margin == margins).all() and options() == before
 
 
 def test_a_certificate_shows_the_creep_and_overlap_of_soft_contacts():

@@ -56,7 +56,7 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
     limits += [(int(ahead_joints.kind[at]), int(ahead_joints.id[at])) for at in np.flatnonzero(open_joints)]
     friction = np.concatenate([contacts.friction, ahead_contacts.friction[open_contacts]])
     step = checked_step(
-        M=step_mass(model, after),
+        M=step_mass(model, after, collector.free_bodies),
         J=np.concatenate(
             [
                 contacts.J.reshape(3 * len(contacts.gap), size),

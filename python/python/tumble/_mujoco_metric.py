@@ -31,9 +31,10 @@ def is_discrete(model: Any) -> bool:
     return int(model.opt.integrator) == DISCRETE
 
 
-def step_mass(model: Any, data: Any) -> Floats:
+def step_mass(model: Any, data: Any, bodies: Integers) -> Floats:
     """Mass matrix of the last step (nv, nv): with all terms that the integrator takes implicitly, symmetric.
 
+    :param bodies: standalone free bodies, see ``free_bodies``.
     :raises TumbleError: if MuJoCo does not store the stiffness of a flex.
     """
     if is_discrete(model):
@@ -46,12 +47,12 @@ def step_mass(model: Any, data: Any) -> Floats:
     if np.isnan(data.qH).any():
         return mass
     implicit = dense_of(model, data.qH)
-    if int(model.opt.integrator) in _EXPLICIT:
+    if int(model.opt.integrator) in _EXPLICIT or not len(bodies):
         return implicit
     # MuJoCo solves standalone free bodies apart, with derivatives that qH lacks.
     derivative = np.zeros_like(mass)
     derivative[np.repeat(np.arange(model.nv), model.D_rownnz), model.D_colind] = data.qDeriv
-    for at in free_bodies(model):
+    for at in bodies:
         block = derivative[at : at + 6, at : at + 6]
         implicit[at : at + 6, at : at + 6] = mass[at : at + 6, at : at + 6] - 0.5 * model.opt.timestep * (
             block + block.T

@@ -211,10 +211,10 @@ class HardStepper:
 
     def _integrate(self, data: Any) -> Floats:
         """Integrates without constraint forces and returns the mass matrix of the step."""
-        model = self.model
+        model, bodies = self.model, self.collector.free_bodies
         if is_discrete(model):
-            mass = step_mass(model, data)
-            data.qacc[:] = free_acceleration(model, data, mass, self.collector.free_bodies)
+            mass = step_mass(model, data, bodies)
+            data.qacc[:] = free_acceleration(model, data, mass, bodies)
             advance(model, data)
             return mass
         data.qacc[:] = data.qacc_smooth
@@ -223,7 +223,7 @@ class HardStepper:
             mujoco.mj_Euler(model, data)
         else:
             mujoco.mj_implicit(model, data)
-        return step_mass(model, data)
+        return step_mass(model, data, bodies)
 
     def reach(self, data: Any) -> Reach:
         """Distances up to which contacts and limits are detected ahead."""
@@ -364,6 +364,8 @@ class HardStepper:
         data.qacc_warmstart[:] = data.qacc
         if model.nsensor:
             data.qvel[:] = before
+            # Accelerations of bodies are computed once a step, by mj_forward with the integrator "discrete".
+            mujoco.mj_rnePostConstraint(model, data)
             mujoco.mj_sensorAcc(model, data)
 
 
