@@ -501,6 +501,7 @@ SMOOTH = {
     "spinning body on a rope": ("<site name='p' pos='0 2 1'/>" + SPINNING, "", ROPE),
     "spinning body and arm, sparse": (SPINNING + ARM.format(WRIST), "jacobian='sparse'", COUPLED + SERVOS),
     "drag": (SPINNING + ARM.format(""), "viscosity='.1' density='1.2' wind='1 0 0'", ""),
+    "lift": (SPINNING.replace("<geom", "<geom fluidshape='ellipsoid'"), "density='20' wind='3 0 0'", ""),
 }
 CLOTH = (
     "<flexcomp name='f' type='grid' count='4 4 1' spacing='.05 .05 .05' pos='0 0 .5' radius='.005' dim='2' mass='.5'>"
@@ -613,6 +614,22 @@ def test_discrete_steps_of_a_tumbling_arm_and_box_are_hard():
     assert max(report.residual for report in reports) < 1e-9
     # Gaps at the end of a step; overlaps by turned corners are removed in the next steps.
     assert max(report.certificate().friction_law for report in reports) < 1e-9
+
+
+@needs_discrete
+@pytest.mark.parametrize("path", ["data/robots/hopper.xml", "scenarios/robots/crawler.xml"])
+def test_discrete_steps_of_robots_are_hard(path, root):
+    model = mujoco.MjModel.from_xml_path(str(root / path))
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    data, rng, closed = mujoco.MjData(model), np.random.default_rng(0), 0
+    for k in range(300):
+        if k % 10 == 0:
+            data.ctrl[:] = rng.uniform(*model.actuator_ctrlrange.T)
+        (report,) = steps(model, data, 1)
+        certificate = report.certificate()
+        assert max(certificate.dynamics, certificate.friction_law, certificate.cone) < 1e-9, str(certificate)
+        closed = max(closed, report.closed)
+    assert closed > 1
 
 
 @needs_discrete

@@ -10,7 +10,7 @@ import numpy as np
 
 from ._certificate import Certificate
 from ._measured_step import MeasuredStep, checked_step
-from ._mujoco_metric import gyroscopic_derivatives, is_discrete, smooth_force, step_mass, uncoupled
+from ._mujoco_metric import gyroscopic_derivatives, is_discrete, smooth_derivatives, smooth_force, step_mass, uncoupled
 from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins
 from ._mujoco_step import HardStepper, single_stage
 from ._types import Floats
@@ -41,7 +41,7 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
     pushes, forces = _contact_forces(model, after, contacts), np.asarray(after.efc_force)[joints.index]
     J = np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J])
     carried = np.concatenate([pushes.ravel(), forces])
-    loads = smooth_force(model, after) - _gyroscopic_forces(stepper, data, after)
+    loads = smooth_force(model, after) + _unsymmetric_forces(stepper, data, after)
     notes = notes_of(collector, contacts)
     if any("left out" in note for note in notes):
         # Newton's law includes the forces whose laws the certificate leaves out.
@@ -78,18 +78,22 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
     return replace(step, drifted=True), after
 
 
-def _gyroscopic_forces(stepper: HardStepper, data: Any, after: Any) -> Floats:
-    """Change of the gyroscopic forces of free bodies during MuJoCo's step (nv,), where MuJoCo takes them implicitly."""
+def _unsymmetric_forces(stepper: HardStepper, data: Any, after: Any) -> Floats:
+    """Implicit forces of MuJoCo's step that its symmetric mass matrix lacks (nv,): of standalone free bodies."""
     model, collector = stepper.model, stepper.collector
     forces: Floats = np.zeros(model.nv)
-    if single_stage(model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_EULER):
-        return forces
     bodies = collector.free_bodies
+    if not len(bodies) or single_stage(model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_EULER):
+        return forces
     if is_discrete(model):
         # MuJoCo leaves these forces explicit for bodies with rows or couplings.
         bodies = uncoupled(model, after, collector.untouched(after))
+    derivatives = -gyroscopic_derivatives(model, after, bodies, data.qvel.copy())
+    if not is_discrete(model):
+        smooth = smooth_derivatives(model, after, bodies)
+        derivatives += 0.5 * (smooth - np.swapaxes(smooth, 1, 2))
     change = after.qvel - data.qvel
-    for at, derivative in zip(bodies, gyroscopic_derivatives(model, after, bodies, data.qvel.copy())):
+    for at, derivative in zip(bodies, derivatives):
         forces[at : at + 6] = derivative @ change[at : at + 6]
     return forces
 

@@ -50,10 +50,7 @@ def step_mass(model: Any, data: Any, bodies: Integers) -> Floats:
     if int(model.opt.integrator) in _EXPLICIT or not len(bodies):
         return implicit
     # MuJoCo solves standalone free bodies apart, with derivatives that qH lacks.
-    derivative = np.zeros_like(mass)
-    derivative[np.repeat(np.arange(model.nv), model.D_rownnz), model.D_colind] = data.qDeriv
-    for at in bodies:
-        block = derivative[at : at + 6, at : at + 6]
+    for at, block in zip(bodies, smooth_derivatives(model, data, bodies)):
         implicit[at : at + 6, at : at + 6] = mass[at : at + 6, at : at + 6] - 0.5 * model.opt.timestep * (
             block + block.T
         )
@@ -115,6 +112,14 @@ def gyroscopic_derivatives(model: Any, data: Any, bodies: Integers, velocity: Fl
     mujoco.mj_comVel(model, data)
     data.qvel[:] = saved
     return found
+
+
+def smooth_derivatives(model: Any, data: Any, bodies: Integers) -> Floats:
+    """Derivatives of drag, damping and actuators of free bodies by their velocities (B, 6, 6), from an implicit step."""
+    derivative = np.zeros((model.nv, model.nv))
+    derivative[np.repeat(np.arange(model.nv), model.D_rownnz), model.D_colind] = data.qDeriv
+    blocks = [derivative[at : at + 6, at : at + 6] for at in bodies]
+    return np.array(blocks).reshape(-1, 6, 6)
 
 
 def free_acceleration(model: Any, data: Any, mass: Floats, bodies: Integers) -> Floats:
