@@ -105,6 +105,7 @@ def test_weak_friction_is_slip_inside_the_cone():
     # The exact step has the full friction.
     np.testing.assert_allclose(audit.steps["apart_m_s"], 0.01 * 0.1 * GRAVITY, rtol=1e-9)
     assert audit.steps["exact_residual_m_s"].max() < 1e-12
+    assert audit.velocity_names[0] == "box vx"
     assert "0.96076" in audit.beside(0) and "0.95095" in audit.beside(0)
     with pytest.raises(KeyError, match="no step 99"):
         audit.beside(99)
@@ -188,6 +189,10 @@ def test_data_frames_have_a_row_for_each_step_and_contact():
         (lambda: referee.audit([*slide(2), 3]), "step 2 of the recording: it is int; a dict with the arguments"),
         (lambda: referee.audit([{**slide(1)[0], "masses": [0.0]}]), "step 0 of the recording: masses has 0 kg"),
         (lambda: referee.audit([BOX]), "step 0 of the recording: "),
+        (
+            lambda: referee.audit(slide(1), velocity_names=["x"]),
+            "velocity_names has 1 entries; step 0 has 6 velocities",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(call, said):

@@ -10,6 +10,7 @@ import numpy as np
 
 from ._certificate import Certificate, CertificateRow
 from ._measured_step import ExactStep, MeasuredStep
+from ._tumble import TumbleError
 from ._types import Floats, Location
 
 if TYPE_CHECKING:
@@ -179,7 +180,7 @@ class Audit:
     def table(self, most: int = 20) -> str:
         """Text table of the largest values and of the first ``most`` findings."""
         lines = [self.title, str(self), ""]
-        lines += [f"{name:<34}{value:>12}  {where}" for name, value, where in self.largest()]
+        lines += [f"{name:<38}{value:>10}  {where}" for name, value, where in self.largest()]
         if self.findings:
             lines += ["", f"{'finding':<22}{'steps':>6}{'first':>7}{'worst':>7}{'value':>11}"]
         for finding in self.findings[:most]:
@@ -233,6 +234,10 @@ def audit_steps(recorded: Iterable[Recorded], tolerance: float, title: str, name
     notes: dict[str, None] = {}
     replay, unsolved = 0.0, 0
     for each in recorded:
+        names = names or each.step.velocity_names or None
+        if names is not None and len(names) != len(each.step.after):
+            count = len(each.step.after)
+            raise TumbleError(f"velocity_names has {len(names)} entries; step {each.k} has {count} velocities")
         step, certificate, right = each.step, each.step.certificate(), each.step.exact()
         own.append(step.after)
         exact.append(right.velocity)
@@ -273,7 +278,7 @@ def audit_steps(recorded: Iterable[Recorded], tolerance: float, title: str, name
         findings=tuple(sorted(groups.findings.values(), key=lambda each: -each.steps)),
         velocities=tuple(own),
         exact_velocities=tuple(exact),
-        velocity_names=tuple(str(place) for place in range(size)) if names is None else names,
+        velocity_names=names or tuple(str(place) for place in range(size)),
         tolerance=tolerance,
         title=title,
         notes=tuple(notes),

@@ -52,6 +52,8 @@ class MeasuredStep:
     notes: tuple[str, ...]
     motion: Floats
     """Mean velocity of every row over the step (R,), m/s, without the gap of normal rows."""
+    velocity_names: tuple[str, ...] = ()
+    """Name of each velocity (n,), or none."""
     drifted: bool = False
     """Whether offsets of locked rows are position errors of the start, which an exact step leaves."""
 

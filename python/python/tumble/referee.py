@@ -12,6 +12,7 @@ Formulas: docs/referee.md.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -306,7 +307,7 @@ def _step_of_bodies(
         motion[:, 1:] = given[:, 1:]
     gyration = np.sqrt(np.trace(turned, axis1=1, axis2=2) / (2.0 * weights))
     labels = labels_of(names, count)
-    return checked_step(
+    step = checked_step(
         M=mass,
         J=J,
         velocity_before=before.ravel(),
@@ -321,6 +322,8 @@ def _step_of_bodies(
         notes=notes,
         motion=motion.ravel(),
     )
+    axes = ("vx", "vy", "vz", "wx", "wy", "wz")
+    return replace(step, velocity_names=tuple(f"{name} {axis}" for name in labels for axis in axes))
 
 
 def _name(labels: list[str], body: int) -> str:
