@@ -343,6 +343,23 @@ def test_certificates_of_mujocos_steps_meet_newtons_law(cone):
         mujoco.mj_step(model, data)
 
 
+@pytest.mark.skipif(not hasattr(mujoco.mjtEnableBit, "mjENBL_SLEEP"), reason="older versions have no sleep")
+def test_sleeping_bodies_meet_newtons_law():
+    bodies = "".join(f"<body pos='{x} 0 .1'><freejoint/><geom {BOX}/></body>" for x in (0, 1))
+    model, _ = load("<geom type='plane' size='5 5 1'/>" + bodies)
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    data = mujoco.MjData(model)
+    data.qvel[6] = 3.0
+    asleep = 0
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+        asleep += data.ntree_awake == 1
+        if 0 < asleep < 100:
+            # MuJoCo's solver stops at a tolerance.
+            assert tm.certify(model, data).dynamics < 1e-4
+    assert asleep
+
+
 def test_a_comparison_has_a_table_and_a_page(tmp_path):
     model, data = on_floor(BOX, 0.1, "gravity='2 0 -9.81'")
     found = tm.compare(model, data, 50)

@@ -42,6 +42,10 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
     J = np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J])
     carried = np.concatenate([pushes.ravel(), forces])
     loads = smooth_force(model, after) + _unsymmetric_forces(stepper, data, after)
+    if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)):
+        awake = np.union1d(data.dof_awake_ind[: data.nv_awake], after.dof_awake_ind[: after.nv_awake])
+        # Sleeping bodies do not move and have no rows.
+        loads[np.setdiff1d(np.arange(size), awake)] = 0.0
     notes = notes_of(collector, contacts)
     if any("left out" in note for note in notes):
         # Newton's law includes the forces whose laws the certificate leaves out.
