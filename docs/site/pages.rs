@@ -49,6 +49,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Fit friction to a recording", "docs/howto/fit-friction.md"),
             ("Run your MuJoCo model", "docs/howto/mujoco-model.md"),
             ("Certify a step of another engine", "docs/howto/certify-engine.md"),
+            ("Audit a whole run", "docs/howto/audit-rollout.md"),
             ("Get contact problems for your solver", "docs/howto/contact-problems.md"),
         ],
     ),

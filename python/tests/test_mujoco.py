@@ -1,5 +1,6 @@
 """Hard steps and certificates of MuJoCo models: closed forms, comparisons and robots."""
 
+import copy
 import importlib.util
 import runpy
 import warnings
@@ -210,7 +211,13 @@ def test_a_friction_loss_holds_up_to_its_force(force, moves):
     assert data.qvel[0] == pytest.approx(0.2 * (force - 1.0), rel=1e-9) if moves else abs(data.qpos[0]) < 1e-12
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast", "RK4"])
+HAS_DISCRETE = hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE")
+needs_discrete = pytest.mark.skipif(not HAS_DISCRETE, reason="MuJoCo 3.13 has it")
+
+
+@pytest.mark.parametrize(
+    "integrator", ["Euler", "implicit", "implicitfast", "RK4", pytest.param("discrete", marks=needs_discrete)]
+)
 def test_without_contacts_the_steps_are_those_of_mujoco(integrator):
     model, data = load(
         "<body><joint name='a' type='hinge' axis='0 1 0' damping='0.3' stiffness='2'/><geom type='capsule' size='.05 .2' pos='.2 0 0'/>"
@@ -224,8 +231,8 @@ def test_without_contacts_the_steps_are_those_of_mujoco(integrator):
     report = steps(model, data, 200)[-1]
     for _ in range(200):
         mujoco.mj_step(model, other)
-    # The other integrators have the same order; Euler and implicitfast are the same.
-    near = 1e-11 if integrator in ("Euler", "implicitfast") else 0.05
+    # implicit and RK4 are replaced by integrators of lower order.
+    near = 1e-11 if integrator in ("Euler", "implicitfast", "discrete") else 0.05
     np.testing.assert_allclose(data.qpos, other.qpos, atol=near)
     np.testing.assert_allclose(data.act, other.act, atol=1e-3 if integrator == "RK4" else 1e-14)
     assert data.time == other.time and report.solved
@@ -246,11 +253,12 @@ def test_the_directions_of_contacts_are_those_of_mujoco():
         np.testing.assert_allclose(J, contact.frame.reshape(3, 3) @ by_point, atol=1e-14)
 
 
-def test_sensors_and_callbacks_work():
+@pytest.mark.parametrize("integrator", ["Euler", pytest.param("discrete", marks=needs_discrete)])
+def test_sensors_and_callbacks_work(integrator):
     model, data = load(
         f"<geom type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom {BOX} mass='2'/>"
         "<site name='s' type='box' size='.11 .11 .11'/></body>",
-        "",
+        f"integrator='{integrator}'",
         "<sensor><touch site='s'/><accelerometer site='s'/></sensor>",
     )
     called = []
@@ -291,12 +299,17 @@ def test_sparse_and_dense_rows_agree():
     np.testing.assert_allclose(np.linalg.norm(ends[0][:3] - ends[0][7:10]), 0.3, atol=1e-3)
 
 
-def test_the_model_is_as_it_was_after_a_step():
-    model, data = on_floor(BOX, 0.1, "integrator='RK4'")
-    before = (model.geom_margin.copy(), model.opt.integrator, model.opt.o_margin)
+@pytest.mark.parametrize("integrator", ["RK4", pytest.param("discrete", marks=needs_discrete)])
+def test_the_model_is_as_it_was_after_a_step(integrator):
+    model, data = on_floor(BOX, 0.1, f"integrator='{integrator}'")
+
+    def options():
+        return model.opt.integrator, model.opt.o_margin, model.opt.disableflags
+
+    before, margins = options(), model.geom_margin.copy()
     steps(model, data, 3)
     tm.certify(model, data)
-    assert (model.geom_margin == before[0]).all() and (model.opt.integrator, model.opt.o_margin) == before[1:]
+    assert (model.geom_margin == margins).all() and options() == before
 
 
 def test_a_certificate_shows_the_creep_and_overlap_of_soft_contacts():
@@ -328,6 +341,23 @@ def test_certificates_of_mujocos_steps_meet_newtons_law(cone):
         # MuJoCo's solver stops at a tolerance.
         assert tm.certify(model, data).dynamics < 1e-4
         mujoco.mj_step(model, data)
+
+
+@pytest.mark.skipif(not hasattr(mujoco.mjtEnableBit, "mjENBL_SLEEP"), reason="older versions have no sleep")
+def test_sleeping_bodies_meet_newtons_law():
+    bodies = "".join(f"<body pos='{x} 0 .1'><freejoint/><geom {BOX}/></body>" for x in (0, 1))
+    model, _ = load("<geom type='plane' size='5 5 1'/>" + bodies)
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    data = mujoco.MjData(model)
+    data.qvel[6] = 3.0
+    asleep = 0
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+        asleep += data.ntree_awake == 1
+        if 0 < asleep < 100:
+            # MuJoCo's solver stops at a tolerance.
+            assert tm.certify(model, data).dynamics < 1e-4
+    assert asleep
 
 
 def test_a_comparison_has_a_table_and_a_page(tmp_path):
@@ -456,14 +486,178 @@ def test_the_pinched_capsule_creeps_with_soft_contacts_alone():
     assert moved < 1e-12 and residual < 1e-9
 
 
-@pytest.mark.skipif(not hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE"), reason="MuJoCo 3.13 has it")
-def test_options_with_another_metric_are_refused():
-    """A passive spring that the integrator "discrete" takes stably is unstable with another metric."""
-    model, data = on_floor(BOX, 0.1, "integrator='discrete'")
-    for call in (lambda: tm.hard_step(model, data), lambda: tm.certify(model, data), lambda: tm.HardStepper(model)):
-        with pytest.raises(tumble.TumbleError, match='"discrete" has no hard step yet; use'):
-            call()
+ARM = (
+    "<body><joint name='a' axis='0 1 0' damping='.3' stiffness='20' springref='40'/><geom size='.1' pos='.2 0 0'/>"
+    "<body pos='.4 0 0'><joint name='b' axis='0 1 0' damping='.1' armature='.01'/>"
+    "<geom type='capsule' size='.1 .2' pos='.2 0 0'/>{}</body></body>"
+)
+WRIST = (
+    "<body pos='.4 0 0'><joint type='ball' stiffness='3' damping='.2'/>"
+    "<geom type='box' size='.05 .1 .02' pos='.2 0 0'/></body>"
+)
+FREE = "<body pos='0 2 .2'>{}<geom type='box' size='.1 .2 .05' pos='.1 0 0'/><site name='q' pos='.1 .1 0'/></body>"
+COUPLED = (
+    "<tendon><fixed name='t' stiffness='1000' damping='1' springlength='.1'><joint joint='a' coef='1'/>"
+    "<joint joint='b' coef='-1'/></fixed></tendon>"
+)
+SERVOS = (
+    "<actuator><position joint='b' kp='1000' kv='20'/><velocity joint='a' kv='3'/>"
+    "<general joint='a' dyntype='filter' dynprm='.1' gainprm='3'/></actuator>"
+)
+ROPE = (
+    "<tendon><spatial stiffness='50' damping='2' springlength='.3'><site site='p'/><site site='q'/></spatial></tendon>"
+)
+SPINNING = FREE.format("<freejoint/>")
+SMOOTH = {
+    "springs of joints": (ARM.format(WRIST), "", ""),
+    "tendon": (ARM.format(WRIST), "", COUPLED),
+    "servos": (ARM.format(WRIST), "", SERVOS),
+    "tendon and servos, PGS": (ARM.format(WRIST), "solver='PGS'", COUPLED + SERVOS),
+    "spinning body": (SPINNING, "", ""),
+    "spinning body on a spring": (FREE.format("<joint type='free' stiffness='4' damping='.1'/>"), "", ""),
+    "spinning body on a rope": ("<site name='p' pos='0 2 1'/>" + SPINNING, "", ROPE),
+    "spinning body and arm, sparse": (SPINNING + ARM.format(WRIST), "jacobian='sparse'", COUPLED + SERVOS),
+    "drag": (SPINNING + ARM.format(""), "viscosity='.1' density='1.2' wind='1 0 0'", ""),
+    "lift": (SPINNING.replace("<geom", "<geom fluidshape='ellipsoid'"), "density='20' wind='3 0 0'", ""),
+}
+CLOTH = (
+    "<flexcomp name='f' type='grid' count='4 4 1' spacing='.05 .05 .05' pos='0 0 .5' radius='.005' dim='2' mass='.5'>"
+    "<edge equality='false'/><contact selfcollide='none'/>"
+    "<elasticity young='1e4' poisson='0.1' thickness='.01' elastic2d='{}'/></flexcomp>"
+)
+
+
+def pushed(model, data, seed):
+    """Sets random velocities and controls, and returns a copy of ``data``."""
+    rng = np.random.default_rng(seed)
+    data.qvel[:] = 2.0 * rng.normal(size=model.nv)
+    data.ctrl[:] = rng.normal(size=model.nu)
+    return copy.copy(data)
+
+
+# MuJoCo solves with coupled terms up to its tolerance.
+TIGHT = "tolerance='1e-15' timestep='0.005'"
+
+
+@needs_discrete
+@pytest.mark.parametrize("integrator", ["discrete", "implicitfast"])
+@pytest.mark.parametrize("name", SMOOTH)
+def test_implicit_steps_without_contacts_are_those_of_mujoco(name, integrator):
+    body, option, more = SMOOTH[name]
+    model, data = load(body, f"integrator='{integrator}' {TIGHT} {option}", more)
+    other = pushed(model, data, 1)
+    for _ in range(60):
+        certificate = tm.certify(model, other)
+        # Rounding, with condition numbers up to 1e3 of the mass matrices.
+        assert certificate.residual < 1e-12, str(certificate)
+        steps(model, data, 1)
+        mujoco.mj_step(model, other)
+        np.testing.assert_allclose(data.qvel, other.qvel, atol=1e-10)
+        np.testing.assert_allclose(data.qpos, other.qpos, atol=1e-10)
+
+
+@needs_discrete
+@pytest.mark.parametrize("stretch", ["bend", "both"])
+def test_discrete_steps_of_cloth_are_those_of_mujoco(stretch):
+    model, data = load(CLOTH.format(stretch), "integrator='discrete' tolerance='1e-12'")
+    data.qvel[:] = 0.1 * np.random.default_rng(2).normal(size=model.nv)
+    other = copy.copy(data)
+    for _ in range(10):
+        assert tm.certify(model, other).residual < 1e-10
+        steps(model, data, 1)
+        mujoco.mj_step(model, other)
+    np.testing.assert_allclose(data.qvel, other.qvel, atol=1e-10)
+
+
+@needs_discrete
+def test_the_mass_of_a_discrete_step_has_damping_and_stiffness():
+    """M + h D + h² K from the numbers of the model."""
+    h = 0.02
+    model, data = load(ARM.format(""), f"integrator='discrete' timestep='{h}'", COUPLED + SERVOS)
+    data.qpos[:], data.qvel[:], data.ctrl[:] = (0.4, -0.2), (0.5, -1.0), (0.3, 0.1, 0.2)
+    before = data.qvel.copy()
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((2, 2))
+    mujoco.mj_fullM(model, data, mass)
+    row = np.array([1.0, -1.0])
+    damping = np.diag([0.3 + 3.0, 0.1 + 20.0]) + 1.0 * np.outer(row, row)
+    stiffness = np.diag([20.0, 1000.0]) + 1000.0 * np.outer(row, row)
+    effective = mass + h * damping + h * h * stiffness
+    force = data.qfrc_smooth - h * stiffness @ before
+    (report,) = steps(model, data, 1)
+    np.testing.assert_allclose(report.problem().matrix("M"), effective, rtol=1e-13)
+    np.testing.assert_allclose(data.qvel, before + h * np.linalg.solve(effective, force), atol=1e-12)
+    np.testing.assert_allclose(data.qacc, (data.qvel - before) / h, atol=1e-10)
+
+
+@needs_discrete
+def test_a_stiff_servo_presses_a_box_without_creep():
+    """ωh of the servo is 30; explicit springs are stable up to 2."""
+    model, data = load(
+        "<geom name='floor' type='plane' size='5 5 1'/>"
+        "<body pos='0 0 .1'><freejoint/><geom name='box' type='box' size='.1 .1 .1' mass='1'/></body>"
+        "<body pos='0 0 .3'><joint name='z' type='slide' axis='0 0 1'/><geom name='ram' size='.1' mass='.1'/></body>",
+        "integrator='discrete' timestep='0.01'",
+        "<actuator><position joint='z' kp='1e6' kv='100'/></actuator>",
+    )
+    data.ctrl[0] = -1e-4
+    reports = steps(model, data, 100)
+    assert max(report.certificate().residual for report in reports) < 1e-9
+    # The servo is 0.1 mm from its target, and the ram rests on the box.
+    floor = sum(row.force for row in reports[-1].certificate().rows if "floor" in row.name)
+    assert floor == pytest.approx(1.1 * GRAVITY + 100.0, rel=1e-6)
+    assert np.abs(data.qvel).max() < 1e-9 and abs(data.qpos[2] - 0.1) < 1e-9
+
+
+@needs_discrete
+@pytest.mark.parametrize("integrator", ["discrete", "implicitfast"])
+def test_certificates_of_implicit_steps_of_a_tumbling_box_meet_newtons_law(integrator):
+    option = f"cone='elliptic' tolerance='1e-12' iterations='200' integrator='{integrator}'"
+    model, data = on_floor("type='box' size='.1 .15 .05'", 0.3, option)
+    data.qvel[:] = 1.0, 0.3, 0.0, 6.0, 4.0, 2.0
+    for _ in range(300):
+        # MuJoCo's solver stops at a tolerance of the cost.
+        assert tm.certify(model, data).dynamics < 1e-7
+        mujoco.mj_step(model, data)
+
+
+@needs_discrete
+def test_discrete_steps_of_a_tumbling_arm_and_box_are_hard():
+    body = "<geom name='floor' type='plane' size='5 5 1' pos='0 0 -.2'/>" + ARM.format(WRIST) + SPINNING
+    model, data = load(body, "integrator='discrete' timestep='0.005'", COUPLED + SERVOS)
+    pushed(model, data, 3)
+    reports = steps(model, data, 200)
+    assert max(report.closed for report in reports) > 2
+    assert max(report.residual for report in reports) < 1e-9
+    # Gaps at the end of a step; overlaps by turned corners are removed in the next steps.
+    assert max(report.certificate().friction_law for report in reports) < 1e-9
+
+
+@needs_discrete
+@pytest.mark.parametrize("path", ["data/robots/hopper.xml", "scenarios/robots/crawler.xml"])
+def test_discrete_steps_of_robots_are_hard(path, root):
+    model = mujoco.MjModel.from_xml_path(str(root / path))
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    data, rng, closed = mujoco.MjData(model), np.random.default_rng(0), 0
+    for k in range(300):
+        if k % 10 == 0:
+            data.ctrl[:] = rng.uniform(*model.actuator_ctrlrange.T)
+        (report,) = steps(model, data, 1)
+        certificate = report.certificate()
+        assert max(certificate.dynamics, certificate.friction_law, certificate.cone) < 1e-9, str(certificate)
+        closed = max(closed, report.closed)
+    assert closed > 1
+
+
+@needs_discrete
+def test_options_without_a_hard_step_are_refused():
     model, data = on_floor(BOX, 0.1, "")
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_IPC)
     with pytest.raises(tumble.TumbleError, match="the flag ipc has no hard step yet; switch it off"):
         tm.hard_step(model, data)
+    # The conjugate-gradient solver does not assemble flexes that only bend.
+    model, data = load(CLOTH.format("bend"), "integrator='discrete' solver='CG'")
+    data.qvel[:] = 0.1 * np.random.default_rng(2).normal(size=model.nv)
+    for call in (tm.hard_step, tm.certify):
+        with pytest.raises(tumble.TumbleError, match="does not store the stiffness of these flexes; use"):
+            call(model, data)

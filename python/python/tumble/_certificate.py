@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 from ._types import Floats
+
+if TYPE_CHECKING:
+    from ._measured_step import MeasuredStep
 
 PARTS = ("penetration", "normal_law", "cone", "friction_law", "constraint")
 """Residuals of a row. Of two equal ones, the first is named."""
@@ -40,6 +44,8 @@ class CertificateRow:
     cone: float
     constraint: float
     """Residual of a locked row or of a box."""
+    power: float = 0.0
+    """Mean power of the row's forces over the step, W; negative if they take energy."""
 
     @property
     def residual(self) -> float:
@@ -60,6 +66,15 @@ class Certificate:
     time_step: float
     notes: tuple[str, ...] = ()
     """Parts of the model that the certificate does not cover."""
+    energy: float = 0.0
+    """Change of energy by contacts and by errors of Newton's law, J. Exact steps have none above zero."""
+    _step: Any = field(default=None, repr=False, compare=False)
+    """The measured step."""
+
+    def measured(self) -> MeasuredStep:
+        """Arrays of the step, as ``tumble.referee.audit`` takes them."""
+        step: MeasuredStep = self._step
+        return step
 
     @property
     def penetration(self) -> float:
@@ -139,8 +154,9 @@ def rows_of(
     response: Floats,
     time_step: float,
     names: list[str],
+    motion: Floats,
 ) -> tuple[CertificateRow, ...]:
-    """Residuals of every group, from impulses p, row velocities u and the diagonal of W."""
+    """Residuals of every group, from impulses p, row velocities u, the diagonal of W and the mean motion of rows."""
     rows: list[CertificateRow] = []
     at = 0
     for (friction, own), name in zip(laws, names):
@@ -148,12 +164,14 @@ def rows_of(
         span = slice(at, at + size)
         if friction is not None:
             gap = offsets[at] * time_step
-            rows.append(_contact(name, friction, impulses[span], speeds[span], response[span], gap, time_step))
+            power = float(impulses[span] @ motion[span]) / time_step
+            row = _contact(name, friction, impulses[span], speeds[span], response[span], gap, time_step)
+            rows.append(replace(row, power=power))
         else:
             for place, law in zip(range(at, at + size), own):
-                rows.append(
-                    _single(name, law, impulses[place], speeds[place], response[place], offsets[place], time_step)
-                )
+                power = float(impulses[place] * motion[place]) / time_step
+                row = _single(name, law, impulses[place], speeds[place], response[place], offsets[place], time_step)
+                rows.append(replace(row, power=power))
         at += size
     return tuple(rows)
 

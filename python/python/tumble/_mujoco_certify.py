@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ._certificate import Certificate
-from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins, step_mass
+from ._measured_step import MeasuredStep, checked_step
+from ._mujoco_metric import gyroscopic_derivatives, is_discrete, smooth_derivatives, smooth_force, step_mass, uncoupled
+from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins
 from ._mujoco_step import HardStepper, single_stage
 from ._types import Floats
-from .referee import certify
 
 
 def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
     """Certificate of MuJoCo's next step from ``data``, and a copy of ``data`` after that step."""
+    step, after = measured_step(stepper, data)
+    return step.certificate(), after
+
+
+def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
+    """Arrays of MuJoCo's next step from ``data``, and a copy of ``data`` after that step."""
     model, collector = stepper.model, stepper.collector
     collector.check(data)
     after = copy.copy(data)
@@ -33,7 +41,11 @@ def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
     pushes, forces = _contact_forces(model, after, contacts), np.asarray(after.efc_force)[joints.index]
     J = np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J])
     carried = np.concatenate([pushes.ravel(), forces])
-    loads = after.qfrc_smooth.copy()
+    loads = smooth_force(model, after) + _unsymmetric_forces(stepper, data, after)
+    if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)):
+        awake = np.union1d(data.dof_awake_ind[: data.nv_awake], after.dof_awake_ind[: after.nv_awake])
+        # Sleeping bodies do not move and have no rows.
+        loads[np.setdiff1d(np.arange(size), awake)] = 0.0
     notes = notes_of(collector, contacts)
     if any("left out" in note for note in notes):
         # Newton's law includes the forces whose laws the certificate leaves out.
@@ -47,8 +59,8 @@ def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
     limits = [(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, time_step))]
     limits += [(int(ahead_joints.kind[at]), int(ahead_joints.id[at])) for at in np.flatnonzero(open_joints)]
     friction = np.concatenate([contacts.friction, ahead_contacts.friction[open_contacts]])
-    certificate = certify(
-        M=step_mass(model, after),
+    step = checked_step(
+        M=step_mass(model, after, collector.free_bodies),
         J=np.concatenate(
             [
                 contacts.J.reshape(3 * len(contacts.gap), size),
@@ -67,7 +79,27 @@ def certify_step(stepper: HardStepper, data: Any) -> tuple[Certificate, Any]:
         names=[collector.contact_name(pair) for pair in geoms] + [collector.joint_name(*row) for row in limits],
         notes=notes,
     )
-    return certificate, after
+    return replace(step, drifted=True), after
+
+
+def _unsymmetric_forces(stepper: HardStepper, data: Any, after: Any) -> Floats:
+    """Implicit forces of MuJoCo's step that its symmetric mass matrix lacks (nv,): of standalone free bodies."""
+    model, collector = stepper.model, stepper.collector
+    forces: Floats = np.zeros(model.nv)
+    bodies = collector.free_bodies
+    if not len(bodies) or single_stage(model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_EULER):
+        return forces
+    if is_discrete(model):
+        # MuJoCo leaves these forces explicit for bodies with rows or couplings.
+        bodies = uncoupled(model, after, collector.untouched(after))
+    derivatives = -gyroscopic_derivatives(model, after, bodies, data.qvel.copy())
+    if not is_discrete(model):
+        smooth = smooth_derivatives(model, after, bodies)
+        derivatives += 0.5 * (smooth - np.swapaxes(smooth, 1, 2))
+    change = after.qvel - data.qvel
+    for at, derivative in zip(bodies, derivatives):
+        forces[at : at + 6] = derivative @ change[at : at + 6]
+    return forces
 
 
 def _rows_ahead(stepper: HardStepper, data: Any) -> tuple[ContactRows, JointRows]:

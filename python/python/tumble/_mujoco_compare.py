@@ -14,6 +14,7 @@ import numpy as np
 
 from ._certificate import Certificate
 from ._checks import whole
+from ._html import chart, document, legend
 from ._mujoco_certify import certify_step
 from ._mujoco_rows import mujoco
 from ._mujoco_step import HardStepper
@@ -21,8 +22,6 @@ from ._types import Floats, Location
 
 _STICKS = 0.99
 """Contacts whose friction is this share of the largest one or less should not slip."""
-_COLOURS = ("#c0392b", "#2471a3")
-_WIDTH, _HEIGHT = 640, 160
 
 
 @dataclass(frozen=True)
@@ -86,23 +85,19 @@ class Comparison:
     def page(self, path: Location) -> None:
         """Writes a page with the table and curves, which needs no network."""
         charts = [
-            _chart("residual, m/s", self.times, self.residual, logarithmic=True),
-            _chart("overlap, m", self.times, self.overlap, logarithmic=True),
-            _chart("creep, m/s", self.times, self.creep, logarithmic=True),
-            _chart("energy, J", self.times, self.energy),
-            _chart("places apart, m", self.times, self.distance[:, None]),
+            chart("residual, m/s", self.times, self.residual, logarithmic=True),
+            chart("overlap, m", self.times, self.overlap, logarithmic=True),
+            chart("creep, m/s", self.times, self.creep, logarithmic=True),
+            chart("energy, J", self.times, self.energy),
+            chart("places apart, m", self.times, self.distance[:, None]),
         ]
-        text = "\n".join(
-            [
-                "<!doctype html><meta charset='utf-8'><title>MuJoCo and hard steps</title>",
-                "<style>body{font:15px sans-serif;margin:2em;max-width:44em}svg{display:block}</style>",
-                "<h1>MuJoCo and hard steps</h1>",
-                f"<p><span style='color:{_COLOURS[0]}'>MuJoCo</span>, <span style='color:{_COLOURS[1]}'>hard</span></p>",
-                f"<pre>{html.escape(self.table())}</pre>",
-                *charts,
-            ]
-        )
-        Path(path).write_text(text, encoding="utf-8")
+        body = [
+            "<h1>MuJoCo and hard steps</h1>",
+            legend("MuJoCo", "hard"),
+            f"<pre>{html.escape(self.table())}</pre>",
+            *charts,
+        ]
+        Path(path).write_text(document("MuJoCo and hard steps", body), encoding="utf-8")
 
 
 def compare(stepper: HardStepper, data: Any, steps: int, control: Callable[[Any], None] | None = None) -> Comparison:
@@ -168,22 +163,3 @@ def _creep(certificate: Certificate) -> float:
 
 def _residual(certificate: Certificate) -> float:
     return certificate.residual
-
-
-def _chart(title: str, times: Floats, values: Floats, logarithmic: bool = False) -> str:
-    """Curves of one quantity as an SVG."""
-    shown = np.log10(np.maximum(values, 1e-16)) if logarithmic else values
-    low, high = float(shown.min()), float(shown.max())
-    span, length = max(high - low, 1e-300), max(float(times[-1] - times[0]), 1e-300)
-    lines = []
-    for column, colour in zip(shown.T, _COLOURS):
-        points = " ".join(
-            f"{_WIDTH * (t - times[0]) / length:.1f},{_HEIGHT * (high - value) / span:.1f}"
-            for t, value in zip(times, column)
-        )
-        lines.append(f"<polyline fill='none' stroke='{colour}' points='{points}'/>")
-    ends = [f"{10**end:.1e}" if logarithmic else f"{end:.4g}" for end in (low, high)]
-    return (
-        f"<h2>{html.escape(title)}</h2><p>from {ends[0]} to {ends[1]}</p>"
-        f"<svg viewBox='0 -2 {_WIDTH} {_HEIGHT + 4}' width='{_WIDTH}' height='{_HEIGHT}'>{''.join(lines)}</svg>"
-    )

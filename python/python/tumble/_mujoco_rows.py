@@ -11,15 +11,11 @@ from typing import Any
 import numpy as np
 
 from ._arrays import numbers
+from ._mujoco_metric import free_bodies
+from ._mujoco_metric import mujoco as mujoco
 from ._problem import Law
 from ._tumble import TumbleError
 from ._types import Floats, Integers
-
-try:
-    import mujoco as mujoco
-except ImportError as error:
-    raise ImportError("tumble.mujoco needs mujoco; install it with pip install mujoco") from error
-
 
 _EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 _LOSSES = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
@@ -130,6 +126,8 @@ class RowCollector:
             moved[body, own] = 1.0
         self.moved = moved
         """Whether a degree of freedom moves a body (nbody, nv)."""
+        self.free_bodies = free_bodies(model)
+        """First degree of freedom of each free body without joints below it."""
         self.notes = _notes(model)
         none, integers = np.zeros(0), np.zeros(0, np.int64)
         self._no_joints = JointRows(integers, integers, integers, np.zeros((0, model.nv)), none, none)
@@ -222,6 +220,12 @@ class RowCollector:
         gap[loss > 0.0] = 0.0
         return JointRows(index=index, kind=kind, id=id_, J=self._directions(data, index), gap=gap, loss=loss)
 
+    def untouched(self, data: Any) -> Integers:
+        """Free bodies (see ``free_bodies``) that no row of ``data`` moves."""
+        rows = self._directions(data, np.arange(data.nefc))
+        touched = (rows != 0.0).any(axis=0)
+        return np.array([at for at in self.free_bodies if not touched[at : at + 6].any()], np.int64)
+
     def _directions(self, data: Any, index: Integers) -> Floats:
         """Rows of MuJoCo's constraint Jacobian, dense."""
         if not len(index):
@@ -299,28 +303,6 @@ def groups_at(laws: list[Law]) -> list[int]:
     return [int(at) for at in np.concatenate([[0], np.cumsum(sizes)[:-1]])] if sizes else []
 
 
-def step_mass(model: Any, data: Any) -> Floats:
-    """Mass matrix of the last step: with damping where the integrator takes it implicitly, symmetric."""
-    mass = np.zeros((model.nv, model.nv))
-    try:
-        mujoco.mj_fullM(model, data, mass)
-    except TypeError:
-        mujoco.mj_fullM(model, mass, data.qM)
-    if np.isnan(data.qH).any():
-        return mass
-    return dense_of(model, data.qH)
-
-
-def dense_of(model: Any, factor: Any) -> Floats:
-    """Lᵀ D L of a factor in the sparse form of MuJoCo."""
-    L = np.zeros((model.nv, model.nv))
-    L[np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind] = factor
-    D = L.diagonal().copy()
-    np.fill_diagonal(L, 1.0)
-    product: Floats = L.T @ (D[:, None] * L)
-    return product
-
-
 @lru_cache(maxsize=1)
 def _margins_add_up() -> bool:
     """Whether this version of MuJoCo adds the margins of two geoms. Older ones take the larger one."""
@@ -344,12 +326,7 @@ def _skew(levers: Floats) -> Floats:
 
 
 def _refuse_options(model: Any) -> None:
-    """Raises TumbleError for options whose steps have another metric than the mass matrix with damping."""
-    if model.opt.integrator == getattr(mujoco.mjtIntegrator, "mjINT_DISCRETE", -1):
-        raise TumbleError(
-            'the integrator "discrete" has no hard step yet; use <option integrator="implicitfast"> and a time step '
-            "at which its springs are stable"
-        )
+    """Raises TumbleError for options whose steps have contacts that are not rows."""
     if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_IPC", 0)):
         raise TumbleError("the flag ipc has no hard step yet; switch it off")
 
@@ -357,7 +334,7 @@ def _refuse_options(model: Any) -> None:
 def _notes(model: Any) -> tuple[str, ...]:
     notes = []
     integrator = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
-    if integrator not in ("EULER", "IMPLICITFAST"):
+    if integrator not in ("EULER", "IMPLICITFAST", "DISCRETE"):
         instead = "EULER" if integrator == "RK4" else "IMPLICITFAST"
         notes.append(f"integrator {integrator} is replaced by {instead}")
     if (model.geom_condim > 3).any() or (model.pair_dim > 3).any():

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ._certificate import Certificate
+from ._measured_step import MeasuredStep, checked_step
+from ._mujoco_metric import DISCRETE, advance, free_acceleration, is_discrete, step_mass
 from ._mujoco_problem import (
     RECOVERY,
     StepProblem,
@@ -30,7 +32,6 @@ from ._mujoco_rows import (
     mujoco,
     notes_of,
     raised_margins,
-    step_mass,
 )
 from ._problem import ContactProblem
 from ._tumble import TumbleError
@@ -59,6 +60,7 @@ _BOUNCE = 2.0
 _INTEGRATORS = {
     int(mujoco.mjtIntegrator.mjINT_EULER): mujoco.mjtIntegrator.mjINT_EULER,
     int(mujoco.mjtIntegrator.mjINT_RK4): mujoco.mjtIntegrator.mjINT_EULER,
+    DISCRETE: DISCRETE,
 }
 """Integrator that takes the place of a model's own; IMPLICITFAST for all others."""
 
@@ -99,8 +101,10 @@ class HardStep:
 
     def certificate(self) -> Certificate:
         """Certificate of this step, computed by ``tumble.referee`` from matrices, velocities and impulses alone."""
-        from .referee import certify
+        return self.measured().certificate()
 
+    def measured(self) -> MeasuredStep:
+        """Arrays of this step, as the referee takes them."""
         collector: RowCollector = self._parts["collector"]
         contacts: ContactRows = self._parts["contacts"]
         joints: JointRows = self._parts["joints"]
@@ -108,7 +112,8 @@ class HardStep:
         names += [
             collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))
         ]
-        return certify(names=names, notes=self.notes, **self._parts["step"])
+        step = checked_step(names=names, notes=self.notes, **self._parts["step"])
+        return replace(step, drifted=True)
 
 
 class HardStepper:
@@ -174,13 +179,10 @@ class HardStepper:
             position, before = data.qpos.copy(), data.qvel.copy()
             # The integrator without constraint forces: free velocities, activations, time and the implicit mass.
             data.qfrc_constraint[:] = 0.0
-            data.qacc[:] = data.qacc_smooth
-            data.qH[:] = np.nan
-            _integrate(model, data)
+            mass = self._integrate(data)
         finally:
             options.integrator = integrator
         free = data.qvel.copy()
-        mass = step_mass(model, data)
         report, after = self._solve(data, mass, before, free, contacts, joints)
         if data.time <= began:
             report.notes += (f"MuJoCo has reset the state at {began:.6g} s: it was too fast",)
@@ -194,11 +196,34 @@ class HardStepper:
     def _forces(self, data: Any) -> Reach:
         """Computes positions, contacts ahead and all forces but those of the rows."""
         ahead = self.reach(data)
+        if is_discrete(self.model):
+            mujoco.mj_checkPos(self.model, data)
+            mujoco.mj_checkVel(self.model, data)
+            # Actuators join the effective mass in no other function than mj_forward.
+            with raised_margins(self.model, ahead):
+                mujoco.mj_forward(self.model, data)
+            return ahead
         with raised_margins(self.model, ahead):
             mujoco.mj_step1(self.model, data)
         mujoco.mj_fwdActuation(self.model, data)
         mujoco.mj_fwdAcceleration(self.model, data)
         return ahead
+
+    def _integrate(self, data: Any) -> Floats:
+        """Integrates without constraint forces and returns the mass matrix of the step."""
+        model, bodies = self.model, self.collector.free_bodies
+        if is_discrete(model):
+            mass = step_mass(model, data, bodies)
+            data.qacc[:] = free_acceleration(model, data, mass, bodies)
+            advance(model, data)
+            return mass
+        data.qacc[:] = data.qacc_smooth
+        data.qH[:] = np.nan
+        if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_EULER):
+            mujoco.mj_Euler(model, data)
+        else:
+            mujoco.mj_implicit(model, data)
+        return step_mass(model, data, bodies)
 
     def reach(self, data: Any) -> Reach:
         """Distances up to which contacts and limits are detected ahead."""
@@ -330,24 +355,22 @@ class HardStepper:
             _write_contacts(model, data, rows, contacts, pushes)
         data.efc_force[:] = rows
         data.qfrc_constraint[:] = step["J"].T @ forces
-        mujoco.mj_solveM(
-            model, data, data.qacc.reshape(1, -1), (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1)
-        )
+        if is_discrete(model):
+            # MuJoCo's acceleration is the change of velocity of the step.
+            data.qacc[:] = (step["velocity_after"] - before) / step["time_step"]
+        else:
+            loads = (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1)
+            mujoco.mj_solveM(model, data, data.qacc.reshape(1, -1), loads)
         data.qacc_warmstart[:] = data.qacc
         if model.nsensor:
             data.qvel[:] = before
+            # Accelerations of bodies are computed once a step, by mj_forward with the integrator "discrete".
+            mujoco.mj_rnePostConstraint(model, data)
             mujoco.mj_sensorAcc(model, data)
 
 
 def _length(vector: Any) -> float:
     return float(np.sqrt(vector @ vector))
-
-
-def _integrate(model: Any, data: Any) -> None:
-    if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_EULER):
-        mujoco.mj_Euler(model, data)
-    else:
-        mujoco.mj_implicit(model, data)
 
 
 def _write_contacts(model: Any, data: Any, rows: Floats, contacts: ContactRows, pushes: Floats) -> None:

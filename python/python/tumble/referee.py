@@ -5,24 +5,28 @@
     >>> print(certificate)
     contact hand–capsule slips 0.1 mm/s inside its cone (ratio 0.42)
 
-``certify_bodies`` takes rigid bodies as arrays, ``certify`` generalised coordinates. Formulas: docs/referee.md.
+``certify_bodies`` takes rigid bodies as arrays, ``certify`` generalised coordinates. ``audit`` takes a whole run.
+Formulas: docs/referee.md.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ._arrays import numbers
-from ._certificate import Certificate, CertificateRow, rows_of
+from ._audit import Audit, Finding, Recorded, audit_steps
+from ._certificate import Certificate, CertificateRow
 from ._checks import real, whole
-from ._problem import Law, _groups
+from ._measured_step import MeasuredStep, checked_step, labels_of, positive
+from ._problem import Law
 from ._tumble import TumbleError
 from ._types import Floats, Integers
 
-__all__ = ["Certificate", "CertificateRow", "certify", "certify_bodies"]
+__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies"]
 
 
 def certify(
@@ -62,33 +66,21 @@ def certify(
     :param notes: parts of the model that the rows do not cover.
     :raises TumbleError: if an argument has a wrong shape or value.
     """
-    time_step = _positive("time_step", time_step)
-    dimension = whole("dimension", dimension, 2, 3)
-    groups = _groups(laws)
-    count = sum(len(own) if friction is None else dimension for friction, own in groups)
-    before = numbers("velocity_before", velocity_before, ("n",))
-    size = len(before)
-    after = numbers("velocity_after", velocity_after, (size,))
-    loads = numbers("force", force, (size,))
-    mass = numbers("M", M, (size, size))
-    directions = numbers("J", J, (count, size))
-    p = numbers("impulses", impulses, (count,))
-    offsets = np.zeros(count) if w is None else numbers("w", w, (count,))
-    scales = np.ones(size) if lengths is None else numbers("lengths", lengths, (size,))
-    labels = _names(names, len(groups))
-    try:
-        np.linalg.cholesky(mass)
-    except np.linalg.LinAlgError:
-        raise TumbleError("M is not positive definite; a mass matrix of the step is needed") from None
-    found = np.linalg.solve(mass, np.column_stack([time_step * loads + directions.T @ p, directions.T]))
-    missed = after - before - found[:, 0]
-    response = np.einsum("ij,ji->i", directions, found[:, 1:])
-    return Certificate(
-        dynamics=float(np.abs(missed * scales).max(initial=0.0)),
-        rows=rows_of(groups, dimension, p, directions @ after + offsets, offsets, response, time_step, labels),
+    return checked_step(
+        M=M,
+        J=J,
+        velocity_before=velocity_before,
+        velocity_after=velocity_after,
+        force=force,
+        impulses=impulses,
+        laws=laws,
         time_step=time_step,
-        notes=tuple(notes),
-    )
+        w=w,
+        lengths=lengths,
+        dimension=dimension,
+        names=names,
+        notes=notes,
+    ).certificate()
 
 
 def certify_bodies(
@@ -143,7 +135,126 @@ def certify_bodies(
     :param notes: parts of the model that the arrays do not cover.
     :raises TumbleError: if an argument has a wrong shape or value.
     """
-    time_step = _positive("time_step", time_step)
+    return _step_of_bodies(
+        masses=masses,
+        inertias=inertias,
+        positions=positions,
+        attitudes=attitudes,
+        velocities=velocities,
+        spins=spins,
+        velocities_after=velocities_after,
+        spins_after=spins_after,
+        points=points,
+        normals=normals,
+        pairs=pairs,
+        forces=forces,
+        friction=friction,
+        time_step=time_step,
+        gaps=gaps,
+        gravity=gravity,
+        wrenches=wrenches,
+        attitudes_after=attitudes_after,
+        gaps_after=gaps_after,
+        slips=slips,
+        names=names,
+        notes=notes,
+    ).certificate()
+
+
+def audit(
+    recording: Any,
+    *,
+    model: Any = None,
+    every: int = 1,
+    tolerance: float = 1e-6,
+    title: str = "Audit of a run",
+    velocity_names: Sequence[str] | None = None,
+) -> Audit:
+    """Certificates of a whole run, and the exact step from each state beside the engine's.
+
+    With ``model``, a ``mujoco.MjModel``, the recording has the states of a run of MuJoCo: a list of ``mujoco.MjData``
+    (copies), or a dict with arrays qpos (K, nq), qvel (K, nv) and, if the model has them, ctrl (K, nu), act, mocap_pos,
+    mocap_quat, qfrc_applied, xfrc_applied, qacc_warmstart and time (K,), s. The step that ``mj_step`` takes from each
+    state is audited.
+
+    Without ``model``, the recording has one entry per step: a dict with the arguments of ``certify`` or
+    ``certify_bodies``, and optionally ``time`` at the end of the step, s. An entry may also be a ``Certificate``, for
+    example of ``tumble.referee_adapters``, or a ``tumble.mujoco.HardStep``.
+
+    :param every: only steps 0, every, 2 every and so on are audited.
+    :param tolerance: residual up to which a law counts as met, m/s. Energy counts as gained from this speed times
+        the sum of all momenta and impulses.
+    :param title: title of the page.
+    :param velocity_names: name of each velocity (n,), for tables.
+    :raises TumbleError: if a step has a wrong shape or value. The message names the step.
+    """
+    every, tolerance = whole("every", every, 1), positive("tolerance", tolerance)
+    names = None if velocity_names is None else tuple(str(name) for name in velocity_names)
+    if model is not None:
+        from ._mujoco_record import recorded_steps
+        from ._mujoco_record import velocity_names as names_of
+
+        return audit_steps(recorded_steps(model, recording, every), tolerance, title, names or names_of(model))
+    if isinstance(recording, (Mapping, str)) or not isinstance(recording, Iterable):
+        raise TumbleError(
+            f"recording is {type(recording).__name__}; one dict for each step is needed, or the argument model"
+        )
+    return audit_steps(_recorded(recording, every), tolerance, title, names)
+
+
+def _recorded(recording: Iterable[Any], every: int) -> Iterator[Recorded]:
+    """Every ``every``-th step of a recording without a model."""
+    end = 0.0
+    for k, entry in enumerate(recording):
+        try:
+            step, time = _step_of(entry)
+        except (TumbleError, TypeError) as error:
+            raise TumbleError(f"step {k} of the recording: {error}") from None
+        end = end + step.time_step if time is None else time
+        if k % every == 0:
+            yield Recorded(k, end, step)
+
+
+def _step_of(entry: Any) -> tuple[MeasuredStep, float | None]:
+    """Step of an entry of a recording, and the time at its end if the entry has one."""
+    if isinstance(entry, Mapping):
+        given = dict(entry)
+        time = given.pop("time", None)
+        step = _step_of_bodies(**given) if "masses" in given else checked_step(**given)
+        return step, None if time is None else real("time", time)
+    if hasattr(entry, "measured"):
+        measured: MeasuredStep = entry.measured()
+        return measured, None
+    raise TumbleError(f"it is {type(entry).__name__}; a dict with the arguments of certify or certify_bodies is needed")
+
+
+def _step_of_bodies(
+    *,
+    masses: Any,
+    inertias: Any,
+    positions: Any,
+    attitudes: Any,
+    velocities: Any,
+    spins: Any,
+    velocities_after: Any,
+    spins_after: Any,
+    points: Any,
+    normals: Any,
+    pairs: Any,
+    forces: Any,
+    friction: Any,
+    time_step: float,
+    gaps: Any = None,
+    gravity: Any = (0.0, 0.0, -9.81),
+    wrenches: Any = None,
+    attitudes_after: Any = None,
+    gaps_after: Any = None,
+    slips: Any = None,
+    names: Sequence[str] | None = None,
+    notes: Sequence[str] = (),
+) -> MeasuredStep:
+    """Step from the arguments of ``certify_bodies``."""
+    time_step = positive("time_step", time_step)
     weights = numbers("masses", masses, ("N",))
     count = len(weights)
     if (weights <= 0.0).any():
@@ -185,14 +296,18 @@ def certify_bodies(
     w = np.zeros((contacts, 3))
     w[:, 0] = start / time_step
     moved = (J @ after.ravel()).reshape(contacts, 3)
+    motion = moved.copy()
     if gaps_after is not None:
-        w[:, 0] = numbers("gaps_after", gaps_after, (contacts,)) / time_step - moved[:, 0]
+        ends = numbers("gaps_after", gaps_after, (contacts,))
+        w[:, 0] = ends / time_step - moved[:, 0]
+        motion[:, 0] = (ends - start) / time_step
     if slips is not None:
         given = np.einsum("cij,cj->ci", frames, numbers("slips", slips, (contacts, 3)))
         w[:, 1:] = given[:, 1:] - moved[:, 1:]
+        motion[:, 1:] = given[:, 1:]
     gyration = np.sqrt(np.trace(turned, axis1=1, axis2=2) / (2.0 * weights))
-    labels = _names(names, count)
-    return certify(
+    labels = labels_of(names, count)
+    step = checked_step(
         M=mass,
         J=J,
         velocity_before=before.ravel(),
@@ -205,23 +320,10 @@ def certify_bodies(
         lengths=np.hstack([np.ones((count, 3)), np.repeat(gyration[:, None], 3, axis=1)]).ravel(),
         names=[f"{_name(labels, a)}–{_name(labels, b)}" for a, b in bodies],
         notes=notes,
+        motion=motion.ravel(),
     )
-
-
-def _positive(name: str, value: Any) -> float:
-    number = real(name, value)
-    if not 0.0 < number < np.inf:
-        raise TumbleError(f"{name} is {number:g}; a positive number is needed")
-    return number
-
-
-def _names(names: Sequence[str] | None, count: int) -> list[str]:
-    if names is None:
-        return [str(place) for place in range(count)]
-    listed = [str(name) for name in names]
-    if len(listed) != count:
-        raise TumbleError(f"names has {len(listed)} entries; {count} are needed")
-    return listed
+    axes = ("vx", "vy", "vz", "wx", "wy", "wz")
+    return replace(step, velocity_names=tuple(f"{name} {axis}" for name in labels for axis in axes))
 
 
 def _name(labels: list[str], body: int) -> str:
