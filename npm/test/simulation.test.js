@@ -1,6 +1,7 @@
 // The package in Node.js.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { before, test } from "node:test";
 import { init, Simulation } from "tumble-sim";
 import { bits, contactOf, scene, stateNumbers, tables } from "./support.js";
@@ -88,6 +89,16 @@ test("a stack rests, and its contacts carry it", () => {
   const { bodies, ground } = simulation.drawing;
   assert.deepEqual(ground, { normal: [0, 0, 1], offset: 0 });
   assert.equal(bodies[0].pieces[0].faces.length, 6);
+});
+
+test("the scenes of the example and of README.md are solved", () => {
+  for (const file of ["examples/three.html", "README.md"]) {
+    const text = readFileSync(new URL(`../${file}`, import.meta.url), "utf8");
+    const [, example] = /new Simulation\(`([^`]*)`/.exec(text);
+    const simulation = new Simulation(example).step(200);
+    assert.equal(simulation.unsolved.first, null, file);
+    assert.deepEqual(simulation.notes, []);
+  }
 });
 
 test("a step back is exact", () => {
