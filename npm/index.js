@@ -82,7 +82,8 @@ export class Simulation {
       this.free();
       throw new Error(`the solver stopped and the simulation was freed: ${cause.message}`, { cause });
     }
-    if (answer.error !== undefined) throw new Error(answer.error);
+    // The program gives each text this name.
+    if (answer.error !== undefined) throw new Error(answer.error.replace("scenarios/scene.toml", "scene"));
     return answer;
   }
 

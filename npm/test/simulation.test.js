@@ -111,7 +111,9 @@ test("a step back is exact", () => {
 });
 
 test("faults are sentences", () => {
-  assert.throws(() => new Simulation("steps = 3\n[ground]\nfriction = 0.5\n[[bodies]]\nbocks = 1.0\n"), /bocks/);
+  assert.throws(() => new Simulation("steps = 3\n[ground]\nfriction = 0.5\n[[bodies]]\nbocks = 1.0\n"), /^Error: scene: .*bocks/);
+  const mesh = STACK.replace("box = 0.2", 'mesh = "part.stl"');
+  assert.throws(() => new Simulation(mesh), /part\.stl.*write the shape into the scene/);
   assert.throws(() => new Simulation(undefined), TypeError);
   const simulation = new Simulation(STACK);
   for (const count of [-1, 0.5, NaN, 2 ** 32, "3"]) assert.throws(() => simulation.step(count), RangeError);
