@@ -78,6 +78,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Command line", "docs/command-line.md"),
             ("Rust", "docs/guide.md"),
             ("Python", "docs/python.md"),
+            ("JavaScript", "docs/npm.md"),
             ("Robots from files", "docs/robots.md"),
             ("Constants from recorded motion", "docs/fit.md"),
             ("Learning", "docs/learning.md"),

@@ -1,4 +1,4 @@
-//! A moment of a session as numbers for the page.
+//! A moment of a session as numbers, for the page and for the npm package.
 
 use crate::pull::Hand;
 use crate::session::Session;
@@ -22,8 +22,9 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
     let summary = session.summary();
     let record = session.record();
     let status = record.map_or(StepStatus::End, |record| record.report.status);
-    let total = energy::total(world, states);
-    let bodies = world.bodies().iter().zip(states);
+    // Energies are defined for the velocities from which a step starts (35).
+    let total = energy::total(world, simulation.step_states());
+    let bodies = world.bodies().iter().zip(simulation.step_states());
     let kinetic: f64 = bodies.map(|(body, state)| energy::kinetic(world, body, state)).sum();
     let unsolved = session.unsolved();
     let grab = session.pulls().grabbed(hand);
@@ -65,6 +66,16 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
         }
         numbers[start + 12] = ((numbers.len() - before) / NUMBERS_OF_CONTACT) as f64;
     }
+}
+
+/// Appends each body's state as 13 numbers (r, q, v, ω), with the velocities of the instant, and the
+/// parts of the last step's certificate (m/s). Parts are NaN if there is no last step.
+pub fn write_states(session: &Session, numbers: &mut Vec<f64>) {
+    for state in session.simulation().states() {
+        numbers.extend(state.to_vector().iter());
+    }
+    let certificate = session.record().map(|record| record.certificate.parts());
+    numbers.extend(certificate.map_or([f64::NAN; 7], |parts| parts.map(|(_, part)| part)));
 }
 
 /// Place of a status in [`StepStatus::ALL`].

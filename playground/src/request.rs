@@ -40,6 +40,9 @@ pub enum Request {
         /// True to add the contacts.
         contacts: bool,
     },
+    /// Full states, and the certificate and status of the last step. Its numbers are those of
+    /// [`frame::write_states`].
+    States,
     /// One step back.
     Back {
         /// True to add the contacts.
@@ -198,6 +201,7 @@ impl Program {
                     .try_for_each(|_| session.step())?;
                 json!({})
             }
+            Request::States => return self.states(),
             Request::Back { contacts: wanted } => {
                 contacts = wanted;
                 let is_at_start = self.session()?.rows() == 1;
@@ -303,6 +307,19 @@ impl Program {
         json!({ "scenes": scenes, "statuses": StepStatus::ALL.map(StepStatus::name) })
     }
 
+    /// Answer to [`Request::States`].
+    fn states(&mut self) -> Result<Value, String> {
+        let session = self.session.as_ref().ok_or_else(no_scene)?;
+        frame::write_states(session, &mut self.numbers);
+        let Some(record) = session.record() else { return Ok(json!({})) };
+        let report = &record.report;
+        Ok(json!({
+            "status": report.status.name(),
+            "isSolved": report.status.is_solved(),
+            "iterations": report.iterations,
+        }))
+    }
+
     /// Description of the scene for the drawing and the controls.
     fn look(&mut self) -> Result<Value, String> {
         let parts = self.parts.texts().len();
@@ -313,6 +330,8 @@ impl Program {
         Ok(json!({
             "film": film,
             "name": scene.name,
+            "bodies": scene.bodies,
+            "fixed": scene.fixed,
             "notes": scene.notes(),
             "friction": world.friction(),
             "restitution": world.restitution(),

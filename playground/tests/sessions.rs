@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::energy::total;
 use tumble_playground::change::{Change, NewShape};
 use tumble_playground::export;
 use tumble_playground::frame::{HEAD, NUMBERS_OF_BODY, NUMBERS_OF_CONTACT};
@@ -354,4 +355,28 @@ fn requests_have_the_answers_that_the_page_reads() {
     answer(&mut program, &json!({ "do": "step", "count": 5, "contacts": false }));
     let restarted = answer(&mut program, &json!({ "do": "restart" }));
     assert_eq!((restarted["friction"].as_f64(), program.numbers[0]), (Some(0.25), 0.0));
+}
+
+#[test]
+fn states_have_all_velocities_and_the_certificate_of_the_last_step() {
+    let mut program = Program::default();
+    let text = SCENES[1].text;
+    let opened = answer(&mut program, &json!({ "do": "open", "text": text }));
+    let bodies = opened["bodies"].as_array().unwrap().len();
+    assert_eq!(answer(&mut program, &json!({ "do": "states" }))["status"], Value::Null);
+    assert!(program.numbers[13 * bodies..].iter().all(|part| part.is_nan()));
+    answer(&mut program, &json!({ "do": "step", "count": 20, "contacts": false }));
+    let (residual, energy) = (program.numbers[3], program.numbers[5]);
+    let found = answer(&mut program, &json!({ "do": "states" }));
+    assert_eq!((&found["status"], &found["isSolved"]), (&json!("converged"), &json!(true)));
+    let (states, parts) = program.numbers.split_at(13 * bodies);
+    let states: Vec<_> = states.iter().map(|number| number.to_bits()).collect();
+    assert_eq!(states, bits(&run(text, 20)));
+    assert_eq!(parts.len(), 7);
+    assert_eq!(parts.iter().copied().fold(0.0, f64::max), residual);
+    // The energy is that of steps.csv.
+    let mut session = Session::open(text).unwrap();
+    stepped(&mut session, 20);
+    let simulation = session.simulation();
+    assert_eq!(energy, total(simulation.world(), simulation.step_states()));
 }
