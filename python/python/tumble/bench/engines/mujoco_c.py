@@ -19,13 +19,16 @@ MODEL = """
   <default><geom {contact}/></default>
   <asset>{meshes}</asset>
   <worldbody>{bodies}</worldbody>
+  <contact>{pairs}</contact>
 </mujoco>
 """
 ELASTIC = ' solref="-10000 0"'
 """Stiffness without damping: an impact takes 0.03 s and returns the energy to 0.5 %."""
 GRASPING = 'integrator="implicitfast" cone="elliptic" impratio="10"'
 """Settings that MuJoCo's documentation recommends for grasping."""
-GROUND = '<geom type="plane" size="50 50 1"/>'
+PAIR = '<pair geom1="{}" geom2="{}" condim="3" friction="{} {} 0 0 0" solref="-10000 0" solreffriction="0.02 1"/>'
+"""Elastic contact with friction. Only a pair has a damping of its own for friction, which does nothing without it."""
+GROUND = '<geom name="the ground" type="plane" size="50 50 1"/>'
 FREE = """<body name="{name}" pos="{pos}" quat="{quat}"><freejoint/>
   <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia}"/>{geom}</body>"""
 
@@ -98,6 +101,12 @@ def model_of(scene: Scene, option: str) -> Any:
     contact = f'condim="3" friction="{scene.friction!r} 0 0"' if scene.friction > 0.0 else 'condim="1"'
     if scene.restitution == 1.0:
         contact += ELASTIC
+    pairs = ""
+    if scene.restitution == 1.0 and scene.friction > 0.0:
+        named = ["the ground"] * scene.ground + [body.name for body in scene.bodies if body.fixed]
+        for body in scene.free:
+            pairs += "".join(PAIR.format(other, body.name, scene.friction, scene.friction) for other in named)
+            named.append(body.name)
     text = MODEL.format(
         step=scene.time_step,
         gravity=numbers(scene.gravity),
@@ -105,6 +114,7 @@ def model_of(scene: Scene, option: str) -> Any:
         contact=contact,
         meshes="".join(f'<mesh name="{body.name}" vertex="{numbers(body.points.ravel())}"/>' for body in hulls),
         bodies=bodies,
+        pairs=pairs,
     )
     return mujoco.MjModel.from_xml_string(text)
 
@@ -116,8 +126,8 @@ def read_states(qpos: Any, qvel: Any) -> Any:
 
 def _geom(body: Body, place: str) -> str:
     if body.kind == "hull":
-        return f'<geom type="mesh" mesh="{body.name}" {place}/>'
-    return f'<geom type="{body.kind}" size="{numbers(body.size)}" {place}/>'
+        return f'<geom name="{body.name}" type="mesh" mesh="{body.name}" {place}/>'
+    return f'<geom name="{body.name}" type="{body.kind}" size="{numbers(body.size)}" {place}/>'
 
 
 def numbers(values: Iterable[float]) -> str:
