@@ -19,6 +19,8 @@ MODULES: dict[str, str] = {
     "mujoco": "mujoco_c",
     "mujoco-noslip": "mujoco_c",
     "mujoco-default": "mujoco_c",
+    "mujoco-stiff": "mujoco_c",
+    "mujoco-discrete": "mujoco_c",
     "mujoco-warp": "mujoco_warp",
     "drake-sap": "drake",
     "drake-cenic": "drake",

@@ -26,6 +26,8 @@ ELASTIC = ' solref="-10000 0"'
 """Stiffness without damping: an impact takes 0.03 s and returns the energy to 0.5 %."""
 GRASPING = 'integrator="implicitfast" cone="elliptic" impratio="10"'
 """Settings that MuJoCo's documentation recommends for grasping."""
+STIFF = ' solref="{} 1" solimp="0.99 0.999 0.0005"'
+"""Contacts with a time constant of two steps, the stiffest that MuJoCo allows, and little yielding."""
 PAIR = '<pair geom1="{}" geom2="{}" condim="3" friction="{} {} 0 0 0" solref="-10000 0" solreffriction="0.02 1"/>'
 """Elastic contact with friction. Only a pair has a damping of its own for friction, which does nothing without it."""
 GROUND = '<geom name="the ground" type="plane" size="50 50 1"/>'
@@ -34,18 +36,18 @@ FREE = """<body name="{name}" pos="{pos}" quat="{quat}"><freejoint/>
 
 
 class Mujoco(Engine):
-    """MuJoCo with attributes of its element option."""
+    """MuJoCo with attributes of its element option, and with stiff contacts or its own."""
 
     compliant = True
 
-    def __init__(self, name: str, option: str, settings: str) -> None:
-        self.name, self.option, self.settings = name, option, settings
+    def __init__(self, name: str, option: str, settings: str, stiff: bool = False) -> None:
+        self.name, self.option, self.settings, self.stiff = name, option, settings, stiff
 
     def version(self) -> str:
         return str(mujoco.__version__)
 
     def run(self, scene: Scene) -> Motion:
-        model, data = model_and_data(scene, self.option)
+        model, data = model_and_data(scene, self.option, self.stiff)
         states = np.empty((scene.steps + 1, len(scene.free), 13))
         states[0] = scene.states
         stopwatch, exhausted = Stopwatch(), 0
@@ -62,7 +64,7 @@ class Mujoco(Engine):
         return Motion(states, stopwatch.seconds, note, stopwatch.slowest, {"not converged": exhausted})
 
     def time(self, scene: Scene, before: int) -> float:
-        model, data = model_and_data(scene, self.option)
+        model, data = model_and_data(scene, self.option, self.stiff)
         for _ in range(before):
             mujoco.mj_step(model, data)
         warm = data.qacc_warmstart.copy() if before else None
@@ -74,10 +76,10 @@ class Mujoco(Engine):
         return time.process_time() - begin
 
 
-def model_and_data(scene: Scene, option: str) -> Any:
+def model_and_data(scene: Scene, option: str, stiff: bool = False) -> Any:
     """Model and data at the start of a scene."""
     no_restitution(scene, elastic=True)
-    model = model_of(scene, option)
+    model = model_of(scene, option, stiff)
     data = mujoco.MjData(model)
     states = scene.states
     # Both have position, attitude, velocity and the spin in the body's frame.
@@ -86,8 +88,8 @@ def model_and_data(scene: Scene, option: str) -> Any:
     return model, data
 
 
-def model_of(scene: Scene, option: str) -> Any:
-    """Model of a scene with further attributes of the element option."""
+def model_of(scene: Scene, option: str, stiff: bool = False) -> Any:
+    """Model of a scene with further attributes of the element option, and with stiff contacts if they do not bounce."""
     hulls = [body for body in scene.bodies if body.kind == "hull"]
     bodies = GROUND if scene.ground else ""
     for body in scene.bodies:
@@ -101,6 +103,8 @@ def model_of(scene: Scene, option: str) -> Any:
     contact = f'condim="3" friction="{scene.friction!r} 0 0"' if scene.friction > 0.0 else 'condim="1"'
     if scene.restitution == 1.0:
         contact += ELASTIC
+    elif stiff:
+        contact += STIFF.format(2.0 * scene.time_step)
     pairs = ""
     if scene.restitution == 1.0 and scene.friction > 0.0:
         named = ["the ground"] * scene.ground + [body.name for body in scene.bodies if body.fixed]
@@ -139,4 +143,11 @@ ENGINES: list[Engine] = [
     Mujoco("mujoco", GRASPING, "elliptic cone, Newton, implicitfast, impratio 10; for restitution 1 solref -10000 0"),
     Mujoco("mujoco-noslip", f'{GRASPING} noslip_iterations="10"', "as mujoco, with noslip_iterations 10"),
     Mujoco("mujoco-default", 'cone="elliptic"', "elliptic cone, otherwise defaults: Newton, Euler"),
+    Mujoco(
+        "mujoco-stiff",
+        GRASPING.replace('"10"', '"100"'),
+        "as mujoco, with impratio 100, solref 2 h 1 and solimp 0.99 0.999 0.0005",
+        stiff=True,
+    ),
+    Mujoco("mujoco-discrete", GRASPING.replace("implicitfast", "discrete"), "as mujoco, with the integrator discrete"),
 ]
