@@ -25,7 +25,7 @@ from tumble.bench.engines._program import boxes
 from tumble.bench.speed import deepest_overlap
 
 CASES = {case.name: case for case in all_cases()}
-KNOWN_WRONG = {"falling-planks": "a step that removes the overlap of pieces that rotated against each other gains energy"}
+KNOWN_WRONG = {"falling-planks": "states of an island with an abrupt change have velocities of half a step before (37)"}
 """Cases in which tumble is wrong, and why."""
 
 
