@@ -23,7 +23,7 @@ struct Plane {
 }
 
 impl Plane {
-    fn of(triangle: &[Vector3<f64>]) -> Self {
+    fn through(triangle: &[Vector3<f64>]) -> Self {
         let normal = area_vector(triangle).normalize();
         Self { normal, offset: normal.dot(&triangle[0]) }
     }
@@ -141,7 +141,7 @@ pub fn parts(mesh: &Mesh, solid: &Solid) -> Option<Vec<Polygon>> {
     let mut planes: Vec<Plane> = Vec::new();
     let mut faces = Vec::new();
     for triangle in triangles.into_iter().filter(|triangle| size(triangle) > equal * equal) {
-        let own = Plane::of(&triangle);
+        let own = Plane::through(&triangle);
         let fits = |plane: &Plane| {
             plane.normal.dot(&own.normal).abs() > PARALLEL
                 && triangle.iter().all(|point| plane.height(point).abs() <= equal)

@@ -120,7 +120,8 @@ def _print_lists(cases: Sequence[Case], engines: Sequence[str], names: Sequence[
 
 def _said(outcome: Outcome) -> str:
     if outcome.verdict == WRONG:
-        worst = max(outcome.findings, key=lambda finding: finding.error)
+        wrong = [finding for finding in outcome.findings if finding.verdict == WRONG]
+        worst = max(wrong, key=lambda finding: finding.error)
         return f"wrong: {worst.name} is {worst.measured!r} instead of {worst.expected:.6g} {worst.unit}"
     return f"{outcome.verdict}{': ' + outcome.reason if outcome.reason else ''}"
 
