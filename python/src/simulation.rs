@@ -21,12 +21,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
+use tumble_core::simulation::StepRecord;
 use tumble_core::simulation::save::Saved;
-use tumble_core::simulation::{self, StepRecord};
 use tumble_core::world::Partner;
 use tumble_model::joint::JointModel;
 use tumble_scene::output::tables::JointRow;
-use tumble_scene::scene::Scene as Content;
 
 /// Number of bodies above which the first step may be slow and must be interruptible.
 const MANY_BODIES: usize = 4;
