@@ -164,7 +164,7 @@ export class Simulation {
   readonly index: number;
   /** Time (s). */
   readonly time: number;
-  /** Kinetic and potential energy of all bodies (J), as in `steps.csv`. */
+  /** Kinetic and potential energy of all bodies (J), as in `steps.csv` from the first step on. */
   readonly energy: number;
   /** Counts of unsolved steps since the start. */
   readonly unsolved: Unsolved;
