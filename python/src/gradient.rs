@@ -73,9 +73,11 @@ pub fn jacobian<'py>(
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
     // Refuses constants that cannot be set.
-    for constant in &constants {
-        let values = constant.values(world);
-        world.with_constants(&[(*constant, &values)]).map_err(|error| step_error(&error))?;
+    if !constants.is_empty() {
+        let values = constants.iter().map(|constant| constant.values(world)).collect::<Vec<_>>();
+        let values: Vec<_> =
+            constants.iter().copied().zip(values.iter().map(Vec::as_slice)).collect();
+        world.with_constants(&values).map_err(|error| step_error(&error))?;
     }
     let index = index.unwrap_or(content.start_index);
     let mut simulation = begin(content, to_states("states", &states)?, index)?;

@@ -315,4 +315,8 @@ def test_scenes_of_the_rust_programs_are_those_of_the_section_on_speed(root):
     for timed in (_timed.stack(), _timed.pyramid(), _timed.wall(), _timed.pile()):
         data = json.loads((root / "bench" / "scenes" / f"{timed.name}.json").read_text())
         assert data["steps"] == timed.scene.steps and data["friction"] == timed.scene.friction
-        assert data["boxes"] == boxes(timed.scene)["boxes"]
+        # The last digit depends on the processor.
+        for box, ours in zip(data["boxes"], boxes(timed.scene)["boxes"], strict=True):
+            assert box.keys() == ours.keys()
+            for field, value in box.items():
+                np.testing.assert_allclose(value, ours[field], rtol=1e-14, atol=1e-15)

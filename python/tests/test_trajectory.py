@@ -417,11 +417,13 @@ def test_impacts_can_be_located():
         return 0.5 * 9.81 * fall * (time - fall) - 0.5 * 9.81 * (time - fall) ** 2
 
     dropped = scene(1.0)
-    assert dropped.impacts == "located" and tumble.Scene([], ground).impacts == "stepped"
+    ball = {"name": "ball", "sphere": 0.1, "mass": 1.0, "position": [0, 0, 1.1]}
+    assert dropped.impacts == "located" and tumble.Scene([ball], ground).impacts == "stepped"
     run = dropped.run(80)
     assert abs(run.states[-1, 0, 2] - 0.1 - height(1.0)) <= 1e-6
     weights = np.eye(12)[[2]]
     slope = (height(1.0 + 1e-6) - height(1.0 - 1e-6)) / 2e-6
     assert dropped.vjp(weights, steps=80)["states"][0, 2] == pytest.approx(slope, abs=1e-4)
-    with pytest.raises(tumble.TumbleError, match="impacts: \"never\" is unknown; use stepped or located"):
-        tumble.Scene.from_text("[ground]\nfriction = 0.3", impacts="never")
+    text = "[ground]\nfriction = 0.3\n[[bodies]]\nsphere = 0.1\nmass = 1.0\nposition = [0, 0, 1]\n"
+    with pytest.raises(tumble.TumbleError, match='impacts: "never" is unknown; use stepped or located'):
+        tumble.Scene.from_text(text, impacts="never")

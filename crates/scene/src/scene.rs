@@ -128,8 +128,7 @@ impl Scene {
         motion: Motion<'static>,
     ) -> Result<Simulation<'static>, Error> {
         let mut simulation = Simulation::new(self.world_at(index), states, motion)?;
-        self.prepare(&mut simulation)?;
-        simulation.set_index(index)?;
+        self.prepare_at(index, &mut simulation)?;
         Ok(simulation)
     }
 
@@ -138,7 +137,11 @@ impl Scene {
     /// # Errors
     /// Errors of the core. They cannot occur for a simulation of the scene's own world.
     pub fn prepare(&self, simulation: &mut Simulation<'_>) -> Result<(), Error> {
-        simulation.set_index(self.start_index)?;
+        self.prepare_at(self.start_index, simulation)
+    }
+
+    fn prepare_at(&self, index: u64, simulation: &mut Simulation<'_>) -> Result<(), Error> {
+        simulation.set_index(index)?;
         for (body, load) in self.loads.iter().enumerate() {
             simulation.set_load(body, load.clone())?;
         }

@@ -99,7 +99,7 @@ class MeasuredStep:
             at += size
         momentum = self.mass @ self.before + self.time_step * self.force
         if not at:
-            return ExactStep(np.linalg.solve(self.mass, momentum), np.zeros(0), np.zeros(0), True, 0.0)
+            return ExactStep(self._velocity(momentum), np.zeros(0), np.zeros(0), True, 0.0)
         problem = ContactProblem(
             M=self.mass, H=self.directions.T, f=momentum, w=offsets, laws=laws, dimension=self.dimension
         )
@@ -107,8 +107,11 @@ class MeasuredStep:
         if not solution.solved:
             other = problem.solve(residual=EXACT_RESIDUAL)
             solution = min(solution, other, key=lambda each: each.residual)
-        velocity = np.linalg.solve(self.mass, momentum + self.directions.T @ solution.impulses)
+        velocity = self._velocity(momentum + self.directions.T @ solution.impulses)
         return ExactStep(velocity, solution.impulses, solution.velocities, solution.solved, solution.residual)
+
+    def _velocity(self, momentum: Floats) -> Floats:
+        return np.asarray(np.linalg.solve(self.mass, momentum), dtype=np.float64)
 
 
 def checked_step(

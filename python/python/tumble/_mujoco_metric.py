@@ -124,7 +124,7 @@ def smooth_derivatives(model: Any, data: Any, bodies: Integers) -> Floats:
 
 def free_acceleration(model: Any, data: Any, mass: Floats, bodies: Integers) -> Floats:
     """(v⁺ - v) / h of a discrete step without constraints (nv,). ``bodies`` are the standalone free bodies."""
-    acceleration: Floats = np.linalg.solve(mass, smooth_force(model, data))
+    acceleration = np.asarray(np.linalg.solve(mass, smooth_force(model, data)), dtype=np.float64)
     time_step, own = model.opt.timestep, uncoupled(model, data, bodies)
     for at, derivative in zip(own, gyroscopic_derivatives(model, data, own, data.qvel.copy())):
         span = slice(at, at + 6)

@@ -36,6 +36,7 @@ class CoreScene:
         rotation: str | None = None,
         integrator: str | None = None,
         accuracy: float | None = None,
+        impacts: str | None = None,
         friction: float | None = None,
         restitution: float | None = None,
         solver: str | None = None,
@@ -90,6 +91,8 @@ class CoreScene:
     def integrator(self) -> str: ...
     @property
     def accuracy(self) -> float | None: ...
+    @property
+    def impacts(self) -> str: ...
     @property
     def friction(self) -> float: ...
     @property
