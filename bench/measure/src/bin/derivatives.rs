@@ -75,6 +75,10 @@ fn done(simulation: &mut Simulation<'_>, steps: u64, work: Work) -> Result<(), B
         })?;
         return Ok(());
     }
+    if work != Work::Step {
+        // The derivative of a step is one of middle velocities.
+        simulation.use_middle_velocities();
+    }
     for _ in 0..steps {
         simulation.step(&mut record)?;
         if work == Work::Step {
