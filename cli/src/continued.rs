@@ -112,9 +112,6 @@ impl<'a> Continued<'a> {
             joints,
             stiff_joints,
             time_error: None,
-            substeps: 0,
-            coarse: 0,
-            ambiguous: 0,
         }
     }
 }

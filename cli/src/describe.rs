@@ -64,21 +64,21 @@ pub fn time_error(scene: &Scene, run: &RunResults) -> String {
         }
         _ => String::new(),
     };
-    if run.substeps > 0 {
+    if run.summary.substeps > 0 {
         let _ = writeln!(
             text,
             "  substeps     {}; contacts and residuals above are of the first of each step",
-            run.substeps
+            run.summary.substeps
         );
     }
-    if run.coarse > 0 {
-        let _ = writeln!(text, "    in {} steps, substeps are less accurate", run.coarse);
+    if run.summary.coarse > 0 {
+        let _ = writeln!(text, "    in {} steps, substeps are less accurate", run.summary.coarse);
     }
-    if run.ambiguous > 0 {
+    if run.summary.ambiguous > 0 {
         let _ = writeln!(
             text,
             "    in {} steps, impacts are closer than the error: their order may differ",
-            run.ambiguous
+            run.summary.ambiguous
         );
     }
     text

@@ -47,11 +47,6 @@ pub struct RunResults {
     pub stiff_joints: StiffJointReport,
     /// Body with the largest estimated error by the time step, and the error (m).
     pub time_error: Option<(usize, f64)>,
-    /// Number of substeps of steps with an accuracy, and of steps that do not keep it.
-    pub substeps: u64,
-    pub coarse: u64,
-    /// Number of steps in which the order of impacts is uncertain.
-    pub ambiguous: u64,
 }
 
 impl RunResults {
@@ -68,18 +63,12 @@ impl RunResults {
             joints,
             stiff_joints,
             time_error: None,
-            substeps: 0,
-            coarse: 0,
-            ambiguous: 0,
         }
     }
 
     /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
     pub fn add(&mut self, scene: &Scene, world: &mut World, record: &StepRecord) {
         self.summary.add(record);
-        self.substeps += u64::from(record.substeps.count);
-        self.coarse += u64::from(record.substeps.is_coarse);
-        self.ambiguous += u64::from(record.substeps.is_ambiguous);
         if self.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
             self.overlap = Some((record.index, record.overlap));
         }

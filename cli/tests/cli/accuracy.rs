@@ -68,6 +68,25 @@ fn rows_of_one_substep_are_verified() {
     assert_eq!(verified.code, Some(0), "{verified:?}");
 }
 
+/// Steps that begin with a short substep, in which contacts keep their gap, are verified too. Balls in
+/// the rack meet at nearly the same time, and the summary says so.
+#[test]
+fn a_run_with_located_impacts_is_verified() {
+    let path = format!("{}/scenarios/billiard.toml", crate::ROOT);
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out").to_str().unwrap().to_owned();
+    let end = run(&["run", &path, "--steps", "150", "--impacts", "located", "--out", &out]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(end.stdout.contains("impacts are closer than the error"), "{end:?}");
+    let file = fs::read_to_string(directory.path().join("out/run.json")).unwrap();
+    assert!(file.contains("\"ambiguous\": ") && !file.contains("\"coarse\""), "{file}");
+    let verified = run(&["verify", &out]);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+    let both = run(&["run", &path, "--impacts", "stepped", "--accuracy", "1e-5", "--out", &out]);
+    assert_eq!(both.code, Some(2), "{both:?}");
+    assert!(both.stderr.contains("leave out impacts, or the accuracy"), "{both:?}");
+}
+
 #[test]
 fn a_run_with_an_accuracy_goes_on() {
     let (whole, directory) = run_scenario(SCENE, &[]);

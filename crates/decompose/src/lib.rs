@@ -35,8 +35,8 @@ pub use settings::DecompositionSettings;
 
 use solid::Solid;
 use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
 use tumble_core::geometry::mesh::Mesh;
+use tumble_core::geometry::{MassProperties, Piece};
 
 /// Maximum number of vertices of one piece.
 const MOST_CORNERS: usize = 64;
@@ -45,6 +45,8 @@ const MOST_CORNERS_OF_ALL: usize = 1000;
 
 /// Volume by which exact pieces may exceed their parts, relative to the convex hull of the mesh.
 const ROUNDING: f64 = 1e-7;
+/// Volume that exact parts may lack, relative to the mesh.
+const LOST: f64 = 1e-4;
 
 /// Convex pieces that together are the solid of a closed mesh, exactly if it has few planar faces. Others
 /// approximate it, can overlap, and fill cavities without an opening.
@@ -95,6 +97,12 @@ fn exact(
     let parts = faces::parts(mesh, solid)?;
     let parts = parts.iter().map(|corners| reduced(corners, MOST_CORNERS).ok());
     let parts: Vec<_> = parts.map(|part| Some(part?.0)).collect::<Option<_>>()?;
+    let volume = MassProperties::from_mesh(mesh).volume;
+    let filled: f64 = parts.iter().map(|part| MassProperties::from_piece(part).volume).sum();
+    // Walls as thin as the distance at which planes count as equal are lost.
+    if (filled - volume).abs() > LOST * volume {
+        return None;
+    }
     let exact = DecompositionSettings { concavity: ROUNDING, pieces: u32::MAX, ..*settings };
     let pieces = merging::merged(parts, whole, &exact).ok()?;
     let corners = |piece: &Piece| piece.core().vertices().len();

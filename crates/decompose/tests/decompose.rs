@@ -124,6 +124,18 @@ fn a_tub_is_cut_along_its_faces() {
     }
 }
 
+/// Walls thinner than the distance at which planes count as equal cannot be cut, and are not lost.
+#[test]
+fn thin_walls_are_covered() {
+    let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+    for wall in [1e-3, 1e-5, 1e-6] {
+        let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, wall], [wall, wall], [wall, 2.0], [0.0, 2.0]];
+        let mesh = prism(&corners, &caps);
+        let pieces = decompose(&mesh, &settings(16)).unwrap();
+        assert!(mesh.vertices().iter().all(|vertex| is_in(&pieces, vertex, 1e-9)), "{wall}");
+    }
+}
+
 #[test]
 fn a_torus_keeps_its_hole_and_its_volume() {
     let mesh = torus(1.0, 0.3);

@@ -135,125 +135,6 @@ def certify_bodies(
     :param notes: parts of the model that the arrays do not cover.
     :raises TumbleError: if an argument has a wrong shape or value.
     """
-    return _step_of_bodies(
-        masses=masses,
-        inertias=inertias,
-        positions=positions,
-        attitudes=attitudes,
-        velocities=velocities,
-        spins=spins,
-        velocities_after=velocities_after,
-        spins_after=spins_after,
-        points=points,
-        normals=normals,
-        pairs=pairs,
-        forces=forces,
-        friction=friction,
-        time_step=time_step,
-        gaps=gaps,
-        gravity=gravity,
-        wrenches=wrenches,
-        attitudes_after=attitudes_after,
-        gaps_after=gaps_after,
-        slips=slips,
-        names=names,
-        notes=notes,
-    ).certificate()
-
-
-def audit(
-    recording: Any,
-    *,
-    model: Any = None,
-    every: int = 1,
-    tolerance: float = 1e-6,
-    title: str = "Audit of a run",
-    velocity_names: Sequence[str] | None = None,
-) -> Audit:
-    """Certificates of a whole run, and the exact step from each state beside the engine's.
-
-    With ``model``, a ``mujoco.MjModel``, the recording has the states of a run of MuJoCo: a list of ``mujoco.MjData``
-    (copies), or a dict with arrays qpos (K, nq), qvel (K, nv) and, if the model has them, ctrl (K, nu), act, mocap_pos,
-    mocap_quat, qfrc_applied, xfrc_applied, qacc_warmstart and time (K,), s. The step that ``mj_step`` takes from each
-    state is audited.
-
-    Without ``model``, the recording has one entry per step: a dict with the arguments of ``certify`` or
-    ``certify_bodies``, and optionally ``time`` at the end of the step, s. An entry may also be a ``Certificate``, for
-    example of ``tumble.referee_adapters``, or a ``tumble.mujoco.HardStep``.
-
-    :param every: only steps 0, every, 2 every and so on are audited.
-    :param tolerance: residual up to which a law counts as met, m/s. Energy counts as gained from this speed times
-        the sum of all momenta and impulses.
-    :param title: title of the page.
-    :param velocity_names: name of each velocity (n,), for tables.
-    :raises TumbleError: if a step has a wrong shape or value. The message names the step.
-    """
-    every, tolerance = whole("every", every, 1), positive("tolerance", tolerance)
-    names = None if velocity_names is None else tuple(str(name) for name in velocity_names)
-    if model is not None:
-        from ._mujoco_record import recorded_steps
-        from ._mujoco_record import velocity_names as names_of
-
-        return audit_steps(recorded_steps(model, recording, every), tolerance, title, names or names_of(model))
-    if isinstance(recording, (Mapping, str)) or not isinstance(recording, Iterable):
-        raise TumbleError(
-            f"recording is {type(recording).__name__}; one dict for each step is needed, or the argument model"
-        )
-    return audit_steps(_recorded(recording, every), tolerance, title, names)
-
-
-def _recorded(recording: Iterable[Any], every: int) -> Iterator[Recorded]:
-    """Every ``every``-th step of a recording without a model."""
-    end = 0.0
-    for k, entry in enumerate(recording):
-        try:
-            step, time = _step_of(entry)
-        except (TumbleError, TypeError) as error:
-            raise TumbleError(f"step {k} of the recording: {error}") from None
-        end = end + step.time_step if time is None else time
-        if k % every == 0:
-            yield Recorded(k, end, step)
-
-
-def _step_of(entry: Any) -> tuple[MeasuredStep, float | None]:
-    """Step of an entry of a recording, and the time at its end if the entry has one."""
-    if isinstance(entry, Mapping):
-        given = dict(entry)
-        time = given.pop("time", None)
-        step = _step_of_bodies(**given) if "masses" in given else checked_step(**given)
-        return step, None if time is None else real("time", time)
-    if hasattr(entry, "measured"):
-        measured: MeasuredStep = entry.measured()
-        return measured, None
-    raise TumbleError(f"it is {type(entry).__name__}; a dict with the arguments of certify or certify_bodies is needed")
-
-
-def _step_of_bodies(
-    *,
-    masses: Any,
-    inertias: Any,
-    positions: Any,
-    attitudes: Any,
-    velocities: Any,
-    spins: Any,
-    velocities_after: Any,
-    spins_after: Any,
-    points: Any,
-    normals: Any,
-    pairs: Any,
-    forces: Any,
-    friction: Any,
-    time_step: float,
-    gaps: Any = None,
-    gravity: Any = (0.0, 0.0, -9.81),
-    wrenches: Any = None,
-    attitudes_after: Any = None,
-    gaps_after: Any = None,
-    slips: Any = None,
-    names: Sequence[str] | None = None,
-    notes: Sequence[str] = (),
-) -> MeasuredStep:
-    """Step from the arguments of ``certify_bodies``."""
     time_step = positive("time_step", time_step)
     weights = numbers("masses", masses, ("N",))
     count = len(weights)
@@ -323,7 +204,75 @@ def _step_of_bodies(
         motion=motion.ravel(),
     )
     axes = ("vx", "vy", "vz", "wx", "wy", "wz")
-    return replace(step, velocity_names=tuple(f"{name} {axis}" for name in labels for axis in axes))
+    names_of = tuple(f"{name} {axis}" for name in labels for axis in axes)
+    return replace(step, velocity_names=names_of).certificate()
+
+
+def audit(
+    recording: Any,
+    *,
+    model: Any = None,
+    every: int = 1,
+    tolerance: float = 1e-6,
+    title: str = "Audit of a run",
+    velocity_names: Sequence[str] | None = None,
+) -> Audit:
+    """Certificates of a whole run, and the exact step from each state beside the engine's.
+
+    With ``model``, a ``mujoco.MjModel``, the recording has the states of a run of MuJoCo: a list of ``mujoco.MjData``
+    (copies), or a dict with arrays qpos (K, nq), qvel (K, nv) and, if the model has them, ctrl (K, nu), act, mocap_pos,
+    mocap_quat, qfrc_applied, xfrc_applied, qacc_warmstart and time (K,), s. The step that ``mj_step`` takes from each
+    state is audited.
+
+    Without ``model``, the recording has one entry per step: a dict with the arguments of ``certify`` or
+    ``certify_bodies``, and optionally ``time`` at the end of the step, s. An entry may also be a ``Certificate``, for
+    example of ``tumble.referee_adapters``, or a ``tumble.mujoco.HardStep``.
+
+    :param every: only steps 0, every, 2 every and so on are audited.
+    :param tolerance: residual up to which a law counts as met, m/s. Energy counts as gained from this speed times
+        the sum of all momenta and impulses.
+    :param title: title of the page.
+    :param velocity_names: name of each velocity (n,), for tables.
+    :raises TumbleError: if a step has a wrong shape or value. The message names the step.
+    """
+    every, tolerance = whole("every", every, 1), positive("tolerance", tolerance)
+    names = None if velocity_names is None else tuple(str(name) for name in velocity_names)
+    if model is not None:
+        from ._mujoco_record import recorded_steps
+        from ._mujoco_record import velocity_names as names_of
+
+        return audit_steps(recorded_steps(model, recording, every), tolerance, title, names or names_of(model))
+    if isinstance(recording, (Mapping, str)) or not isinstance(recording, Iterable):
+        raise TumbleError(
+            f"recording is {type(recording).__name__}; one dict for each step is needed, or the argument model"
+        )
+    return audit_steps(_recorded(recording, every), tolerance, title, names)
+
+
+def _recorded(recording: Iterable[Any], every: int) -> Iterator[Recorded]:
+    """Every ``every``-th step of a recording without a model."""
+    end = 0.0
+    for k, entry in enumerate(recording):
+        try:
+            step, time = _step_of(entry)
+        except (TumbleError, TypeError) as error:
+            raise TumbleError(f"step {k} of the recording: {error}") from None
+        end = end + step.time_step if time is None else time
+        if k % every == 0:
+            yield Recorded(k, end, step)
+
+
+def _step_of(entry: Any) -> tuple[MeasuredStep, float | None]:
+    """Step of an entry of a recording, and the time at its end if the entry has one."""
+    if isinstance(entry, Mapping):
+        given = dict(entry)
+        time = given.pop("time", None)
+        certificate = certify_bodies(**given) if "masses" in given else certify(**given)
+        return certificate.measured(), None if time is None else real("time", time)
+    if hasattr(entry, "measured"):
+        measured: MeasuredStep = entry.measured()
+        return measured, None
+    raise TumbleError(f"it is {type(entry).__name__}; a dict with the arguments of certify or certify_bodies is needed")
 
 
 def _name(labels: list[str], body: int) -> str:

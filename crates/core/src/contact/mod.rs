@@ -71,6 +71,7 @@ pub use law::Response;
 pub(crate) use memory::Memory;
 pub use neighbours::Overlap;
 pub use slip_offset::InstantMotions;
+pub(crate) use slip_offset::smooth_change;
 
 use crate::geometry::Ellipsoid;
 use crate::mechanics::quaternion::{rotation, turning_rate};
@@ -232,7 +233,7 @@ impl Contact {
 
     /// Moves the plane, or the feature of B, by a gap of at most `kept` (m) at the start, so that φ = 0
     /// there. The step then keeps a depth and does not remove it, and the contact counts as touching.
-    pub(crate) fn keep_gap(&mut self, kept: f64) {
+    pub fn keep_gap(&mut self, kept: f64) {
         if self.gap >= kept {
             return;
         }

@@ -9,11 +9,10 @@
 //! h⁺ = h √(a h / e)                                                      (eq. 41)
 //! ```
 //!
-//! An abrupt change of velocity, by an impact, the end of a slip or the stop of a joint, is caught in
-//! a short substep: bisection finds the longest substep without it, and a substep of length ε follows in which
-//! it happens. Its error ½ ε |w⁺ − w| is at most a tenth of the error of a second. The velocities of
-//! the middle are converted to another length by their last three values, and to a body after an
-//! abrupt change as to one that starts (37).
+//! Bisection finds the longest substep without an [abrupt change](super::abrupt) of velocity. The change
+//! happens in a substep of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
+//! error of a second. The velocities of the middle are converted to another length by their last three
+//! values. A body after an abrupt change starts anew (37).
 
 use super::balance::EnergyBalance;
 use super::leapfrog::{AddedError, Converted, Instants};
@@ -22,13 +21,11 @@ use crate::contact::Memory;
 use crate::contact::certificate::Claim;
 use crate::error::Error;
 use crate::step::{StepReport, StepSolution};
-use crate::world::Impacts;
+use crate::world::{Impacts, World};
 use std::mem::swap;
 
 /// Share of the error of a second that an abrupt change may add.
 const CAUGHT: f64 = 0.1;
-/// Accuracy that abrupt changes keep in a run without another one (m/s).
-const LOCATED: f64 = 1e-6;
 /// Shortest substep (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
 /// Shortest substep of smooth motion (s).
@@ -157,7 +154,7 @@ struct Schedule {
     streak: u32,
 }
 
-/// What becomes of a substep.
+/// Judgement of a substep that was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Judgement {
     Taken,
@@ -167,8 +164,9 @@ enum Judgement {
 }
 
 impl Schedule {
-    /// Substeps of a step of `whole` (s) after those at `pace`; `starts` is true if a body starts.
-    fn new(smooth: Option<f64>, whole: f64, pace: Pace, starts: bool) -> Self {
+    /// Substeps of a step of `world` after those at `pace`; `starts` is true if a body starts.
+    fn new(world: &World, pace: Pace, starts: bool) -> Self {
+        let (smooth, whole) = (world.accuracy(), world.time_step());
         let wanted = match smooth {
             None => whole,
             Some(_) if pace.wanted > 0.0 => pace.wanted,
@@ -177,7 +175,7 @@ impl Schedule {
         let first = if starts && smooth.is_some() { FIRST * wanted } else { wanted };
         Self {
             smooth,
-            accuracy: smooth.unwrap_or(LOCATED),
+            accuracy: world.impact_accuracy().unwrap_or(f64::INFINITY),
             whole,
             since: 0.0,
             wanted,
@@ -367,9 +365,8 @@ impl Simulation<'_> {
         record: &mut StepRecord,
     ) -> Result<(), Error> {
         let index = self.index;
-        let whole = self.world.time_step();
         let starts = self.instants.as_ref().is_some_and(|of| of.starts.contains(&true));
-        let mut schedule = Schedule::new(self.world.accuracy(), whole, substeps.pace, starts);
+        let mut schedule = Schedule::new(&self.world, substeps.pace, starts);
         let mut sum = SubstepsSummary::default();
         while let Some(length) = schedule.length() {
             substeps.substep.set(self, substeps.pace);
@@ -406,9 +403,8 @@ impl Simulation<'_> {
     /// length of substeps in smooth motion.
     fn begin_substep(&mut self, substeps: &mut Substeps, since: f64, length: f64, usual: f64) {
         self.world.set_substep(Some([since, length]));
-        let kept_gap = CAUGHT * self.world.accuracy().unwrap_or(LOCATED);
         let is_short = length < KEEPS_GAP * usual;
-        self.scratch.candidates.set_kept_gap(is_short.then_some(kept_gap));
+        self.scratch.candidates.set_kept_gap(self.world.kept_gap().filter(|_| is_short));
         self.scratch.added_error = AddedError::default();
         self.scratch.converted.clear();
         self.scratch.converted.resize(self.now.states.len(), Converted::Kept);

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Changes of velocity that do not scale with h say nothing about the acceleration: impacts, the end
-//! of a slip, stops of joints. The bodies of an island with such a change have V = w, with an error
+//! of a slip, stops of joints. The bodies [with such a change](super::abrupt) have V = w, with an error
 //! of ½ h times the acceleration.
 //!
 //! The local error of a smooth step estimates the error of the time step, and so does the rotation that
@@ -23,24 +23,16 @@
 //! For a vibration the second sum is the error of its phase. Errors that grow afterwards, as in chaotic
 //! motion, are not in it.
 
-use super::islands::Islands;
+use super::abrupt::TakenStep;
 use super::{Simulation, StepRecord, StepScratch};
-use crate::contact::{Contact, KeyIndex};
 use crate::error::Error;
-use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
 use crate::simulation::Motion;
-use crate::step::{ContactForce, StepSolution, StepStatus};
-use crate::world::{Impacts, World};
+use crate::step::StepStatus;
+use crate::world::Impacts;
 use nalgebra::Vector3;
 use std::mem::take;
-
-/// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
-/// standing still. Solutions are exact to about 1e-12.
-pub(super) const STILL: f64 = 1e-9;
-/// Distance from a limit (m or rad) below which an axis counts as stopped there.
-const AT_LIMIT: f64 = 1e-9;
 
 /// States of the instant, and what is left to convert.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -154,27 +146,16 @@ pub(super) struct TrialStep {
     pub converted: Vec<bool>,
 }
 
-/// How the velocity w of a body at the start of a substep follows from the one before.
+/// Origin of the velocity w of a body at the start of a substep.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) enum Converted {
     #[default]
     Kept,
     /// w + κ (w − w⁻) with this κ, but for second derivatives of the velocity.
     Shifted(f64),
-    /// From the velocity V of the instant: `extrapolated`, or that of the end of the substep before.
-    /// Without a trial step w is V.
+    /// The velocity V of the instant, which is `extrapolated` or that of the substep before. A trial
+    /// step converts it; without one w is V.
     Started { extrapolated: bool, has_trial: bool },
-}
-
-/// Scratch memory of the search for changes of velocity that do not scale with h.
-#[derive(Default)]
-pub(super) struct AbruptChanges {
-    /// Bodies with such a change; with `islands`, all bodies of their islands.
-    bodies: Vec<bool>,
-    /// Bodies with an impact at one of their contacts.
-    struck: Vec<bool>,
-    islands: Islands,
-    index: KeyIndex,
 }
 
 /// Largest errors of bodies in a step.
@@ -188,128 +169,6 @@ pub(super) struct AddedError {
     /// True if a body moved by less than its error between two impacts: in the exact motion, they may
     /// come in the other order.
     pub is_ambiguous: bool,
-}
-
-/// A step whose changes of velocity are examined.
-struct TakenStep<'a> {
-    world: &'a World,
-    /// States from which the step started, and one step before.
-    states: &'a [State],
-    earlier: &'a [State],
-    /// States after free flight.
-    free: &'a [State],
-    /// Forces and slips of the step before.
-    past: &'a [ContactForce],
-    contacts: &'a [Contact],
-    solution: &'a StepSolution,
-}
-
-impl AbruptChanges {
-    /// Finds the bodies of islands with an impact, with the end of a slip, or with a joint that
-    /// comes to its limit or to rest.
-    fn find(&mut self, step: &TakenStep<'_>) {
-        let Self { bodies, struck, islands, index } = self;
-        let TakenStep { world, contacts, solution, .. } = step;
-        bodies.clear();
-        bodies.resize(step.states.len(), false);
-        struck.clear();
-        struck.resize(step.states.len(), false);
-        index.clear();
-        let pairs = contacts.iter().zip(&solution.contacts).enumerate();
-        for (place, (contact, force)) in pairs.filter(|(_, (_, force))| force.carries_force()) {
-            let past = index.find(step.past, &contact.key, place);
-            let is_impact = step.is_impact(contact);
-            if is_impact || step.ends_slip(contact, force, past) {
-                contact.key.bodies().for_each(|body| bodies[body] = true);
-                contact.key.bodies().for_each(|body| struck[body] |= is_impact);
-            }
-        }
-        for (joint, force) in world.joints().iter().zip(&solution.joints) {
-            if step.is_stopped(joint, &force.angles) {
-                bodies[joint.body()] = true;
-                joint.other().into_iter().for_each(|body| bodies[body] = true);
-            }
-        }
-        if bodies.len() > 1 && bodies.contains(&true) {
-            let carrying = solution.contacts.iter().filter(|force| force.carries_force());
-            islands.find(bodies.len(), carrying.map(|force| &force.key), world);
-            for body in 0..bodies.len() {
-                if bodies[body] {
-                    bodies[islands.label(body)] = true;
-                }
-            }
-            for body in 0..bodies.len() {
-                bodies[body] = bodies[islands.label(body)];
-            }
-        }
-    }
-}
-
-impl TakenStep<'_> {
-    /// True if the touching points approach faster than smooth accelerations explain in a step.
-    fn is_impact(&self, contact: &Contact) -> bool {
-        let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
-        approach > 0.0 && approach > contact.smooth_change(self.world, self.states, self.free)
-    }
-
-    /// True if a slip ends or turns back in the step, or would do so in half of another one.
-    fn ends_slip(
-        &self,
-        contact: &Contact,
-        now: &ContactForce,
-        past: Option<&ContactForce>,
-    ) -> bool {
-        let least = STILL * self.world.speed_scale();
-        let before = past.map_or_else(
-            || {
-                let velocity = contact.point_velocity(self.world, self.states);
-                let normal = contact.normal();
-                velocity - normal * normal.dot(&velocity)
-            },
-            |past| past.slip,
-        );
-        if before.norm() <= least {
-            return false;
-        }
-        let along = now.slip.dot(&before);
-        now.slip.norm() <= least || along < 0.0 || 3.0 * now.slip.norm_squared() < along
-    }
-
-    /// True if an axis of `joint` comes to a limit, or if its dry friction stops it or turns.
-    /// `angles` are its angles at the end of the step (rad).
-    fn is_stopped(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
-        let has_jump = |axis: &Axis| match axis {
-            Axis::Free(drive) => drive.limits.is_some() || drive.friction > 0.0,
-            Axis::Locked => false,
-        };
-        let axes = || joint.linear().iter().chain(joint.angular());
-        if !axes().any(has_jump) {
-            return false;
-        }
-        let h = self.world.time_step();
-        let next = &self.solution.states;
-        let at = [self.earlier, self.states, next].map(|states| joint.coordinates(states));
-        let [Some(earlier), Some(now), Some(end)] = at else { return false };
-        let turns = joint.turns(&end, angles);
-        let (before, after) =
-            (joint.rates(&earlier, &now, &turns, h), joint.rates(&now, &end, &turns, h));
-        let numbers = |of: &(Vector3<f64>, Vector3<f64>)| {
-            [of.0[0], of.0[1], of.0[2], of.1[0], of.1[1], of.1[2]]
-        };
-        let (before, after, place) =
-            (numbers(&before), numbers(&after), numbers(&(end.place, turns)));
-        let least = STILL * self.world.speed_scale();
-        axes().enumerate().any(|(k, axis)| {
-            let Axis::Free(drive) = axis else { return false };
-            let stops = drive.friction > 0.0
-                && before[k].abs() > least
-                && (after[k].abs() <= least || after[k] * before[k] < 0.0);
-            let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;
-            let lands = drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
-                && before[k].abs() > least;
-            stops || lands
-        })
-    }
 }
 
 /// State one step of `h` (s) before `state`, at its velocity.

@@ -5,6 +5,7 @@
 //! modules are initial states ([`scene`], [`random`]), step records ([`record`]) and run summaries
 //! ([`summary`]).
 
+mod abrupt;
 mod accuracy;
 mod assembly;
 mod balance;
@@ -57,9 +58,10 @@ use crate::joint::JointForce;
 use crate::mechanics::{Load, State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
 use crate::world::{Integrator, World};
+use abrupt::AbruptChanges;
 use accuracy::Substeps;
 use bounce::Bounce;
-use leapfrog::{AbruptChanges, Instants};
+use leapfrog::Instants;
 use one_step::{contact_step, floating_step};
 #[cfg(feature = "save")]
 use std::cell::OnceCell;

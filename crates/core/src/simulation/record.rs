@@ -50,7 +50,7 @@ pub struct StepRecord {
     /// Largest energy beyond the balance (32) that an island makes in the step as taken, if beyond
     /// rounding.
     pub gain: Option<EnergyGain>,
-    /// Parts of the step, in a world with an [accuracy](crate::world::World::with_accuracy).
+    /// Substeps of the step, if it has any.
     pub substeps: SubstepsSummary,
     /// Bodies of islands that the native solver did not solve in one step without making energy.
     pub unsolved: Vec<usize>,

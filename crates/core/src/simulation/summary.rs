@@ -67,6 +67,13 @@ pub struct RunSummary {
     pub failed: u64,
     /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
     pub tempered: u64,
+    /// Number of substeps, in a run that takes them.
+    pub substeps: u64,
+    /// Number of steps with [less accurate](super::SubstepsSummary::is_coarse) substeps.
+    pub coarse: u64,
+    /// Number of steps in which the order of impacts is
+    /// [uncertain](super::SubstepsSummary::is_ambiguous).
+    pub ambiguous: u64,
     /// Solver iterations over all steps.
     pub iterations: u64,
     /// Number of contact steps solved from each initial point.
@@ -116,6 +123,9 @@ impl RunSummary {
                 FailedStep { index, message, residual, part, infeasible_gap, unphysical, unsolved };
             self.first_failures.push(failed);
         }
+        self.substeps += u64::from(record.substeps.count);
+        self.coarse += u64::from(record.substeps.is_coarse);
+        self.ambiguous += u64::from(record.substeps.is_ambiguous);
         self.touching +=
             u64::from(record.solution.contacts.iter().any(ContactForce::carries_force));
         if status == StepStatus::Wild

@@ -160,7 +160,7 @@ pub struct World {
     speed_scale: f64,
 }
 
-/// Part of a step, taken as a step of its own; see [`World::with_accuracy`].
+/// Substep of a step; see [`World::with_accuracy`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Substep {
     /// Its start, since the start of the step (s).
@@ -352,7 +352,7 @@ impl World {
 
     /// Returns this world with an error of the time step that runs keep: the estimate (40) of each
     /// body's position grows by at most `accuracy` (m) in a second. A step is then taken in substeps,
-    /// which also end where impacts, slips and stops of joints begin. Needs
+    /// which also begin at impacts, ends of slips and stops of joints. Needs
     /// [`Integrator::Leapfrog`], and has no effect without it.
     ///
     /// # Errors
@@ -387,6 +387,19 @@ impl World {
     #[must_use]
     pub fn impacts(&self) -> Impacts {
         self.accuracy.map_or(self.impacts, |_| Impacts::Located)
+    }
+
+    /// Accuracy that located impacts keep (m/s): that of the run, or 1e-6. `None` for whole steps.
+    #[must_use]
+    pub fn impact_accuracy(&self) -> Option<f64> {
+        (self.impacts() == Impacts::Located).then(|| self.accuracy.unwrap_or(1e-6))
+    }
+
+    /// Gap (m) below which contacts in short substeps [keep their
+    /// gap](crate::contact::Contact::keep_gap), in a world with located impacts.
+    #[must_use]
+    pub fn kept_gap(&self) -> Option<f64> {
+        self.impact_accuracy().map(|accuracy| 0.1 * accuracy)
     }
 
     /// Sets the time step to a substep of the whole one: its start since that of the step, and its

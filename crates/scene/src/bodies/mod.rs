@@ -82,6 +82,10 @@ fn scene_from_built(
     let BuiltScene { model, drawn, robots, notes } = built;
     let is_located = settings.impacts == Some(Impacts::Located);
     let substeps = [("accuracy", settings.accuracy.is_some()), ("impacts", is_located)];
+    if settings.accuracy.is_some() && settings.impacts == Some(Impacts::Stepped) {
+        let why = "a run with an accuracy has located impacts; leave out impacts, or the accuracy";
+        return Err(Failure::setting("impacts", why));
+    }
     let given = substeps.into_iter().find(|(_, given)| *given);
     if let (Some((name, _)), Integrator::Euler) = (given, settings.integrator()) {
         let why = "substeps need integrator = \"leapfrog\"; this scene has \"euler\"";

@@ -131,6 +131,12 @@ pub struct SummaryFile {
     /// an old file lacks the field.
     #[serde(default)]
     pub tempered: Option<u64>,
+    /// Steps with substeps that are less accurate than asked; left out if there are none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub coarse: u64,
+    /// Steps in which impacts are closer than the error; left out if there are none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub ambiguous: u64,
     /// Steps that were not solved.
     pub failed: u64,
     /// Number of contact steps per rung of Ipopt's ladder; empty without the ladder.
@@ -180,6 +186,8 @@ impl SummaryFile {
             substepped: summary.substepped,
             wild: summary.wild,
             tempered: Some(summary.tempered),
+            coarse: summary.coarse,
+            ambiguous: summary.ambiguous,
             failed: summary.failed,
             rungs,
             certificate_median_m_s: summary.median_residual(),
@@ -349,8 +357,8 @@ fn is_one(count: &u64) -> bool {
     *count == 1
 }
 
-fn is_zero(index: &u64) -> bool {
-    *index == 0
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }
 
 fn json(value: &impl Serialize) -> Result<String, Failure> {

@@ -16,7 +16,7 @@ use crate::derivative::StateChange;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use crate::simulation::StepRecord;
-use crate::simulation::leapfrog::STILL;
+use crate::simulation::abrupt::STILL;
 use crate::world::World;
 use nalgebra::Vector3;
 

@@ -73,6 +73,9 @@ impl ContactRow {
         let placed = other.as_ref().map(|(body, pose)| (*body, pose));
         let mut contact = Contact::new(key, features, law, (body, &pose), placed);
         contact.rebound = self.rebound;
+        if let Some(kept) = world.kept_gap().filter(|_| self.gap == 0.0) {
+            contact.keep_gap(kept);
+        }
         let size = body.reach() + pose.position.amax();
         if (pose.position + contact.arm - self.point).amax() > UNIT * size
             || (contact.normal() - self.normal).amax() > UNIT

@@ -51,8 +51,8 @@ impl CouplingRows {
         Self { compliance_ratio: 1.0, ..*self }
     }
 
-    /// κ with ε = `compliance`. Below the ε of the selection rule, which the proximal point method
-    /// alone takes, it falls to 1 with ε: the method converges with ε κ over the response of the rows.
+    /// κ with ε = `compliance`. Below the ε of the selection rule it falls to 1 with ε, because the
+    /// proximal point method converges with ε κ over the response of the rows.
     #[inline]
     pub(crate) fn ratio_at(&self, compliance: f64) -> f64 {
         if compliance < COMPLIANCE {

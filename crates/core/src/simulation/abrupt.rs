@@ -1,0 +1,162 @@
+//! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
+
+use super::islands::Islands;
+use crate::contact::{Contact, KeyIndex, smooth_change};
+use crate::joint::{Axis, Joint};
+use crate::mechanics::State;
+use crate::step::{ContactForce, StepSolution};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
+/// standing still. Solutions are exact to about 1e-12.
+pub(super) const STILL: f64 = 1e-9;
+/// Distance from a limit (m or rad) below which an axis counts as stopped there.
+const AT_LIMIT: f64 = 1e-9;
+/// Rounding of a change of velocity, relative to it.
+const ROUNDING: f64 = 1e-6;
+
+/// Scratch memory of the search for changes of velocity that do not scale with h.
+#[derive(Default)]
+pub(super) struct AbruptChanges {
+    /// Bodies with such a change.
+    pub bodies: Vec<bool>,
+    /// Bodies with an impact at one of their contacts.
+    pub struck: Vec<bool>,
+    /// Islands with such a change, at the places of their labels.
+    changed: Vec<bool>,
+    islands: Islands,
+    index: KeyIndex,
+}
+
+/// A step whose changes of velocity are examined.
+pub(super) struct TakenStep<'a> {
+    pub world: &'a World,
+    /// States from which the step started, and one step before.
+    pub states: &'a [State],
+    pub earlier: &'a [State],
+    /// States after free flight.
+    pub free: &'a [State],
+    /// Forces and slips of the step before.
+    pub past: &'a [ContactForce],
+    pub contacts: &'a [Contact],
+    pub solution: &'a StepSolution,
+}
+
+impl AbruptChanges {
+    /// Finds the bodies with an impact, with the end of a slip, or with a joint that comes to its limit
+    /// or to rest, and those of their islands whose velocities change by more than smooth
+    /// accelerations explain.
+    pub fn find(&mut self, step: &TakenStep<'_>) {
+        let Self { bodies, struck, changed, islands, index } = self;
+        let TakenStep { world, contacts, solution, .. } = step;
+        bodies.clear();
+        bodies.resize(step.states.len(), false);
+        struck.clear();
+        struck.resize(step.states.len(), false);
+        index.clear();
+        let pairs = contacts.iter().zip(&solution.contacts).enumerate();
+        for (place, (contact, force)) in pairs.filter(|(_, (_, force))| force.carries_force()) {
+            let past = index.find(step.past, &contact.key, place);
+            let is_impact = step.is_impact(contact);
+            if is_impact || step.ends_slip(contact, force, past) {
+                contact.key.bodies().for_each(|body| bodies[body] = true);
+                contact.key.bodies().for_each(|body| struck[body] |= is_impact);
+            }
+        }
+        for (joint, force) in world.joints().iter().zip(&solution.joints) {
+            if step.is_stopped(joint, &force.angles) {
+                bodies[joint.body()] = true;
+                joint.other().into_iter().for_each(|body| bodies[body] = true);
+            }
+        }
+        if bodies.len() > 1 && bodies.contains(&true) {
+            let carrying = solution.contacts.iter().filter(|force| force.carries_force());
+            islands.find(bodies.len(), carrying.map(|force| &force.key), world);
+            changed.clear();
+            changed.resize(bodies.len(), false);
+            for body in (0..bodies.len()).filter(|body| bodies[*body]) {
+                changed[islands.label(body)] = true;
+            }
+            for body in 0..bodies.len() {
+                bodies[body] |= changed[islands.label(body)] && !step.is_smooth(body);
+            }
+        }
+    }
+}
+
+impl TakenStep<'_> {
+    /// True if smooth accelerations explain the change of velocity of `body`, up to [`ROUNDING`].
+    fn is_smooth(&self, body: usize) -> bool {
+        let (state, next) = (&self.states[body], &self.solution.states[body]);
+        let reach = self.world.bodies()[body].reach();
+        let change =
+            (next.velocity - state.velocity).norm() + reach * (next.spin - state.spin).norm();
+        change <= (1.0 + ROUNDING) * smooth_change(self.world, body, state, &self.free[body])
+    }
+
+    /// True if the touching points approach faster than smooth accelerations explain in a step.
+    fn is_impact(&self, contact: &Contact) -> bool {
+        let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
+        approach > 0.0 && approach > contact.smooth_change(self.world, self.states, self.free)
+    }
+
+    /// True if a slip ends or turns back in the step, or would do so in half of another one.
+    fn ends_slip(
+        &self,
+        contact: &Contact,
+        now: &ContactForce,
+        past: Option<&ContactForce>,
+    ) -> bool {
+        let least = STILL * self.world.speed_scale();
+        let before = past.map_or_else(
+            || {
+                let velocity = contact.point_velocity(self.world, self.states);
+                let normal = contact.normal();
+                velocity - normal * normal.dot(&velocity)
+            },
+            |past| past.slip,
+        );
+        if before.norm() <= least {
+            return false;
+        }
+        let along = now.slip.dot(&before);
+        now.slip.norm() <= least || along < 0.0 || 3.0 * now.slip.norm_squared() < along
+    }
+
+    /// True if an axis of `joint` comes to a limit, or if its dry friction stops it or turns.
+    /// `angles` are its angles at the end of the step (rad).
+    fn is_stopped(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
+        let has_jump = |axis: &Axis| match axis {
+            Axis::Free(drive) => drive.limits.is_some() || drive.friction > 0.0,
+            Axis::Locked => false,
+        };
+        let axes = || joint.linear().iter().chain(joint.angular());
+        if !axes().any(has_jump) {
+            return false;
+        }
+        let h = self.world.time_step();
+        let next = &self.solution.states;
+        let at = [self.earlier, self.states, next].map(|states| joint.coordinates(states));
+        let [Some(earlier), Some(now), Some(end)] = at else { return false };
+        let turns = joint.turns(&end, angles);
+        let (before, after) =
+            (joint.rates(&earlier, &now, &turns, h), joint.rates(&now, &end, &turns, h));
+        let numbers = |of: &(Vector3<f64>, Vector3<f64>)| {
+            [of.0[0], of.0[1], of.0[2], of.1[0], of.1[1], of.1[2]]
+        };
+        let (before, after, place) =
+            (numbers(&before), numbers(&after), numbers(&(end.place, turns)));
+        let least = STILL * self.world.speed_scale();
+        axes().enumerate().any(|(k, axis)| {
+            let Axis::Free(drive) = axis else { return false };
+            let stops = drive.friction > 0.0
+                && before[k].abs() > least
+                && (after[k].abs() <= least || after[k] * before[k] < 0.0);
+            let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;
+            let lands = drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
+                && before[k].abs() > least;
+            stops || lands
+        })
+    }
+}
