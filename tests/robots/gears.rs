@@ -144,8 +144,8 @@ fn a_crawler_lands_among_boxes() {
         assert!(record.certificate.residual() <= 1e-9, "step {step}");
         iterations += record.report.iterations;
     }
-    // The solver has a fast path to the exact law on round feet: 3 iterations a step, not 40.
-    assert!(iterations <= 10 * 999, "{iterations}");
+    // A proximal point method that stalls on the round feet takes thousands; these are about 200.
+    assert!(iterations <= 1000, "{iterations}");
     let weight: f64 = scene.world.bodies().iter().map(|body| body.mass() * 9.81).sum();
     let carried: f64 =
         (0..scene.bodies.len()).map(|body| record.solution.total_force(body)[2]).sum();
