@@ -156,7 +156,8 @@ pub fn parts(mesh: &Mesh, solid: &Solid) -> Option<Vec<Polygon>> {
         faces.push((triangle, number));
     }
     let mut open = vec![Cell { sides: box_around(vertices, solid.extent()), faces }];
-    let (mut parts, mut count) = (Vec::new(), 0);
+    let mut parts = Vec::new();
+    let mut count = 0;
     while let Some(cell) = open.pop() {
         if let Some(number) = cell.best_plane(&planes, equal) {
             open.extend(cell.split(&planes, number, equal).into_iter().flatten());

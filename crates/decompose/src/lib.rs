@@ -1,9 +1,9 @@
 //! Convex decomposition of closed meshes.
 //!
-//! A mesh with few planar faces is cut along them, exactly. For others, V-HACD (Mamou) cuts the voxels of a mesh by planes until every part is nearly convex. Each part
-//! lies in a box. A piece is the convex hull of the mesh's solid within such a box, so that its
-//! vertices lie on the surface or inside. Pieces are merged while their
-//! common hull is nearly convex and while there are too many.
+//! A mesh with few planar faces is cut along them, exactly. For others, V-HACD (Mamou) cuts the voxels
+//! of a mesh by planes until every part is nearly convex. Each part lies in a box. A piece is the convex
+//! hull of the mesh's solid within such a box, so that its vertices lie on the surface or inside. Pieces
+//! are merged while their common hull is nearly convex and while there are too many.
 //!
 //! ```
 //! use tumble_core::geometry::mesh::Mesh;
@@ -33,6 +33,7 @@ pub use fit::Fit;
 pub use reduced::{LEAST_CORNERS, grown, reduced};
 pub use settings::DecompositionSettings;
 
+use nalgebra::Vector3;
 use solid::Solid;
 use tumble_core::error::Error;
 use tumble_core::geometry::mesh::Mesh;
@@ -66,15 +67,25 @@ pub fn decompose(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Pi
         return Ok(pieces);
     }
     let mut parts = Vec::new();
-    let mut thin = None;
+    let mut flat = Vec::new();
     for cell in parts::cells(mesh, settings)? {
-        // A part without a volume adds nothing to the solid.
-        match reduced(&solid.points_in(&cell), MOST_CORNERS) {
+        let points = solid.points_in(&cell);
+        match reduced(&points, MOST_CORNERS) {
             Ok((piece, _)) => parts.push(piece),
-            Err(error) => thin = Some(error),
+            Err(error) => flat.push((points, error)),
         }
     }
-    if let (true, Some(error)) = (parts.is_empty(), thin) {
+    // A flat part adds nothing where others reach it to a voxel; a wall without a volume would be lost.
+    let voxel = solid.extent() / f64::from(settings.resolution);
+    let is_lost = |point: &Vector3<f64>| {
+        let height = |part: &Piece| {
+            part.core().faces().iter().fold(f64::NEG_INFINITY, |most, face| {
+                most.max(face.normal.dot(point) - face.offset)
+            })
+        };
+        parts.iter().all(|part| height(part) > voxel)
+    };
+    if let Some((_, error)) = flat.into_iter().find(|(points, _)| points.iter().any(is_lost)) {
         return Err(error);
     }
     let pieces = merging::merged(parts, &whole, settings)?;

@@ -124,15 +124,20 @@ fn a_tub_is_cut_along_its_faces() {
     }
 }
 
-/// Walls thinner than the distance at which planes count as equal cannot be cut, and are not lost.
+/// A wall is in the pieces, or is refused: hulls have a least thickness.
 #[test]
-fn thin_walls_are_covered() {
+fn thin_walls_are_covered_or_refused() {
     let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
-    for wall in [1e-3, 1e-5, 1e-6] {
+    for wall in [1e-3, 1e-4, 3e-5, 1e-5, 5e-6, 2e-6, 1e-6] {
         let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, wall], [wall, wall], [wall, 2.0], [0.0, 2.0]];
         let mesh = prism(&corners, &caps);
-        let pieces = decompose(&mesh, &settings(16)).unwrap();
-        assert!(mesh.vertices().iter().all(|vertex| is_in(&pieces, vertex, 1e-9)), "{wall}");
+        match decompose(&mesh, &settings(16)) {
+            Ok(pieces) => {
+                let covered = |vertex| is_in(&pieces, vertex, 1e-9);
+                assert!(wall > 2e-5 && mesh.vertices().iter().all(covered), "{wall}");
+            }
+            Err(error) => assert!(wall < 2e-5 && error.to_string().contains("flat"), "{error}"),
+        }
     }
 }
 

@@ -166,7 +166,8 @@ enum Judgement {
 impl Schedule {
     /// Substeps of a step of `world` after those at `pace`; `starts` is true if a body starts.
     fn new(world: &World, pace: Pace, starts: bool) -> Self {
-        let (smooth, whole) = (world.accuracy(), world.time_step());
+        let smooth = world.accuracy();
+        let whole = world.time_step();
         let wanted = match smooth {
             None => whole,
             Some(_) if pace.wanted > 0.0 => pace.wanted,
