@@ -139,6 +139,13 @@ impl InstantMotions {
         if contact.key.bodies().any(|body| body >= known) {
             return;
         }
+        let is_still = |body: usize| {
+            let State { velocity, spin, .. } = &self.instants[body];
+            [velocity, spin].iter().all(|motion| **motion == Vector3::zeros())
+        };
+        if contact.key.bodies().all(is_still) && !world.has_surfaces() {
+            return;
+        }
         self.now.resize(known, None);
         self.predicted.resize(known, None);
         let own = contact.key.body;

@@ -1,7 +1,7 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
 use super::islands::Islands;
-use crate::contact::{Contact, KeyIndex, smooth_change};
+use crate::contact::{Contact, ContactKey, KeyIndex, smooth_change};
 use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
 use crate::step::{ContactForce, StepSolution};
@@ -41,6 +41,8 @@ pub(super) struct TakenStep<'a> {
     pub past: &'a [ContactForce],
     pub contacts: &'a [Contact],
     pub solution: &'a StepSolution,
+    /// Flags of bodies in resting islands; empty if none rests.
+    pub resting: &'a [bool],
 }
 
 impl AbruptChanges {
@@ -49,14 +51,16 @@ impl AbruptChanges {
     /// accelerations explain.
     pub fn find(&mut self, step: &TakenStep<'_>) {
         let Self { bodies, struck, changed, islands, index } = self;
-        let TakenStep { world, contacts, solution, .. } = step;
+        let TakenStep { world, contacts, solution, resting, .. } = step;
         bodies.clear();
         bodies.resize(step.states.len(), false);
         struck.clear();
         struck.resize(step.states.len(), false);
         index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
-        for (place, (contact, force)) in pairs.filter(|(_, (_, force))| force.carries_force()) {
+        let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
+        let pairs = pairs.filter(|(_, (_, force))| force.carries_force() && !rests(&force.key));
+        for (place, (contact, force)) in pairs {
             let past = index.find(step.past, &contact.key, place);
             let is_impact = step.is_impact(contact);
             if is_impact || step.ends_slip(contact, force, past) {

@@ -242,6 +242,7 @@ impl Simulation<'_> {
                 past: &[],
                 contacts: candidates.contacts(),
                 solution,
+                resting: &[],
             });
         } else {
             abrupt.bodies.clear();
@@ -288,7 +289,8 @@ impl Simulation<'_> {
     pub(super) fn end_leapfrog(&mut self, status: StepStatus) {
         let Self { world, motion, now, before, instants, scratch, .. } = self;
         let Some(instants) = instants else { return };
-        let StepScratch { candidates, solution, free, abrupt, started, added_error, .. } = scratch;
+        let StepScratch { candidates, solution, free, abrupt, started, added_error, rest, .. } =
+            scratch;
         let is_smooth = matches!(
             status,
             StepStatus::Free | StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback
@@ -314,6 +316,7 @@ impl Simulation<'_> {
                 past: if started { &[] } else { &now.contacts },
                 contacts: candidates.contacts(),
                 solution,
+                resting: rest.bodies(),
             });
         }
         instants.past.0.clone_from(&instants.errors);
