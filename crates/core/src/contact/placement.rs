@@ -179,9 +179,14 @@ impl PlacementCheck<'_> {
             let beside = (triangle.0.height_of(&point) - slack).max(0.0);
             (beside, (on_plane - extent(triangle, &normal)).abs())
         };
+        let is_far = |collider: Collider| {
+            let triangle = placed(self.world, poses, collider).0;
+            let reach = triangle.bounding_radius() + slack;
+            (point - triangle.core().centre()).norm_squared() > reach * reach
+        };
         let (mut nearest, mut least) = (b, error(b.1));
         self.partners.each_near([number, b.0], &mut |other, collider| {
-            if collider.owner == b.1.owner {
+            if collider.owner == b.1.owner && !(least.0 == 0.0 && is_far(collider)) {
                 let found = error(collider);
                 if found < least {
                     (nearest, least) = ((other, collider), found);
