@@ -111,23 +111,24 @@ impl PlacementCheck<'_> {
         if error > 0.0 {
             return error;
         }
-        let is_shown = [self.start, self.end]
-            .into_iter()
-            .any(|poses| self.is_shown(contact, named, poses, (slack, turned), exposure));
+        let other_end = if is_end { self.start } else { self.end };
+        let is_shown = self.is_shown(contact, colliders, poses, turned, exposure) || {
+            let colliders = self.with_triangle(contact, named, other_end, slack);
+            self.is_shown(contact, colliders, other_end, turned, exposure)
+        };
         if is_shown { 0.0 } else { length }
     }
 
-    /// True if the contact is on exposed surfaces where it is with the bodies at `poses`: within `slack`
-    /// (m) for facets, with a normal that is exposed to `angle` (rad).
+    /// True if the contact is on exposed surfaces of its `colliders` where it is with the bodies at `poses`,
+    /// with a normal that is exposed to `angle` (rad).
     fn is_shown(
         &self,
         contact: &Contact,
-        named: [(usize, Collider); 2],
+        colliders: [(usize, Collider); 2],
         poses: &[Pose],
-        (slack, angle): (f64, f64),
+        angle: f64,
         scratch: &mut ExposureScratch,
     ) -> bool {
-        let colliders = self.with_triangle(contact, named, poses, slack);
         let of = Exposure {
             world: self.world,
             partners: self.partners,
