@@ -251,7 +251,7 @@ impl StepJudge {
             differ("a contact rebounds differently from the restitution law".to_owned());
         }
         let negligible = NEGLIGIBLE * self.world.speed_scale();
-        let lost = slip_lost + self.lost_of_forces(touching, states) + negligible;
+        let lost = slip_lost + self.lost_of_forces(touching, &step.contacts, states) + negligible;
         if let Some(other) = self.another_joint(step, Some((next, &touching.joints))) {
             differ(other);
         }
