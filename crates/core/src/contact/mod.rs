@@ -71,7 +71,6 @@ pub use law::Response;
 pub(crate) use memory::Memory;
 pub use neighbours::Overlap;
 pub use slip_offset::InstantMotions;
-pub(crate) use slip_offset::smooth_change;
 
 use crate::geometry::Ellipsoid;
 use crate::mechanics::quaternion::{rotation, turning_rate};

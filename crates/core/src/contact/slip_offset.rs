@@ -63,7 +63,7 @@ impl BodyVelocity {
 
 /// Change of velocity of a body in a step that smooth accelerations explain (m/s): those of loads and
 /// gyroscopic terms from `state` to the `free` flight, and centripetal ones.
-pub(crate) fn smooth_change(world: &World, body: usize, state: &State, free: &State) -> f64 {
+fn smooth_change(world: &World, body: usize, state: &State, free: &State) -> f64 {
     let reach = world.bodies()[body].reach();
     (free.velocity - state.velocity).norm()
         + (free.spin - state.spin).norm() * reach

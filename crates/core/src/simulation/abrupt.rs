@@ -1,7 +1,7 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
 use super::islands::Islands;
-use crate::contact::{Contact, ContactKey, KeyIndex, smooth_change};
+use crate::contact::{Contact, ContactKey, KeyIndex};
 use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
 use crate::step::{ContactForce, StepSolution};
@@ -13,13 +13,11 @@ use nalgebra::Vector3;
 pub(super) const STILL: f64 = 1e-9;
 /// Distance from a limit (m or rad) below which an axis counts as stopped there.
 const AT_LIMIT: f64 = 1e-9;
-/// Rounding of a change of velocity, relative to it.
-const ROUNDING: f64 = 1e-6;
 
 /// Scratch memory of the search for changes of velocity that do not scale with h.
 #[derive(Default)]
 pub(super) struct AbruptChanges {
-    /// Bodies with such a change.
+    /// Bodies of islands with such a change.
     pub bodies: Vec<bool>,
     /// Bodies with an impact at one of their contacts.
     pub struck: Vec<bool>,
@@ -46,9 +44,9 @@ pub(super) struct TakenStep<'a> {
 }
 
 impl AbruptChanges {
-    /// Finds the bodies with an impact, with the end of a slip, or with a joint that comes to its limit
-    /// or to rest, and those of their islands whose velocities change by more than smooth
-    /// accelerations explain.
+    /// Finds the bodies of islands with an impact, with the end of a slip, or with a joint that comes to
+    /// its limit or to rest. Impulses between the bodies of an island conserve momentum only if all have
+    /// velocities of one time.
     pub fn find(&mut self, step: &TakenStep<'_>) {
         let Self { bodies, struck, changed, islands, index } = self;
         let TakenStep { world, contacts, solution, resting, .. } = step;
@@ -82,23 +80,14 @@ impl AbruptChanges {
             for body in (0..bodies.len()).filter(|body| bodies[*body]) {
                 changed[islands.label(body)] = true;
             }
-            for body in 0..bodies.len() {
-                bodies[body] |= changed[islands.label(body)] && !step.is_smooth(body);
+            for (body, is_abrupt) in bodies.iter_mut().enumerate() {
+                *is_abrupt = changed[islands.label(body)];
             }
         }
     }
 }
 
 impl TakenStep<'_> {
-    /// True if smooth accelerations explain the change of velocity of `body`, up to [`ROUNDING`].
-    fn is_smooth(&self, body: usize) -> bool {
-        let (state, next) = (&self.states[body], &self.solution.states[body]);
-        let reach = self.world.bodies()[body].reach();
-        let change =
-            (next.velocity - state.velocity).norm() + reach * (next.spin - state.spin).norm();
-        change <= (1.0 + ROUNDING) * smooth_change(self.world, body, state, &self.free[body])
-    }
-
     /// True if the touching points approach faster than smooth accelerations explain in a step.
     fn is_impact(&self, contact: &Contact) -> bool {
         let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Changes of velocity that do not scale with h say nothing about the acceleration: impacts, the end
-//! of a slip, stops of joints. The bodies [with such a change](super::abrupt) have V = w, with an error
-//! of ½ h times the acceleration.
+//! of a slip, stops of joints. The bodies of islands [with such a change](super::abrupt) have V = w, with
+//! an error of ½ h times the acceleration.
 //!
 //! The local error of a smooth step estimates the error of the time step, and so does the rotation that
 //! the update of the attitude lacks, at the reach r of the body. An abrupt change happens at an
