@@ -206,6 +206,8 @@ impl StepNlp {
             Some("the tutorial's program does not support rounded points")
         } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
             Some("the tutorial's program supports only the world's coefficient of friction")
+        } else if world.has_static_friction() {
+            Some("the tutorial's program does not support static friction")
         } else if world.has_restitution() {
             Some("the tutorial's program does not support restitution")
         } else if !world.may_touch(BODY, Partner::Ground) {

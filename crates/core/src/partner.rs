@@ -38,8 +38,11 @@ impl Display for Partner {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactLaw {
-    /// Coefficient of friction μ.
+    /// Coefficient of friction μ of the step: the static one of a [contact that
+    /// sticks](crate::contact::Contact::set_friction).
     pub friction: f64,
+    /// Static coefficient, if it is above the kinetic one.
+    pub static_friction: Option<f64>,
     /// Coefficient of [restitution](crate::contact::restitution) e.
     pub restitution: f64,
 }

@@ -46,6 +46,9 @@ pub struct Model {
     pub gravity: [f64; 3],
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
     pub mu: f64,
+    /// Static coefficients of friction.
+    #[serde(default, skip_serializing_if = "StaticModel::is_empty")]
+    pub statics: StaticModel,
     /// Coefficient of restitution of the world; default for bodies without their own.
     #[serde(default)]
     pub restitution: f64,
@@ -170,6 +173,34 @@ pub struct FixedModel {
     pub groups: GroupsModel,
 }
 
+/// Static coefficients of friction; without any, all are the kinetic ones.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct StaticModel {
+    /// Of the ground, and of bodies and fixed geometry without their own coefficients.
+    pub friction: Option<f64>,
+    /// Slip up to which contacts have them (m/s); null for the core's default.
+    pub stick_speed: Option<f64>,
+    /// Of bodies and fixed geometry.
+    pub owners: Vec<(PartnerModel, f64)>,
+    /// Of single pairs.
+    pub pairs: Vec<PairModel>,
+}
+
+impl StaticModel {
+    /// Own coefficient of a body or of fixed geometry.
+    #[must_use]
+    pub fn own(&self, owner: PartnerModel) -> Option<f64> {
+        self.owners.iter().find(|(known, _)| *known == owner).map(|(_, friction)| *friction)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.friction.or(self.stick_speed).is_none()
+            && self.owners.is_empty()
+            && self.pairs.is_empty()
+    }
+}
+
 /// Coefficient of friction or restitution of one pair.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PairModel {
@@ -258,6 +289,16 @@ impl Model {
         let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
         let world = self.frictions.iter().try_fold(world, |world, pair| {
             world.with_friction_between(pair.body, self.partner(pair.partner), pair.coefficient)
+        })?;
+        let StaticModel { friction, stick_speed, owners, pairs } = &self.statics;
+        let world = friction.iter().try_fold(world, |world, of| world.with_static_friction(*of))?;
+        let world = stick_speed.iter().try_fold(world, |world, of| world.with_stick_speed(*of))?;
+        let world = owners.iter().try_fold(world, |world, (owner, friction)| {
+            world.with_static_friction_of(self.partner(*owner), *friction)
+        })?;
+        let world = pairs.iter().try_fold(world, |world, pair| {
+            let (partner, friction) = (self.partner(pair.partner), pair.coefficient);
+            world.with_static_friction_between(pair.body, partner, friction)
         })?;
         let world = self.restitutions.iter().try_fold(world, |world, pair| {
             world.with_restitution_between(pair.body, self.partner(pair.partner), pair.coefficient)
@@ -380,7 +421,10 @@ impl Model {
             PartnerModel::Body(other) => number(other).map(PartnerModel::Body),
             still => Some(still),
         };
-        for pairs in [&mut self.frictions, &mut self.restitutions] {
+        let owners = self.statics.owners.iter();
+        self.statics.owners =
+            owners.filter_map(|(of, friction)| Some((partner(*of)?, *friction))).collect();
+        for pairs in [&mut self.frictions, &mut self.restitutions, &mut self.statics.pairs] {
             let pair = |pair: &PairModel| {
                 let (body, partner) = (number(pair.body)?, partner(pair.partner)?);
                 Some(PairModel { body, partner, ..*pair })

@@ -15,10 +15,12 @@ pub enum FileKind {
 type SettingNames = (&'static str, &'static str, &'static str);
 
 /// Settings whose names differ between these places.
-const NAMES: [SettingNames; 26] = [
+const NAMES: [SettingNames; 28] = [
     ("dt", "time_step", "parameters.dt"),
     ("rotation", "rotation", "parameters.rotation"),
     ("mu", "ground.friction", "parameters.mu"),
+    ("static-friction", "ground.static_friction", "parameters.statics"),
+    ("stick-speed", "ground.stick_speed", "parameters.statics.stick_speed"),
     ("restitution", "ground.restitution", "parameters.restitution"),
     ("rebound-speed", "ground.rebound_speed", "parameters.rebound_speed"),
     ("mass", "mass", "parameters.mass"),
@@ -90,6 +92,8 @@ pub fn behind(error: &Error) -> Option<&'static str> {
         Error::OutOfRange { field, .. } => match *field {
             "time step (s)" => Some("dt"),
             "coefficient of friction" => Some("mu"),
+            "coefficient of static friction" => Some("static-friction"),
+            "stick speed (m/s)" => Some("stick-speed"),
             "coefficient of restitution" => Some("restitution"),
             "rebound speed (m/s)" => Some("rebound-speed"),
             "mass (kg)" => Some("mass"),

@@ -44,6 +44,13 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         }
         Constant::PairFriction => pair(world.pair_frictions()),
         Constant::PairRestitution => pair(world.pair_restitutions()),
+        Constant::StaticFriction => match world.static_owner(component) {
+            None => String::new(),
+            Some((owner, None)) => scene.partner(owner).to_owned(),
+            Some((one, Some(other))) => {
+                format!("{} and {}", scene.partner(one), scene.partner(other))
+            }
+        },
         Constant::Gravity => AXES[component].to_owned(),
         Constant::Anchor => {
             let (joint, side) = (&scene.joints[component / 6], component % 6 / 3);

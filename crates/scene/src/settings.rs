@@ -37,6 +37,10 @@ pub struct Settings {
     pub impacts: Option<Impacts>,
     /// Coefficient of friction μ.
     pub mu: Option<f64>,
+    /// Static coefficient of friction of the world.
+    pub static_friction: Option<f64>,
+    /// Slip up to which contacts have their static coefficient (m/s).
+    pub stick_speed: Option<f64>,
     /// Coefficient of restitution e of the world.
     pub restitution: Option<f64>,
     /// Approach speed below which contacts do not bounce (m/s).
@@ -104,6 +108,8 @@ impl Settings {
             accuracy: self.accuracy.or(below.accuracy),
             impacts: self.impacts.or(below.impacts),
             mu: self.mu.or(below.mu),
+            static_friction: self.static_friction.or(below.static_friction),
+            stick_speed: self.stick_speed.or(below.stick_speed),
             restitution: self.restitution.or(below.restitution),
             rebound_speed: self.rebound_speed.or(below.rebound_speed),
             gravity: self.gravity.or(below.gravity),

@@ -61,6 +61,8 @@ pub enum SolidInertia {
 #[serde(deny_unknown_fields)]
 pub struct GroundTable {
     friction: f64,
+    static_friction: Option<f64>,
+    stick_speed: Option<f64>,
     restitution: Option<f64>,
     rebound_speed: Option<f64>,
     slope: Option<f64>,
@@ -199,6 +201,8 @@ impl BodyTable {
 impl GroundTable {
     pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         settings.mu = Some(self.friction);
+        settings.static_friction = self.static_friction;
+        settings.stick_speed = self.stick_speed;
         settings.restitution = self.restitution;
         settings.rebound_speed = self.rebound_speed;
         if self.none == Some(true) {

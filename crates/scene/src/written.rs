@@ -10,7 +10,7 @@ use tumble_model::gear::GearModel;
 use tumble_model::groups::GroupsModel;
 use tumble_model::joint::{CourseModel, JointModel};
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
-use tumble_model::{BodyModel, FixedModel, Model, PartnerModel};
+use tumble_model::{FixedModel, Model, PartnerModel, StaticModel};
 
 /// First line of a scenario file that may be replaced.
 pub const HEAD: &str = "# Written by tumble, which may replace this file.\n";
@@ -25,7 +25,7 @@ pub fn text(scene: &Scene) -> Result<String, Failure> {
     // Writing to a string cannot fail.
     let _ = head(&mut out, scene, model);
     for (index, body) in model.bodies.iter().enumerate() {
-        body_table(&mut out, body, model)
+        body_table(&mut out, index, model)
             .map_err(|why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name)))?;
     }
     fixed_tables(&mut out, model).map_err(Failure::Input)?;
@@ -77,6 +77,12 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
         }
     }
     writeln!(out, "friction = {:?}", model.mu)?;
+    let StaticModel { friction, stick_speed, .. } = &model.statics;
+    for (field, value) in [("static_friction", friction), ("stick_speed", stick_speed)] {
+        if let Some(value) = value {
+            writeln!(out, "{field} = {value:?}")?;
+        }
+    }
     if model.restitution != 0.0 {
         writeln!(out, "restitution = {:?}", model.restitution)?;
     }
@@ -153,7 +159,8 @@ fn pieces<'a>(placed: impl Iterator<Item = &'a PlacedForm>) -> Result<String, St
     Ok(format!("pieces = [\n    {},\n]", lines?.join(",\n    ")))
 }
 
-fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), String> {
+fn body_table(out: &mut String, index: usize, model: &Model) -> Result<(), String> {
+    let body = &model.bodies[index];
     let shape =
         model.shapes.get(body.shape).ok_or_else(|| "shape: it does not exist".to_owned())?;
     let start = body.start.state();
@@ -168,7 +175,11 @@ fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), S
         ModelShape::Points(points) => lines.push(format!("points = {points:?}")),
     }
     lines.push(format!("mass = {:?}\ninertia = {:?}", body.mass, body.inertia));
-    for (field, value) in [("friction", body.friction), ("restitution", body.restitution)] {
+    for (field, value) in [
+        ("friction", body.friction),
+        ("static_friction", model.statics.own(PartnerModel::Body(index))),
+        ("restitution", body.restitution),
+    ] {
         lines.extend(value.map(|value| format!("{field} = {value:?}")));
     }
     if !body.touches {
@@ -218,17 +229,21 @@ fn group_lines(groups: &GroupsModel) -> impl Iterator<Item = String> {
 
 /// Tables of fixed geometry. Consecutive pieces with the same name form one object.
 fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
-    let one = |a: &FixedModel, b: &FixedModel| {
-        a.name == b.name && a.friction == b.friction && a.groups == b.groups
+    let of_each: Vec<_> = (0..model.fixed.len())
+        .map(|index| (&model.fixed[index], model.statics.own(PartnerModel::Fixed(index))))
+        .collect();
+    let one = |(a, of_a): &(&FixedModel, Option<f64>), (b, of_b): &(&FixedModel, Option<f64>)| {
+        a.name == b.name && a.friction == b.friction && of_a == of_b && a.groups == b.groups
     };
-    for thing in model.fixed.chunk_by(one) {
-        let name = quoted(&thing[0].name);
-        let pieces = pieces(thing.iter().map(|fixed| &fixed.piece))?;
+    for thing in of_each.chunk_by(one) {
+        let (first, static_friction) = thing[0];
+        let name = quoted(&first.name);
+        let pieces = pieces(thing.iter().map(|(fixed, _)| &fixed.piece))?;
         let _ = writeln!(out, "\n[[fixed]]\nname = {name}\n{pieces}");
-        if let Some(friction) = thing[0].friction {
-            let _ = writeln!(out, "friction = {friction:?}");
+        for (field, value) in [("friction", first.friction), ("static_friction", static_friction)] {
+            let _ = value.map(|value| writeln!(out, "{field} = {value:?}"));
         }
-        for line in group_lines(&thing[0].groups) {
+        for line in group_lines(&first.groups) {
             let _ = writeln!(out, "{line}");
         }
     }
@@ -252,7 +267,11 @@ fn pair_tables(out: &mut String, model: &Model) {
         let names = [PartnerModel::Body(body), partner].map(|of| quoted(name_of(of, model)));
         format!("between = [{}, {}]", names[0], names[1])
     };
-    for (table, pairs) in [("friction", &model.frictions), ("restitution", &model.restitutions)] {
+    for (table, pairs) in [
+        ("friction", &model.frictions),
+        ("static_friction", &model.statics.pairs),
+        ("restitution", &model.restitutions),
+    ] {
         for pair in pairs {
             let (between, coefficient) = (between(pair.body, pair.partner), pair.coefficient);
             let _ = writeln!(out, "\n[[{table}]]\n{between}\ncoefficient = {coefficient:?}");
@@ -330,6 +349,8 @@ fn surface_tables(out: &mut String, model: &Model) {
 fn drive_fields(drive: &Drive) -> Vec<String> {
     let mut fields = Vec::new();
     fields.extend(drive.limits.map(|limits| format!("limits = {limits:?}")));
+    let sticks = drive.static_friction.map(|friction| format!("static_friction = {friction:?}"));
+    fields.extend(sticks);
     for (field, value) in [
         ("friction", drive.friction),
         ("stiffness", drive.stiffness),

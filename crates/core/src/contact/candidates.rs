@@ -169,6 +169,7 @@ impl Candidates {
         if let Some(kept) = self.kept_gap {
             new.iter_mut().for_each(|contact| contact.keep_gap(kept));
         }
+        new.iter_mut().for_each(|contact| contact.set_friction(world, states));
         self.rebound.set(world, states, new);
         if self.motions.are_known() {
             for contact in &mut self.contacts[first..] {

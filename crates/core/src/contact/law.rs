@@ -68,7 +68,7 @@ impl ContactLaw {
     /// Friction without restitution.
     #[must_use]
     pub const fn plastic(friction: f64) -> Self {
-        Self { friction, restitution: 0.0 }
+        Self { friction, static_friction: None, restitution: 0.0 }
     }
 
     /// Residual of the impulse `p` divided by the mass of A (m/s) and the motion `u` (m/s), in the

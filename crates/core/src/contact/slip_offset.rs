@@ -79,6 +79,24 @@ impl Contact {
         self.relative_velocity(world, states, velocities)
     }
 
+    /// Takes the static coefficient of friction, if there is one above the kinetic one, and if the touching
+    /// points slip by at most the [stick speed](World::stick_speed) at `states`, the start of the step.
+    pub fn set_friction(&mut self, world: &World, states: &[State]) {
+        let Some(friction) = self.law.static_friction else { return };
+        let velocity = self.point_velocity(world, states);
+        let normal = self.normal();
+        let slip = velocity - normal * normal.dot(&velocity);
+        if slip.norm() <= world.stick_speed() {
+            self.law.friction = friction;
+        }
+    }
+
+    /// True if the step has the static coefficient of friction.
+    #[must_use]
+    pub fn has_static_friction(&self) -> bool {
+        self.law.static_friction == Some(self.law.friction)
+    }
+
     /// Largest change of [`Contact::point_velocity`] in a step that smooth accelerations explain
     /// (m/s).
     pub(crate) fn smooth_change(&self, world: &World, states: &[State], free: &[State]) -> f64 {

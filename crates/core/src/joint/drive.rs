@@ -4,6 +4,9 @@ use super::graph::{ForceSum, Graph};
 use crate::error::{Error, in_range};
 use nalgebra::Vector3;
 
+/// Rate up to which an axis has its static friction (m/s or rad/s).
+const STICK_RATE: f64 = 1e-6;
+
 /// One of the six axes of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
@@ -25,6 +28,9 @@ pub struct Drive {
     /// Dry friction (N or N m): the largest holding force, and the constant resistance of a moving
     /// axis.
     pub friction: f64,
+    /// Dry friction of an axis that rests (N or N m), at least `friction`: one whose rate was at most
+    /// 10⁻⁶ m/s or rad/s in the step before.
+    pub static_friction: Option<f64>,
     /// Stiffness k of a spring (N/m or N m/rad).
     pub stiffness: f64,
     /// Rest position of the spring (m or rad).
@@ -99,6 +105,7 @@ impl Drive {
     pub const NONE: Self = Self {
         limits: None,
         friction: 0.0,
+        static_friction: None,
         stiffness: 0.0,
         rest: 0.0,
         damping: 0.0,
@@ -106,6 +113,19 @@ impl Drive {
         armature: 0.0,
         motor: None,
     };
+
+    /// Dry friction at a `rate` in the step before (m/s or rad/s), and true if it is the static one.
+    pub(crate) fn friction_at(&self, rate: f64) -> (f64, bool) {
+        match self.static_friction {
+            Some(friction) if rate.abs() <= STICK_RATE => (friction, true),
+            _ => (self.friction, false),
+        }
+    }
+
+    /// True if it has dry friction.
+    pub(crate) fn rubs(&self) -> bool {
+        self.friction.max(self.static_friction.unwrap_or(0.0)) > 0.0
+    }
 
     fn check(&self) -> Result<(), Error> {
         const MOST: f64 = 1e12;
@@ -116,6 +136,10 @@ impl Drive {
             ("armature of a joint", self.armature),
         ] {
             in_range(field, value, 0.0, MOST, "0 to 1e12")?;
+        }
+        if let Some(friction) = self.static_friction {
+            let allowed = "the friction of the joint to 1e12";
+            in_range("static friction of a joint", friction, self.friction, MOST, allowed)?;
         }
         for (field, value) in [("rest of a joint", self.rest), ("force of a joint", self.force)] {
             in_range(field, value, -MOST, MOST, "-1e12 to 1e12")?;
@@ -234,6 +258,11 @@ impl Axis {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)
     }
 
+    /// True if it has a static friction.
+    pub(crate) fn sticks(&self) -> bool {
+        matches!(self, Self::Free(drive) if drive.static_friction.is_some())
+    }
+
     /// True if its forces can do work. Stops, dry friction and damping only take energy.
     fn is_active(&self) -> bool {
         let passive = |drive: &Drive| {
@@ -298,8 +327,9 @@ impl Axis {
             let inertia = drive.armature / time_step * to_impulse;
             sum.add_line(inertia * start.rate, inertia / length);
         }
-        if drive.friction > 0.0 {
-            sum.add_jump(0.0, drive.friction * to_impulse);
+        let (friction, _) = drive.friction_at(start.rate);
+        if friction > 0.0 {
+            sum.add_jump(0.0, friction * to_impulse);
         }
         match drive.motor {
             None => {}

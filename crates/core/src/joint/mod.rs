@@ -325,8 +325,9 @@ impl Joint {
 
     /// True if the force of an axis depends on its rate before the step.
     pub(crate) fn needs_rates(&self) -> bool {
-        let needs =
-            |axis: &Axis| axis.has_armature() || self.inverse_inertias.is_some() && axis.pulls();
+        let needs = |axis: &Axis| {
+            axis.has_armature() || axis.sticks() || self.inverse_inertias.is_some() && axis.pulls()
+        };
         self.linear.iter().chain(&self.angular).any(needs)
     }
 

@@ -106,8 +106,10 @@ impl Axis {
         projection(spring, (change.stiffness, change.damping, change.rest));
         let mut held = 0.0;
         let side = |is_left: bool| if is_left { 1.0 } else { -1.0 };
-        if drive.friction > 0.0 || change.friction != 0.0 {
-            held += side(u < 0.0) * (change.friction + drive.friction * longer);
+        let (friction, is_static) = drive.friction_at(start.rate);
+        let by_friction = if is_static { 0.0 } else { change.friction };
+        if friction > 0.0 || by_friction != 0.0 {
+            held += side(u < 0.0) * (by_friction + friction * longer);
         }
         match drive.motor {
             None => {}
@@ -151,7 +153,7 @@ impl Drive {
     /// Smallest change of the speed u (m/s) of a held axis by which its nearest stop meets its dry
     /// friction or velocity motor. Infinite without both. `x` is the initial coordinate.
     fn stop_margin(&self, u: f64, x: f64, length: f64, h: f64) -> f64 {
-        let friction = (self.friction > 0.0).then_some(0.0);
+        let friction = self.rubs().then_some(0.0);
         let motor = match self.motor {
             Some(Motor::Speed { target, .. }) => Some(target * length),
             _ => None,
@@ -171,7 +173,7 @@ impl Drive {
             let at = length * (limit - x) / h;
             (at, length * (moved - change.coordinate) / h - at * change.time_step / h)
         });
-        let friction = (self.friction > 0.0).then_some((0.0, 0.0));
+        let friction = self.rubs().then_some((0.0, 0.0));
         let motor = match self.motor {
             Some(Motor::Speed { target, .. }) => Some((target * length, change.target * length)),
             _ => None,

@@ -121,7 +121,7 @@ impl TakenStep<'_> {
     /// `angles` are its angles at the end of the step (rad).
     fn is_stopped(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
         let has_jump = |axis: &Axis| match axis {
-            Axis::Free(drive) => drive.limits.is_some() || drive.friction > 0.0,
+            Axis::Free(drive) => drive.limits.is_some() || drive.rubs(),
             Axis::Locked => false,
         };
         let axes = || joint.linear().iter().chain(joint.angular());
@@ -143,7 +143,7 @@ impl TakenStep<'_> {
         let least = STILL * self.world.speed_scale();
         axes().enumerate().any(|(k, axis)| {
             let Axis::Free(drive) = axis else { return false };
-            let stops = drive.friction > 0.0
+            let stops = drive.rubs()
                 && before[k].abs() > least
                 && (after[k].abs() <= least || after[k] * before[k] < 0.0);
             let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;

@@ -150,8 +150,13 @@ impl World {
         };
         let untouched = self.untouched.iter().filter_map(|body| number(*body)).collect();
         let kept_apart = self.kept_apart.iter().filter_map(renumbered).collect();
-        let (pair_frictions, pair_restitutions) =
-            (pairs(&self.pair_frictions), pairs(&self.pair_restitutions));
+        let pair_frictions = pairs(&self.pair_frictions);
+        let pair_restitutions = pairs(&self.pair_restitutions);
+        let owner = |owner: Partner| match owner {
+            Partner::Body(index) => Some(Partner::Body(number(index)?)),
+            fixed => Some(fixed),
+        };
+        let statics = self.statics.renumbered(owner, pairs);
         let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
         let groups = groups.and_then(GroupMasks::if_any);
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
@@ -166,6 +171,7 @@ impl World {
             held,
             surfaces: self.surfaces.iter().filter_map(surface).collect(),
             pair_frictions,
+            statics,
             pair_restitutions,
             kept_apart,
             untouched,

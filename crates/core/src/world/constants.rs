@@ -14,6 +14,7 @@ pub use super::reshape::extents;
 /// |---|---|---|
 /// | `Friction` | μ of the world | μ |
 /// | `Restitution` | e of the world | e |
+/// | `StaticFriction` | all static coefficients: of the world, of fixed pieces, of bodies, of pairs | factor on the world's |
 /// | `BodyFriction`, `BodyRestitution` | μ and e of each body with its own coefficient | factor on the world's |
 /// | `FixedFriction` | μ of each fixed piece with its own coefficient | factor on the world's |
 /// | `PairFriction`, `PairRestitution` | μ and e of each pair with [its own coefficient](World::pair_frictions) | factor on the world's |
@@ -35,6 +36,9 @@ pub enum Constant {
     Friction,
     /// e of the world. Bodies with their own coefficient keep it.
     Restitution,
+    /// All [static coefficients](World::with_static_friction): of the world, then of fixed pieces, then
+    /// of bodies, then of pairs.
+    StaticFriction,
     /// μ of each body with its own coefficient, in order of the bodies.
     BodyFriction,
     /// e of each body with its own coefficient, in order of the bodies.
@@ -96,9 +100,10 @@ pub enum Constant {
 
 impl Constant {
     /// All constants.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::Friction,
         Self::Restitution,
+        Self::StaticFriction,
         Self::BodyFriction,
         Self::BodyRestitution,
         Self::FixedFriction,
@@ -133,6 +138,7 @@ impl Constant {
         match self {
             Self::Friction => "friction",
             Self::Restitution => "restitution",
+            Self::StaticFriction => "static_friction",
             Self::BodyFriction => "body_friction",
             Self::BodyRestitution => "body_restitution",
             Self::FixedFriction => "fixed_friction",

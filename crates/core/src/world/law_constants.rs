@@ -10,30 +10,25 @@ pub(crate) type LawSlopes = [(Constant, usize, f64); 2];
 
 impl World {
     /// Gradients ∂μ and ∂e of the contacts between `body` and `partner` with respect to their
-    /// constants. The gradient of the geometric mean √(a b) is
+    /// constants, for the static coefficient if the contact `sticks`. The gradient of the geometric mean
+    /// √(a b) is
     ///
     /// ```text
     /// ½ √(b/a) by a,   ½ √(a/b) by b.
     /// ```
     ///
     /// It is 1 if both are the same number, and 0 with respect to a number that is 0.
-    pub(crate) fn law_slopes(&self, body: usize, partner: Partner) -> [LawSlopes; 2] {
+    pub(crate) fn law_slopes(&self, body: usize, partner: Partner, sticks: bool) -> [LawSlopes; 2] {
+        let owners = [Partner::Body(body), partner];
         let frictions = match find_place(&self.pair_frictions, body, partner) {
+            _ if sticks => match self.pair_static(body, partner) {
+                Some(pair) => [pair; 2],
+                None => owners.map(|owner| self.own_static(owner)),
+            },
             Some(pair) => [(Constant::PairFriction, pair, 1.0); 2],
             None => {
                 let of_world = (Constant::Friction, 0, self.friction());
-                let bodies = self.bodies();
-                let of_body =
-                    |index| own(bodies, index, RigidBody::friction, Constant::BodyFriction);
-                let other = match partner {
-                    Partner::Ground => None,
-                    Partner::Fixed(index) => {
-                        let all: Vec<_> = self.fixed_frictions().collect();
-                        own(&all, index, |friction| *friction, Constant::FixedFriction)
-                    }
-                    Partner::Body(other) => of_body(other),
-                };
-                [of_body(body).unwrap_or(of_world), other.unwrap_or(of_world)]
+                owners.map(|owner| self.own_friction_constant(owner).unwrap_or(of_world))
             }
         };
         let restitutions = match find_place(&self.pair_restitutions, body, partner) {
@@ -49,6 +44,21 @@ impl World {
             }
         };
         [mean_slopes(frictions), mean_slopes(restitutions)]
+    }
+
+    /// Own coefficient of friction of a body or fixed collider: its constant, its index in the constant, and
+    /// its value.
+    pub(super) fn own_friction_constant(&self, owner: Partner) -> Option<(Constant, usize, f64)> {
+        match owner {
+            Partner::Ground => None,
+            Partner::Fixed(index) => {
+                let all: Vec<_> = self.fixed_frictions().collect();
+                own(&all, index, |friction| *friction, Constant::FixedFriction)
+            }
+            Partner::Body(index) => {
+                own(self.bodies(), index, RigidBody::friction, Constant::BodyFriction)
+            }
+        }
     }
 
     /// Sets the coefficients in `given`.
@@ -80,7 +90,7 @@ impl World {
             in_range("coefficient of restitution", number, 0.0, 1.0, "0 to 1")?;
             *own = number;
         }
-        Ok(())
+        self.set_static_frictions(given(Constant::StaticFriction).unwrap_or(&[]))
     }
 }
 
@@ -110,7 +120,8 @@ impl Constant {
     pub fn is_of_laws(self) -> bool {
         matches!(
             self,
-            Self::BodyFriction
+            Self::StaticFriction
+                | Self::BodyFriction
                 | Self::BodyRestitution
                 | Self::FixedFriction
                 | Self::PairFriction
@@ -124,6 +135,7 @@ impl Constant {
         let of_pairs =
             |pairs: &super::laws::PairLaws| pairs.iter().map(|(_, value)| *value).collect();
         match self {
+            Self::StaticFriction => world.static_frictions(),
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).collect(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).collect(),
             Self::FixedFriction => world.fixed_frictions().flatten().collect(),
@@ -137,6 +149,7 @@ impl Constant {
     pub(super) fn law_width(self, world: &World) -> usize {
         let bodies = world.bodies().iter();
         match self {
+            Self::StaticFriction => world.static_frictions().len(),
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),
             Self::FixedFriction => world.fixed_frictions().flatten().count(),

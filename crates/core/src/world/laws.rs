@@ -138,6 +138,7 @@ impl World {
     pub fn law_between(&self, body: usize, partner: Partner) -> ContactLaw {
         ContactLaw {
             friction: self.friction_between(body, partner),
+            static_friction: self.static_friction_between(body, partner),
             restitution: self.restitution_between(body, partner),
         }
     }

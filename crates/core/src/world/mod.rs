@@ -11,6 +11,7 @@ mod law_constants;
 mod laws;
 pub mod plane;
 pub(crate) mod reshape;
+mod static_friction;
 mod terrain;
 
 pub use crate::partner::{ContactLaw, Partner};
@@ -24,6 +25,7 @@ pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
 use laws::{PairLaws, ordered};
 pub use plane::Plane;
+use static_friction::StaticFrictions;
 pub use terrain::FixedTerrain;
 
 use crate::error::{Error, all_in_range, in_range};
@@ -148,6 +150,7 @@ pub struct World {
     /// Surface velocities, each with its collider.
     surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: PairLaws,
+    statics: StaticFrictions,
     restitution: f64,
     pair_restitutions: PairLaws,
     /// Rebound speed set by the user.
@@ -202,6 +205,7 @@ impl World {
             held: Vec::new(),
             surfaces: Vec::new(),
             pair_frictions: PairLaws::new(),
+            statics: StaticFrictions::default(),
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),
             rebound_speed: None,

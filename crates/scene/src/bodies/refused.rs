@@ -12,6 +12,7 @@ pub fn field_of(error: &Error) -> String {
         Error::OutOfRange { field, .. } | Error::Count { field, .. } => match *field {
             "mass (kg)" => "mass",
             "coefficient of friction" => "friction",
+            "coefficient of static friction" => "static_friction",
             "coefficient of restitution" => "restitution",
             "side of the box (m)" => "box",
             "radius of the sphere (m)" => "sphere",

@@ -20,6 +20,8 @@ pub struct SceneEntries {
     pub terrain: Vec<TerrainEntry>,
     /// Entries of `[[friction]]`: coefficients of single pairs.
     pub friction: Vec<PairEntry>,
+    /// Entries of `[[static_friction]]`: coefficients of single pairs.
+    pub static_friction: Vec<PairEntry>,
     /// Entries of `[[restitution]]`: coefficients of single pairs.
     pub restitution: Vec<PairEntry>,
     /// Entries of `[[joints]]`.

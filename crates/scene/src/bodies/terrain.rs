@@ -30,6 +30,7 @@ pub struct TerrainEntry {
     attitude: Option<AttitudeEntry>,
     pub name: Option<String>,
     pub friction: Option<f64>,
+    pub static_friction: Option<f64>,
     pub groups: Option<Vec<String>>,
     pub collides_with: Option<Vec<String>>,
 }

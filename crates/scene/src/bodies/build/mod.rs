@@ -32,7 +32,8 @@ use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown::checked_name;
 use tumble_model::{
-    ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, SurfaceModel, TerrainModel,
+    ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, StaticModel, SurfaceModel,
+    TerrainModel,
 };
 use tumble_model::{DrawnModel, state_at};
 
@@ -61,6 +62,11 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         impacts: settings.impacts.unwrap_or_default(),
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
+        statics: StaticModel {
+            friction: settings.static_friction,
+            stick_speed: settings.stick_speed,
+            ..StaticModel::default()
+        },
         restitution: settings.restitution.unwrap_or_default(),
         rebound_speed: settings.rebound_speed,
         plane: settings.plane.as_ref().map(plane_parameters),
@@ -139,6 +145,11 @@ pub fn build(
         let pairs = builder.coefficients(entry, 10.0);
         let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
         builder.model.frictions.extend(pairs);
+    }
+    for (index, entry) in file.static_friction.iter().enumerate() {
+        let pairs = builder.coefficients(entry, 10.0);
+        let pairs = pairs.map_err(|why| format!("static_friction[{index}].{why}"))?;
+        builder.model.statics.pairs.extend(pairs);
     }
     for (index, entry) in file.restitution.iter().enumerate() {
         let pairs = builder.coefficients(entry, 1.0);
@@ -315,6 +326,7 @@ impl Builder<'_> {
             partners.push(PartnerModel::Body(self.model.bodies.len()));
             self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
+        self.stick(&partners, entry.static_friction, entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
@@ -362,7 +374,27 @@ impl Builder<'_> {
                 self.model.fixed.push(fixed);
             }
         }
+        self.stick(&partners, entry.static_friction, entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
+    }
+
+    /// Gives `partners` a static coefficient, at least their own coefficient of `friction`.
+    fn stick(
+        &mut self,
+        partners: &[PartnerModel],
+        coefficient: Option<f64>,
+        friction: Option<f64>,
+    ) -> Result<(), String> {
+        let Some(coefficient) = coefficient else { return Ok(()) };
+        let least = friction.unwrap_or(self.model.mu);
+        if !(least..=10.0).contains(&coefficient) {
+            return Err(format!(
+                "static_friction is {coefficient:?}; allowed: the friction, {least:?}, to 10"
+            ));
+        }
+        let owners = partners.iter().map(|partner| (*partner, coefficient));
+        self.model.statics.owners.extend(owners);
+        Ok(())
     }
 
     /// Adds the terrain of one `[[terrain]]` table.
@@ -374,6 +406,7 @@ impl Builder<'_> {
         let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
         let friction = entry.friction;
+        self.stick(&[PartnerModel::Terrain(index)], entry.static_friction, friction)?;
         self.model.terrains.push(TerrainModel { name, terrain, friction, groups });
         self.register(entry.name, vec![PartnerModel::Terrain(index)])
     }

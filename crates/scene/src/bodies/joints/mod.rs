@@ -265,6 +265,7 @@ impl JointEntry {
             start: None,
             limits: None,
             friction: None,
+            static_friction: None,
             stiffness: None,
             rest: None,
             damping: None,

@@ -73,6 +73,7 @@ impl ContactRow {
         let placed = other.as_ref().map(|(body, pose)| (*body, pose));
         let mut contact = Contact::new(key, features, law, (body, &pose), placed);
         contact.rebound = self.rebound;
+        contact.set_friction(world, states);
         if let Some(kept) = world.kept_gap().filter(|_| self.gap == 0.0) {
             contact.keep_gap(kept);
         }

@@ -91,7 +91,7 @@ impl LinearCoupling {
                 impulse: by_friction,
                 ..RowsChange::zero()
             },
-            law: world.law_slopes(key.body, key.partner),
+            law: world.law_slopes(key.body, key.partner, contact.has_static_friction()),
             is_ground: key.partner == Partner::Ground,
         };
         coupling.set_slopes(contact);
