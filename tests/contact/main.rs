@@ -18,6 +18,7 @@ mod rounded_points;
 mod smooth_balls;
 mod smooth_pairs;
 mod smooth_shapes;
+mod static_friction;
 mod terrain;
 #[path = "../common/toss.rs"]
 mod toss;

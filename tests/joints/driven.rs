@@ -9,7 +9,7 @@ use tumble_core::mechanics::{Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::save::Saved;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, Partner, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, Partner, World};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -57,6 +57,38 @@ fn slide(mass: f64, drive: Drive) -> World {
 }
 
 const ALONG: JointAxis = JointAxis::Linear(2);
+
+/// A hinge of 0.01 kg m² under a torque of 1 N m/s rests until 0.5 N m, and then has a friction of
+/// 0.05 N m: ω(0.6 s) = (0.6² − 0.5²)/0.02 − 0.1 · 0.05/0.01 = 5 rad/s.
+#[test]
+fn a_joint_rests_until_its_static_friction() {
+    let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
+    let body = RigidBody::from_pieces(
+        1.0,
+        Matrix3::from_diagonal_element(0.01),
+        vec![Piece::cuboid(Vector3::repeat(0.1)).unwrap()],
+    );
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let drive = Drive { friction: 0.05, static_friction: Some(0.5), ..Drive::NONE };
+        let joint = Joint::revolute(0, None, [along; 2], drive);
+        let world = World::new(parameters(vec![body.clone().unwrap()], 0.0)).unwrap();
+        let world = world.with_integrator(integrator).with_joints(vec![joint]).unwrap();
+        let motion = Motion::native(&world);
+        let mut simulation = Simulation::new(world, [at(Vector3::zeros())], motion).unwrap();
+        let knots = vec![(0.0, Vector3::zeros()), (1.0, Vector3::z())];
+        let torque = Polyline::new(knots).unwrap();
+        simulation.set_joint_load(0, JointLoad { torque, ..JointLoad::default() }).unwrap();
+        let mut record = StepRecord::new();
+        for k in 0..600 {
+            step(&mut simulation, &mut record);
+            let speed = simulation.state().spin.norm();
+            assert!(k >= 500 || speed < 1e-9, "{k}: {speed}");
+        }
+        let speed = simulation.state().spin.norm();
+        // The jump of the friction, 45 rad/s², acts up to two steps late.
+        assert!((speed - 5.0).abs() < 2.0 * 45.0 * H, "{speed}");
+    }
+}
 
 /// Checks v = Σ f h/m for a force that is set in every step, and for the same force over time.
 #[test]
