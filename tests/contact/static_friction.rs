@@ -1,0 +1,145 @@
+//! Static friction against closed forms, in runs and in derivatives of a step.
+
+use nalgebra::{Vector3, Vector4};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::derivative::{StateChange, StepChange};
+use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::StepDerivative;
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Constant, Integrator, Parameters, World};
+
+const G: f64 = 9.81;
+const KINETIC: f64 = 0.3;
+const STATIC: f64 = 0.6;
+
+/// A flat block of 1 kg on a plane with its normal in the x-z plane, `angle` (rad) from z.
+fn block(angle: f64, time_step: f64, integrator: Integrator) -> World {
+    let body = RigidBody::solid_box(1.0, Vector3::new(0.5, 0.5, 0.02)).unwrap();
+    let normal = Vector3::new(-angle.sin(), 0.0, angle.cos());
+    let parameters = Parameters {
+        bodies: vec![body],
+        ground: Some(Plane::new(normal, 0.0).unwrap()),
+        gravity: Vector3::new(0.0, 0.0, -G),
+        friction: KINETIC,
+        time_step,
+        rotation: Rotation::Momentum,
+    };
+    let world = World::new(parameters).unwrap().with_integrator(integrator);
+    world.with_static_friction(STATIC).unwrap()
+}
+
+fn start(angle: f64, speed: f64) -> State {
+    let turn = Vector4::new((0.5 * angle).cos(), 0.0, -(0.5 * angle).sin(), 0.0);
+    State {
+        position: Vector3::new(-angle.sin(), 0.0, angle.cos()) * 0.02,
+        attitude: turn,
+        velocity: Vector3::new(-angle.cos(), 0.0, -angle.sin()) * speed,
+        spin: Vector3::zeros(),
+    }
+}
+
+/// Takes `steps` solved steps and returns the speed along the plane.
+fn run(simulation: &mut Simulation<'_>, steps: usize) -> f64 {
+    let mut record = StepRecord::new();
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        let solved = matches!(record.report.status, StepStatus::Converged | StepStatus::Retried);
+        assert!(solved && record.certificate.residual() < 1e-10, "{:?}", record.report);
+    }
+    simulation.state().velocity.norm()
+}
+
+/// Checks a force that grows by 10 N/s: the block starts at μ_s m g and then has the kinetic friction,
+/// v(t) = 5 (t² − t₀²) − μ g (t − t₀). It starts late by at most some steps.
+#[test]
+fn a_growing_force_overcomes_the_static_friction() {
+    let begin = STATIC * G / 10.0;
+    let expected = 5.0 * (1.0 - begin * begin) - KINETIC * G * (1.0 - begin);
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let mut errors = Vec::new();
+        for steps in [250_u32, 1000] {
+            let h = 1.0 / f64::from(steps);
+            let world = block(0.0, h, integrator);
+            let motion = Motion::native(&world);
+            let mut simulation = Simulation::new(world, [start(0.0, 0.0)], motion).unwrap();
+            let force = Polyline::new(vec![(0.0, Vector3::zeros()), (1.0, Vector3::x() * 10.0)]);
+            let at = Vector3::new(0.0, 0.0, -0.02);
+            let load = Load::new(force.unwrap(), Polyline::default(), at).unwrap();
+            simulation.set_load(0, load).unwrap();
+            let before = run(&mut simulation, (0.99 * begin / h) as usize);
+            assert!(before < 1e-9, "{before}");
+            let left = steps as usize - simulation.index() as usize;
+            errors.push((run(&mut simulation, left) - expected).abs() / h);
+        }
+        // The force that is missed in a step is the jump of the friction.
+        let jump = (STATIC - KINETIC) * G;
+        assert!(errors.iter().all(|error| *error < 3.0 * jump), "{errors:?}");
+    }
+}
+
+/// On a slope between both angles of friction a block that rests stays, and one that slides goes on with
+/// g (sin α − μ cos α). One that slides up stops and stays.
+#[test]
+fn a_slope_between_the_angles_of_friction_has_two_motions() {
+    let angle = 25.0_f64.to_radians();
+    let (sine, cosine) = (angle.sin(), angle.cos());
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let world = block(angle, 0.001, integrator);
+        let begin = |speed: f64| {
+            let motion = Motion::native(&world);
+            Simulation::new(world.clone(), [start(angle, speed)], motion).unwrap()
+        };
+        assert!(run(&mut begin(0.0), 500) < 1e-9);
+        let down = run(&mut begin(0.1), 500);
+        let expected = 0.1 + 0.5 * G * (sine - KINETIC * cosine);
+        assert!((down - expected).abs() < 1e-3 * expected, "{down} {expected}");
+        assert!(run(&mut begin(-0.5), 500) < 1e-9);
+    }
+}
+
+/// Coefficients of owners and pairs combine as those of kinetic friction do.
+#[test]
+fn static_coefficients_combine() {
+    let world = block(0.0, 0.002, Integrator::Euler);
+    assert_eq!(world.static_friction_between(0, Partner::Ground), Some(STATIC));
+    let own = world.clone().with_static_friction_of(Partner::Body(0), 0.4).unwrap();
+    let mean = (0.4 * STATIC).sqrt();
+    assert_eq!(own.static_friction_between(0, Partner::Ground), Some(mean));
+    let pair = own.with_static_friction_between(0, Partner::Ground, 0.5).unwrap();
+    assert_eq!(pair.static_friction_between(0, Partner::Ground), Some(0.5));
+    let pair = pair.with_friction_between(0, Partner::Ground, 0.7).unwrap();
+    assert_eq!(pair.static_friction_between(0, Partner::Ground), None);
+    assert_eq!(Constant::StaticFriction.values(&pair), [STATIC, 0.4, 0.5]);
+    let error = world.clone().with_static_friction(0.2).unwrap_err().to_string();
+    assert!(error.contains("static friction"), "{error}");
+    assert!(world.with_static_friction_of(Partner::Ground, 0.5).is_err());
+}
+
+/// In the step that breaks loose, v⁺ = h (f − μ_s m g)/m.
+#[test]
+fn derivatives_by_the_static_coefficient() {
+    let (h, force) = (0.002, 8.0);
+    let world = block(0.0, h, Integrator::Euler);
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world, [start(0.0, 0.0)], motion).unwrap();
+    let at = Vector3::new(0.0, 0.0, -0.02);
+    let load = Polyline::constant(Vector3::x() * force).unwrap();
+    simulation.set_load(0, Load::new(load, Polyline::default(), at).unwrap()).unwrap();
+    let mut record = StepRecord::new();
+    simulation.step(&mut record).unwrap();
+    let speed = record.solution.states[0].velocity[0];
+    assert!((speed - h * (force - STATIC * G)).abs() < 1e-12, "{speed}");
+    let mut derivative = StepDerivative::new();
+    simulation.linearise(&record, &mut derivative).unwrap();
+    let mut found: Vec<StateChange> = Vec::new();
+    let mut by = |constant: Constant| {
+        let constants: [(Constant, &[f64]); 1] = [(constant, &[1.0])];
+        let change = StepChange { constants: &constants, ..StepChange::default() };
+        derivative.jvp(&change, &mut found).unwrap();
+        found[0].velocity[0]
+    };
+    let [of_static, of_kinetic] = [Constant::StaticFriction, Constant::Friction].map(&mut by);
+    assert!((of_static + h * G).abs() < 1e-9, "{of_static}");
+    assert!(of_kinetic.abs() < 1e-15, "{of_kinetic}");
+}
