@@ -297,8 +297,8 @@ impl Model {
             world.with_static_friction_of(self.partner(*owner), *friction)
         })?;
         let world = pairs.iter().try_fold(world, |world, pair| {
-            let (partner, friction) = (self.partner(pair.partner), pair.coefficient);
-            world.with_static_friction_between(pair.body, partner, friction)
+            let partner = self.partner(pair.partner);
+            world.with_static_friction_between(pair.body, partner, pair.coefficient)
         })?;
         let world = self.restitutions.iter().try_fold(world, |world, pair| {
             world.with_restitution_between(pair.body, self.partner(pair.partner), pair.coefficient)
