@@ -2,10 +2,10 @@
 
 use nalgebra::{Vector3, Vector4};
 use tumble_core::contact::{Partner, Plane};
-use tumble_core::derivative::{StateChange, StepChange};
+use tumble_core::derivative::StateChange;
 use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::StepDerivative;
+use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Constant, Integrator, Parameters, World};
 
