@@ -42,7 +42,8 @@ pub fn film(
     let mut film = Film::new(&world, &run.model, floating, frames.all())?;
     film.every = every;
     film.takeover = first.and_then(|first| takeover(&path, first, every));
-    film.title = title(&run);
+    film.title = heading(&run.scene, &run.changed);
+    film.variant = variant(&run);
     film.facts = facts(run);
     Ok(Some(film))
 }
@@ -115,10 +116,10 @@ fn memory(frame: &TableStep) -> usize {
         + size_of_val(frame.joints.as_slice())
 }
 
-/// Title with scene, seed and solver.
-fn title(run: &RunFile) -> String {
+/// Seed and solver.
+fn variant(run: &RunFile) -> String {
     let seed = run.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
-    format!("{}, {seed}{}", heading(&run.scene, &run.changed), run.solver.name)
+    format!("{seed}{}", run.solver.name)
 }
 
 /// Facts of run.json, without the model's constants.

@@ -64,11 +64,13 @@ impl Pictures {
         // The number of rows was checked for each kind of picture before the run.
         let Some(film) = film(open()?, usize::MAX, interrupt)? else { return Ok(false) };
         if let Some(plots) = plots {
-            let Some(written) = plots.write(&film, 0, interrupt)? else { return Ok(false) };
+            let Some(written) = plots.write(&film, None, interrupt)? else { return Ok(false) };
             reporter.say(&plot::describe(&written));
         }
         if let Some(page) = page {
-            let Some(written) = view::write(page, &[&film], interrupt)? else { return Ok(false) };
+            let Some((_, written)) = view::write(page, &[&film], interrupt)? else {
+                return Ok(false);
+            };
             reporter.say(&written);
         }
         if let Some((args, out)) = animated {

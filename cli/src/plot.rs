@@ -39,14 +39,15 @@ impl PendingPlots {
         Ok(Self { files })
     }
 
-    /// Draws `film`, with the motion of body `body`, and renames the files. Writes no file if
+    /// Draws `film`, with the motion of `body` or of the first one that moves, and renames the files. Writes no file if
     /// `interrupt` is raised.
     pub fn write(
         self,
         film: &Film,
-        body: usize,
+        body: Option<usize>,
         interrupt: &AtomicBool,
     ) -> Result<Option<Vec<PathBuf>>, Failure> {
+        let body = body.unwrap_or_else(|| film.first_moving());
         for (sheet, png_file, svg_file) in &self.files {
             if interrupt.load(Ordering::Relaxed) {
                 return Ok(None);
@@ -67,7 +68,7 @@ pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let recording = Recording::open(&args.file)?;
-    let body = recording.body(args.body.as_deref())?;
+    let body = args.body.as_deref().map(|name| recording.body(name)).transpose()?;
     let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };

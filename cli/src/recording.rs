@@ -138,9 +138,8 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// Index of the body with the name `requested`, or else with this number. Default is the first.
-    pub fn body(&self, requested: Option<&str>) -> Result<usize, Failure> {
-        let Some(requested) = requested else { return Ok(0) };
+    /// Index of the body with the name `requested`, or else with this number.
+    pub fn body(&self, requested: &str) -> Result<usize, Failure> {
         let bodies = self.run.bodies();
         let named = bodies.iter().position(|name| *name == requested);
         let numbered = || requested.parse().ok().filter(|index| *index < bodies.len());

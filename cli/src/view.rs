@@ -8,6 +8,9 @@ use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, say, target};
 use super::recording::Recording;
 use super::signals::raise_on_signals;
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_model::shown;
@@ -34,14 +37,34 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     }
     let directory = OutputDirectory::for_pictures(out)?;
     let films: Vec<_> = films.iter().collect();
-    let Some(written) = write(PendingFile::create(&directory, name)?, &films, &interrupt)? else {
+    let pending = PendingFile::create(&directory, name)?;
+    let Some((path, written)) = write(pending, &films, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
     if !args.quiet {
         say(&written)?;
     }
+    if args.open {
+        open(&path)?;
+    }
     let unconverged = films.iter().any(|film| film.has_failed());
     Ok(if unconverged { Outcome::Unconverged } else { Outcome::Done })
+}
+
+/// Opens a page in the browser.
+fn open(page: &Path) -> Result<(), Failure> {
+    let opener = match env::consts::OS {
+        "windows" => "explorer",
+        "macos" => "open",
+        _ => "xdg-open",
+    };
+    let mut command = Command::new(opener);
+    command.arg(page).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let started = command.spawn();
+    started.map(drop).map_err(|why| {
+        let page = shown::path(page);
+        Failure::Other(format!("--open: {opener} does not start ({why}); open {page} by hand"))
+    })
 }
 
 /// Opens a temporary file for the page, so that obstacles are found before the work.
@@ -49,13 +72,13 @@ pub fn pending(directory: &OutputDirectory) -> Result<PendingFile, Failure> {
     PendingFile::create(directory, VIEW)
 }
 
-/// Writes the page of one or two films, and returns a sentence about it. Writes no file if
+/// Writes the page of one or two films. Returns its path and a sentence. Writes no file if
 /// `interrupt` is raised.
 pub fn write(
     pending: PendingFile,
     films: &[&Film],
     interrupt: &AtomicBool,
-) -> Result<Option<String>, Failure> {
+) -> Result<Option<(PathBuf, String)>, Failure> {
     let page = page(env!("CARGO_PKG_VERSION"), films)
         .map_err(|why| Failure::Other(format!("the page cannot be created: {why}")))?;
     if interrupt.load(Ordering::Relaxed) {
@@ -63,5 +86,7 @@ pub fn write(
     }
     pending.write(page.as_bytes())?;
     let path = pending.publish()?;
-    Ok(Some(format!("wrote {} ({:.2} MB)\n", shown::path(&path), page.len() as f64 / 1e6)))
+    let size = page.len() as f64 / 1e6;
+    let written = format!("wrote {} ({size:.2} MB)\n", shown::path(&path));
+    Ok(Some((path, written)))
 }

@@ -10,9 +10,15 @@ use tumble_core::error::Error;
 use tumble_core::mechanics::{Load, Polyline, RigidBody, State, Wrench};
 use tumble_core::simulation::Simulation;
 
-/// Frequency of the critically damped spring (rad/s).
+/// Size from which on bodies have the frequency and the interval below (m). Smaller bodies fall over
+/// faster, so their springs are faster: the frequency is inversely proportional to the root of the
+/// size, and the interval is proportional to the size.
+const LARGE: f64 = 0.3;
+/// Smallest size, over [`LARGE`].
+const LEAST_SIZE: f64 = 0.1;
+/// Frequency of the critically damped spring of a large body (rad/s).
 const FREQUENCY: f64 = 12.0;
-/// Interval of a constant force (s).
+/// Interval of a constant force on a large body (s).
 const INTERVAL: f64 = 0.01;
 /// Share of the speed of the point that one interval may remove. It keeps the spring stable, whose
 /// force is that of the start of the interval.
@@ -34,6 +40,8 @@ pub struct Grab {
     target: Vector3<f64>,
     /// Mass of the body and of all bodies that joints connect to it (kg).
     moved_mass: f64,
+    /// Frequency of the spring (rad/s).
+    frequency: f64,
     /// First step of the pull.
     since: u64,
     /// Number of steps with the same force.
@@ -45,12 +53,15 @@ impl Grab {
     #[must_use]
     pub fn new(simulation: &Simulation<'_>, hit: &Hit) -> Self {
         let pose = simulation.states()[hit.body].pose();
-        let steps = (INTERVAL / simulation.world().time_step()).round();
+        let world = simulation.world();
+        let size = (world.bodies()[hit.body].reach() / LARGE).clamp(LEAST_SIZE, 1.0);
+        let steps = (INTERVAL * size / world.time_step()).round();
         Self {
             body: hit.body,
             point: pose.rotation.tr_mul(&(hit.point - pose.position)),
             target: hit.point,
             moved_mass: connected_mass(simulation, hit.body),
+            frequency: FREQUENCY / size.sqrt(),
             since: simulation.index(),
             interval: steps.max(1.0) as u64,
         }
@@ -82,11 +93,11 @@ impl Grab {
         let rotation = state.pose().rotation;
         let velocity = state.velocity + rotation * state.spin.cross(&self.point);
         let interval = self.interval as f64 * world.time_step();
-        let most = 0.5 * MOST_DAMPED * mass_at(body, &self.point) / (FREQUENCY * interval);
+        let most = 0.5 * MOST_DAMPED * mass_at(body, &self.point) / (self.frequency * interval);
         let mass = self.moved_mass.min(most);
-        let spring = FREQUENCY * FREQUENCY * (self.target - self.place(state));
+        let spring = self.frequency * self.frequency * (self.target - self.place(state));
         let mut force =
-            mass * (spring - 2.0 * FREQUENCY * velocity) - self.moved_mass * world.gravity();
+            mass * (spring - 2.0 * self.frequency * velocity) - self.moved_mass * world.gravity();
         let limit = MOST_ACCELERATION * self.moved_mass;
         force *= (limit / force.norm().max(limit)).min(1.0);
         let torque = self.point.cross(&rotation.tr_mul(&force))

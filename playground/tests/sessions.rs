@@ -104,6 +104,20 @@ fn a_pulled_body_comes_to_rest_at_the_pointer() {
     assert_eq!(session.pulls().grabbed(0).unwrap().body(), 9);
 }
 
+/// A pull of a lower card by the height of the house brings the house down.
+#[test]
+fn a_card_house_is_pulled_over() {
+    let mut session = Session::open(SCENES[2].text).unwrap().for_pulls().unwrap().unwrap();
+    let top = |session: &Session| {
+        states(session).iter().map(|state| state.position.z).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let (height, point) = (top(&session), states(&session)[0].position);
+    session.grab(0, &Hit { body: 0, point }).unwrap();
+    session.pull(0, point - Vector3::x() * height);
+    stepped(&mut session, 400);
+    assert!(top(&session) < 0.7 * height, "{} of {height}", top(&session));
+}
+
 #[test]
 fn a_step_back_is_exact_and_ends_the_pull() {
     let mut session = thrown();

@@ -22,7 +22,8 @@ impl PyRecording {
         let film = Film::new(&content.world, model, floating, self.rows.clone());
         let mut film = film.map_err(in_python)?;
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
-        film.title = format!("{}, {seed}{}", content.name, content.solver());
+        film.title.clone_from(&content.name);
+        film.variant = format!("{seed}{}", content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];
         film.facts.extend(content.drawn_seed().map(|seed| Fact::new("seed", seed.to_string())));
         film.facts.push(Fact::new("solver", content.solver()));

@@ -263,17 +263,18 @@ impl PyRecording {
     }
 
     /// Plot of a body, "motion" or "energy", as SVG.
-    fn svg(&self, py: Python<'_>, sheet: &str, body: usize) -> PyResult<String> {
+    fn svg(&self, py: Python<'_>, sheet: &str, body: Option<usize>) -> PyResult<String> {
         let sheet = match sheet {
             "motion" => PlotSheet::Motion,
             "energy" => PlotSheet::Energy,
             _ => return Err(refused(format!("{sheet:?} is not a plot; use motion or energy"))),
         };
         let bodies = self.content.bodies.len();
-        if body >= bodies {
+        if let Some(body) = body.filter(|body| *body >= bodies) {
             return Err(refused(format!("body is {body}; allowed: 0 to {}", bodies - 1)));
         }
         let film = self.film()?;
+        let body = body.unwrap_or_else(|| film.first_moving());
         Ok(py.detach(|| plot::svg(&film, sheet, body)))
     }
 

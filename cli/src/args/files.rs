@@ -40,7 +40,7 @@ pub struct PlotArgs {
     /// Directory for the pictures; created if missing [default: directory of FILE.csv].
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Body to plot: a name or a number from 0 [default: 0].
+    /// Body to plot: a name or a number from 0 [default: the first that moves].
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub body: Option<String>,
 }
@@ -56,6 +56,9 @@ pub struct ViewArgs {
     /// directory of the first file].
     #[arg(short, long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
+    /// Open the page in the browser.
+    #[arg(long)]
+    pub open: bool,
     /// Print no summary.
     #[arg(short, long)]
     pub quiet: bool,

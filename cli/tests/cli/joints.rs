@@ -328,7 +328,9 @@ fn pictures_show_joints() {
     assert_eq!(end.code, Some(0), "{end:?}");
     let out = directory.path().join("out");
     let page = fs::read_to_string(out.join("view.html")).unwrap();
-    assert!(page.contains(r#""joints":[{"name":"shoulder","body":0,"anchor":[-0.18,0.0,0.0]"#));
+    assert!(page.contains(
+        r#""joints":[{"name":"shoulder","body":0,"other":null,"anchor":[-0.18,0.0,0.0]"#
+    ));
     assert!(out.join("animation.gif").exists());
     let states = out.join("states.csv");
     let drawn = run(&["plot", states.to_str().unwrap(), "--body", "tip"]);

@@ -37,8 +37,6 @@ pub struct Panel {
     pub dots: usize,
     /// Statuses with marks.
     pub marks: Vec<String>,
-    /// Text shown if there are no curves.
-    pub nothing: Option<String>,
 }
 
 impl Svg {
@@ -73,7 +71,6 @@ impl Svg {
             marks: of("marks ")
                 .map(|line| attribute(line, "class").unwrap().replace("marks ", ""))
                 .collect(),
-            nothing: texts("nothing").pop(),
         }
     }
 }

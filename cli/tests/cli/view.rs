@@ -39,8 +39,8 @@ impl Page {
     }
 
     fn fact(&self, run: usize, name: &str) -> &str {
-        let facts = self.data["runs"][run]["facts"].as_array().unwrap();
-        let fact = facts.iter().find(|fact| fact["name"] == name);
+        let lists = ["facts", "record"].map(|of| self.data["runs"][run][of].as_array().unwrap());
+        let fact = lists.into_iter().flatten().find(|fact| fact["name"] == name);
         fact.unwrap_or_else(|| panic!("no fact {name}"))["value"].as_str().unwrap()
     }
 }
@@ -292,6 +292,60 @@ fn the_data_are_the_trajectory_s_own_numbers() {
     assert_eq!(certificates[worst["row"].as_u64().unwrap() as usize], largest);
 }
 
+/// The page is given to the program that opens files.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_page_is_opened_on_request() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let (simulated, _) = simulate_with_page(&RUN);
+    let opener = simulated.path("xdg-open");
+    fs::write(&opener, "#!/bin/sh\nprintf %s \"$1\" > \"$0.seen\"\n").unwrap();
+    fs::set_permissions(&opener, fs::Permissions::from_mode(0o755)).unwrap();
+    let mut command = tumble();
+    command.args(["view", "--open"]).arg(simulated.path("")).env("PATH", simulated.path(""));
+    assert!(command.output().unwrap().status.success());
+    let seen = simulated.path("xdg-open.seen");
+    while fs::read(&seen).map_or(true, |seen| seen.is_empty()) {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert_eq!(Path::new(&fs::read_to_string(seen).unwrap()), simulated.path("view.html"));
+    let end = command.env("PATH", "").output().unwrap();
+    assert!(String::from_utf8_lossy(&end.stderr).contains("--open: xdg-open does not start"));
+}
+
+/// Joint forces of the page hold up a hanging bar: their sum is its weight, upwards.
+#[test]
+fn joint_forces_are_in_the_world_frame() {
+    let out = tempfile::tempdir().unwrap();
+    let scene = out.path().join("hanging.toml");
+    let text = r#"
+        name = "hanging"
+        steps = 5
+        [ground]
+        none = true
+        friction = 0.5
+        [[bodies]]
+        name = "bar"
+        box = [0.2, 0.2, 1.0]
+        mass = 2.0
+        position = [0.0, 0.0, -0.5]
+        [[joints]]
+        name = "pin"
+        type = "ball"
+        bodies = "bar"
+        anchor = [0.0, 0.0, 0.0]
+    "#;
+    fs::write(&scene, text).unwrap();
+    let (_, page) = simulate_with_page(&["--scenario", scene.to_str().unwrap()]);
+    let frames = &page.data["runs"][0]["frames"];
+    let forces = whole(&frames["joint_forces"]);
+    let count = frames["count"].as_u64().unwrap() as usize;
+    let step = frames["joint_forces"]["step"].as_f64().unwrap();
+    let force = [0, 1, 2].map(|axis| forces[axis * count].unwrap() as f64 * step);
+    assert!(force[0].abs() < 0.01 && force[1].abs() < 0.01, "{force:?}");
+    assert!((force[2] - 2.0 * 9.81).abs() < 0.01, "{force:?}");
+}
+
 #[test]
 fn the_parameters_and_counts_are_those_of_run_json() {
     let args = ["--inertia", "1,2,3", "--box", "1,2,0.5", "--mu", "0.5", "--seed", "7"];
@@ -309,9 +363,10 @@ fn the_parameters_and_counts_are_those_of_run_json() {
         ("body", "box 1 × 2 × 0.5 m"),
         ("start velocity", "(0, 4, 0) m/s"),
     ] {
-        let facts = [&page.data["runs"][0], &page.data["runs"][0]["bodies"][0]];
-        let all = facts.iter().flat_map(|of| of["facts"].as_array().unwrap());
-        let found = all.clone().find(|fact| fact["name"] == name);
+        let run = &page.data["runs"][0];
+        let lists = [&run["facts"], &run["record"], &run["bodies"][0]["facts"]];
+        let mut all = lists.into_iter().flat_map(|list| list.as_array().unwrap());
+        let found = all.find(|fact| fact["name"] == name);
         assert_eq!(found.unwrap_or_else(|| panic!("no fact {name}"))["value"], value);
     }
     let summary = &simulated.run_json()["summary"];

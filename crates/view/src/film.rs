@@ -20,8 +20,10 @@ use tumble_scene::output::tables::{ContactRow, TableStep};
 /// Motion of the bodies of a world, with everything needed to draw it.
 #[derive(Debug, Clone)]
 pub struct Film {
-    /// Heading: scene, seed and solver; empty if unknown.
+    /// Heading: name of the scene; empty if unknown.
     pub title: String,
+    /// Seed and solver, which distinguish runs of a scene; empty if unknown.
+    pub variant: String,
     /// Further information for the page.
     pub facts: Vec<Fact>,
     /// Command that takes over from a frame; `None` if unknown.
@@ -42,6 +44,13 @@ pub struct Film {
     /// may be omitted.
     pub frames: Vec<TableStep>,
 }
+
+/// Share of the largest motion from which a body counts as moving, and smallest motion of one, over
+/// its size.
+const MOVING: f64 = 0.5;
+const LEAST_MOTION: f64 = 0.01;
+/// Number of frames in which motion is looked for.
+const MOTION_FRAMES: usize = 500;
 
 /// Name and value of a parameter, as text.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -106,6 +115,7 @@ impl Film {
         let terrains = model.terrains.iter().map(|of| terrain::object(&of.name, &of.terrain));
         let mut film = Self {
             title: String::new(),
+            variant: String::new(),
             facts: Vec::new(),
             takeover: None,
             every: 1,
@@ -125,6 +135,7 @@ impl Film {
     pub(crate) fn with_frames(&self, frames: Vec<TableStep>) -> Self {
         Self {
             title: String::new(),
+            variant: String::new(),
             facts: Vec::new(),
             takeover: None,
             every: self.every,
@@ -135,6 +146,32 @@ impl Film {
             joints: self.joints.clone(),
             frames,
         }
+    }
+
+    /// First body that moves as far as others do, or body 0 if none moves.
+    #[must_use]
+    pub fn first_moving(&self) -> usize {
+        let start = &self.frames[0].states;
+        let motion = |b: usize| {
+            let (from, reach) = (pose(&start[b]), self.bodies[b].reach());
+            let distance = |frame: &TableStep| {
+                let to = pose(&frame.states[b]);
+                let turned = reach * from.rotation.angle_to(&to.rotation);
+                (to.translation.vector - from.translation.vector).norm() + turned
+            };
+            let frames = self.frames.iter().step_by(self.frames.len().div_ceil(MOTION_FRAMES));
+            let farthest = frames.map(distance).fold(0.0, f64::max);
+            if farthest > LEAST_MOTION * reach { farthest } else { 0.0 }
+        };
+        let motions: Vec<_> = (0..self.bodies.len()).map(motion).collect();
+        let most = motions.iter().copied().fold(0.0, f64::max);
+        motions.iter().position(|motion| *motion >= MOVING * most).unwrap_or(0)
+    }
+
+    /// Title with the variant.
+    pub(crate) fn full_title(&self) -> String {
+        let known = [&self.title, &self.variant].into_iter().filter(|text| !text.is_empty());
+        known.map(String::as_str).collect::<Vec<_>>().join(", ")
     }
 
     /// Frames with a step: all but the last.
@@ -329,6 +366,7 @@ impl Fact {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::samples::{copies, floating_cube};
     use nalgebra::Point3;
 
     #[test]
@@ -342,6 +380,23 @@ mod tests {
             assert!((placed.z - height(&ground, &place)).abs() < 1e-7, "{normal:?}");
         }
         assert_eq!(frame_of(&Plane::level()) * Point3::from(place), Point3::from(place));
+    }
+
+    #[test]
+    fn plots_start_with_the_first_body_that_moves() {
+        let mut film = floating_cube(20);
+        copies(&mut film, 3);
+        assert_eq!(film.first_moving(), 0);
+        // Body 0 rests, body 1 trembles, body 2 moves.
+        let start = film.frames[0].states.clone();
+        for (k, frame) in film.frames.iter_mut().enumerate() {
+            frame.states[0] = start[0].clone();
+            frame.states[1] = start[1].clone();
+            frame.states[1].position.x += 1e-5 * k as f64;
+        }
+        assert_eq!(film.first_moving(), 2);
+        film.frames.truncate(1);
+        assert_eq!(film.first_moving(), 0);
     }
 
     #[test]

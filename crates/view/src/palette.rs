@@ -1,6 +1,6 @@
 //! Colours of the page, the animation and the still pictures.
 //!
-//! Bodies have muted colours of different lightness, which readers with any colour vision tell
+//! Bodies have light, clear colours of different lightness, which readers with any colour vision tell
 //! apart. Robots are light grey, with one accent at their base. Forces have a colour of their own.
 
 use crate::film::Film;
@@ -69,12 +69,12 @@ pub const DARK: Theme = Theme {
 
 /// Colours of bodies, in turn. Neighbours differ in lightness.
 pub const BODIES: [Rgb; 6] = [
-    [0x4a, 0x6f, 0xa5],
-    [0xdc, 0xc2, 0x8c],
-    [0xa8, 0x58, 0x3f],
-    [0xa3, 0xc0, 0xd9],
-    [0x5b, 0x3f, 0x63],
-    [0x5f, 0xa0, 0x97],
+    [0x42, 0x75, 0xbf],
+    [0xf4, 0xd5, 0x94],
+    [0x89, 0x59, 0x92],
+    [0xb3, 0xd7, 0xee],
+    [0x46, 0xa1, 0x93],
+    [0xfa, 0xb1, 0xa1],
 ];
 /// Colours of a robot's links, in turn along the tree of joints.
 pub const LINKS: [Rgb; 2] = [[0xe3, 0xe6, 0xea], [0xb7, 0xbf, 0xc9]];

@@ -126,6 +126,7 @@ fn film(title: &str, world: World, frames: Vec<TableStep>) -> Film {
     let shapes = Shape::from_body(&world.bodies()[0]);
     Film {
         title: title.to_owned(),
+        variant: String::new(),
         facts: Vec::new(),
         takeover: None,
         every: 1,

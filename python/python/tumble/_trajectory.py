@@ -366,11 +366,11 @@ class Trajectory:
             tables = [(folder / f"{name}.csv").read_bytes() for name in names]
         return cls(scene, Recording.from_tables(scene._core, tables, run=run))
 
-    def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = 0) -> Any:
+    def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = None) -> Any:
         """Plots of a body over time as SVG.
 
         ``sheet`` is "motion", with contact forces, or "energy". ``body`` is an index or a
-        name. The plot is written to ``path``, which ends in .svg or .png. Without a path, the
+        name, and by default the first body that moves. The plot is written to ``path``, which ends in .svg or .png. Without a path, the
         result is an object that a notebook shows.
         """
         ends = Path(path).suffix if path is not None else ".svg"
@@ -378,7 +378,7 @@ class Trajectory:
             raise TumbleError(f"{path}: a name that ends in .svg or .png is needed")
         if sheet == "motion":
             self._need_contacts("the plot of motion")
-        svg = self._recording.svg(sheet, self._body(body))
+        svg = self._recording.svg(sheet, None if body is None else self._body(body))
         if path is None:
             return Picture("image/svg+xml", svg.encode())
         return replaced(Path(path), svg.encode() if ends == ".svg" else Recording.png(svg))

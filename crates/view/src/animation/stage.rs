@@ -11,12 +11,13 @@ use super::pins::{self, DrawnJoint};
 use super::raster::Raster;
 use super::settings::AnimationSettings;
 use super::solids::{Canvas3d, Look};
-use crate::film::{Film, Object};
+use crate::film::{Film, Object, slope};
 use crate::font::Font;
 use crate::palette::{self, Rgb, Theme};
 use crate::shape::Shape;
 use crate::skeleton::{self, Bone};
 use nalgebra::{Isometry3, Point3, Vector3};
+use tumble_core::world::Plane;
 
 /// Depth tolerance of hiding, over the size of a body.
 const BEHIND: f64 = 0.05;
@@ -30,6 +31,12 @@ const UNMOVED: f64 = 0.1;
 /// Azimuth for scenes that are longer along x than along y by the given factor (degrees).
 const AZIMUTH_ALONG_X: f64 = -62.0;
 const LONGER: f64 = 1.5;
+
+/// Smallest inclination of a slope (degrees).
+const STEEP: f64 = 2.0;
+
+/// Angle between the steepest descent of an inclined ground and the picture (degrees).
+const TURNED_FROM_SLOPE: f64 = 15.0;
 
 /// Height over width of a scene below which the lowest elevation, or the lowest two, are skipped.
 const FLAT: [f64; 2] = [0.3, 0.12];
@@ -278,18 +285,24 @@ impl DrawnBody {
 }
 
 /// View with the lowest elevation from which moving bodies are visible, or else the elevation with
-/// the smallest hidden fraction. Flat scenes are seen from higher up, and scenes that are longer
-/// along x from the side. `None` if there is no picture.
+/// the smallest hidden fraction. Flat scenes are seen from higher up, scenes that are longer along x
+/// from the side, and a slope from its side. `None` if there is no picture.
 pub fn open_view(
     film: &Film,
     settings: &AnimationSettings,
     moments: &[FrameState],
 ) -> Option<View> {
     let extent = extent(film, moments);
-    let azimuth =
-        if extent.x > LONGER * extent.y { AZIMUTH_ALONG_X } else { View::default().azimuth };
+    let slope = film.inclined_ground().filter(|ground| (STEEP..90.0).contains(&slope(ground)));
+    let azimuth = match slope.map(Plane::normal) {
+        // The slope falls to the right.
+        Some(n) => (-n.x).atan2(n.y).to_degrees() + TURNED_FROM_SLOPE,
+        None if extent.x > LONGER * extent.y => AZIMUTH_ALONG_X,
+        None => View::default().azimuth,
+    };
     let flatness = extent.z / extent.x.max(extent.y);
-    let lowest = FLAT.iter().filter(|limit| flatness < **limit).count();
+    let is_flat = |limit: &&f64| slope.is_none() && flatness < **limit;
+    let lowest = FLAT.iter().filter(is_flat).count();
     let views = HEIGHTS[lowest..].iter().map(|elevation| View { azimuth, elevation: *elevation });
     let views: Vec<_> = views.collect();
     if film.fixed.is_empty() {

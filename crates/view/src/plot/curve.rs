@@ -32,6 +32,13 @@ pub fn line(points: &[PlotPoint]) -> String {
     path
 }
 
+/// Points of a curve that keeps each value up to the next one.
+pub fn steps(points: &[PlotPoint]) -> Vec<PlotPoint> {
+    let corner = |pair: &[PlotPoint]| Some((pair.get(1)?.as_ref()?.0, pair[0]?.1));
+    let windows = (0..points.len()).map(|i| &points[i..points.len().min(i + 2)]);
+    windows.flat_map(|pair| [pair[0]].into_iter().chain(corner(pair).map(Some))).collect()
+}
+
 /// Dots at all points, or only at isolated points, which a line does not show.
 pub fn dots(points: &[PlotPoint], all: bool) -> String {
     let mut path = String::new();
@@ -75,5 +82,12 @@ mod tests {
             .map(|(i, y)| Some((i as f64, *y)))
             .collect();
         assert_eq!(line(&points), "M0 0L1 1L3 1L4 2");
+    }
+
+    #[test]
+    fn steps_keep_each_value_up_to_the_next() {
+        let points = [Some((0.0, 1.0)), Some((1.0, 3.0)), None, Some((4.0, 2.0))];
+        let corner = Some((1.0, 1.0));
+        assert_eq!(steps(&points), [points[0], corner, points[1], None, points[3]]);
     }
 }

@@ -80,6 +80,7 @@ fn iterations(film: &Film) -> Panel {
     let values = film.steps().iter().map(|frame| f64::from(frame.row.iterations));
     let title = (("iterations", ""), "", "of the solver in each step");
     Panel {
+        kind: ScaleKind::Count,
         nothing: Some(if film.steps().iter().all(|frame| frame.row.status == StepStatus::Free) {
             "no contact problem was solved in this run"
         } else {

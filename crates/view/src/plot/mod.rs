@@ -61,8 +61,9 @@ pub fn svg(film: &Film, sheet: PlotSheet, body: usize) -> String {
     if sheet.is_of_one_body() {
         heading = format!("{heading} of {}", film.name(body));
     }
-    if !film.title.is_empty() {
-        heading = format!("{heading}: {}", film.title);
+    let title = film.full_title();
+    if !title.is_empty() {
+        heading = format!("{heading}: {title}");
     }
     svg::draw(film, body, &heading, &notes(film), sheet.panels(film))
 }

@@ -46,6 +46,7 @@ fn contacts(film: &Film, body: usize) -> Panel {
     let count = |step: &TableStep| step.contacts.iter().filter(is_own).count() as f64;
     let title = (("contacts", ""), "", "of the body that carry a force");
     Panel {
+        kind: ScaleKind::Count,
         nothing: Some("no contact of this body"),
         ..Panel::from_curve("contacts", title, 84.0, 7, film.steps().iter().map(count))
     }

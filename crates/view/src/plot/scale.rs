@@ -10,6 +10,8 @@ pub enum ScaleKind {
     Linear,
     /// Linear, with 0 in the range.
     FromZero,
+    /// Linear from zero, with ticks at integers.
+    Count,
     /// Linear from zero, or symmetric-logarithmic if spikes would flatten the other values.
     Spikes,
     /// Logarithmic.
@@ -62,6 +64,11 @@ impl PlotAxis {
         match kind {
             ScaleKind::Linear => Self::linear(low, high, MARGIN, ticks),
             ScaleKind::FromZero => Self::linear(low.min(0.0), high.max(0.0), MARGIN, ticks),
+            // As many ticks as integers at most.
+            ScaleKind::Count => {
+                let ticks = ticks.min(high.max(1.0) as usize);
+                Self::linear(0.0, high.max(1.0), MARGIN, ticks)
+            }
             ScaleKind::Log => Self::logarithmic(numbers, high, ticks),
             ScaleKind::Spikes => {
                 let (low, high) = (low.min(0.0), high.max(0.0));
@@ -114,6 +121,7 @@ impl PlotAxis {
 
     fn symlog(low: f64, high: f64, threshold: f64, ticks: usize) -> Self {
         let transform = Transform::Symlog(threshold);
+        let (low, high) = (-ceiling(-low), ceiling(high));
         let (bottom, top) = (transform.apply(low), transform.apply(high));
         let room = MARGIN * (top - bottom);
         let first = threshold.log10().round() as i32;
@@ -123,6 +131,8 @@ impl PlotAxis {
         // The tick at the threshold may be too close to the tick at 0.
         let crowded = transform.apply(threshold) < CROWDED * (top - bottom) / ticks as f64;
         let skipped = usize::from(crowded);
+        // The largest exponent has a tick.
+        let skipped = skipped + decades.saturating_sub(skipped + 1) % stride;
         for exponent in (first..).take(decades).skip(skipped).step_by(stride) {
             let value = 10f64.powi(exponent);
             let both = [(value, String::new()), (-value, "−".to_owned())];
@@ -143,7 +153,9 @@ impl PlotAxis {
         };
         let last = last.max(first + 1);
         let stride = ((last - first) as usize).div_ceil(ticks).max(1);
+        // The largest exponent has a tick.
         let ticks = (first..=last)
+            .skip((last - first) as usize % stride)
             .step_by(stride)
             .map(|exponent| (10f64.powi(exponent), power_of_ten(exponent)))
             .collect();
@@ -203,6 +215,11 @@ impl Transform {
             Self::Log => 10f64.powf(place),
         }
     }
+}
+
+/// Power of ten above `size`, unless that would leave much of the axis empty.
+fn ceiling(size: f64) -> f64 {
+    if size > 0.0 { size.max(10f64.powf((0.5 * size).log10().ceil())) } else { size }
 }
 
 /// Threshold of a symmetric-logarithmic axis if the magnitude `largest` is a spike. It is the power
@@ -266,6 +283,29 @@ mod tests {
         let height = axis.fraction(25.0) - axis.fraction(0.0);
         assert!(height > 0.15, "{height}");
         assert!(axis.fraction(20_000.0) < 1.0);
+    }
+
+    #[test]
+    fn counts_have_ticks_at_integers() {
+        for most in 0..40 {
+            let axis = PlotAxis::new(ScaleKind::Count, [0.0, f64::from(most)].into_iter(), 4);
+            assert!(axis.ticks.len() >= 2 && axis.ticks.len() < 9, "{most}");
+            assert!(axis.ticks.iter().all(|(value, _)| value.fract() == 0.0), "{most}");
+        }
+    }
+
+    #[test]
+    fn logarithmic_axes_have_a_tick_near_their_top() {
+        for decades in 1..20 {
+            let values = [1e-3, 1e-3 * 10f64.powi(decades)];
+            let axis = PlotAxis::new(ScaleKind::Log, values.into_iter(), 5);
+            assert_eq!(labels(&axis).last().unwrap(), &power_of_ten(decades - 3));
+        }
+        for (largest, top) in [(600.0, 3), (150.0, 2), (6e6, 7)] {
+            let forces = std::iter::repeat_n(2.5, 400).chain([largest]);
+            let axis = PlotAxis::new(ScaleKind::Spikes, forces, 5);
+            assert_eq!(labels(&axis).last().unwrap(), &power_of_ten(top), "{largest}");
+        }
     }
 
     #[test]

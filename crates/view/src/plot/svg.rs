@@ -1,10 +1,10 @@
 //! SVG drawing of a sheet of panels.
 
 use super::axes::PlotAxes;
-use super::curve::{dots, line, mark_path};
+use super::curve::{dots, line, mark_path, steps};
 use super::number::back_to_line;
 use super::panel::{Panel, PanelMaker, PlotSeries};
-use super::scale::PlotAxis;
+use super::scale::{PlotAxis, ScaleKind};
 use crate::film::Film;
 use crate::font::{Font, Heading};
 use crate::markup::escape;
@@ -20,8 +20,6 @@ const HEADING_SIZE: f64 = 17.0;
 const BOTTOM: f64 = 50.0;
 /// Vertical space per label of the vertical axis.
 const ROOM_OF_TICK: f64 = 22.0;
-/// Height of a panel without data.
-const BLANK: f64 = 44.0;
 /// Number of columns for thinning curves.
 const COLUMNS: usize = (WIDTH - LEFT - RIGHT) as usize;
 /// Maximum number of rows for which every value has a dot.
@@ -38,8 +36,7 @@ const GRID: &str = "#e3e7ec";
 const FRAME: &str = "#b8c0c9";
 
 /// Picture under construction.
-struct SvgSheet<'a> {
-    film: &'a Film,
+struct SvgSheet {
     times: Vec<f64>,
     time: PlotAxis,
     body: String,
@@ -53,17 +50,17 @@ pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[Pane
     // A single row still needs a range.
     let end = times.last().copied().unwrap_or(0.0).max(start + film.frame_time());
     let time = PlotAxis::linear(start, end, 0.0, 10);
-    let mut sheet = SvgSheet { film, times, time, body: String::new(), y: TOP };
+    let mut sheet = SvgSheet { times, time, body: String::new(), y: TOP };
     let (written, notes) = written(heading, notes);
     let title = format!("font-weight=\"700\">{}", escape(&written));
     sheet.text(LEFT, 30.0, "start", HEADING_SIZE, INK, &title);
     sheet.text(LEFT, 51.0, "start", 13.0, FAINT, &format!(">{}", escape(&notes)));
-    for (i, make) in panels.iter().enumerate() {
-        let panel = make(film, body);
-        // Panels of joints have no curves for a body without such joints.
-        if !panel.series.is_empty() {
-            sheet.panel(&panel, i + 1 == panels.len());
-        }
+    // Panels of joints have no curves for a body without such joints.
+    let made = panels.iter().map(|make| make(film, body));
+    let mut made =
+        made.filter(|panel| !panel.series.is_empty() && panel.blank().is_none()).peekable();
+    while let Some(panel) = made.next() {
+        sheet.panel(&panel, made.peek().is_none());
     }
     sheet.finish(heading)
 }
@@ -85,7 +82,7 @@ fn written(heading: &str, notes: &str) -> (String, String) {
     (text, notes.to_owned() + &remark)
 }
 
-impl SvgSheet<'_> {
+impl SvgSheet {
     fn finish(mut self, heading: &str) -> String {
         let y = self.y + 38.0;
         self.text(
@@ -116,29 +113,21 @@ impl SvgSheet<'_> {
     }
 
     fn panel(&mut self, panel: &Panel, is_last: bool) {
-        let blank = panel.blank();
-        let height = if blank.is_some() { BLANK } else { panel.height };
         let top = self.y + HEADING;
-        let (left, right, bottom) = (LEFT, WIDTH - RIGHT, top + height);
+        let (left, right, bottom) = (LEFT, WIDTH - RIGHT, top + panel.height);
         let y = PlotAxis::with_least_range(
             panel.kind,
             panel.values(),
             panel.least_range,
-            (height / ROOM_OF_TICK).ceil() as usize,
+            (panel.height / ROOM_OF_TICK).ceil() as usize,
         );
         let axes = PlotAxes { x: self.time.clone(), y, left, right, top, bottom };
 
         let _ = writeln!(self.body, "<g class=\"panel\" id=\"{}\">", panel.id);
-        self.heading(panel, axes.y.remark(panel.unit).filter(|_| blank.is_none()), top - 9.0);
-        self.grid(&axes, blank.is_none(), is_last);
-        if let Some(nothing) = blank {
-            let words = if self.film.steps().is_empty() { "no step in this run" } else { nothing };
-            let (x, y) = ((left + right) / 2.0, (top + bottom) / 2.0 + 4.5);
-            self.text(x, y, "middle", 13.0, FAINT, &format!("class=\"nothing\">{words}"));
-        } else {
-            self.legend(panel, top - 9.0);
-            self.curves(panel, &axes);
-        }
+        self.heading(panel, axes.y.remark(panel.unit), top - 9.0);
+        self.grid(&axes, is_last);
+        self.legend(panel, top - 9.0);
+        self.curves(panel, &axes);
         self.body.push_str("</g>\n");
         self.y = bottom;
     }
@@ -198,8 +187,8 @@ impl SvgSheet<'_> {
         }
     }
 
-    fn grid(&mut self, axes: &PlotAxes, labelled: bool, is_last: bool) {
-        let lines = if labelled { axes.grid() } else { String::new() };
+    fn grid(&mut self, axes: &PlotAxes, is_last: bool) {
+        let lines = axes.grid();
         let _ = writeln!(
             self.body,
             "<path class=\"grid\" d=\"{lines}\" stroke=\"{GRID}\" fill=\"none\"/>\n\
@@ -207,7 +196,7 @@ impl SvgSheet<'_> {
             axes.outline()
         );
         let below = axes.labels_below(18.0).filter(|_| is_last);
-        for (x, y, anchor, label) in below.chain(axes.labels_beside(8.0).filter(|_| labelled)) {
+        for (x, y, anchor, label) in below.chain(axes.labels_beside(8.0)) {
             self.text(x, y, anchor, 12.0, FAINT, &format!(">{label}"));
         }
     }
@@ -219,11 +208,12 @@ impl SvgSheet<'_> {
         for (series, width) in with_widths(&panel.series) {
             let points = place(&series.values);
             let colour = series.colour;
+            let path =
+                if panel.kind == ScaleKind::Count { line(&steps(&points)) } else { line(&points) };
             let _ = writeln!(
                 paths,
-                "<path class=\"series\" d=\"{}\" stroke=\"{colour}\" stroke-width=\"{width:.2}\" \
-                 fill=\"none\" stroke-linejoin=\"round\"/>",
-                line(&points)
+                "<path class=\"series\" d=\"{path}\" stroke=\"{colour}\" stroke-width=\"{width:.2}\" \
+                 fill=\"none\" stroke-linejoin=\"round\"/>"
             );
             let dots = dots(&points, few);
             if !dots.is_empty() {

@@ -27,7 +27,12 @@ pub struct PageData {
 #[derive(Serialize)]
 pub struct RunData {
     title: String,
+    /// Scene: bodies, mass, friction.
     facts: Vec<Fact>,
+    /// Solver, rows and versions.
+    record: Vec<Fact>,
+    /// First body that moves.
+    first: usize,
     takeover: Option<Takeover>,
     rows: usize,
     /// Time between frames (s).
@@ -41,6 +46,8 @@ pub struct RunData {
     bones: Vec<Bone>,
     arrows: Scale,
     ground: Option<PageGround>,
+    /// Gravity (m/s²).
+    gravity: [f64; 3],
     view: View,
     frames: EncodedPoses,
 }
@@ -61,6 +68,8 @@ struct PageBody {
     points: Vec<[f64; 3]>,
     /// Drawn pieces; empty for a body of points.
     pieces: Vec<PieceData>,
+    /// Pieces that touch others, if they are not the drawn ones.
+    collision: Vec<PieceData>,
     /// CSS colour; empty for fixed objects.
     colour: String,
     /// True if the body has a label, which is shown at it.
@@ -102,6 +111,8 @@ struct FaceData {
 struct JointData {
     name: String,
     body: usize,
+    /// Second body; `None` for the world.
+    other: Option<usize>,
     anchor: [f64; 3],
     axis: Option<[f64; 3]>,
 }
@@ -165,6 +176,7 @@ impl PageBody {
             facts,
             points: Vec::new(),
             pieces: Vec::new(),
+            collision: Vec::new(),
             colour: String::new(),
             is_labelled: false,
             above: None,
@@ -222,7 +234,10 @@ impl RunData {
         let (above, colours) = (skeleton::parents(film), palette::body_colours(film));
         let body = |b: usize| {
             let body = &film.bodies[b];
+            let touching = Shape::from_body(&film.world.bodies()[b]);
+            let touching = if touching == body.shapes { &[][..] } else { &touching };
             PageBody {
+                collision: PageBody::new(String::new(), Vec::new(), touching).pieces,
                 colour: css(colours[b]),
                 is_labelled: !body.label.is_empty(),
                 above: above[b],
@@ -233,6 +248,7 @@ impl RunData {
         let joint = |(name, joint): (&String, &Joint)| JointData {
             name: name.clone(),
             body: joint.body(),
+            other: joint.other(),
             anchor: joint.frames()[0].anchor.into(),
             axis: axis(joint).map(Into::into),
         };
@@ -242,7 +258,9 @@ impl RunData {
             .map(|plane| PageGround { normal: arrayed(plane.normal()), offset: plane.offset() });
         Self {
             title: film.title.clone(),
-            facts: facts::facts(film),
+            facts: facts::scene_facts(film),
+            record: facts::record_facts(film),
+            first: film.first_moving(),
             takeover: film.takeover.clone(),
             rows: film.frames.len(),
             step: film.frame_time(),
@@ -255,6 +273,7 @@ impl RunData {
             frames: EncodedPoses::new(film, &scale),
             arrows: scale,
             ground,
+            gravity: arrayed(film.world.gravity()),
             view: animation::usual_view(film),
         }
     }

@@ -6,15 +6,23 @@ use nalgebra::{Matrix3, Vector3};
 use tumble_core::mechanics::load::Polyline;
 use tumble_core::world::Plane;
 
-/// Facts on `film`, followed by its parameters.
-pub fn facts(film: &Film) -> Vec<Fact> {
-    let mut facts = film.facts.clone();
-    let mut add = |name, value| facts.push(Fact::new(name, value));
-    add("rows", film.frames.len().to_string());
-    add("time step h", format!("{} s", number(film.world.time_step())));
+/// How `film` was made: its rows, and facts of the run.
+pub fn record_facts(film: &Film) -> Vec<Fact> {
+    let mut facts = vec![
+        Fact::new("rows", film.frames.len().to_string()),
+        Fact::new("time step h", format!("{} s", number(film.world.time_step()))),
+    ];
     if film.every > 1 {
-        add("rows of steps", format!("one of {}", film.every));
+        facts.push(Fact::new("rows of steps", format!("one of {}", film.every)));
     }
+    facts.extend_from_slice(&film.facts);
+    facts
+}
+
+/// Scene of `film`.
+pub fn scene_facts(film: &Film) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    let mut add = |name, value| facts.push(Fact::new(name, value));
     let mass = film.world.bodies().iter().map(|body| body.mass()).sum::<f64>();
     add("bodies", film.bodies.len().to_string());
     if !film.fixed.is_empty() {
@@ -37,6 +45,7 @@ pub fn body_facts(film: &Film, b: usize) -> Vec<Fact> {
     let (body, look) = (&film.world.bodies()[b], &film.bodies[b]);
     let mut facts = Vec::new();
     let mut add = |name, value| facts.push(Fact::new(name, value));
+    add("body", shape(&look.shapes));
     add("mass m", format!("{} kg", number(body.mass())));
     let load = &look.load;
     for (name, knots, unit) in [("force", &load.force, "N"), ("torque", &load.torque, "N m, body")]
@@ -48,8 +57,6 @@ pub fn body_facts(film: &Film, b: usize) -> Vec<Fact> {
     if *load.point() != Vector3::zeros() {
         add("force at", format!("{} m, body", vector(load.point())));
     }
-    add("inertia I", format!("{} kg m²", inertia(body.inertia())));
-    add("body", shape(&look.shapes));
     if let Some(state) = film.frames.first().map(|frame| &frame.states[b]) {
         // Velocity scale: a body that falls by its own size.
         let reach = look.reach();
@@ -59,6 +66,7 @@ pub fn body_facts(film: &Film, b: usize) -> Vec<Fact> {
         add("start velocity", format!("{} m/s", cleaned(v, speed)));
         add("start spin", format!("{} rad/s", cleaned(spin, speed / reach)));
     }
+    add("inertia I", format!("{} kg m²", inertia(body.inertia())));
     facts
 }
 

@@ -95,13 +95,14 @@ fn still(run: usize, film: &Film) -> String {
 fn title(films: &[&Film]) -> String {
     match films {
         [film] if film.title.is_empty() => "tumble".to_owned(),
-        _ => format!("tumble: {}", heading(films)),
+        _ => heading(films),
     }
 }
 
 /// Heading of the page.
 fn heading(films: &[&Film]) -> String {
     match films {
+        [a, b] if a.title == b.title => format!("A {}, B {}", a.full_title(), b.full_title()),
         [a, b] => format!("A {}, B {}", display_name(a), display_name(b)),
         [film] => display_name(film).to_owned(),
         _ => String::new(),

@@ -1,7 +1,7 @@
 //! Poses and contact forces of the page.
 
 use super::encode::{PackedNumbers, packed, packed_floats, packed_rows, u8s};
-use crate::film::{Film, Object};
+use crate::film::{Film, Object, pose};
 use crate::forces::Scale;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -56,6 +56,8 @@ pub struct EncodedPoses {
     force_points: PackedNumbers,
     /// Unit normals away from the partner, except for the ground: for each site n_x, then n_y, n_z.
     normals: PackedNumbers,
+    /// Forces of joints on their first bodies (N): for each joint f_x of all frames, then f_y, f_z.
+    joint_forces: PackedNumbers,
 }
 
 /// Force in a frame, and its position (m).
@@ -123,6 +125,10 @@ impl EncodedPoses {
             forces: packed(forces.into_iter(), FORCE_STEP * scale.weight),
             force_points: packed(points.into_iter(), length_step),
             normals: packed(normals.into_iter(), NORMAL_STEP),
+            joint_forces: packed(
+                interleaved(&joint_forces(film, &spans)),
+                FORCE_STEP * scale.weight,
+            ),
         }
     }
 }
@@ -158,6 +164,22 @@ fn attitudes(film: &Film, spans: &[&[TableStep]]) -> [Vec<Vec<f64>>; 4] {
         }
     }
     all
+}
+
+/// Components of the mean force of each joint in each span, world frame.
+fn joint_forces(film: &Film, spans: &[&[TableStep]]) -> [Vec<Vec<f64>>; 3] {
+    let joints = film.world.joints();
+    let force = |step: &TableStep, j: usize| {
+        let along_axes = step.joints.get(j).map_or(Vector3::zeros(), |row| row.force);
+        let along_other = joints[j].frames()[1].rotation() * along_axes;
+        joints[j].other().map_or(along_other, |b| pose(&step.states[b]).rotation * along_other)
+    };
+    let mean = |span: &&[TableStep], j: usize| {
+        span.iter().map(|step| force(step, j)).sum::<Vector3<f64>>() / span.len() as f64
+    };
+    let means = |j: usize| spans.iter().map(move |span| mean(span, j)).collect();
+    let all: Vec<Vec<_>> = (0..joints.len()).map(means).collect();
+    [0, 1, 2].map(|k| all.iter().map(|of| of.iter().map(|force| force[k]).collect()).collect())
 }
 
 /// Mean forces of each span.

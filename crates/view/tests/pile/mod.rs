@@ -197,6 +197,7 @@ pub fn film(steps: u64) -> Film {
     });
     Film {
         title: "a hundred bodies, made by hand".to_owned(),
+        variant: String::new(),
         facts: Vec::new(),
         takeover: None,
         every: 1,

@@ -9,24 +9,64 @@ const FADING = 0.25;
 const CONE_HEIGHT = 0.35;
 const STEEPEST = 2;
 const CONE_SIDES = 32;
+// Smallest cosine between the normals of contacts of one face.
+const SAME_FACE = 0.9;
+// Smallest length of the longest arrow (pixels), and its largest growth for that in a crowd.
+const READABLE = 60;
+const CROWD = 12;
+const GROWTH_IN_CROWD = 1.4;
+// Rows of the scale of forces, over the reference force, its largest share of the picture's width, and
+// width of a picture with all rows (pixels). Others leave out the first.
+const SCALE_ROWS = [10, 1, 0.1];
+const WIDEST_SCALE = 0.4;
+const ALL_ROWS = 500;
 
-// Contacts of a frame whose forces are shown.
-function shownForces(run, frame, since, show) {
+// The `forces` of a frame that are shown.
+function shownForces(run, forces, show) {
   const { weight } = run.data.arrows;
-  return run.forces(frame, since).filter(({ body, partner, point, force }) => {
+  return forces.filter(({ body, partner, point, force }) => {
     const isChosen = show.chosen.includes(body) || show.chosen.includes(partner);
     const size = length(force);
     return (!show.only || isChosen) && size > 0 && size >= show.least * weight && isFinitePoint(point);
   });
 }
 
-// Adds the arrows of a contact. A contact between bodies has one for each of them.
-function addArrows(run, { partner, force }, at, share, arrows) {
+// One resultant for each face: the sum of the forces between two bodies whose normals agree, at their
+// mean point weighted by the forces.
+function resultants(found) {
+  const faces = new Map();
+  for (const one of found) {
+    const pair = `${one.body} ${one.partner}`;
+    if (!faces.has(pair)) faces.set(pair, []);
+    const known = faces.get(pair);
+    const face = known.find(({ normal }) => dot(normal, one.normal) > SAME_FACE);
+    const weight = length(one.force);
+    if (face) {
+      const total = face.weight + weight;
+      face.point = between(face.point, one.point, weight / total);
+      face.force = add(face.force, one.force);
+      face.weight = total;
+    } else known.push({ ...one, site: `${pair} ${known.length}`, weight });
+  }
+  return [...faces.values()].flat();
+}
+
+// Length of the longest arrow (m) if a metre has `pixels` in the middle of the picture. Arrows of
+// small bodies are longer than the bodies. In a crowd they are limited, because they would overlap.
+function longestArrow({ data, bodies }, pixels) {
+  const { longest } = data.arrows;
+  const readable = READABLE / pixels;
+  return Math.max(longest, bodies.length > CROWD ? Math.min(readable, GROWTH_IN_CROWD * longest) : readable);
+}
+
+// Adds the arrows of a contact or a joint. A contact between bodies has one for each of them, a joint
+// only for its first body.
+function addArrows(run, { partner, force, isOfJoint }, at, share, arrows) {
   const arrow = run.arrow(force);
-  const size = length(arrow) / run.data.arrows.longest;
+  const size = length(arrow) / run.longest;
   const look = [share * Math.min(1, Math.max(FAINTEST, size / OPAQUE)), 0, 0];
   arrows.push(...at, ...arrow, ...look);
-  if (partner >= 0) arrows.push(...at, ...times(arrow, -1), ...look);
+  if (partner >= 0 && !isOfJoint) arrows.push(...at, ...times(arrow, -1), ...look);
 }
 
 // Forces that end during playback. They fade out, so that short contacts are visible.
@@ -108,4 +148,46 @@ function coneOf(run, { normal, friction }, at) {
   const height = CONE_HEIGHT * run.data.arrows.longest;
   const slope = Math.min(STEEPEST, Math.max(0.02, friction));
   return { at, axis: normal, height, slope };
+}
+
+// Scale of forces in the lower right corner of a view: arrows with their forces.
+class ForceScale {
+  constructor() {
+    this.picture = svg("svg", { class: "force-scale", "aria-hidden": "true" });
+    this.rows = SCALE_ROWS.map((_, i) => {
+      const y = -11 - 16 * i;
+      const row = { y, shaft: svg("path", { class: "shaft" }), head: svg("path", { class: "head" }), text: svg("text", { y }) };
+      this.picture.append(row.shaft, row.head, row.text);
+      return row;
+    });
+  }
+
+  // Shows arrows as long as those in the middle of a picture of a `width`, where a metre has
+  // `pixels`.
+  show(run, pixels, width, isShown) {
+    const forces = SCALE_ROWS.map((share) => roundLength(share * run.data.arrows.weight));
+    const sizes = forces.map((force) => pixels * length(run.arrow([force, 0, 0])));
+    const longest = largest(sizes);
+    this.picture.style.display = isShown && longest <= WIDEST_SCALE * width ? "" : "none";
+    const count = width < ALL_ROWS ? SCALE_ROWS.length - 1 : SCALE_ROWS.length;
+    const [wide, high] = [longest + 64, 6 + 16 * count];
+    Object.assign(this.picture.style, { width: `${wide}px`, height: `${high}px` });
+    this.picture.setAttribute("viewBox", `0 ${-high} ${wide} ${high}`);
+    this.rows.forEach(({ y, shaft, head, text }, i) => {
+      const tip = 8 + sizes[i];
+      const neck = tip - Math.min(11, 0.6 * sizes[i]);
+      const half = 0.42 * (tip - neck);
+      shaft.setAttribute("d", `M8 ${y}H${neck}`);
+      head.setAttribute("d", `M${tip} ${y}L${neck} ${y - half}V${y + half}Z`);
+      text.setAttribute("x", longest + 16);
+      put(text, forceText(forces[i]));
+    });
+  }
+}
+
+// Formats a round force.
+function forceText(force) {
+  const [factor, name] = [[1e-6, "MN"], [1e-3, "kN"], [1, "N"]].find((unit) => force * unit[0] >= 1) ?? [1e3, "mN"];
+  const value = Number((force * factor).toPrecision(2));
+  return `${value >= 1e-3 && value < 1e5 ? value : number(value, 1)} ${name}`;
 }

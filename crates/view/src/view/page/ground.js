@@ -34,6 +34,29 @@ const places = runs.flatMap(visited);
 // Projections of these points to the ground.
 const feet = [];
 
+// Share of the largest motion from which a body is in the picture, and margin around it over its
+// size.
+const MOVES = 0.05;
+const MARGIN = 2;
+
+// Places around the bodies that move, in sampled frames.
+function movingPlaces(run) {
+  const stride = Math.max(1, Math.ceil(run.count / Math.max(FEWEST_FRAMES, SAMPLES / run.bodies.length)));
+  const frames = Array.from({ length: Math.ceil(run.count / stride) }, (_, i) => i * stride).concat(run.count - 1);
+  const paths = run.bodies.map((_, body) => frames.map((frame) => run.position(frame, body)).filter(isFinitePoint));
+  const ways = paths.map((path) => largest(path.map((at) => length(subtract(at, path[0])))));
+  const least = MOVES * largest(ways);
+  const isMoving = (body) => ways[body] >= least && ways[body] > MOVES * run.reaches[body];
+  return paths.flatMap((path, body) => {
+    const room = MARGIN * run.reaches[body];
+    const ends = [-room, room];
+    const around = (at) => ends.flatMap((x) => ends.flatMap((y) => ends.map((z) => add(at, [x, y, z]))));
+    return isMoving(body) ? path.flatMap(around) : [];
+  });
+}
+
+const moving = runs.flatMap(movingPlaces);
+
 // Centre of all bodies of a run in a frame, and radius of the group about it.
 function cluster(run, frame) {
   const centres = run.bodies

@@ -27,10 +27,14 @@ const KEYS = [
   { keys: ["t"], name: "t", words: "trail", act: () => toggle("trail") },
   { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
   { keys: ["b"], name: "b", words: "frames of the bodies", act: () => toggle("frames") },
+  { keys: ["e"], name: "e", words: "forces at points or of faces", act: () => toggle("points") },
   { keys: ["m"], name: "m", words: "places of the contacts", act: () => toggle("contacts") },
   { keys: ["k"], name: "k", words: "friction cones", act: () => toggle("cones") },
   ...(hasJoints
-    ? [{ keys: ["j"], name: "j", words: "anchors and axes of joints", act: () => toggle("joints") }]
+    ? [{ keys: ["j"], name: "j", words: "anchors, axes and forces of joints", act: () => toggle("joints") }]
+    : []),
+  ...(runs.some((run) => run.hasCollision)
+    ? [{ keys: ["g"], name: "g", words: "collision pieces", act: () => toggle("collision") }]
     : []),
   ...(isPair
     ? [{ keys: ["o"], name: "o", words: "overlay both bodies", act: () => toggle("overlay") }]
@@ -43,7 +47,7 @@ const KEYS = [
   { keys: ["z"], act: () => camera.zoom(1 / 1.2), name: "z x", words: "zoom" },
   { keys: ["x"], act: () => camera.zoom(1.2) },
   { keys: ["i"], name: "i", words: "save as PNG", act: () => hasGraphics && savePicture() },
-  { keys: ["v"], name: "v", words: "only the view, as on a slide", act: widen },
+  { keys: ["v"], name: "v", words: "only the view, played in a loop, as on a slide", act: widen },
   { keys: ["Escape"], name: "esc", words: "end the selection", act: leave },
   { keys: ["?"], name: "?", words: "this help", act: () => $("help").showModal() },
 ];

@@ -4,6 +4,8 @@ const $ = (id) => document.getElementById(id);
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
 // Half width of the view over the size of the group that the camera follows.
 const AROUND = 3.2;
+// Smallest magnification for which the view leaves out what stands still.
+const NEARER = 1.6;
 
 // Number of decimals of the time display, from the smallest step of all runs.
 const clockDecimals = largest(runs.map((run) => stepDecimals(run.step)));
@@ -24,8 +26,12 @@ const show = {
   names: false,
   frames: false,
   contacts: false,
+  // True for a force at each point instead of one resultant a face.
+  points: false,
   cones: false,
   joints: true,
+  // True for the pieces that touch instead of the looks of bodies.
+  collision: false,
   anchor: [0, 0, 0],
   // Smallest force shown, relative to the weight, and true to show only those of chosen bodies.
   least: 0,
@@ -39,11 +45,12 @@ const show = {
 };
 // The first direction is that of the animation.
 const camera = new Camera(runs[0].data.view);
-const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "contacts", "cones", "joints", "only", "several"];
-// Body whose plots and state are shown: without a choice, the first.
-const lastChosen = () => show.chosen.at(-1) ?? 0;
+const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "collision", "contacts", "points", "cones", "joints", "only", "several"];
+// Body whose plots and state are shown: without a choice, the first that moves.
+const firstMoving = Math.min(runs[0].data.first, bodyCount - 1);
+const lastChosen = () => show.chosen.at(-1) ?? firstMoving;
 // Bodies with plots, and those with trails. A single body needs no choice.
-const plotted = () => (show.chosen.length > 0 ? show.chosen : [0]);
+const plotted = () => (show.chosen.length > 0 ? show.chosen : [firstMoving]);
 const tracked = () => (isCrowd ? show.chosen : [0]);
 
 const LABEL = hasGraphics
@@ -72,7 +79,8 @@ function paint() {
   const fit = `${shown[0].size} ${isNear}`;
   if (camera.isFitted && camera.fittedTo !== fit) {
     const middle = middleOf(runs, time, show.chosen);
-    camera.fit(isNear ? around(middle) : places.concat(feet), ...shown[0].size);
+    if (isNear) camera.fit(around(middle), ...shown[0].size);
+    else fitMotion(...shown[0].size);
     show.anchor = isNear ? middle : camera.target;
     camera.fittedTo = fit;
   }
@@ -84,6 +92,14 @@ function paint() {
   $("scrub").value = time;
   $("scrub").setAttribute("aria-valuetext", `${clock(time)} seconds`);
   put($("clock"), `${clock(time)} / ${clock(duration)} s`);
+}
+
+// Shows everything, or only what moves if that is much smaller.
+function fitMotion(width, height) {
+  camera.fit(places.concat(feet), width, height);
+  const whole = camera.distance;
+  camera.fit(moving, width, height);
+  if (camera.distance * NEARER > whole || moving.length === 0) camera.fit(places.concat(feet), width, height);
 }
 
 // Corners of a box around the followed bodies.
@@ -105,6 +121,7 @@ function advance(now) {
   setTime(time + Math.min(0.1, (now - lastTick) / 1000) * speed);
   pace.after(now - lastTick);
   lastTick = now;
+  if (time >= duration && isSlide()) setTime(0);
   if (time >= duration) play(false);
   else requestAnimationFrame(advance);
 }
@@ -185,11 +202,14 @@ function fillSheet(sheet, card) {
   card.querySelector("h2").textContent = sheet.of_body ? `${sheet.name}: ${names}` : sheet.name;
 }
 
-// Hides everything but title, view and playback, or shows it again.
+// Hides everything but title, view and playback, or shows it again. A slide plays in a loop, if the
+// reader does not prefer less motion.
+const isSlide = () => document.body.classList.contains("wide");
 function widen() {
-  const isWide = document.body.classList.toggle("wide");
-  $("wide").setAttribute("aria-pressed", String(isWide));
+  document.body.classList.toggle("wide");
+  $("wide").setAttribute("aria-pressed", String(isSlide()));
   redraw();
+  play(isSlide() && !matchMedia("(prefers-reduced-motion: reduce)").matches);
 }
 
 function resetView() {
@@ -223,7 +243,7 @@ for (const stage of stages.filter(() => hasGraphics)) {
   steer(stage.canvas, camera, repaint, pick);
 }
 fillBodies(choose);
-showBody(0);
+showBody(firstMoving);
 const sheets = page.sheets.map((sheet) => {
   const card = element("section", { class: "card sheet" }, element("h2"));
   $("sheets").append(card);
@@ -254,6 +274,7 @@ for (const what of TOGGLES) {
 }
 for (const id of ["names", "only", "several"]) $(id).hidden = !isCrowd;
 $("joints").hidden = !hasJoints;
+$("collision").hidden = runs.every((run) => !run.hasCollision);
 $("least").addEventListener("change", () => {
   show.least = Number($("least").value);
   repaint();

@@ -76,6 +76,13 @@ function tick(value, step) {
   return fixed(value, decimals(step));
 }
 
+// SVG element with attributes.
+function svg(name, attributes) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
 // Element with attributes and children. Strings are inserted as text, never as markup.
 function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);

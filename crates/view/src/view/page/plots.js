@@ -23,6 +23,9 @@ const AXIS_WIDTH = 54;
 // Maximum number of rows for which every value has a dot.
 const FEW = 60;
 
+// Distances of ticks of counts.
+const WHOLE = [1, 10, 100, 1e3, 1e4, 1e5].flatMap((power) => [power, 2 * power, 5 * power]);
+
 // Symbols of the statuses in a legend.
 const GLYPHS = { retried: "△", fallback: "◇", substepped: "□", wild: "+", failed: "✕" };
 
@@ -226,6 +229,7 @@ class Plot {
             values: labels,
             filter: (_, splits) => splits,
             ...(isLinear ? { space: 22 } : { splits: () => axis.ticks }),
+            ...(this.data.unit ? {} : { incrs: WHOLE }),
           },
         ],
         series: [
@@ -239,6 +243,8 @@ class Plot {
               dash,
               width: this.width(series),
               pxAlign: 0,
+              // Counts are steps.
+              ...(this.data.unit ? {} : { paths: uPlot.paths.stepped({ align: 1 }) }),
               points: { show: few, filter, size: few ? 5 : 3, fill: stroke },
             };
           }),

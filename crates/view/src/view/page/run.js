@@ -120,6 +120,8 @@ class Run {
     this.index = index;
     // Largest number of tests whether a piece hides a contact, in one picture.
     this.mostTests = Infinity;
+    // Length of the longest arrow (m), which a stage adapts to its picture.
+    this.longest = data.arrows.longest;
     // Radius of the ground over that of a recorded motion.
     this.roam = 1;
     this.name = NAMES[index];
@@ -136,9 +138,11 @@ class Run {
     this.residuals = floats(frames.residuals);
     this.statuses = bytes(frames.statuses);
     this.readForces(frames);
+    this.jointForces = measures(frames.joint_forces);
     this.bodies = data.bodies;
     const pieces = this.bodies.concat(data.fixed).flatMap((body) => body.pieces);
     for (const piece of pieces) if (piece.mesh) unpackMesh(piece);
+    this.hasCollision = this.bodies.some(({ collision }) => collision.length > 0);
     for (const body of this.bodies.concat(data.fixed)) body.span = spanOf(body);
     const reach = ({ points, pieces }) => {
       const ends = pieces.flatMap(({ vertices, radius }) => vertices.map((v) => length(v) + radius));
@@ -259,11 +263,24 @@ class Run {
     });
   }
 
+  // Mean forces of joints in the frames after `before` up to `frame`, as contact forces.
+  forcesOfJoints(frame, before) {
+    return this.data.joints.map(({ body, other, anchor }, joint) => {
+      const force = [0, 1, 2].map((axis) => {
+        const at = (3 * joint + axis) * this.count;
+        let sum = 0;
+        for (let f = before + 1; f <= frame; f += 1) sum += this.jointForces[at + f];
+        return sum / (frame - before);
+      });
+      const [point] = this.placed(frame, body, [anchor]);
+      return { site: `joint ${joint}`, body, partner: other ?? GROUND, point, force, isOfJoint: true };
+    });
+  }
+
   // Arrow of a force. Its relative length is s / (1 + s) with s = √(force / weight).
   arrow(force) {
-    const { weight, longest } = this.data.arrows;
     const size = length(force);
-    const root = Math.sqrt(size / weight);
-    return times(force, (longest * root) / (1 + root) / size);
+    const root = Math.sqrt(size / this.data.arrows.weight);
+    return times(force, (this.longest * root) / (1 + root) / size);
   }
 }

@@ -35,32 +35,40 @@ function addCloud({ dots, arms }, points, { place, attitude }) {
   }
 }
 
-// World axes in the lower left corner of a view.
+// True if the direction of gravity needs an arrow: the ground is inclined, or gravity is not along −z.
+const hasGravityArrow = (() => {
+  const { gravity, ground } = runs[0].data;
+  const isUsual = gravity[0] === 0 && gravity[1] === 0 && gravity[2] <= 0;
+  return length(gravity) > 0 && (!isUsual || (ground !== null && ground.normal[2] < 0.9999));
+})();
+
+// World axes in the lower left corner of a view, and the direction of gravity.
 class Compass {
   constructor() {
-    const svg = (name, attributes) => {
-      const made = document.createElementNS("http://www.w3.org/2000/svg", name);
-      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-      return made;
-    };
     this.picture = svg("svg", { class: "compass", viewBox: "-38 -38 76 76", "aria-hidden": "true" });
-    this.arms = ["x", "y", "z"].map((name) => {
-      const arm = { line: svg("line", {}), text: svg("text", {}) };
+    const ways = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
+    if (hasGravityArrow) ways.g = unit(runs[0].data.gravity);
+    this.arms = Object.entries(ways).map(([name, way]) => {
+      const arm = { way, line: svg("path", {}), text: svg("text", {}) };
       arm.text.textContent = name;
-      this.picture.append(arm.line, arm.text);
+      const group = svg("g", { class: name });
+      group.append(arm.line, arm.text);
+      this.picture.append(group);
       return arm;
     });
   }
 
   turn(camera) {
-    const [right, up, forward] = axesOf(camera);
-    this.arms.forEach(({ line, text }, k) => {
-      line.setAttribute("x2", 20 * right[k]);
-      line.setAttribute("y2", -20 * up[k]);
-      text.setAttribute("x", 29 * right[k]);
-      text.setAttribute("y", -29 * up[k]);
-      for (const part of [line, text]) part.setAttribute("opacity", forward[k] > 0.3 ? 0.6 : 1);
-    });
+    const axes = axesOf(camera);
+    for (const { way, line, text } of this.arms) {
+      const [x, y, depth] = axes.map((axis) => dot(axis, way));
+      // The arrow of gravity has a head.
+      const head = way === this.arms[3]?.way ? `m${-4 * x - 3 * y} ${4 * y - 3 * x}L${20 * x} ${-20 * y}l${-4 * x + 3 * y} ${4 * y + 3 * x}` : "";
+      line.setAttribute("d", `M0 0L${20 * x} ${-20 * y}${head}`);
+      text.setAttribute("x", 29 * x);
+      text.setAttribute("y", -29 * y);
+      for (const part of [line, text]) part.setAttribute("opacity", depth > 0.3 ? 0.6 : 1);
+    }
   }
 }
 

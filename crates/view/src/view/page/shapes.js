@@ -214,6 +214,33 @@ function stretched(piece) {
   return vertices.every((vertex) => vertex.every(isCorner)) ? { shape: UNIT_BOX, middle, stretch } : asItIs;
 }
 
+// Number of contour lines of a terrain, approximately.
+const CONTOURS = 14;
+
+// Step of the contour lines of the fixed meshes (m); 0 without relief.
+function contourStep({ data, smallestReach }) {
+  const heights = data.fixed.flatMap(({ pieces }) => pieces.filter(({ mesh }) => mesh).map(({ vertices }) => extremes(vertices.map((at) => at[2]))));
+  const [low, high] = extremes(heights.flat());
+  return high - low > 1e-3 * smallestReach ? roundLength((high - low) / CONTOURS) : 0;
+}
+
+// Segments along the rim of the meshes of a thing: edges of one triangle only.
+function edgesOf(thing) {
+  thing.edges ??= thing.pieces.filter(({ mesh }) => mesh).flatMap(({ vertices, faces }) => {
+    const names = vertices.map(String);
+    const found = new Map();
+    for (const { vertices: face } of faces) {
+      face.forEach((a, i) => {
+        const b = face[(i + 1) % face.length];
+        const name = names[a] < names[b] ? `${names[a]} ${names[b]}` : `${names[b]} ${names[a]}`;
+        found.set(name, found.has(name) ? null : [a, b]);
+      });
+    }
+    return [...found.values()].flatMap((ends) => (ends ?? []).flatMap((end) => local(vertices[end])));
+  });
+  return thing.edges;
+}
+
 // Geometry of a piece.
 function pieceGeometry(piece) {
   const surface = piece.faces.length > 0 ? hullSurface(piece) : roundSurface(piece);

@@ -1,7 +1,7 @@
 // Sharing: link to the current time, and picture of the view.
 
-// The address contains the time: `#t=` and seconds. It is updated after a pause, since browsers
-// limit the rate of updates.
+// The address contains the time: `#t=` and seconds. `#slide` shows the page as a slide. The time is
+// updated after a pause, since browsers limit the rate of updates.
 let linking = 0;
 // An embedded page, as in a notebook, has no address of its own.
 const hasAddress = document.baseURI.split("#")[0] === location.href.split("#")[0];
@@ -10,11 +10,12 @@ function linkLater() {
   clearTimeout(linking);
   linking = setTimeout(() => {
     if (isPlaying) linkLater();
-    else history.replaceState(null, "", `#t=${Number(time.toFixed(9))}`);
+    else if (!isSlide()) history.replaceState(null, "", `#t=${Number(time.toFixed(9))}`);
   }, 400);
 }
 
 function readLink() {
+  if (location.hash === "#slide" && !isSlide()) widen();
   const wanted = Number(/^#t=([-+.\deE]+)$/.exec(location.hash)?.[1] ?? NaN);
   if (Number.isFinite(wanted)) setTime(wanted);
 }

@@ -40,11 +40,10 @@ function list(facts) {
 
 // Parameters of two runs: first those that differ, then the common ones.
 function comparison() {
-  const names = Array.from(new Set(runs.flatMap((run) => run.data.facts.map((fact) => fact.name))));
+  const known = runs.map(({ data }) => data.facts.concat(data.record));
+  const names = Array.from(new Set(known.flat().map((fact) => fact.name)));
   const parameters = names.map((name) => {
-    const values = runs.map(
-      (run) => run.data.facts.find((fact) => fact.name === name)?.value ?? NOTHING,
-    );
+    const values = known.map((facts) => facts.find((fact) => fact.name === name)?.value ?? NOTHING);
     return { name, values, value: values[0], differs: values.some((value) => value !== values[0]) };
   });
   const head = element("tr", {}, element("th", { scope: "row" }, "what differs"));
@@ -82,11 +81,15 @@ function omissions() {
 function fillFacts(setTime) {
   const facts = document.getElementById("facts");
   facts.className = "card";
+  const results = runs.map((run) => counts(run, setTime));
+  const { data } = runs[0];
   facts.append(
-    ...runs.map((run) => counts(run, setTime)),
-    ...(isPair ? comparison() : [list(runs[0].data.facts)]),
-    ...omissions(),
+    ...(isPair ? comparison() : [list(data.facts)]),
     element("div", { id: "body-facts" }),
+    element("h3", {}, "Solver"),
+    ...results,
+    ...(isPair ? [] : [list(data.record)]),
+    ...omissions(),
   );
   document.getElementById("made").textContent =
     `made by tumble ${page.version}; motion drawn by three.js, plots by uPlot`;

@@ -6,8 +6,11 @@ const LINE_WIDTH = 1.1;
 const LINE_SHADE = 0.62;
 const ROUGHNESS = 0.58;
 
-// Physically based material with lines.
-function surfaceMaterial(alpha, ambience) {
+// Brightness of contour lines over that of the surface; every fifth is darker.
+const CONTOUR_SHADES = [0.86, 0.7];
+
+// Physically based material with lines, and with contour lines in steps of `contour` (m).
+function surfaceMaterial(alpha, ambience, contour = 0) {
   const material = new THREE.MeshStandardMaterial({
     transparent: alpha < 1,
     opacity: alpha,
@@ -18,16 +21,20 @@ function surfaceMaterial(alpha, ambience) {
     shadowSide: THREE.DoubleSide,
   });
   material.userData = { ratio: { value: 1 }, ...ambience.uniforms };
+  // Programs of equal functions are shared unless they have names.
+  material.customProgramCacheKey = () => `surface ${contour}`;
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, material.userData);
     shader.vertexShader = `
       attribute vec2 line;
       attribute float strength;
+      varying float height;
       varying vec2 vLine;
       varying float vStrength;
-      ${shader.vertexShader}`.replace("#include <begin_vertex>", "#include <begin_vertex>\n vLine = line; vStrength = strength;");
+      ${shader.vertexShader}`.replace("#include <begin_vertex>", "#include <begin_vertex>\n vLine = line; vStrength = strength; height = position.z;");
     shader.fragmentShader = `
       uniform float ratio;
+      varying float height;
       varying vec2 vLine;
       varying float vStrength;
       ${AMBIENCE}
@@ -45,16 +52,28 @@ function surfaceMaterial(alpha, ambience) {
         // Lines do not cover small bodies.
         vec2 wide = min(vec2(ratio * ${LINE_WIDTH}), 0.06 / pixel);
         vec2 lined = clamp(0.5 - vLine / pixel + wide, 0.0, 1.0) * min(vec2(1.0), wide);
-        gl_FragColor.rgb *= mix(1.0, ${LINE_SHADE * LINE_SHADE}, vStrength * max(lined.x, lined.y));`,
+        gl_FragColor.rgb *= mix(1.0, ${LINE_SHADE * LINE_SHADE}, vStrength * max(lined.x, lined.y));
+        ${contour > 0 ? contourLines(contour) : ""}`,
       );
   };
   return material;
 }
 
-// Pieces of many `things`.
+// Fragment code of contour lines. Lines closer than a few pixels fade, and level parts have none.
+const contourLines = (step) => `
+  float level = height / float(${step});
+  float levelPixel = max(fwidth(level), 1e-9);
+  float fromLine = abs(fract(level - 0.5) - 0.5) / levelPixel;
+  float isFifth = step(abs(fract(0.2 * level + 0.5) - 0.5), 0.1);
+  float contour = clamp(0.5 + ratio * 0.6 - fromLine, 0.0, 1.0) * clamp(1.5 - 4.0 * levelPixel, 0.0, 1.0) * step(1e-4, levelPixel);
+  gl_FragColor.rgb *= mix(1.0, mix(${CONTOUR_SHADES}, isFifth), contour);`;
+
+// Pieces of many `things`. Meshes have contour lines in steps of `contour` (m), if it is not 0.
 class Solids {
-  constructor(things, alpha, ambience) {
+  constructor(things, alpha, ambience, contour = 0) {
     this.material = surfaceMaterial(alpha, ambience);
+    const terrain = contour > 0 ? surfaceMaterial(alpha, ambience, contour) : this.material;
+    terrain.userData.ratio = this.material.userData.ratio;
     const shapes = new Map();
     things.forEach(({ pieces }, thing) => {
       for (const piece of pieces) {
@@ -69,7 +88,7 @@ class Solids {
       const geometry = pieceGeometry(shape);
       const chosen = new THREE.InstancedBufferAttribute(new Float32Array(owners.length), 1);
       geometry.setAttribute("chosen", chosen);
-      const mesh = new THREE.InstancedMesh(geometry, this.material, owners.length);
+      const mesh = new THREE.InstancedMesh(geometry, shape.mesh ? terrain : this.material, owners.length);
       Object.assign(mesh, { castShadow: true, receiveShadow: true, frustumCulled: false });
       mesh.userData = { owners, forms, chosen };
       return mesh;

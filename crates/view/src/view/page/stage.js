@@ -24,9 +24,11 @@ class Stage {
     this.caption = element("figcaption");
     this.labels = new Labels();
     this.compass = new Compass();
+    this.scale = new ForceScale();
     this.figure = element("figure", { class: "stage" });
-    if (hasGraphics) this.figure.append(this.canvas, this.labels.place, this.compass.picture, this.caption);
-    else {
+    if (hasGraphics) {
+      this.figure.append(this.canvas, this.labels.place, this.compass.picture, this.scale.picture, this.caption);
+    } else {
       this.figure.append(...members.map(stillOf), this.caption);
       this.figure.classList.add("plain");
     }
@@ -48,6 +50,8 @@ class Stage {
   remarks(time, show) {
     if (!hasGraphics) return "this browser has no WebGL: the picture stands still at the start";
     const notes = [];
+    const contours = contourStep(this.members[0]);
+    if (contours > 0) notes.push(`contour lines every ${contours} m`);
     const planes = new Set(this.members.map((run) => JSON.stringify(run.data.ground)));
     if (planes.size > 1) {
       const { name, data } = this.members[0];
@@ -104,8 +108,10 @@ class Stage {
       const actor = {
         run,
         bodies: new Solids(run.bodies, alpha, this.ambience),
-        fixed: new Solids(fixed, 1, this.ambience),
+        collision: new Solids(run.hasCollision ? run.bodies.map(touching) : [], alpha, this.ambience),
+        fixed: new Solids(fixed, 1, this.ambience, contourStep(run)),
         faded: new Solids(fixed, 0.22, this.ambience),
+        edge: new Lines(),
         bones: run.bodies.map((_, body) => run.data.bones.filter((bone) => bone.body === body)),
         joints: run.bodies.map((_, body) => run.data.joints.filter((joint) => joint.body === body)),
         // Balls around the fixed objects.
@@ -119,10 +125,11 @@ class Stage {
       };
       actor.faded.material.depthWrite = false;
       for (const mesh of actor.faded.meshes) mesh.castShadow = false;
-      for (const mesh of [...actor.bodies.meshes, ...actor.fixed.meshes]) this.ambience.add(mesh);
-      for (const mesh of actor.bodies.meshes) this.outline.add(mesh);
-      const solids = [actor.bodies, actor.fixed, actor.faded].flatMap(({ meshes }) => meshes);
-      this.scene.add(...solids, actor.behind, actor.ahead, actor.rods);
+      const ofBodies = [...actor.bodies.meshes, ...actor.collision.meshes];
+      for (const mesh of [...ofBodies, ...actor.fixed.meshes]) this.ambience.add(mesh);
+      for (const mesh of ofBodies) this.outline.add(mesh);
+      const solids = [...ofBodies, ...actor.fixed.meshes, ...actor.faded.meshes];
+      this.scene.add(...solids, actor.behind, actor.ahead, actor.rods, actor.edge);
       return actor;
     });
   }
@@ -155,13 +162,14 @@ class Stage {
     this.floor?.recolour();
     this.outline.recolour();
     this.cones.recolour();
-    for (const { run, bodies, fixed, faded, behind, ahead, rods } of this.actors) {
-      bodies.paint((body) => hueOf(run, body), (body) => chosen.has(body));
+    for (const { run, bodies, collision, fixed, faded, behind, ahead, rods, edge } of this.actors) {
+      for (const part of [bodies, collision]) part.paint((body) => hueOf(run, body), (body) => chosen.has(body));
       for (const part of [fixed, faded]) part.paint(() => colours.still, () => false);
       const colour = isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail;
       behind.look({ colour, width: 1.8 });
       ahead.look({ colour, width: 1.3, alpha: 0.6 });
       rods.look({ colour: colours.faint, width: 3 });
+      edge.look({ colour: colours.trail, width: 2 });
     }
     this.points?.look({ colour: colours.joint, rim: colours.joint, width: 7 });
     this.arms?.look({ colour: colours.faint, width: 2 });
@@ -228,11 +236,14 @@ class Stage {
         const attitude = run.attitude(frame, body);
         return isFinitePoint(place) && isFinitePoint(attitude) ? { place, attitude } : null;
       });
-      actor.bodies.place(poses);
+      const hidden = poses.map(() => null);
+      const showsCollision = show.collision && run.hasCollision;
+      actor.bodies.place(showsCollision ? hidden : poses);
+      actor.collision.place(showsCollision ? poses : hidden);
       poses.forEach((pose, body) => {
         if (pose === null) return;
         drawn.push({ ...pose, reach: run.reaches[body] });
-        occluders.add(run.bodies[body].pieces, pose);
+        occluders.add(run.bodies[body].pieces, pose, run, body);
         if (run.bodies[body].pieces.length === 0) addCloud(cloud, run.bodies[body].points, pose);
         if (show.frames) addFrame(framed, pose, ARM * run.reaches[body]);
         addBones(rods, actor.bones[body], pose);
@@ -267,17 +278,23 @@ class Stage {
       if (!isWanted) return;
       const frame = run.frame(time);
       const since = Math.min(run.frame(before), frame - 1);
-      const found = shownForces(run, frame, since, show);
+      const found = shownForces(run, run.forces(frame, since), show);
+      const ofJoints = show.joints ? shownForces(run, run.forcesOfJoints(frame, since), show) : [];
+      const drawn = (show.points ? found : resultants(found)).concat(ofJoints);
       if (!isPlaying) this.fading[i].clear();
       const isTested = found.length * occluders.pieces.length <= run.mostTests;
-      const fading = this.fading[i].update(found, performance.now() / 1000);
-      for (const one of isPlaying ? fading : found) {
+      const hides = (one, at, through) =>
+        isTested && occluders.hides(eye, at, run.reaches[one.body], through, run) ? "hidden" : "seen";
+      const fading = this.fading[i].update(drawn, performance.now() / 1000);
+      for (const one of show.forces ? (isPlaying ? fading : drawn) : []) {
         const at = local(one.point);
-        const isHidden = isTested && occluders.hides(eye, at, run.reaches[one.body]);
-        const among = isHidden ? "hidden" : "seen";
-        if (show.forces) addArrows(run, one, at, one.share ?? 1, forces[among]);
-        if ((one.share ?? 1) < 1) continue;
-        touched[among].push(...at);
+        // A resultant is inside its face and is seen through both bodies.
+        const among = hides(one, at, show.points ? [] : [one.body, one.partner].filter((body) => body >= 0));
+        addArrows(run, one, at, one.share ?? 1, forces[among]);
+      }
+      for (const one of show.contacts || show.cones ? found : []) {
+        const at = local(one.point);
+        touched[hides(one, at, [])].push(...at);
         if (show.cones) cones.push(coneOf(run, one, at));
       }
     });
@@ -295,8 +312,8 @@ class Stage {
     this.ratio = ratio;
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
-    for (const { bodies, fixed, faded } of this.actors) {
-      for (const { material } of [bodies, fixed, faded]) material.userData.ratio.value = ratio;
+    for (const { bodies, collision, fixed, faded } of this.actors) {
+      for (const { material } of [bodies, collision, fixed, faded]) material.userData.ratio.value = ratio;
     }
   }
 
@@ -308,6 +325,9 @@ class Stage {
     eye.position.set(...local(camera.eye(shift)));
     eye.lookAt(...local(add(camera.target, shift)));
     const short = Math.min(width, height);
+    const pixels = (0.5 * short) / (HALF_VIEW * camera.distance);
+    for (const run of this.members) run.longest = longestArrow(run, pixels);
+    this.scale.show(this.members[0], pixels, width, show.forces);
     eye.fov = (2 * Math.atan((HALF_VIEW * height) / short) * 180) / Math.PI;
     eye.aspect = width / height;
     eye.near = NEAR * camera.distance;
@@ -332,13 +352,14 @@ class Stage {
     return isFinitePoint(shift) ? shift : [0, 0, 0];
   }
 
-  placeFixed({ run, fixed, faded }, show, occluders) {
+  placeFixed({ run, fixed, faded, edge }, show, occluders) {
     const still = { place: local([0, 0, 0]), attitude: [1, 0, 0, 0] };
     const poses = (wanted) =>
       run.data.fixed.map(({ name }) => ((show.fixed.get(name) ?? "shown") === wanted ? still : null));
     const shown = poses("shown");
-    shown.forEach((pose, i) => pose && occluders.add(run.data.fixed[i].pieces, pose));
+    shown.forEach((pose, i) => pose && occluders.add(run.data.fixed[i].pieces, pose, run, -2 - i));
     fixed.place(shown);
+    edge.set(shown.flatMap((pose, i) => (pose ? edgesOf(run.data.fixed[i]) : [])));
     faded.place(poses("faded"));
   }
 
@@ -370,14 +391,17 @@ class Stage {
     const [width, height] = this.size;
     const ray = new THREE.Raycaster();
     ray.setFromCamera({ x: (2 * x) / width - 1, y: 1 - (2 * y) / height }, this.eye);
-    const hits = this.actors.flatMap(({ bodies, fixed }) => {
+    const hits = this.actors.flatMap(({ bodies, collision, fixed }) => {
       const still = fixed.hit(ray);
-      return [bodies.hit(ray), still && { ...still, thing: -1 }];
+      return [bodies.hit(ray), collision.hit(ray), still && { ...still, thing: -1 }];
     });
     const found = hits.filter((hit) => hit !== null);
     return found.sort((a, b) => a.distance - b.distance)[0]?.thing ?? -1;
   }
 }
+
+// A body with the pieces that touch others.
+const touching = ({ collision, pieces }) => ({ pieces: collision.length > 0 ? collision : pieces });
 
 // Centre of the chosen bodies of some runs, or of all bodies if none is chosen.
 function middleOf(members, time, chosen) {
