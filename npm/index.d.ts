@@ -126,7 +126,7 @@ export interface Drawing {
 /** A running scene. Each has a memory of its own, so several do not disturb each other. */
 export class Simulation {
   /**
-   * @param scene text of a scenario file (TOML), or a URDF without meshes. The text cannot refer to other files.
+   * @param scene text of a scenario file (TOML), or a URDF or SDF without meshes. The text cannot refer to other files.
    * @throws Error with the first fault of the text
    */
   constructor(scene: string);

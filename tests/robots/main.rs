@@ -1,4 +1,4 @@
-//! Tests of robots from URDF and MJCF files.
+//! Tests of robots from URDF, SDF and MJCF files.
 
 mod between;
 mod broken;
@@ -14,5 +14,6 @@ mod moving;
 mod names;
 mod reading;
 mod scenes;
+mod sdf;
 mod sensors;
 mod sums;

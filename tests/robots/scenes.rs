@@ -252,7 +252,7 @@ fn wrong_files_are_refused_by_line() {
             "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody>\n<tendon><spatial range='0 1'/></tendon></mujoco>",
             "line 2, <spatial>",
         ),
-        ("<sdf version='1.6'/>", "SDF"),
+        ("<sdf version='1.6'/>", "nothing in it can move"),
         ("", "line 1: it is not XML"),
         ("[body]\nmass = 1", "line 1: it is not XML"),
     ];

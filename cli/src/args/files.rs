@@ -87,7 +87,7 @@ pub struct VerifyArgs {
 
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
-    /// Robot (URDF or MJCF), scenario of several bodies with or without robots, or closed mesh (.obj
+    /// Robot (URDF, SDF or MJCF), scenario of several bodies with or without robots, or closed mesh (.obj
     /// or .stl).
     #[arg(value_name = "FILE")]
     pub file: PathBuf,

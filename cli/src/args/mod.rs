@@ -66,7 +66,7 @@ pub enum Command {
     Plot(PlotArgs),
     /// Draw a run as an animated GIF.
     Gif(GifArgs),
-    /// Convert a robot, URDF or MJCF, or a mesh to a scenario file.
+    /// Convert a robot, URDF, SDF or MJCF, or a mesh to a scenario file.
     Convert(ConvertArgs),
     /// Find controls that bring a scene to its targets.
     ///

@@ -57,7 +57,7 @@ pub struct SetupArgs {
 /// Scene, seed and number of steps.
 #[derive(Debug, Args)]
 pub struct SceneArgs {
-    /// Scene to simulate: a scenario file (TOML, see scenarios/README.md) or a robot (URDF, MJCF).
+    /// Scene to simulate: a scenario file (TOML, see scenarios/README.md) or a robot (URDF, SDF, MJCF).
     ///
     /// Flags override its values.
     #[arg(value_name = "SCENE", conflicts_with = "scene")]

@@ -1,4 +1,4 @@
-//! Reader of robot files: URDF and MJCF.
+//! Reader of robot files: URDF, SDF and MJCF.
 //!
 //! The crate works on text. The caller supplies the text and a function that reads the files it
 //! refers to ([`Reading`]). The result is a [`Robot`]: a tree of links with joints, shapes and
@@ -31,6 +31,7 @@ pub mod model;
 pub mod motion;
 mod msh;
 mod notes;
+mod sdf;
 pub mod sensors;
 mod starts;
 mod urdf;
@@ -79,14 +80,14 @@ pub struct Reading<'a> {
     /// Folder of the packages: `package://name/rest` is `name/rest` in it. Without it, packages are
     /// searched beside the robot's file and then in the folders above, the nearest first.
     pub packages: Option<&'a Path>,
-    /// Convex pieces of URDF meshes, by the mesh's name in the file. Other meshes collide as their
+    /// Convex pieces of URDF and SDF meshes, by the mesh's name in the file. Other meshes collide as their
     /// convex hull.
     pub pieces: &'a MeshPieces,
     /// Parts of the file to ignore: `tag` or `name` of elements, `tag:name` of one element,
     /// `@attribute` of all elements.
     pub left_out: &'a [String],
-    /// True to fix the root of a URDF to the world. It floats otherwise, unless its name is
-    /// `world`.
+    /// True to fix the root of a URDF and the links without parent of an SDF to the world.
+    /// Otherwise they float, unless the name of the root is `world`.
     pub is_fixed: bool,
     /// True to reduce MJCF contacts with torsional and rolling friction (`condim` 4 and 6) to point
     /// contacts with sliding friction only.
@@ -180,7 +181,7 @@ fn no_files(_: &Path, _: u64) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "reading other files is not supported here"))
 }
 
-/// Parses the text of a URDF or MJCF file.
+/// Parses the text of a URDF, SDF or MJCF file.
 ///
 /// # Errors
 /// The first fault, as one sentence with its line.
@@ -192,8 +193,8 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
     let mut robot = match &*root.tag {
         "mujoco" => mjcf::read(&root, reading)?,
         "robot" => urdf::read(&root, reading)?,
-        "sdf" => return Err(root.wrong("SDF is not supported; use URDF or MJCF")),
-        _ => return Err(root.wrong("<robot> (URDF) or <mujoco> (MJCF) is needed")),
+        "sdf" => sdf::read(&root, reading)?,
+        _ => return Err(root.wrong("<robot> (URDF), <sdf> or <mujoco> (MJCF) is needed")),
     };
     for link in 1..robot.links.len() {
         let joints = robot.joints_of(link);

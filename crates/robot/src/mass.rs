@@ -140,6 +140,13 @@ pub fn solid(form: &RobotForm) -> Result<LinkMass, String> {
             let across = (3.0 * r * r + 4.0 * half * half) / 12.0;
             (2.0 * PI * r * r * half, diagonal(across, across, 0.5 * r * r))
         }
+        RobotForm::Cone(half, r) => {
+            let mass = 2.0 / 3.0 * PI * r * r * half;
+            let across = 0.15 * (r * r + half * half);
+            let inertia = diagonal(across, across, 0.3 * r * r) * mass;
+            // The centroid is at a quarter of the height.
+            return Ok(LinkMass { mass, centre: Vector3::z() * (-0.5 * half), inertia });
+        }
         RobotForm::Capsule(half, r) => {
             let tube = 2.0 * PI * r * r * half;
             let ball = 4.0 / 3.0 * PI * r.powi(3);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use tumble_core::geometry::terrain::HeightField;
 use tumble_core::joint::Drive;
 
-/// A robot as described by its URDF or MJCF file. The world is link 0.
+/// A robot as described by its URDF, SDF or MJCF file. The world is link 0.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Robot {
@@ -233,6 +233,8 @@ pub enum RobotForm {
     Capsule(f64, f64),
     /// Half length and radius. The axis is z.
     Cylinder(f64, f64),
+    /// Half height and radius of the base. The axis is z, and the apex is above.
+    Cone(f64, f64),
     /// Half extents.
     Box(Vector3<f64>),
     /// Half axes.

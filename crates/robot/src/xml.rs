@@ -26,6 +26,8 @@ pub struct Element {
     pub attributes: Vec<(String, String)>,
     /// Child elements.
     pub children: Vec<Element>,
+    /// Text of the element without that of its children, trimmed.
+    pub text: String,
     /// Line, counted from 1.
     pub line: u32,
     /// Name of the included file that contains the element.
@@ -82,7 +84,8 @@ impl Element {
     /// Parses `text` and returns its root element. `file` is the name of an included file.
     pub fn parse(text: &str, file: Option<&str>) -> Result<Self, String> {
         let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
-        let text = &*without_late_declaration(text);
+        let text = without_late_declaration(text);
+        let text = &*with_name_spaces(&text);
         check_attributes(text).map_err(|why| format!("{}{why}", within(file)))?;
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let line = error.pos().row;
@@ -115,12 +118,14 @@ impl Element {
         let attributes = node.attributes();
         let attributes = attributes.map(|one| (one.name().to_owned(), one.value().to_owned()));
         let children = node.children().filter(Node::is_element);
+        let texts = node.children().filter(Node::is_text).filter_map(|part| part.text());
         Ok(Self {
             tag: name.name().to_owned(),
             attributes: attributes.collect(),
             children: children
                 .map(|child| Self::from_node(lines, child, file, depth + 1))
                 .collect::<Result<_, _>>()?,
+            text: texts.collect::<String>().trim().to_owned(),
             line,
             file: file.cloned(),
         })
@@ -203,6 +208,23 @@ fn without_late_declaration(text: &str) -> Cow<'_, str> {
     let blank = |c: char| if c == '\n' { c } else { ' ' };
     let (head, rest) = text.split_at(text.len() - begun.len() + end + "?>".len());
     Cow::Owned(head.chars().map(blank).chain(rest.chars()).collect())
+}
+
+/// `text` of an SDF with the prefixes declared that SDF files use without declaration.
+fn with_name_spaces(text: &str) -> Cow<'_, str> {
+    let is_missing = |prefix: &&&str| {
+        text.contains(&format!("{prefix}:")) && !text.contains(&format!("xmlns:{prefix}"))
+    };
+    let missing = ["drake", "gz", "ignition"];
+    let missing: String = missing
+        .iter()
+        .filter(is_missing)
+        .map(|prefix| format!(" xmlns:{prefix}=\"{prefix}\""))
+        .collect();
+    if missing.is_empty() {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.replacen("<sdf", &format!("<sdf{missing}"), 1))
 }
 
 fn within(file: Option<&str>) -> String {

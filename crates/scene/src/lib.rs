@@ -97,9 +97,11 @@ pub fn remedy(path: &Path) -> Option<&'static str> {
     }
 }
 
-/// True if the file is a robot's: its extension is `urdf` or `xml`, or the text begins as XML.
+/// True if the file is a robot's: its extension is `urdf`, `sdf` or `xml`, or the text begins as XML.
 fn is_robot(text: &str, path: &Path) -> bool {
-    let is_called_so = path.extension().is_some_and(|end| end == "urdf" || end == "xml");
+    let is_called_so = path
+        .extension()
+        .is_some_and(|end| ["urdf", "sdf", "xml"].contains(&&*end.to_string_lossy()));
     is_called_so || text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 

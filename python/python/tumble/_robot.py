@@ -1,4 +1,4 @@
-"""Robots from URDF and MJCF files in a simulation: coordinates, joints, motors."""
+"""Robots from URDF, SDF and MJCF files in a simulation: coordinates, joints, motors."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ DRAWS = 10
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
-    """Environment of a robot, from its URDF or MJCF file, a scenario file or a Scene.
+    """Environment of a robot, from its URDF, SDF or MJCF file, a scenario file or a Scene.
 
     One action lasts ``frame_skip`` time steps of the file, each divided into ``substeps``.
     Subclasses define observation and reward: ``observe``, ``judge``. The initial coordinates

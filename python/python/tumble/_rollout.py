@@ -142,7 +142,7 @@ def rollout(
         (N, world) and torque (N m, body) in each step, added to gravity and the scene's loads.
     :param motors: (B, T, M) or (1, T, M): target of each motor in each step, first those of
         ``scene.motor_axes``, then those of ``scene.motor_gears``. ``Scene.with_motors`` adds
-        motors to robots without them, such as URDF files and robots driven by torques.
+        motors to robots without them, such as URDF and SDF files and robots driven by torques.
     :param joint_forces: (B, T, D) or (1, T, D): force (N or N m) along each axis of
         ``scene.driven_axes`` in each step, added to its drive.
     :param steps: T, required if no array has a step axis.

@@ -367,7 +367,7 @@ def _warn(scene: Scene) -> None:
 
 
 def load(path: Location, **settings: Unpack[Settings]) -> Scene:
-    """Reads a scenario file (TOML), or a robot's URDF or MJCF file.
+    """Reads a scenario file (TOML), or a robot's URDF, SDF or MJCF file.
 
     scenarios/README.md describes every field. A robot becomes a scene on level ground, unless
     its file has a ground. Keywords override the file:
@@ -400,7 +400,7 @@ def load(path: Location, **settings: Unpack[Settings]) -> Scene:
         raise TumbleError(f"path is {path!r}; the path of a scenario or a robot's file is needed") from None
     if why := remedy(path):
         raise TumbleError(f"{path}: {why}")
-    most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
+    most = _LARGEST_ROBOT if path.endswith((".urdf", ".sdf", ".xml")) else _LARGEST_FILE
     try:
         with open(path, "rb") as stream:
             content = stream.read(most + 1)

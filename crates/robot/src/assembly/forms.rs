@@ -28,6 +28,9 @@ pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
         RobotForm::Cylinder(half, radius) => {
             ModelForm::Cylinder { length: 2.0 * half, radius: *radius, sides }
         }
+        RobotForm::Cone(half, radius) => {
+            ModelForm::Cone { height: 2.0 * half, radius: *radius, sides }
+        }
         RobotForm::Hull(points) => ModelForm::Hull { points: points.clone(), radius: 0.0 },
         RobotForm::Ellipsoid(half) => ModelForm::Ellipsoid { half_axes: (*half).into(), sides },
         RobotForm::Plane | RobotForm::Field(_) => return None,

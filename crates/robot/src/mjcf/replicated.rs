@@ -81,7 +81,7 @@ impl Copies<'_> {
             let tag = "frame".to_owned();
             let line = element.line;
             let file = element.file.clone();
-            frames.push(Element { tag, attributes, children, line, file });
+            frames.push(Element { tag, attributes, children, text: String::new(), line, file });
             position += LinkFrame { attitude, ..LinkFrame::identity() }.rotation() * offset;
         }
         Ok(frames)

@@ -1,6 +1,6 @@
 //! Poses and masses of a URDF file.
 
-use super::UrdfReader;
+use super::{UrdfReader, extra};
 use crate::between::carried;
 use crate::frame::{LinkFrame, about, left_times};
 use crate::mass::solid;
@@ -117,15 +117,20 @@ impl UrdfReader<'_> {
     }
 }
 
-/// Pose of `<origin>`: position, and rotations about the fixed axes x, y and z in this order.
+/// Pose of `<origin>`: position, and rotations about the fixed axes x, y and z in this order or a
+/// quaternion.
 pub(super) fn origin(element: &Element) -> Result<LinkFrame, String> {
     let Some(origin) = element.one("origin")? else { return Ok(LinkFrame::identity()) };
     let position = origin.exactly::<3>("xyz")?.unwrap_or_default();
-    let [roll, pitch, yaw] = origin.exactly::<3>("rpy")?.unwrap_or_default();
-    Ok(LinkFrame { position: position.into(), attitude: attitude_from_angles(roll, pitch, yaw) })
+    let attitude = match origin.exactly::<4>(extra::ATTITUDE)? {
+        Some(attitude) => attitude.into(),
+        None => attitude_from_angles(origin.exactly::<3>("rpy")?.unwrap_or_default()),
+    };
+    Ok(LinkFrame { position: position.into(), attitude })
 }
 
-fn attitude_from_angles(roll: f64, pitch: f64, yaw: f64) -> Vector4<f64> {
+/// Quaternion of rotations about the fixed axes x, y and z in this order (rad).
+pub fn attitude_from_angles([roll, pitch, yaw]: [f64; 3]) -> Vector4<f64> {
     let turned = left_times(&about(&Vector3::y(), pitch), &about(&Vector3::x(), roll));
     left_times(&about(&Vector3::z(), yaw), &turned).normalize()
 }

@@ -1,7 +1,7 @@
 //! Reader of URDF, the format of ROS.
 
 mod masses;
-mod names;
+pub(super) mod names;
 mod shapes;
 mod tree;
 
@@ -16,23 +16,35 @@ use nalgebra::Vector3;
 use std::collections::{BTreeSet, HashMap};
 use tumble_model::shown;
 
+pub(super) use masses::attitude_from_angles;
 use masses::{LEAST_MASS, density, inertial, is_faint, origin};
 use tree::{LinkTree, end};
 
 /// Largest magnitude of joint and effort limits, in SI units.
 const FARTHEST: f64 = 1e12;
 
+/// Attributes that the SDF reader adds to elements of URDF. Parsed names contain no colon.
+pub mod extra {
+    /// Of `<origin>`: quaternion instead of `rpy`.
+    pub const ATTITUDE: &str = ":attitude";
+    /// Of `<joint>`: anchor in the child link (m).
+    pub const ANCHOR: &str = ":anchor";
+    /// Of `<collision>`: friction coefficient.
+    pub const FRICTION: &str = ":friction";
+    /// Of `<collision>`: two collision masks.
+    pub const GROUPS: &str = ":groups";
+    /// Of `<link>`: fraction of the weight that is compensated.
+    pub const WEIGHTLESS: &str = ":weightless";
+    /// Of `<dynamics>`: armature, spring stiffness and coordinate of the relaxed spring.
+    pub const SPRING: [&str; 3] = [":armature", ":spring_stiffness", ":spring_reference"];
+}
+
 /// Reads a robot from the root element of a file.
 ///
 /// # Errors
 /// The first fault, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
-    if reading.points_rub {
-        return Err(root.wrong(
-            "point_contacts is only for MJCF, URDF contacts have only sliding friction; leave it \
-             out",
-        ));
-    }
+    refuse_point_contacts(root, reading)?;
     let mut notes = RobotNotes::default();
     let mut root = pruned(root, reading.left_out)?;
     let again = root.children.iter_mut().map(keep_first).sum::<usize>();
@@ -41,9 +53,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
             "only the first of repeated elements in a link or joint is used: {again} are ignored"
         ));
     }
-    let root = &root;
-    names::check(root, &mut notes)?;
-    let tree = LinkTree::from_root(root)?;
+    names::check(&root, &names::NAMES, &mut notes)?;
     let options = RobotOptions {
         time_step: 0.002,
         gravity: Vector3::new(0.0, 0.0, -9.81),
@@ -51,6 +61,27 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         neighbours_touch: false,
         has_world: false,
     };
+    robot_of(&root, options, notes, reading)
+}
+
+/// Refuses an option that only MJCF has.
+pub fn refuse_point_contacts(root: &Element, reading: &Reading<'_>) -> Result<(), String> {
+    if !reading.points_rub {
+        return Ok(());
+    }
+    Err(root.wrong(
+        "point_contacts is only for MJCF, other contacts have only sliding friction; leave it out",
+    ))
+}
+
+/// Robot of a `<robot>` with known names.
+pub fn robot_of(
+    root: &Element,
+    options: RobotOptions,
+    notes: RobotNotes,
+    reading: &Reading<'_>,
+) -> Result<Robot, String> {
+    let tree = LinkTree::from_root(root)?;
     let robot = Robot::new(root.own("name").unwrap_or(""), options);
     let (hulls, placed) = (HashMap::new(), vec![LinkFrame::identity()]);
     let held = BTreeSet::new();
@@ -275,7 +306,7 @@ impl<'a> UrdfReader<'a> {
             parent,
             frame,
             mass: inertial(element)?,
-            weightless: 0.0,
+            weightless: element.number(extra::WEIGHTLESS)?.unwrap_or(0.0),
             is_mocap: false,
             is_between: false,
             joints: (self.robot.joints.len(), joints.len()),
@@ -314,7 +345,11 @@ impl<'a> UrdfReader<'a> {
             return Err(element.wrong("axis: its length is zero"));
         }
         let axis = if length > 0.0 { axis / length } else { axis };
-        let bare = |name: String, moves: Moves| RobotJoint::bare(name, 0, moves, element.at());
+        let anchor = element.exactly::<3>(extra::ANCHOR)?.unwrap_or_default().into();
+        let bare = |name: String, moves: Moves| RobotJoint {
+            anchor,
+            ..RobotJoint::bare(name, 0, moves, element.at())
+        };
         let one = |moves: Moves| RobotJoint { axis, ..bare(name.clone(), moves) };
         let joints = match kind {
             "fixed" => Vec::new(),
@@ -399,6 +434,10 @@ impl<'a> UrdfReader<'a> {
         if let Some(dynamics) = element.one("dynamics")? {
             joint.damping = dynamics.bounded("damping", 0.0, [0.0, 1e12])?;
             joint.friction = dynamics.bounded("friction", 0.0, [0.0, 1e12])?;
+            let [armature, stiffness, rest] = extra::SPRING;
+            joint.armature = dynamics.bounded(armature, 0.0, [0.0, 1e12])?;
+            joint.stiffness = dynamics.bounded(stiffness, 0.0, [0.0, 1e12])?;
+            joint.rest = dynamics.bounded(rest, 0.0, [-FARTHEST, FARTHEST])?;
         }
         let Some(limit) = element.one("limit")? else {
             return if limited {
@@ -417,7 +456,8 @@ impl<'a> UrdfReader<'a> {
         }
         // Limits are clamped to the largest number of the solver.
         let range = [low, high].map(|limit| limit.clamp(-FARTHEST, FARTHEST));
-        joint.range = (limited && low <= high).then_some(range);
+        let is_bounded = limited && low <= high && range != [-FARTHEST, FARTHEST];
+        joint.range = is_bounded.then_some(range);
         let effort = limit.bounded("effort", 0.0, [-FARTHEST, FARTHEST])?;
         if effort < 0.0 {
             self.notes.say("an effort below 0 means no limit".to_owned());

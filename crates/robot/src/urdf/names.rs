@@ -1,94 +1,81 @@
-//! Names of elements and attributes of URDF, to find misspelt ones.
+//! Names of elements and attributes of a format, to find misspelt ones.
 
 use crate::notes::RobotNotes;
 use crate::xml::Element;
 use tumble_model::nearest;
 use tumble_model::shown;
 
-/// Names that an element may contain.
-struct ElementNames {
-    tag: &'static str,
-    /// Elements that are read.
-    elements: &'static [&'static str],
-    /// Elements that do not affect the motion.
-    idle: &'static [&'static str],
-    attributes: &'static [&'static str],
-}
+/// Names in an element: its tag, elements that are read, elements that do not affect the motion, and
+/// attributes. Lists are separated by spaces.
+pub type ElementNames = [&'static str; 4];
 
-/// Names in the elements that affect the motion.
-const NAMES: [ElementNames; 20] = [
-    ElementNames {
-        tag: "robot",
-        elements: &["link", "joint"],
-        idle: &["material", "gazebo", "transmission", "sensor", "loop_joint", "group"],
-        attributes: &["name", "version"],
-    },
-    ElementNames {
-        tag: "link",
-        elements: &["inertial", "collision"],
-        idle: &["visual", "contact", "gazebo", "sensor", "self_collision_checking", "verbose"],
-        attributes: &["name", "type"],
-    },
-    ElementNames {
-        tag: "joint",
-        elements: &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"],
-        idle: &["safety_controller", "calibration", "gazebo", "hardwareInterface"],
-        attributes: &["name", "type"],
-    },
-    element("inertial", &["origin", "mass", "inertia", "density"], &[]),
-    ElementNames {
-        tag: "collision",
-        elements: &["origin", "geometry"],
-        idle: &["material", "verbose", "contact_coefficients"],
-        attributes: &["name", "group", "concave"],
-    },
-    element("geometry", &["box", "sphere", "cylinder", "capsule", "mesh"], &[]),
-    element("box", &[], &["size"]),
-    element("sphere", &[], &["radius"]),
-    element("cylinder", &[], &["radius", "length"]),
-    element("capsule", &[], &["radius", "length"]),
-    element("mesh", &[], &["filename", "scale"]),
-    element("origin", &[], &["xyz", "rpy"]),
-    element("axis", &[], &["xyz"]),
-    element("parent", &[], &["link"]),
-    element("child", &[], &["link"]),
-    element("mass", &[], &["value"]),
-    element("inertia", &[], &["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]),
-    element("limit", &[], &["lower", "upper", "effort", "velocity"]),
-    element("dynamics", &[], &["damping", "friction"]),
-    element("mimic", &[], &["joint", "multiplier", "offset"]),
+/// Names of URDF in the elements that affect the motion.
+pub(super) const NAMES: [ElementNames; 22] = [
+    ["robot", "link joint", "material gazebo transmission sensor loop_joint group", "name version"],
+    [
+        "link",
+        "inertial collision",
+        "visual contact gazebo sensor self_collision_checking verbose",
+        "name type",
+    ],
+    [
+        "joint",
+        "origin parent child axis limit dynamics mimic",
+        "safety_controller calibration gazebo hardwareInterface",
+        "name type",
+    ],
+    ["inertial", "origin mass inertia density", "", ""],
+    ["collision", "origin geometry", "material verbose contact_coefficients", "name group concave"],
+    ["geometry", FORMS, "", ""],
+    ["box", "", "", "size"],
+    ["sphere", "", "", "radius"],
+    ["cylinder", "", "", "radius length"],
+    ["capsule", "", "", "radius length"],
+    ["cone", "", "", "radius length"],
+    ["ellipsoid", "", "", "radii"],
+    ["mesh", "", "", "filename scale"],
+    ["origin", "", "", "xyz rpy"],
+    ["axis", "", "", "xyz"],
+    ["parent", "", "", "link"],
+    ["child", "", "", "link"],
+    ["mass", "", "", "value"],
+    ["inertia", "", "", "ixx ixy ixz iyy iyz izz"],
+    ["limit", "", "", "lower upper effort velocity"],
+    ["dynamics", "", "", "damping friction"],
+    ["mimic", "", "", "joint multiplier offset"],
 ];
 
-const fn element(
-    tag: &'static str,
-    elements: &'static [&'static str],
-    attributes: &'static [&'static str],
-) -> ElementNames {
-    ElementNames { tag, elements, idle: &[], attributes }
-}
+/// Geometry that is read.
+pub const FORMS: &str = "box sphere cylinder capsule cone ellipsoid plane mesh";
 
-/// Checks the names in `element` and below. Other names than the known ones become notes.
+/// Checks the names in `element` and below against `table`. Unknown names become notes.
 ///
 /// # Errors
 /// A misspelt name, with its line.
-pub(super) fn check(element: &Element, notes: &mut RobotNotes) -> Result<(), String> {
-    let Some(names) = NAMES.iter().find(|names| names.tag == element.tag) else { return Ok(()) };
+pub fn check(
+    element: &Element,
+    table: &[ElementNames],
+    notes: &mut RobotNotes,
+) -> Result<(), String> {
+    let names = table.iter().find(|names| names[0] == element.tag);
+    let Some([tag, elements, idle, attributes]) = names else { return Ok(()) };
+    let [elements, idle, attributes] =
+        [elements, idle, attributes].map(|list| list.split(' ').collect::<Vec<_>>());
     for (name, _) in &element.attributes {
-        if !names.attributes.contains(&&**name) {
-            refuse_misspelt(name, names.attributes, element)?;
-            notes.unknown(format!("{} of <{}>", shown::line(name), names.tag));
+        if !attributes.contains(&&**name) {
+            refuse_misspelt(name, &attributes, element)?;
+            notes.unknown(format!("{} of <{tag}>", shown::line(name)));
         }
     }
     for child in &element.children {
-        let tag = &*child.tag;
-        if names.elements.contains(&tag) {
-            check(child, notes)?;
-        } else if names.idle.contains(&tag) {
-            notes.idle(tag);
+        let name = &*child.tag;
+        if elements.contains(&name) {
+            check(child, table, notes)?;
+        } else if idle.contains(&name) {
+            notes.idle(name);
         } else {
-            let known: Vec<_> = names.elements.iter().chain(names.idle).copied().collect();
-            refuse_misspelt(tag, &known, child)?;
-            notes.unknown(format!("<{}> in <{}>", shown::line(tag), names.tag));
+            refuse_misspelt(name, &[&elements[..], &idle].concat(), child)?;
+            notes.unknown(format!("<{}> in <{tag}>", shown::line(name)));
         }
     }
     Ok(())

@@ -1,12 +1,16 @@
 //! Collision and visual geometry of a URDF file.
 
-use super::UrdfReader;
 use super::masses::origin;
+use super::{UrdfReader, extra};
 use crate::PiecesOfMesh;
 use crate::meshes::{self, PaintedSurface, colour_of};
 use crate::model::{LookForm, RobotForm, RobotLook, RobotShape};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
+
+/// Message for other geometry.
+const FORMS: &str =
+    "one of box, sphere, cylinder, capsule, cone, ellipsoid, plane and mesh is needed";
 
 impl UrdfReader<'_> {
     /// Reads the collision geometry of the link with index `link`. Shapes of size 0 are dropped
@@ -16,23 +20,23 @@ impl UrdfReader<'_> {
             let geometry = collision.one("geometry")?;
             let geometry = geometry.ok_or_else(|| collision.wrong("<geometry> is needed"))?;
             let [form] = &geometry.children[..] else {
-                return Err(
-                    geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed")
-                );
+                return Err(geometry.wrong(FORMS));
             };
             if is_empty(form)? {
                 self.notes.empty(format!("{} of {}", collision.at(), element.at()));
                 continue;
             }
             let frame = origin(collision)?;
+            let friction = collision.number(extra::FRICTION)?;
+            let groups = collision.exactly::<2>(extra::GROUPS)?.unwrap_or([1.0; 2]);
             for form in self.forms(form)? {
                 self.robot.shapes.push(RobotShape {
                     name: collision.own("name").map(str::to_owned),
                     link,
                     form,
                     frame,
-                    groups: [1, 1],
-                    friction: None,
+                    groups: groups.map(|mask| mask as u32),
+                    friction,
                     rubs: true,
                     priority: 0,
                     at: format!("{} of {}", collision.at(), element.at()),
@@ -63,7 +67,7 @@ impl UrdfReader<'_> {
         let geometry = visual.one("geometry")?;
         let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
         let [form] = &geometry.children[..] else {
-            return Err(geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed"));
+            return Err(geometry.wrong(FORMS));
         };
         if is_empty(form)? {
             return Ok(Vec::new());
@@ -157,7 +161,18 @@ impl UrdfReader<'_> {
             "sphere" => Ok(RobotForm::Sphere(length("radius")?)),
             "cylinder" => Ok(RobotForm::Cylinder(0.5 * length("length")?, length("radius")?)),
             "capsule" => Ok(RobotForm::Capsule(0.5 * length("length")?, length("radius")?)),
-            _ => Err(element.wrong("one of box, sphere, cylinder, capsule and mesh is needed")),
+            "cone" => Ok(RobotForm::Cone(0.5 * length("length")?, length("radius")?)),
+            "plane" => Ok(RobotForm::Plane),
+            "ellipsoid" => {
+                let radii = element.exactly::<3>("radii")?;
+                let radii = Vector3::from(radii.ok_or_else(|| element.wrong("radii is needed"))?);
+                if radii.iter().all(|radius| (1e-6..=1e4).contains(radius)) {
+                    Ok(RobotForm::Ellipsoid(radii))
+                } else {
+                    Err(element.wrong("radii: numbers from 1e-6 to 1e4 m are needed"))
+                }
+            }
+            _ => Err(element.wrong(FORMS)),
         }
     }
 }
@@ -168,7 +183,8 @@ fn is_empty(form: &Element) -> Result<bool, String> {
         "box" => &["size"],
         "mesh" => &["scale"],
         "sphere" => &["radius"],
-        "cylinder" => &["length", "radius"],
+        "cylinder" | "cone" => &["length", "radius"],
+        "ellipsoid" => &["radii"],
         // A capsule of length 0 is a sphere.
         "capsule" => &["radius"],
         _ => &[],

@@ -70,7 +70,7 @@ impl RobotEntry {
         let robot = read(&text, &reading).map_err(|why| invalid(&why))?;
         if self.fixed.is_some() && robot.options.has_world {
             return Err(
-                "fixed: only for URDF, an MJCF file defines which bodies are free; leave it out"
+                "fixed: only for URDF and SDF; a world of the file defines which bodies are free; leave it out"
                     .to_owned(),
             );
         }

@@ -36,6 +36,6 @@ pub struct SceneEntries {
     pub surfaces: Vec<SurfaceEntry>,
     /// Entries of `[[apart]]`: pairs that do not collide.
     pub apart: Vec<ApartEntry>,
-    /// Entries of `[[robots]]`: URDF and MJCF files.
+    /// Entries of `[[robots]]`: URDF, SDF and MJCF files.
     pub robots: Vec<RobotEntry>,
 }
