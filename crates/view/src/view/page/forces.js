@@ -156,9 +156,10 @@ class ForceScale {
     this.picture = svg("svg", { class: "force-scale", "aria-hidden": "true" });
     this.rows = SCALE_ROWS.map((_, i) => {
       const y = -11 - 16 * i;
-      const row = { y, shaft: svg("path", { class: "shaft" }), head: svg("path", { class: "head" }), text: svg("text", { y }) };
-      this.picture.append(row.shaft, row.head, row.text);
-      return row;
+      const [shaft, head] = ["shaft", "head"].map((name) => svg("path", { class: name }));
+      const text = svg("text", { y });
+      this.picture.append(shaft, head, text);
+      return { y, shaft, head, text };
     });
   }
 

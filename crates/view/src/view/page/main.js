@@ -45,7 +45,10 @@ const show = {
 };
 // The first direction is that of the animation.
 const camera = new Camera(runs[0].data.view);
-const TOGGLES = ["forces", "trail", "follow", "overlay", "names", "frames", "collision", "contacts", "points", "cones", "joints", "only", "several"];
+const TOGGLES = [
+  ...["forces", "trail", "follow", "overlay", "names", "frames", "collision", "contacts", "points", "cones"],
+  ...["joints", "only", "several"],
+];
 // Body whose plots and state are shown: without a choice, the first that moves.
 const firstMoving = Math.min(runs[0].data.first, bodyCount - 1);
 const lastChosen = () => show.chosen.at(-1) ?? firstMoving;

@@ -62,12 +62,14 @@ class Compass {
     const axes = axesOf(camera);
     for (const { way, line, text } of this.arms) {
       const [x, y, depth] = axes.map((axis) => dot(axis, way));
-      // The arrow of gravity has a head.
-      const head = way === this.arms[3]?.way ? `m${-4 * x - 3 * y} ${4 * y - 3 * x}L${20 * x} ${-20 * y}l${-4 * x + 3 * y} ${4 * y + 3 * x}` : "";
-      line.setAttribute("d", `M0 0L${20 * x} ${-20 * y}${head}`);
+      // The arrow of gravity has a head, and is never faint.
+      const isGravity = way === this.arms[3]?.way;
+      const tip = `L${20 * x} ${-20 * y}`;
+      const head = `m${-4 * x - 3 * y} ${4 * y - 3 * x}${tip}l${-4 * x + 3 * y} ${4 * y + 3 * x}`;
+      line.setAttribute("d", `M0 0${tip}${isGravity ? head : ""}`);
       text.setAttribute("x", 29 * x);
       text.setAttribute("y", -29 * y);
-      for (const part of [line, text]) part.setAttribute("opacity", depth > 0.3 ? 0.6 : 1);
+      for (const part of [line, text]) part.setAttribute("opacity", depth > 0.3 && !isGravity ? 0.6 : 1);
     }
   }
 }

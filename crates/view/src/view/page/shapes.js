@@ -219,14 +219,15 @@ const CONTOURS = 14;
 
 // Step of the contour lines of the fixed meshes (m); 0 without relief.
 function contourStep({ data, smallestReach }) {
-  const heights = data.fixed.flatMap(({ pieces }) => pieces.filter(({ mesh }) => mesh).map(({ vertices }) => extremes(vertices.map((at) => at[2]))));
-  const [low, high] = extremes(heights.flat());
+  const meshes = data.fixed.flatMap(({ pieces }) => pieces.filter(({ mesh }) => mesh));
+  const [low, high] = extremes(meshes.flatMap(({ vertices }) => vertices.map((at) => at[2])));
   return high - low > 1e-3 * smallestReach ? roundLength((high - low) / CONTOURS) : 0;
 }
 
 // Segments along the rim of the meshes of a thing: edges of one triangle only.
 function edgesOf(thing) {
-  thing.edges ??= thing.pieces.filter(({ mesh }) => mesh).flatMap(({ vertices, faces }) => {
+  const meshes = thing.pieces.filter(({ mesh }) => mesh);
+  thing.edges ??= meshes.flatMap(({ vertices, faces }) => {
     const names = vertices.map(String);
     const found = new Map();
     for (const { vertices: face } of faces) {

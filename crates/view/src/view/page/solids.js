@@ -31,7 +31,10 @@ function surfaceMaterial(alpha, ambience, contour = 0) {
       varying float height;
       varying vec2 vLine;
       varying float vStrength;
-      ${shader.vertexShader}`.replace("#include <begin_vertex>", "#include <begin_vertex>\n vLine = line; vStrength = strength; height = position.z;");
+      ${shader.vertexShader}`.replace(
+      "#include <begin_vertex>",
+      "#include <begin_vertex>\n vLine = line; vStrength = strength; height = position.z;",
+    );
     shader.fragmentShader = `
       uniform float ratio;
       varying float height;
@@ -65,7 +68,8 @@ const contourLines = (step) => `
   float levelPixel = max(fwidth(level), 1e-9);
   float fromLine = abs(fract(level - 0.5) - 0.5) / levelPixel;
   float isFifth = step(abs(fract(0.2 * level + 0.5) - 0.5), 0.1);
-  float contour = clamp(0.5 + ratio * 0.6 - fromLine, 0.0, 1.0) * clamp(1.5 - 4.0 * levelPixel, 0.0, 1.0) * step(1e-4, levelPixel);
+  float isClear = clamp(1.5 - 4.0 * levelPixel, 0.0, 1.0) * step(1e-4, levelPixel);
+  float contour = clamp(0.5 + ratio * 0.6 - fromLine, 0.0, 1.0) * isClear;
   gl_FragColor.rgb *= mix(1.0, mix(${CONTOUR_SHADES}, isFifth), contour);`;
 
 // Pieces of many `things`. Meshes have contour lines in steps of `contour` (m), if it is not 0.
