@@ -153,7 +153,8 @@ impl Film {
     pub fn first_moving(&self) -> usize {
         let start = &self.frames[0].states;
         let motion = |b: usize| {
-            let (from, reach) = (pose(&start[b]), self.bodies[b].reach());
+            let from = pose(&start[b]);
+            let reach = self.bodies[b].reach();
             let distance = |frame: &TableStep| {
                 let to = pose(&frame.states[b]);
                 let turned = reach * from.rotation.angle_to(&to.rotation);

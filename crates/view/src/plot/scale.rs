@@ -121,7 +121,8 @@ impl PlotAxis {
 
     fn symlog(low: f64, high: f64, threshold: f64, ticks: usize) -> Self {
         let transform = Transform::Symlog(threshold);
-        let (low, high) = (-ceiling(-low), ceiling(high));
+        let low = -ceiling(-low);
+        let high = ceiling(high);
         let (bottom, top) = (transform.apply(low), transform.apply(high));
         let room = MARGIN * (top - bottom);
         let first = threshold.log10().round() as i32;
