@@ -96,6 +96,18 @@ def test_every_adapter_is_listed():
     assert len(CASES) >= 190
 
 
+@pytest.mark.engines
+@pytest.mark.parametrize("name", ["newton-kamino", "newton-xpbd", "pybullet", "rapier-python", "rapier-python-default"])
+def test_adapters_of_installed_engines(name):
+    try:
+        found = engine(name)
+    except ImportError:
+        pytest.skip(f"{name} is not installed")
+    # A box that comes to rest, and one that slides down a slope.
+    for case in ("stop-slow", "ramp-40-slides"):
+        assert outcome(found, case).verdict in (RIGHT, YIELDS), case
+
+
 def test_cases_say_where_their_answers_come_from():
     for case in CASES.values():
         for quantity in case.quantities:

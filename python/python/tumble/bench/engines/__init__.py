@@ -29,6 +29,8 @@ MODULES: dict[str, str] = {
     "pybullet": "pybullet",
     "rapier": "rapier",
     "rapier-default": "rapier",
+    "rapier-python": "rapier_python",
+    "rapier-python-default": "rapier_python",
     "dart": "dart",
     "dart-exact": "dart",
     "tutorial": "tutorial",
