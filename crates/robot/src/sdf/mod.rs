@@ -37,7 +37,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     check(&root, &names::NAMES, &mut notes)?;
     let world = root.one("world")?;
     let scene = world.unwrap_or(&root);
-    let gravity = scene.one("gravity")?.map(|gravity| vector(gravity)).transpose()?;
+    let gravity = scene.one("gravity")?.map(vector).transpose()?;
     let usual = Vector3::new(0.0, 0.0, if world.is_some() { -9.8 } else { -9.81 });
     let physics = scene.all("physics").next();
     let step = physics.map(|physics| number(physics, "max_step_size")).transpose()?.flatten();
