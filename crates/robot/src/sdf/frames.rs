@@ -52,14 +52,20 @@ impl<'e> Frames<'e> {
     /// Frames of a `<world>`, or of the models of an `<sdf>`.
     pub fn new(world: &'e Element) -> Result<Self, String> {
         let models = vec![SdfModel { key: String::new(), element: world, is_static: false }];
-        let (links, joints, named) = (Vec::new(), Vec::new(), Vec::new());
-        let mut own = Self { frames: HashMap::new(), models, links, joints, named };
+        let mut own = Self {
+            frames: HashMap::new(),
+            models,
+            links: Vec::new(),
+            joints: Vec::new(),
+            named: Vec::new(),
+        };
         own.add_contents(0)?;
         Ok(own)
     }
 
     fn add_contents(&mut self, model: usize) -> Result<(), String> {
-        let (element, scope) = (self.models[model].element, self.models[model].key.clone());
+        let element = self.models[model].element;
+        let scope = self.models[model].key.clone();
         for child in &element.children {
             let scoped = Scoped { element: child, model };
             let attached = match &*child.tag {
@@ -133,7 +139,9 @@ impl<'e> Frames<'e> {
     /// Pose of a frame in `outer`, one of the frames that its pose builds on. `asks` is the element
     /// for messages.
     fn pose_within(&self, key: &str, outer: &str, asks: &Element) -> Result<LinkFrame, String> {
-        let (mut at, mut asks, mut pose) = (key, asks, LinkFrame::identity());
+        let mut at = key;
+        let mut asks = asks;
+        let mut pose = LinkFrame::identity();
         for _ in 0..=self.frames.len() {
             if at == outer {
                 return Ok(pose);
@@ -166,7 +174,8 @@ impl<'e> Frames<'e> {
 
     /// Key of the link that a frame moves with; empty for the world.
     pub fn link_of(&self, key: &str, asks: &Element) -> Result<String, String> {
-        let (mut at, mut asks) = (key, asks);
+        let mut at = key;
+        let mut asks = asks;
         for _ in 0..=self.frames.len() {
             if at.is_empty() {
                 return Ok(String::new());

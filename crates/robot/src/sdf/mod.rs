@@ -170,7 +170,8 @@ impl<'a> SdfReader<'a> {
             counts[link.model] += usize::from(link.element.all("collision").next().is_some());
         }
         let mut bits = (0..u32::BITS).map(|bit| 1_u32 << bit);
-        let (mut apart, mut beyond) = (0, 0);
+        let mut apart = 0;
+        let mut beyond = 0;
         let mask = |(model, count): (&SdfModel<'_>, usize)| {
             if count < 2 || model.is_static || is_true(model.element, "self_collide") {
                 return [u32::MAX; 2];
@@ -195,7 +196,8 @@ impl<'a> SdfReader<'a> {
     }
 
     fn link(&mut self, link: &Scoped<'_>, masks: [u32; 2]) -> Result<Element, String> {
-        let (element, own) = (link.element, self.link_key(link));
+        let element = link.element;
+        let own = self.link_key(link);
         let scope = &self.frames.models[link.model].key;
         let is_weightless = element.one("gravity")?.is_some() && !is_true(element, "gravity");
         let weightless = if is_weightless { "1" } else { "0" };
@@ -256,9 +258,10 @@ impl<'a> SdfReader<'a> {
             let density = first.or(given("density")).map_or("1000", |density| &density.text);
             return Ok(made("inertial", at).holding([made("density", at).with("value", density)]));
         }
-        let frame = match at.tag == "inertial" {
-            true => self.frames.in_link(at, scope, own)?,
-            false => LinkFrame::identity(),
+        let frame = if at.tag == "inertial" {
+            self.frames.in_link(at, scope, own)?
+        } else {
+            LinkFrame::identity()
         };
         let mass = given("mass").map_or("1", |mass| &mass.text);
         let mut inertia = given("inertia").map_or_else(|| made("inertia", at), valued);
@@ -320,9 +323,14 @@ fn vector(element: &Element) -> Result<Vector3<f64>, String> {
 
 /// Element of URDF at the place of `at`, without content.
 fn made(tag: &str, at: &Element) -> Element {
-    let (tag, text) = (tag.to_owned(), String::new());
-    let (attributes, children) = (Vec::new(), Vec::new());
-    Element { tag, attributes, children, text, line: at.line, file: at.file.clone() }
+    Element {
+        tag: tag.to_owned(),
+        attributes: Vec::new(),
+        children: Vec::new(),
+        text: String::new(),
+        line: at.line,
+        file: at.file.clone(),
+    }
 }
 
 impl Element {
