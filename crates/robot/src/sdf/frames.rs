@@ -139,9 +139,9 @@ impl<'e> Frames<'e> {
     /// Pose of a frame in `outer`, one of the frames that its pose builds on. `asks` is the element
     /// for messages.
     fn pose_within(&self, key: &str, outer: &str, asks: &Element) -> Result<LinkFrame, String> {
-        let mut pose = LinkFrame::identity();
         let mut at = key;
         let mut asks = asks;
+        let mut pose = LinkFrame::identity();
         for _ in 0..=self.frames.len() {
             if at == outer {
                 return Ok(pose);

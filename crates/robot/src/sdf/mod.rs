@@ -258,9 +258,10 @@ impl<'a> SdfReader<'a> {
             let density = first.or(given("density")).map_or("1000", |density| &density.text);
             return Ok(made("inertial", at).holding([made("density", at).with("value", density)]));
         }
-        let frame = match at.tag == "inertial" {
-            true => self.frames.in_link(at, scope, own)?,
-            false => LinkFrame::identity(),
+        let frame = if at.tag == "inertial" {
+            self.frames.in_link(at, scope, own)?
+        } else {
+            LinkFrame::identity()
         };
         let mass = given("mass").map_or("1", |mass| &mass.text);
         let mut inertia = given("inertia").map_or_else(|| made("inertia", at), valued);
