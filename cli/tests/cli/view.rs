@@ -331,8 +331,9 @@ fn joint_forces_are_in_the_world_frame() {
         position = [0.0, 0.0, -0.5]
         [[joints]]
         name = "pin"
-        type = "ball"
-        bodies = "bar"
+        type = "revolute"
+        bodies = ["bar"]
+        axis = [0, 1, 0]
         anchor = [0.0, 0.0, 0.0]
     "#;
     fs::write(&scene, text).unwrap();

@@ -391,8 +391,8 @@ mod tests {
         // Body 0 rests, body 1 trembles, body 2 moves.
         let start = film.frames[0].states.clone();
         for (k, frame) in film.frames.iter_mut().enumerate() {
-            frame.states[0] = start[0].clone();
-            frame.states[1] = start[1].clone();
+            frame.states[0] = start[0];
+            frame.states[1] = start[1];
             frame.states[1].position.x += 1e-5 * k as f64;
         }
         assert_eq!(film.first_moving(), 2);

@@ -105,10 +105,10 @@ fn a_hundred_bodies_play_and_are_chosen() {
         let expected = match b % 6 {
             0 => blue > red + 30 && blue > green + 15,
             1 => red > blue + 25 && green > blue + 15,
-            2 => red > green + 25 && red > blue + 30,
+            2 => red > green + 25 && blue > green + 25,
             3 => blue > red + 15 && green > red,
-            4 => blue > green + 10 && red > green + 5,
-            _ => green > red + 20 && blue > red + 15,
+            4 => green > red + 30 && blue > red + 25,
+            _ => red > green + 25 && red > blue + 30,
         };
         assert!(expected, "{b}: {red} {green} {blue}");
     }
