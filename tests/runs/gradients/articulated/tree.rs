@@ -243,6 +243,7 @@ impl Draw {
         Drive {
             limits: has_limits.then_some(limits),
             friction: friction * force,
+            static_friction: None,
             stiffness: stiffness * force / coordinate,
             rest: 0.2 * self.unit() * coordinate,
             damping: self.within(0.02, 0.1) * force / speed,
