@@ -130,7 +130,7 @@ def test_pictures_are_pictures(run, stack, tmp_path):
     assert run.gif(tmp_path / "a.gif", size=120, speed=4.0).read_bytes().startswith(b"GIF89a")
     page = run.view(tmp_path / "view.html").read_text()
     assert page.startswith("<!DOCTYPE html>") or page.startswith("<!doctype html>")
-    assert "drop, seed 42, native" in page
+    assert "<title>drop</title>" in page and '"name":"seed","value":"42"' in page
     assert len(run.page(stack)) > len(page)
 
 
