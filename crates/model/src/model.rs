@@ -177,13 +177,13 @@ pub struct FixedModel {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct StaticModel {
-    /// Of the ground, and of bodies and fixed geometry without their own coefficients.
+    /// Coefficient of the ground, and of bodies and fixed geometry without their own.
     pub friction: Option<f64>,
     /// Slip up to which contacts have them (m/s); null for the core's default.
     pub stick_speed: Option<f64>,
-    /// Of bodies and fixed geometry.
+    /// Own coefficients of bodies and fixed geometry.
     pub owners: Vec<(PartnerModel, f64)>,
-    /// Of single pairs.
+    /// Coefficients of single pairs.
     pub pairs: Vec<PairModel>,
 }
 

@@ -14,7 +14,7 @@ const ABOVE_KINETIC: &str = "the coefficient of friction to 10";
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct StaticFrictions {
     of_world: Option<f64>,
-    /// Of bodies and fixed pieces with their own coefficient, sorted.
+    /// Bodies and fixed pieces with their own coefficient, sorted.
     of_owners: Vec<(Partner, f64)>,
     of_pairs: PairLaws,
     stick_speed: Option<f64>,

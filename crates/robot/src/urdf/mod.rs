@@ -25,17 +25,17 @@ const FARTHEST: f64 = 1e12;
 
 /// Attributes that the SDF reader adds to elements of URDF. Parsed names contain no colon.
 pub mod extra {
-    /// Of `<origin>`: quaternion instead of `rpy`.
+    /// Quaternion of an `<origin>`, instead of `rpy`.
     pub const ATTITUDE: &str = ":attitude";
-    /// Of `<joint>`: anchor in the child link (m).
+    /// Anchor of a `<joint>` in the child link (m).
     pub const ANCHOR: &str = ":anchor";
-    /// Of `<collision>`: friction coefficient.
+    /// Friction coefficient of a `<collision>`.
     pub const FRICTION: &str = ":friction";
-    /// Of `<collision>`: two collision masks.
+    /// Two collision masks of a `<collision>`.
     pub const GROUPS: &str = ":groups";
-    /// Of `<link>`: fraction of the weight that is compensated.
+    /// Fraction of a `<link>`'s weight that is compensated.
     pub const WEIGHTLESS: &str = ":weightless";
-    /// Of `<dynamics>`: armature, spring stiffness and coordinate of the relaxed spring.
+    /// Armature, spring stiffness and coordinate of the relaxed spring of a joint's `<dynamics>`.
     pub const SPRING: [&str; 3] = [":armature", ":spring_stiffness", ":spring_reference"];
 }
 
