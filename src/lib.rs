@@ -88,7 +88,8 @@ pub use tumble_core::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 pub use tumble_core::world::{
-    Constant, ContactLaw, Fixed, Groups, Integrator, Parameters, Partner, Plane, Touching, World,
+    Constant, ContactLaw, Fixed, Groups, Integrator, Parameters, Partner, Plane, Touching, Turning,
+    TurningFriction, World,
 };
 
 pub mod problem;

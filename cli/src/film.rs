@@ -171,6 +171,7 @@ mod tests {
             radius: 0.0,
             rebound: 0.0,
             key: KeyText { point: 0, pair: None },
+            moment: Vector3::zeros(),
         };
         step.contacts = vec![contact; count];
         step

@@ -8,7 +8,7 @@ use std::path::Path;
 use tumble_core::mechanics::RigidBody;
 use tumble_core::world::Integrator;
 use tumble_model::failure::Failure;
-use tumble_model::{BodyModel, StaticModel};
+use tumble_model::{BodyModel, CoefficientsModel};
 use tumble_scene::scene::Scene;
 
 /// A change of a scene.
@@ -108,7 +108,7 @@ fn changed(mut scene: Scene, change: Change) -> Result<Scene, Failure> {
             model.bodies.iter_mut().for_each(|body| body.friction = None);
             model.fixed.iter_mut().for_each(|fixed| fixed.friction = None);
             model.frictions.clear();
-            model.statics = StaticModel::default();
+            model.statics = CoefficientsModel::default();
         }
         Change::Restitution(restitution) => {
             model.restitution = restitution;

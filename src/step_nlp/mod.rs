@@ -206,6 +206,8 @@ impl StepNlp {
             Some("the tutorial's program does not support rounded points")
         } else if world.friction_between(BODY, Partner::Ground) != world.friction() {
             Some("the tutorial's program supports only the world's coefficient of friction")
+        } else if world.has_turning_friction() {
+            Some("the tutorial's program does not support rolling and torsional resistance")
         } else if world.has_static_friction() {
             Some("the tutorial's program does not support static friction")
         } else if world.has_restitution() {

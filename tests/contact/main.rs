@@ -22,5 +22,6 @@ mod static_friction;
 mod terrain;
 #[path = "../common/toss.rs"]
 mod toss;
+mod turning_friction;
 mod whose_plane;
 mod wild_steps;

@@ -113,7 +113,8 @@ fn invalid_contact_pairs_are_rejected() {
         (r#"<pair geom1="a" geom2="c"/>"#, "there is no geom \"c\""),
         (r#"<pair geom1="a" geom2="b"/>"#, "two bodies are needed"),
         (r#"<pair geom1="a" geom2="floor" friction="1 0.5"/>"#, "use equal ones"),
-        (r#"<pair geom1="a" geom2="floor" condim="4"/>"#, "--point-contacts"),
+        (r#"<pair geom1="a" geom2="floor" condim="5"/>"#, "1, 3, 4 or 6 is needed"),
+        (r#"<pair geom1="a" geom2="floor" friction="1 1 0 0.1 0.2"/>"#, "use equal ones"),
         (r#"<pair geom1="a"/>"#, "geom2"),
     ] {
         let why = tried(pair);

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use tumble_core::contact::Partner;
 use tumble_core::simulation::StepRecord;
 use tumble_core::world::Integrator;
 use tumble_scene::scene::Scene;
@@ -79,10 +80,10 @@ fn packages_are_found_above_the_file() {
     }
 }
 
-/// Checks that torsional and rolling friction are refused with a remedy: the option that ignores
-/// them. With it, the contact has sliding friction only.
+/// Checks torsional and rolling friction of `condim` 4 and 6, with a note on the cone of MuJoCo. With the
+/// option that ignores them, the contact has sliding friction only.
 #[test]
-fn torsional_and_rolling_friction_need_an_option() {
+fn torsional_and_rolling_friction_are_read() {
     let text = |condim: u32| {
         format!(
             "<mujoco><worldbody><geom type='plane' size='1 1 1' condim='1'/>\
@@ -97,8 +98,13 @@ fn torsional_and_rolling_friction_need_an_option() {
             RobotSettings { point_contacts, ..Default::default() },
         )
     };
-    let why = read(6, false).err().unwrap_or_default();
-    assert!(why.contains("--point-contacts") && why.contains("<geom>"), "{why}");
+    let turning = |condim: u32| {
+        let scene = read(condim, false).unwrap();
+        assert_eq!(scene.notes().iter().any(|note| note.contains("√3")), condim > 3);
+        let of = scene.world.turning_friction_between(0, Partner::Ground);
+        (of.torsional, of.rolling)
+    };
+    assert_eq!([1, 3, 4, 6].map(turning), [(0.0, 0.0), (0.0, 0.0), (0.005, 0.0), (0.005, 1e-4)]);
     let asked = RobotSettings { point_contacts: true, ..Default::default() };
     let why = alone(WITH_PACKAGE, "arm.urdf", &[("arm/parts/wedge.obj", WEDGE)], asked).err();
     assert!(

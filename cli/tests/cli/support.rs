@@ -163,8 +163,14 @@ pub fn contact_run() -> &'static [String; 4] {
 }
 
 /// Shape of the tables of the tutorial's cube.
-pub const ONE_BODY: TableShape =
-    TableShape { bodies: 1, joints: 0, gears: 0, has_middles: false, has_substeps: false };
+pub const ONE_BODY: TableShape = TableShape {
+    bodies: 1,
+    joints: 0,
+    gears: 0,
+    has_middles: false,
+    has_substeps: false,
+    has_moments: false,
+};
 
 /// Temporary directory with the files of [`contact_run`].
 pub fn contact_files() -> TempDir {

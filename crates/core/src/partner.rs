@@ -43,6 +43,43 @@ pub struct ContactLaw {
     pub friction: f64,
     /// Static coefficient, if it is above the kinetic one.
     pub static_friction: Option<f64>,
+    /// Coefficients of the contact's moment.
+    pub turning: TurningFriction,
     /// Coefficient of [restitution](crate::contact::restitution) e.
     pub restitution: f64,
+}
+
+/// Part of the relative turning that a contact resists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Turning {
+    /// Rolling: about axes in the tangent plane.
+    Rolling,
+    /// Spinning: about the normal.
+    Torsional,
+}
+
+impl Turning {
+    /// Both parts.
+    pub const ALL: [Self; 2] = [Self::Rolling, Self::Torsional];
+}
+
+/// Coefficients of the moment of a contact: its limits per newton of normal force.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct TurningFriction {
+    /// Coefficient of rolling friction μ_r (m): limit of the moment in the tangent plane.
+    pub rolling: f64,
+    /// Coefficient of torsional friction μ_s (m): limit of the moment about the normal.
+    pub torsional: f64,
+}
+
+impl TurningFriction {
+    /// No moment.
+    pub const NONE: Self = Self { rolling: 0.0, torsional: 0.0 };
+
+    /// True if a coefficient is positive.
+    #[must_use]
+    pub fn acts(&self) -> bool {
+        self.rolling > 0.0 || self.torsional > 0.0
+    }
 }

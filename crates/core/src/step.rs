@@ -5,7 +5,7 @@
 //! contact. The solvers are in [`crate::solver`]. Model, certificate, loop and writers depend on
 //! this trait only.
 
-use crate::contact::{Candidates, Contact, ContactKey, Partner};
+use crate::contact::{Candidates, Contact, ContactKey, ContactLoad, Partner};
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::{RigidBody, State, Wrench};
@@ -100,6 +100,8 @@ pub struct ContactForce {
     pub force: Vector3<f64>,
     /// Component of the force along the contact normal (N).
     pub normal_force: f64,
+    /// Moment m on body A about the contact point (N m), world frame. Body B receives the opposite.
+    pub moment: Vector3<f64>,
     /// Mean slip velocity of the contact point over the step (m/s), world frame, orthogonal to the
     /// normal.
     pub slip: Vector3<f64>,
@@ -109,7 +111,14 @@ impl ContactForce {
     /// Zero force at the contact `key`.
     #[must_use]
     pub fn none(key: ContactKey) -> Self {
-        Self { key, force: Vector3::zeros(), normal_force: 0.0, slip: Vector3::zeros() }
+        let zero = Vector3::zeros();
+        Self { key, force: zero, normal_force: 0.0, moment: zero, slip: zero }
+    }
+
+    /// Force and moment.
+    #[must_use]
+    pub fn load(&self) -> ContactLoad {
+        ContactLoad { force: self.force, moment: self.moment }
     }
 
     /// True if the normal force is positive.
@@ -175,6 +184,11 @@ impl StepSolution {
     /// Forces of all candidates (N), world frame.
     pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.contacts.iter().map(|contact| contact.force)
+    }
+
+    /// Forces and moments of all candidates.
+    pub fn loads(&self) -> impl Iterator<Item = ContactLoad> + '_ {
+        self.contacts.iter().map(ContactForce::load)
     }
 
     /// Removes the body `index` and the forces of its contacts. Bodies after it move up by one.

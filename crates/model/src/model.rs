@@ -23,7 +23,7 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
-use tumble_core::world::{Fixed, FixedTerrain, Impacts, Integrator, Parameters, World};
+use tumble_core::world::{Fixed, FixedTerrain, Impacts, Integrator, Parameters, Turning, World};
 
 /// Constants of a run and its initial state, in SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -47,8 +47,17 @@ pub struct Model {
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
     pub mu: f64,
     /// Static coefficients of friction.
-    #[serde(default, skip_serializing_if = "StaticModel::is_empty")]
-    pub statics: StaticModel,
+    #[serde(default, skip_serializing_if = "CoefficientsModel::is_empty")]
+    pub statics: CoefficientsModel,
+    /// Slip up to which contacts have their static coefficients (m/s); null for the core's default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stick_speed: Option<f64>,
+    /// Coefficients of rolling friction (m).
+    #[serde(default, skip_serializing_if = "CoefficientsModel::is_empty")]
+    pub rolling: CoefficientsModel,
+    /// Coefficients of torsional friction (m).
+    #[serde(default, skip_serializing_if = "CoefficientsModel::is_empty")]
+    pub torsional: CoefficientsModel,
     /// Coefficient of restitution of the world; default for bodies without their own.
     #[serde(default)]
     pub restitution: f64,
@@ -173,10 +182,10 @@ pub struct FixedModel {
     pub groups: GroupsModel,
 }
 
-/// Static coefficients of friction; without any, all are the kinetic ones.
+/// Coefficients of one law: of the world, of bodies and fixed geometry, and of pairs.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub struct StaticModel {
+pub struct CoefficientsModel {
     /// Coefficient of the ground, and of bodies and fixed geometry without their own.
     pub friction: Option<f64>,
     /// Slip up to which contacts have them (m/s); null for the core's default.
@@ -187,18 +196,57 @@ pub struct StaticModel {
     pub pairs: Vec<PairModel>,
 }
 
-impl StaticModel {
+impl CoefficientsModel {
     /// Own coefficient of a body or of fixed geometry.
     #[must_use]
     pub fn own(&self, owner: PartnerModel) -> Option<f64> {
         self.owners.iter().find(|(known, _)| *known == owner).map(|(_, friction)| *friction)
     }
 
-    fn is_empty(&self) -> bool {
-        self.friction.or(self.stick_speed).is_none()
-            && self.owners.is_empty()
-            && self.pairs.is_empty()
+    /// Sets the coefficients of a `world` of this `model`.
+    fn set(
+        &self,
+        world: World,
+        model: &Model,
+        set: impl Fn(World, Owner, f64) -> Result<World, Error>,
+    ) -> Result<World, Error> {
+        let of_world = self.friction.map(|friction| (Owner::World, friction));
+        let owners = self.owners.iter();
+        let owners = owners.map(|(owner, friction)| (Owner::One(model.partner(*owner)), *friction));
+        let pair = |pair: &PairModel| {
+            (Owner::Pair(pair.body, model.partner(pair.partner)), pair.coefficient)
+        };
+        let all = of_world.into_iter().chain(owners).chain(self.pairs.iter().map(pair));
+        all.into_iter().try_fold(world, |world, (of, friction)| set(world, of, friction))
     }
+
+    /// Leaves out the owners and pairs that `owner` and `pair` leave out.
+    fn renumber(
+        &mut self,
+        owner: impl Fn(PartnerModel) -> Option<PartnerModel>,
+        pair: impl Fn(&PairModel) -> Option<PairModel>,
+    ) {
+        let owners = self.owners.iter();
+        self.owners = owners.filter_map(|(of, friction)| Some((owner(*of)?, *friction))).collect();
+        self.pairs = self.pairs.iter().filter_map(pair).collect();
+    }
+
+    fn is_empty(&self) -> bool {
+        self.friction.is_none() && self.owners.is_empty() && self.pairs.is_empty()
+    }
+}
+
+/// Adds the names of fields in scenario files.
+fn zipped<T>([statics, rolling, torsional]: [T; 3]) -> [(&'static str, T); 3] {
+    let names = ["static_friction", "rolling_friction", "torsional_friction"];
+    [(names[0], statics), (names[1], rolling), (names[2], torsional)]
+}
+
+/// What a coefficient belongs to.
+enum Owner {
+    World,
+    One(Partner),
+    Pair(usize, Partner),
 }
 
 /// Coefficient of friction or restitution of one pair.
@@ -290,15 +338,22 @@ impl Model {
         let world = self.frictions.iter().try_fold(world, |world, pair| {
             world.with_friction_between(pair.body, self.partner(pair.partner), pair.coefficient)
         })?;
-        let StaticModel { friction, stick_speed, owners, pairs } = &self.statics;
-        let world = friction.iter().try_fold(world, |world, of| world.with_static_friction(*of))?;
-        let world = stick_speed.iter().try_fold(world, |world, of| world.with_stick_speed(*of))?;
-        let world = owners.iter().try_fold(world, |world, (owner, friction)| {
-            world.with_static_friction_of(self.partner(*owner), *friction)
+        let world =
+            self.stick_speed.iter().try_fold(world, |world, of| world.with_stick_speed(*of))?;
+        let world = self.statics.set(world, self, |world, of, friction| match of {
+            Owner::World => world.with_static_friction(friction),
+            Owner::One(owner) => world.with_static_friction_of(owner, friction),
+            Owner::Pair(body, other) => world.with_static_friction_between(body, other, friction),
         })?;
-        let world = pairs.iter().try_fold(world, |world, pair| {
-            let partner = self.partner(pair.partner);
-            world.with_static_friction_between(pair.body, partner, pair.coefficient)
+        let turning = [(Turning::Rolling, &self.rolling), (Turning::Torsional, &self.torsional)];
+        let world = turning.into_iter().try_fold(world, |world, (kind, coefficients)| {
+            coefficients.set(world, self, |world, of, friction| match of {
+                Owner::World => world.with_turning_friction(kind, friction),
+                Owner::One(owner) => world.with_turning_friction_of(kind, owner, friction),
+                Owner::Pair(body, other) => {
+                    world.with_turning_friction_between(kind, body, other, friction)
+                }
+            })
         })?;
         let world = self.restitutions.iter().try_fold(world, |world, pair| {
             world.with_restitution_between(pair.body, self.partner(pair.partner), pair.coefficient)
@@ -312,6 +367,19 @@ impl Model {
         let untouched = self.bodies.iter().enumerate().filter(|(_, body)| !body.touches);
         let world = untouched.map(|(index, _)| index).try_fold(world, World::with_untouched)?;
         self.tied(self.grouped(world)?)
+    }
+
+    /// Coefficients with the names of their fields in scenario files.
+    #[must_use]
+    pub fn coefficients(&self) -> [(&'static str, &CoefficientsModel); 3] {
+        let Self { statics, rolling, torsional, .. } = self;
+        zipped([statics, rolling, torsional])
+    }
+
+    /// The same, to be changed.
+    pub fn coefficients_mut(&mut self) -> [(&'static str, &mut CoefficientsModel); 3] {
+        let Self { statics, rolling, torsional, .. } = self;
+        zipped([statics, rolling, torsional])
     }
 
     /// Prescribed motions of joint frames in the world, with the index of each joint.
@@ -421,15 +489,15 @@ impl Model {
             PartnerModel::Body(other) => number(other).map(PartnerModel::Body),
             still => Some(still),
         };
-        let owners = self.statics.owners.iter();
-        self.statics.owners =
-            owners.filter_map(|(of, friction)| Some((partner(*of)?, *friction))).collect();
-        for pairs in [&mut self.frictions, &mut self.restitutions, &mut self.statics.pairs] {
-            let pair = |pair: &PairModel| {
-                let (body, partner) = (number(pair.body)?, partner(pair.partner)?);
-                Some(PairModel { body, partner, ..*pair })
-            };
+        let pair = |pair: &PairModel| {
+            let (body, partner) = (number(pair.body)?, partner(pair.partner)?);
+            Some(PairModel { body, partner, ..*pair })
+        };
+        for pairs in [&mut self.frictions, &mut self.restitutions] {
             *pairs = pairs.iter().filter_map(pair).collect();
+        }
+        for coefficients in [&mut self.statics, &mut self.rolling, &mut self.torsional] {
+            coefficients.renumber(partner, pair);
         }
         let pair = |pair: &ApartModel| {
             Some(ApartModel { body: number(pair.body)?, partner: partner(pair.partner)? })

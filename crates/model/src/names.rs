@@ -15,12 +15,14 @@ pub enum FileKind {
 type SettingNames = (&'static str, &'static str, &'static str);
 
 /// Settings whose names differ between these places.
-const NAMES: [SettingNames; 28] = [
+const NAMES: [SettingNames; 30] = [
     ("dt", "time_step", "parameters.dt"),
     ("rotation", "rotation", "parameters.rotation"),
     ("mu", "ground.friction", "parameters.mu"),
     ("static-friction", "ground.static_friction", "parameters.statics"),
-    ("stick-speed", "ground.stick_speed", "parameters.statics.stick_speed"),
+    ("rolling-friction", "ground.rolling_friction", "parameters.rolling"),
+    ("torsional-friction", "ground.torsional_friction", "parameters.torsional"),
+    ("stick-speed", "ground.stick_speed", "parameters.stick_speed"),
     ("restitution", "ground.restitution", "parameters.restitution"),
     ("rebound-speed", "ground.rebound_speed", "parameters.rebound_speed"),
     ("mass", "mass", "parameters.mass"),
@@ -93,6 +95,8 @@ pub fn behind(error: &Error) -> Option<&'static str> {
             "time step (s)" => Some("dt"),
             "coefficient of friction" => Some("mu"),
             "coefficient of static friction" => Some("static-friction"),
+            "coefficient of rolling friction (m)" => Some("rolling-friction"),
+            "coefficient of torsional friction (m)" => Some("torsional-friction"),
             "stick speed (m/s)" => Some("stick-speed"),
             "coefficient of restitution" => Some("restitution"),
             "rebound speed (m/s)" => Some("rebound-speed"),

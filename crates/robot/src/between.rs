@@ -95,7 +95,8 @@ fn between(
         frame: LinkFrame { position, ..LinkFrame::identity() },
         groups: [0, 0],
         friction: None,
-        rubs: true,
+        turning: [0.0; 2],
+        condim: 3,
         priority: 0,
         at: link.at.clone(),
     });

@@ -37,7 +37,7 @@ pub struct Robot {
     pub apart: Vec<[usize; 2]>,
     /// Friction coefficient μ of explicit contact pairs, which collide whatever their groups and
     /// links. The key holds the two shape indices, the smaller first.
-    pub pairs: BTreeMap<(usize, usize), f64>,
+    pub pairs: BTreeMap<(usize, usize), PairFriction>,
     /// Named poses (keyframes).
     pub keys: Vec<Key>,
     /// Simulation options of the file.
@@ -308,9 +308,12 @@ pub struct RobotShape {
     pub groups: [u32; 2],
     /// Friction coefficient μ. `None` selects the default of the world.
     pub friction: Option<f64>,
-    /// True if its contacts have friction.
-    pub rubs: bool,
-    /// Priority of its friction coefficient over that of the other shape of a contact.
+    /// Coefficients of torsional and rolling friction (m).
+    pub turning: [f64; 2],
+    /// Directions that its contacts resist (`condim` of MJCF): 1 without friction, 3 with sliding friction,
+    /// 4 with torsional, 6 with rolling friction too.
+    pub condim: i64,
+    /// Priority of its friction over that of the other shape of a contact.
     pub priority: i64,
     /// Position in the file, for messages.
     pub at: String,
@@ -323,19 +326,49 @@ impl RobotShape {
         self.groups[0] & other.groups[1] != 0 || other.groups[0] & self.groups[1] != 0
     }
 
-    /// Friction coefficient between two shapes: that of the shape with the higher priority, or the
-    /// larger one at equal priority. `usual` replaces a missing coefficient.
+    /// Friction between two shapes: that of the shape with the higher priority, or the larger
+    /// coefficients and directions at equal priority. `usual` replaces a missing coefficient.
     #[must_use]
-    pub fn friction_with(&self, other: &Self, usual: f64) -> f64 {
-        if !(self.rubs || other.rubs) {
-            return 0.0;
-        }
-        let [ours, theirs] = [self, other].map(|shape| shape.friction.unwrap_or(usual));
-        match self.priority.cmp(&other.priority) {
+    pub fn friction_with(&self, other: &Self, usual: f64) -> PairFriction {
+        let [ours, theirs] = [self, other].map(|shape| {
+            let [torsional, rolling] = shape.turning;
+            (shape.condim, [shape.friction.unwrap_or(usual), torsional, rolling])
+        });
+        let (condim, all) = match self.priority.cmp(&other.priority) {
             Ordering::Greater => ours,
             Ordering::Less => theirs,
-            Ordering::Equal => ours.max(theirs),
-        }
+            Ordering::Equal => {
+                let larger = std::array::from_fn(|k| f64::max(ours.1[k], theirs.1[k]));
+                (ours.0.max(theirs.0), larger)
+            }
+        };
+        PairFriction::new(condim, all)
+    }
+
+    /// Friction of this shape alone.
+    #[must_use]
+    pub fn own_friction(&self, usual: f64) -> PairFriction {
+        self.friction_with(self, usual)
+    }
+}
+
+/// Coefficients of the contacts of two shapes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairFriction {
+    /// Sliding friction μ.
+    pub sliding: f64,
+    /// Torsional friction (m).
+    pub torsional: f64,
+    /// Rolling friction (m).
+    pub rolling: f64,
+}
+
+impl PairFriction {
+    /// Coefficients of sliding, torsional and rolling friction that act in contacts with `condim` directions.
+    #[must_use]
+    pub fn new(condim: i64, [sliding, torsional, rolling]: [f64; 3]) -> Self {
+        let with = |least: i64, friction: f64| if condim >= least { friction } else { 0.0 };
+        Self { sliding: with(3, sliding), torsional: with(4, torsional), rolling: with(6, rolling) }
     }
 }
 
@@ -491,9 +524,9 @@ impl Robot {
         groups || self.pairs.keys().any(|(a, b)| [a, b].contains(&&shape))
     }
 
-    /// Friction coefficient μ of an explicit contact pair.
+    /// Friction of an explicit contact pair.
     #[must_use]
-    pub fn pair(&self, a: usize, b: usize) -> Option<f64> {
+    pub fn pair(&self, a: usize, b: usize) -> Option<PairFriction> {
         self.pairs.get(&(a.min(b), a.max(b))).copied()
     }
 

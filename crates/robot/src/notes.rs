@@ -12,6 +12,8 @@ pub struct RobotNotes {
     soft: bool,
     /// Number of links whose visual geometry is not read, and the reason for the first.
     unseen: Option<(usize, String)>,
+    /// True if a shape has torsional or rolling friction.
+    turns: bool,
     /// Number of shapes whose torsional and rolling friction is dropped.
     rub_alone: usize,
     /// Number of shapes of size 0, and the position of the first.
@@ -46,9 +48,13 @@ impl RobotNotes {
         self.soft = true;
     }
 
-    /// Counts a shape whose torsional and rolling friction is dropped.
-    pub fn rubs_alone(&mut self) {
-        self.rub_alone += 1;
+    /// Counts a shape with torsional or rolling friction, which is dropped if `dropped`.
+    pub fn turns(&mut self, dropped: bool) {
+        if dropped {
+            self.rub_alone += 1;
+        } else {
+            self.turns = true;
+        }
     }
 
     /// Counts a link whose visual geometry is not read for the reason `why`.
@@ -111,6 +117,13 @@ impl RobotNotes {
                 "as requested, contacts of {count} <geom> with condim 4 or 6 have only sliding \
                  friction"
             ));
+        }
+        if self.turns {
+            sentences.push(
+                "sliding, torsional and rolling friction have separate limits; the common cone of \
+                 MuJoCo lowers each by up to a factor of √3 where several act"
+                    .to_owned(),
+            );
         }
         if let Some((count, why)) = self.unseen {
             let links = if count == 1 { "a link is" } else { &*format!("{count} links are") };

@@ -48,6 +48,8 @@ pub struct ScenarioFile {
     terrain: Option<Vec<TerrainEntry>>,
     friction: Option<Vec<PairEntry>>,
     static_friction: Option<Vec<PairEntry>>,
+    rolling_friction: Option<Vec<PairEntry>>,
+    torsional_friction: Option<Vec<PairEntry>>,
     restitution: Option<Vec<PairEntry>>,
     joints: Option<Vec<JointEntry>>,
     motors: Option<Vec<MotorEntry>>,
@@ -107,7 +109,8 @@ impl ScenarioFile {
             fixed: self.fixed.unwrap_or_default(),
             terrain: self.terrain.unwrap_or_default(),
             friction: self.friction.unwrap_or_default(),
-            static_friction: self.static_friction.unwrap_or_default(),
+            coefficients: [self.static_friction, self.rolling_friction, self.torsional_friction]
+                .map(Option::unwrap_or_default),
             restitution: self.restitution.unwrap_or_default(),
             joints: self.joints.unwrap_or_default(),
             motors: self.motors.unwrap_or_default(),

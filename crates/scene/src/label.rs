@@ -2,7 +2,7 @@
 
 use super::scene::Scene;
 use tumble_core::joint::JointAxis;
-use tumble_core::world::{Constant, Partner};
+use tumble_core::world::{Constant, Partner, Turning};
 
 /// Names of the coordinates.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -26,6 +26,13 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         JointAxis::Linear(k) => format!("{}, along {}", scene.joints[joint], AXES[k]),
         JointAxis::Angular(k) => format!("{}, about {}", scene.joints[joint], AXES[k]),
     };
+    let owner = |of: Option<(Partner, Option<Partner>)>| match of {
+        None => String::new(),
+        Some((owner, None)) => scene.partner(owner).to_owned(),
+        Some((one, Some(other))) => {
+            format!("{} and {}", scene.partner(one), scene.partner(other))
+        }
+    };
     match constant {
         Constant::Mass | Constant::Size | Constant::Radius => body(component),
         Constant::Inertia => {
@@ -44,13 +51,9 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         }
         Constant::PairFriction => pair(world.pair_frictions()),
         Constant::PairRestitution => pair(world.pair_restitutions()),
-        Constant::StaticFriction => match world.static_owner(component) {
-            None => String::new(),
-            Some((owner, None)) => scene.partner(owner).to_owned(),
-            Some((one, Some(other))) => {
-                format!("{} and {}", scene.partner(one), scene.partner(other))
-            }
-        },
+        Constant::StaticFriction => owner(world.static_owner(component)),
+        Constant::RollingFriction => owner(world.turning_owner(Turning::Rolling, component)),
+        Constant::TorsionalFriction => owner(world.turning_owner(Turning::Torsional, component)),
         Constant::Gravity => AXES[component].to_owned(),
         Constant::Anchor => {
             let (joint, side) = (&scene.joints[component / 6], component % 6 / 3);

@@ -39,6 +39,10 @@ pub struct Settings {
     pub mu: Option<f64>,
     /// Static coefficient of friction of the world.
     pub static_friction: Option<f64>,
+    /// Coefficient of rolling friction of the world (m).
+    pub rolling_friction: Option<f64>,
+    /// Coefficient of torsional friction of the world (m).
+    pub torsional_friction: Option<f64>,
     /// Slip up to which contacts have their static coefficient (m/s).
     pub stick_speed: Option<f64>,
     /// Coefficient of restitution e of the world.
@@ -109,6 +113,8 @@ impl Settings {
             impacts: self.impacts.or(below.impacts),
             mu: self.mu.or(below.mu),
             static_friction: self.static_friction.or(below.static_friction),
+            rolling_friction: self.rolling_friction.or(below.rolling_friction),
+            torsional_friction: self.torsional_friction.or(below.torsional_friction),
             stick_speed: self.stick_speed.or(below.stick_speed),
             restitution: self.restitution.or(below.restitution),
             rebound_speed: self.rebound_speed.or(below.rebound_speed),

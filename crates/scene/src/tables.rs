@@ -62,6 +62,8 @@ pub enum SolidInertia {
 pub struct GroundTable {
     friction: f64,
     static_friction: Option<f64>,
+    rolling_friction: Option<f64>,
+    torsional_friction: Option<f64>,
     stick_speed: Option<f64>,
     restitution: Option<f64>,
     rebound_speed: Option<f64>,
@@ -202,6 +204,8 @@ impl GroundTable {
     pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         settings.mu = Some(self.friction);
         settings.static_friction = self.static_friction;
+        settings.rolling_friction = self.rolling_friction;
+        settings.torsional_friction = self.torsional_friction;
         settings.stick_speed = self.stick_speed;
         settings.restitution = self.restitution;
         settings.rebound_speed = self.rebound_speed;

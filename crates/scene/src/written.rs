@@ -10,7 +10,7 @@ use tumble_model::gear::GearModel;
 use tumble_model::groups::GroupsModel;
 use tumble_model::joint::{CourseModel, JointModel};
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
-use tumble_model::{FixedModel, Model, PartnerModel, StaticModel};
+use tumble_model::{FixedModel, Model, PartnerModel};
 
 /// First line of a scenario file that may be replaced.
 pub const HEAD: &str = "# Written by tumble, which may replace this file.\n";
@@ -77,8 +77,8 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
         }
     }
     writeln!(out, "friction = {:?}", model.mu)?;
-    let StaticModel { friction, stick_speed, .. } = &model.statics;
-    for (field, value) in [("static_friction", friction), ("stick_speed", stick_speed)] {
+    let coefficients = model.coefficients().map(|(field, of)| (field, of.friction));
+    for (field, value) in coefficients.into_iter().chain([("stick_speed", model.stick_speed)]) {
         if let Some(value) = value {
             writeln!(out, "{field} = {value:?}")?;
         }
@@ -175,11 +175,10 @@ fn body_table(out: &mut String, index: usize, model: &Model) -> Result<(), Strin
         ModelShape::Points(points) => lines.push(format!("points = {points:?}")),
     }
     lines.push(format!("mass = {:?}\ninertia = {:?}", body.mass, body.inertia));
-    for (field, value) in [
-        ("friction", body.friction),
-        ("static_friction", model.statics.own(PartnerModel::Body(index))),
-        ("restitution", body.restitution),
-    ] {
+    let own = own(model, PartnerModel::Body(index));
+    let restitution = ("restitution", body.restitution);
+    for (field, value) in [("friction", body.friction)].into_iter().chain(own).chain([restitution])
+    {
         lines.extend(value.map(|value| format!("{field} = {value:?}")));
     }
     if !body.touches {
@@ -229,18 +228,19 @@ fn group_lines(groups: &GroupsModel) -> impl Iterator<Item = String> {
 
 /// Tables of fixed geometry. Consecutive pieces with the same name form one object.
 fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
-    let of_each: Vec<_> = (0..model.fixed.len())
-        .map(|index| (&model.fixed[index], model.statics.own(PartnerModel::Fixed(index))))
+    type Own<'a> = (&'a FixedModel, [(&'static str, Option<f64>); 3]);
+    let of_each: Vec<Own<'_>> = (0..model.fixed.len())
+        .map(|index| (&model.fixed[index], own(model, PartnerModel::Fixed(index))))
         .collect();
-    let one = |(a, of_a): &(&FixedModel, Option<f64>), (b, of_b): &(&FixedModel, Option<f64>)| {
+    let one = |(a, of_a): &Own<'_>, (b, of_b): &Own<'_>| {
         a.name == b.name && a.friction == b.friction && of_a == of_b && a.groups == b.groups
     };
     for thing in of_each.chunk_by(one) {
-        let (first, static_friction) = thing[0];
+        let (first, own) = thing[0];
         let name = quoted(&first.name);
         let pieces = pieces(thing.iter().map(|(fixed, _)| &fixed.piece))?;
         let _ = writeln!(out, "\n[[fixed]]\nname = {name}\n{pieces}");
-        for (field, value) in [("friction", first.friction), ("static_friction", static_friction)] {
+        for (field, value) in [("friction", first.friction)].into_iter().chain(own) {
             let _ = value.map(|value| writeln!(out, "{field} = {value:?}"));
         }
         for line in group_lines(&first.groups) {
@@ -262,16 +262,19 @@ fn name_of(partner: PartnerModel, model: &Model) -> &str {
     }
 }
 
+/// Own coefficients of a body or fixed piece, with their fields.
+fn own(model: &Model, owner: PartnerModel) -> [(&'static str, Option<f64>); 3] {
+    model.coefficients().map(|(field, of)| (field, of.own(owner)))
+}
+
 fn pair_tables(out: &mut String, model: &Model) {
     let between = |body: usize, partner: PartnerModel| {
         let names = [PartnerModel::Body(body), partner].map(|of| quoted(name_of(of, model)));
         format!("between = [{}, {}]", names[0], names[1])
     };
-    for (table, pairs) in [
-        ("friction", &model.frictions),
-        ("static_friction", &model.statics.pairs),
-        ("restitution", &model.restitutions),
-    ] {
+    let coefficients = model.coefficients().map(|(table, of)| (table, &of.pairs));
+    let of_laws = [("friction", &model.frictions), ("restitution", &model.restitutions)];
+    for (table, pairs) in of_laws.into_iter().chain(coefficients) {
         for pair in pairs {
             let (between, coefficient) = (between(pair.body, pair.partner), pair.coefficient);
             let _ = writeln!(out, "\n[[{table}]]\n{between}\ncoefficient = {coefficient:?}");

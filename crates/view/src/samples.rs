@@ -52,6 +52,7 @@ pub fn contact(
         radius: 0.0,
         rebound: 0.0,
         key: KeyText { point, pair: None },
+        moment: Vector3::zeros(),
     }
 }
 

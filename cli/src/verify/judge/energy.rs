@@ -66,10 +66,10 @@ impl StepJudge {
         &self,
         (states, next): (&[State], &[State]),
         wrenches: &[Wrench],
-        StepContacts { contacts, forces, joints, gears, .. }: &StepContacts,
+        StepContacts { contacts, loads, joints, gears, .. }: &StepContacts,
     ) -> EnergyBalance {
         let claim = Claim { states, next, wrenches, contacts, joints, gears };
-        EnergyBalance::new(&self.world, &claim, forces.iter().copied())
+        EnergyBalance::new(&self.world, &claim, loads.iter().copied())
     }
 
     pub(super) fn has_its_energy(&self, step: &TableStep) -> bool {

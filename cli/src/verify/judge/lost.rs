@@ -1,8 +1,7 @@
 //! Rounding errors of a recomputed step.
 
 use super::{ROUNDED, StepContacts, StepJudge};
-use nalgebra::Vector3;
-use tumble_core::contact::{Contact, rounding};
+use tumble_core::contact::{Contact, ContactLoad, rounding};
 use tumble_core::joint::{Gear, GearAxis, Joint, JointForce};
 use tumble_core::mechanics::State;
 use tumble_scene::output::tables::ContactRow;
@@ -39,7 +38,7 @@ impl StepJudge {
         rows: &[ContactRow],
         states: &[State],
     ) -> f64 {
-        let StepContacts { contacts, forces, joints, gears, .. } = touching;
+        let StepContacts { contacts, loads, joints, gears, .. } = touching;
         let gives = self.world.bodies().iter().zip(states).map(|(body, state)| {
             let reach = body.reach();
             let turning = body.inertia_inverse().norm() * (state.position.norm() + reach) * reach;
@@ -47,13 +46,13 @@ impl StepJudge {
         });
         let gives: Vec<_> = gives.collect();
         let give = |index: usize| gives[index];
-        let of_one = |((contact, row), force): ((&Contact, &ContactRow), &Vector3<f64>)| {
+        let of_one = |((contact, row), load): ((&Contact, &ContactRow), &ContactLoad)| {
             let moved = (states[contact.key.body].position + contact.arm - row.point).norm();
             let turns = |index: usize| {
                 let body = &self.world.bodies()[index];
                 body.inertia_inverse().norm() * body.reach() * moved
             };
-            force.norm()
+            load.force.norm()
                 * contact
                     .key
                     .bodies()
@@ -75,7 +74,7 @@ impl StepJudge {
             };
             gear.axes().iter().zip(sizes).map(of).sum::<f64>()
         };
-        let of_contacts = contacts.iter().zip(rows).zip(forces).map(of_one).sum::<f64>();
+        let of_contacts = contacts.iter().zip(rows).zip(loads).map(of_one).sum::<f64>();
         let of_joints = self.world.joints().iter().zip(joints).map(of_joint).sum::<f64>();
         let of_gears = self.world.gears().iter().zip(gears).map(of_gear).sum::<f64>();
         self.world.time_step() * (of_contacts + ROUNDED * (of_joints + of_gears))

@@ -23,7 +23,7 @@ use crate::recording::Recording;
 use energy::OTHER_ENERGY;
 use nalgebra::Vector3;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use tumble_core::contact::{Candidates, Certificate, Contact};
+use tumble_core::contact::{Candidates, Certificate, Contact, ContactLoad};
 use tumble_core::joint::{Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::Stiffness;
@@ -91,11 +91,11 @@ pub struct StepJudge {
     pub stiff_joints: StiffJointReport,
 }
 
-/// Contacts of a step and their forces.
+/// Contacts of a step and their forces and moments.
 #[derive(Default)]
 struct StepContacts {
     contacts: Vec<Contact>,
-    forces: Vec<Vector3<f64>>,
+    loads: Vec<ContactLoad>,
     joints: Vec<JointForce>,
     gears: Vec<f64>,
     /// Error in the first row that cannot be a contact.
@@ -162,12 +162,12 @@ impl StepJudge {
         self.count(step);
         let wrenches = self.wrenches(row.index, states);
         let touching = self.compare_rows(step, next, &wrenches);
-        let StepContacts { contacts, forces, joints, gears, wrong } = &touching;
+        let StepContacts { contacts, loads, joints, gears, wrong } = &touching;
         let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
         let certificate = if self.floating {
             certify_rk4_step(&self.world, &claim)
         } else {
-            self.certifier.contact_step(&self.world, &claim, forces.iter().copied())
+            self.certifier.contact_step(&self.world, &claim, loads.iter().copied())
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(contacts, states, next);
@@ -176,7 +176,8 @@ impl StepJudge {
         let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();
         // Free flight is exact for every solver of contacts.
-        let flies = row.status == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
+        let flies =
+            row.status == StepStatus::Free && loads.iter().all(|load| load.force.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
         // NaN is never within a limit.
         let is_exact = residual <= accepted.max(lost);
@@ -345,17 +346,18 @@ impl StepJudge {
         next: &[State],
         touching: &StepContacts,
     ) -> f64 {
-        let StepContacts { contacts, forces, .. } = touching;
+        let StepContacts { contacts, loads, .. } = touching;
         self.candidates.clear();
         self.candidates.extend(contacts.iter().copied());
-        self.candidates.placement_error(&self.world, states, next, forces.iter().copied())
+        let forces = loads.iter().map(|load| load.force);
+        self.candidates.placement_error(&self.world, states, next, forces)
     }
 
     /// True if a contact's rebound speed is not between the step's share of the restitution and
     /// full restitution.
     fn has_another_rebound(
         &self,
-        StepContacts { contacts, forces, .. }: &StepContacts,
+        StepContacts { contacts, loads, .. }: &StepContacts,
         states: &[State],
         next: &[State],
         wrenches: &[Wrench],
@@ -370,8 +372,8 @@ impl StepJudge {
         let range =
             |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
         let mut pushed = vec![0.0; states.len()];
-        for (contact, force) in contacts.iter().zip(forces) {
-            let speed = contact.pushed_by(world, force);
+        for (contact, load) in contacts.iter().zip(loads) {
+            let speed = contact.pushed_by(world, &load.force);
             contact.key.bodies().for_each(|body| pushed[body] += speed);
         }
         // A contact without own impact can be struck by another's impulse, if one arrives and it

@@ -3,7 +3,7 @@
 use super::{StepContacts, StepJudge};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
-use tumble_core::contact::{ContactKey, InstantMotions, PairFeatures};
+use tumble_core::contact::{ContactKey, ContactLoad, InstantMotions, PairFeatures};
 use tumble_core::geometry::Feature;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::{State, Wrench};
@@ -52,7 +52,7 @@ impl StepJudge {
                     touching.wrong.get_or_insert_with(|| format!("its contact {index} {why}"));
                 }
             }
-            touching.forces.push(row.force);
+            touching.loads.push(ContactLoad { force: row.force, moment: row.moment });
         }
         touching
     }

@@ -33,7 +33,7 @@ impl StepJudge {
             matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
         let has_start = !row.start.is_empty();
         let touches = row.contacts > 0 || !step.joints.is_empty();
-        let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
+        let pushed = touching.loads.iter().any(|load| load.force.amax() > 0.0);
         let why = if status == StepStatus::Free && pushed {
             "it has forces"
         } else if status == StepStatus::Free && (row.iterations > 0 || has_start) {

@@ -85,7 +85,12 @@ fn record(points: usize, k: usize, numbers: Numbers) -> StepRecord {
         let Some((force, slip, normal_force)) = found else { continue };
         let (key, force, slip) = (contact.key, force.into(), slip.into());
         record.contacts.push(*contact);
-        record.solution.contacts.push(ContactForce { key, force, normal_force, slip });
+        record.solution.contacts.push(ContactForce {
+            force,
+            normal_force,
+            slip,
+            ..ContactForce::none(key)
+        });
     }
     let Numbers { status, iterations, dynamics, .. } = numbers;
     record.report = StepReport { iterations, ..StepReport::without_problem(status) };

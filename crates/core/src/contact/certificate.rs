@@ -10,7 +10,7 @@
 //! This module is independent of the solvers. [`Simulation`](crate::simulation::Simulation)
 //! certifies every step.
 
-use super::{Contact, Partner};
+use super::{Contact, ContactLoad, Partner};
 use crate::joint::{JointForce, JointMotion};
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::quaternion::advance;
@@ -30,7 +30,7 @@ pub struct Certificate {
     /// Violation of complementarity: force without touch, or touch with a tensile force (eq. 18c).
     pub normal_law: f64,
     /// Violation of maximum dissipation: sliding friction that does not fully oppose the slip, or
-    /// static friction with slip (eq. 18d).
+    /// static friction with slip (eq. 18d); the same of moments, with their limits (eq. 45).
     pub friction_law: f64,
     /// Friction outside the cone (eq. 18e).
     pub cone: f64,
@@ -156,19 +156,19 @@ impl Certifier {
         Self::default()
     }
 
-    /// Certifies a contact step with the contact forces `forces` (N, world, on body A), one per
-    /// contact of the claim.
+    /// Certifies a contact step with the `loads` of the contacts (on body A), one per contact of the
+    /// claim: forces (N, world), or forces and moments.
     ///
-    /// Contacts without a force are skipped. Contact points without a contact must not end below
+    /// Contacts without a load are skipped. Contact points without a contact must not end below
     /// the ground either. Every part is NaN if a list does not have one entry per body, or if a
     /// contact names a body that does not exist.
     pub fn contact_step(
         &mut self,
         world: &World,
         claim: &Claim<'_>,
-        forces: impl IntoIterator<Item = Vector3<f64>>,
+        loads: impl IntoIterator<Item: Into<ContactLoad>>,
     ) -> Certificate {
-        self.step_beside(world, claim, forces, &[])
+        self.step_beside(world, claim, loads, &[])
     }
 
     /// Same as [`Self::contact_step`], but reuses the residual of resting bodies.
@@ -180,7 +180,7 @@ impl Certifier {
         &mut self,
         world: &World,
         claim: &Claim<'_>,
-        forces: impl IntoIterator<Item = Vector3<f64>>,
+        loads: impl IntoIterator<Item: Into<ContactLoad>>,
         rest: &[bool],
     ) -> Certificate {
         if !claim.is_of(world) {
@@ -189,7 +189,7 @@ impl Certifier {
         }
         if rest.is_empty() {
             self.rested.clear();
-            return self.judge::<false>(world, claim, forces, rest, false);
+            return self.judge::<false>(world, claim, loads, rest, false);
         }
         let is_known = self.rested == rest;
         if !is_known {
@@ -197,7 +197,7 @@ impl Certifier {
             self.rested.extend_from_slice(rest);
             self.of_rested = Certificate::default();
         }
-        self.judge::<true>(world, claim, forces, rest, is_known)
+        self.judge::<true>(world, claim, loads, rest, is_known)
     }
 
     /// Certifies a claim. If `is_known`, the residual of the bodies in `rest` is kept instead of
@@ -206,7 +206,7 @@ impl Certifier {
         &mut self,
         world: &World,
         claim: &Claim<'_>,
-        forces: impl IntoIterator<Item = Vector3<f64>>,
+        loads: impl IntoIterator<Item: Into<ContactLoad>>,
         rest: &[bool],
         is_known: bool,
     ) -> Certificate {
@@ -214,7 +214,9 @@ impl Certifier {
         let rests = |body: usize| SOME_REST && rest.get(body).is_some_and(|rests| *rests);
         self.begin(claim, |body| is_known && rests(body));
         let mut both = [Certificate::default(), self.of_rested];
-        for (contact, force) in claim.contacts.iter().zip(forces) {
+        for (contact, load) in claim.contacts.iter().zip(loads) {
+            let load: ContactLoad = load.into();
+            let ContactLoad { force, moment } = load;
             let rests = rests(contact.key.body);
             if is_known && rests {
                 continue;
@@ -230,6 +232,10 @@ impl Certifier {
             certificate.normal_law = largest(certificate.normal_law, parts.normal);
             certificate.friction_law = largest(certificate.friction_law, parts.friction);
             certificate.cone = largest(certificate.cone, parts.cone);
+            if contact.law.turning.acts() || moment != Vector3::zeros() {
+                let missed = self.add_moment(world, contact, &load);
+                certificate.friction_law = largest(certificate.friction_law, missed);
+            }
             let through = -contact.normal().dot(&u);
             certificate.penetration = largest(certificate.penetration, through);
         }
@@ -318,6 +324,20 @@ impl Certifier {
             load.force -= force;
             load.torque -= b.rotation.tr_mul(&arm.cross(force));
         }
+    }
+
+    /// Adds a contact's moment to both bodies. Returns its residual (m/s).
+    fn add_moment(&mut self, world: &World, contact: &Contact, load: &ContactLoad) -> f64 {
+        let (own, other) = (contact.key.body, contact.key.partner.body());
+        let (a, b) = (&self.poses[own], other.map(|other| &self.poses[other]));
+        let h = world.time_step();
+        let turned = contact.relative_turning([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), h);
+        let b = b.map(|b| &b.0);
+        let (on_a, on_b) = Contact::moment_torques(&load.moment, &a.0, b);
+        let missed = contact.moment_residual(world, &a.0, b, load, &turned);
+        self.loads[own].torque += on_a;
+        other.into_iter().for_each(|other| self.loads[other].torque += on_b);
+        missed
     }
 }
 

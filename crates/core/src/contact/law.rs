@@ -5,6 +5,7 @@
 //! Equation numbers refer to `docs/formulation.md`.
 
 use crate::mechanics::{RigidBody, largest};
+use crate::partner::TurningFriction;
 use crate::world::ContactLaw;
 use nalgebra::{Matrix3, Vector3};
 
@@ -68,7 +69,7 @@ impl ContactLaw {
     /// Friction without restitution.
     #[must_use]
     pub const fn plastic(friction: f64) -> Self {
-        Self { friction, static_friction: None, restitution: 0.0 }
+        Self { friction, static_friction: None, turning: TurningFriction::NONE, restitution: 0.0 }
     }
 
     /// Residual of the impulse `p` divided by the mass of A (m/s) and the motion `u` (m/s), in the
@@ -94,7 +95,7 @@ impl ContactLaw {
 }
 
 /// Π: closest point of the tangential disc of `radius` about the origin.
-fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> {
+pub(super) fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> {
     let norm = point.norm();
     if norm > radius { point * (radius / norm) } else { point }
 }

@@ -48,6 +48,7 @@ mod key;
 mod key_index;
 pub mod law;
 mod memory;
+mod moment;
 mod neighbours;
 mod owner;
 mod partners;
@@ -58,7 +59,7 @@ mod shared_edge;
 mod slip_offset;
 mod terrain_seams;
 
-pub use crate::world::{ContactLaw, Partner, Plane};
+pub use crate::world::{ContactLaw, Partner, Plane, TurningFriction};
 pub use candidates::Candidates;
 pub use certificate::{Certificate, Certifier};
 pub use contact_builder::{ellipsoid, round};
@@ -69,6 +70,7 @@ pub use key::{ContactKey, PairFeatures};
 pub use key_index::KeyIndex;
 pub use law::Response;
 pub(crate) use memory::Memory;
+pub use moment::{ContactLoad, MomentScale};
 pub use neighbours::Overlap;
 pub use slip_offset::InstantMotions;
 

@@ -4,6 +4,8 @@ use super::islands::Islands;
 use crate::contact::{Contact, ContactKey, KeyIndex};
 use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
+use crate::mechanics::quaternion::rotation;
+use crate::partner::TurningFriction;
 use crate::step::{ContactForce, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -61,7 +63,7 @@ impl AbruptChanges {
         for (place, (contact, force)) in pairs {
             let past = index.find(step.past, &contact.key, place);
             let is_impact = step.is_impact(contact);
-            if is_impact || step.ends_slip(contact, force, past) {
+            if is_impact || step.ends_slip(contact, force, past) || step.ends_turning(contact) {
                 contact.key.bodies().for_each(|body| bodies[body] = true);
                 contact.key.bodies().for_each(|body| struck[body] |= is_impact);
             }
@@ -87,6 +89,13 @@ impl AbruptChanges {
     }
 }
 
+/// True if a motion ends or turns back from `before` to `now`, or would do so in half of another step.
+fn ends(before: &Vector3<f64>, now: &Vector3<f64>, least: f64) -> bool {
+    let along = now.dot(before);
+    before.norm() > least
+        && (now.norm() <= least || along < 0.0 || 3.0 * now.norm_squared() < along)
+}
+
 impl TakenStep<'_> {
     /// True if the touching points approach faster than smooth accelerations explain in a step.
     fn is_impact(&self, contact: &Contact) -> bool {
@@ -110,11 +119,29 @@ impl TakenStep<'_> {
             },
             |past| past.slip,
         );
-        if before.norm() <= least {
+        ends(&before, &now.slip, least)
+    }
+
+    /// The same of a turning that a moment resists, as the speed of the touching points.
+    fn ends_turning(&self, contact: &Contact) -> bool {
+        let TurningFriction { rolling, torsional } = contact.law.turning;
+        if !contact.law.turning.acts() {
             return false;
         }
-        let along = now.slip.dot(&before);
-        now.slip.norm() <= least || along < 0.0 || 3.0 * now.slip.norm_squared() < along
+        let turning = |states: &[State]| {
+            let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
+            of(contact.key.body) - contact.key.partner.body().map_or(Vector3::zeros(), of)
+        };
+        let normal = contact.normal();
+        let [before, now] = [self.states, &self.solution.states].map(|states| {
+            let turning = turning(states);
+            let about = normal * normal.dot(&turning);
+            (turning - about, about)
+        });
+        let reach = self.world.bodies()[contact.key.body].reach();
+        let least = STILL * self.world.speed_scale() / reach;
+        rolling > 0.0 && ends(&before.0, &now.0, least)
+            || torsional > 0.0 && ends(&before.1, &now.1, least)
     }
 
     /// True if an axis of `joint` comes to a limit, or if its dry friction stops it or turns.

@@ -432,7 +432,7 @@ impl Simulation<'_> {
         let StepRecord { states, wrenches, contacts, solution, .. } = &*substep;
         let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
         let claim = Claim { states, next, wrenches, contacts, joints, gears };
-        let works = EnergyBalance::new(&self.world, &claim, solution.forces()).terms();
+        let works = EnergyBalance::new(&self.world, &claim, solution.loads()).terms();
         sum.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
         let StepReport { status, iterations, .. } = substep.report;
         sum.iterations = sum.iterations.saturating_add(iterations);

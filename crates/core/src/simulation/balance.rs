@@ -18,7 +18,7 @@
 //! independently. The balance closes to rounding if the residual is at rounding level.
 
 use crate::contact::certificate::Claim;
-use crate::contact::{Contact, Partner};
+use crate::contact::{Contact, ContactLoad, Partner};
 use crate::joint::{Axis, JointForce};
 use crate::mechanics::{RigidBody, Rotation, State, Wrench};
 use crate::world::World;
@@ -37,7 +37,7 @@ pub struct EnergyBalance {
     pub reactions: f64,
     /// Work of normal contact forces; negative in an inelastic impact.
     pub impacts: f64,
-    /// Work of tangential contact forces; negative unless a moving surface drives a body.
+    /// Work of tangential contact forces and of moments; negative unless a moving surface drives a body.
     pub friction: f64,
     /// Discretisation term D.
     pub discretisation: f64,
@@ -54,13 +54,13 @@ impl EnergyBalance {
         discretisation: f64::NAN,
     };
 
-    /// Energy balance of the step of `world` described by `claim`. `forces` holds one contact force
-    /// per contact (N), world frame. Every term is NaN if `claim` does not fit `world`.
+    /// Energy balance of the step of `world` described by `claim`. `loads` has the force (N, world), or
+    /// force and moment, of each contact. Every term is NaN if `claim` does not fit `world`.
     #[must_use]
     pub fn new(
         world: &World,
         claim: &Claim<'_>,
-        forces: impl IntoIterator<Item = Vector3<f64>>,
+        loads: impl IntoIterator<Item: Into<ContactLoad>>,
     ) -> Self {
         if !claim.is_of(world) {
             return Self::UNKNOWN;
@@ -70,10 +70,14 @@ impl EnergyBalance {
         for (body, wrench) in claim.wrenches.iter().enumerate() {
             balance.loads += means.work(body, wrench);
         }
-        for (contact, force) in claim.contacts.iter().zip(forces) {
+        for (contact, load) in claim.contacts.iter().zip(loads) {
+            let ContactLoad { force, moment } = load.into();
             let along = contact.normal() * contact.normal().dot(&force);
             balance.impacts += means.work_of_contact(contact, &along);
             balance.friction += means.work_of_contact(contact, &(force - along));
+            if moment != Vector3::zeros() {
+                balance.friction += means.work_of_moment(contact, &moment);
+            }
         }
         for (joint, force) in world.joints().iter().zip(claim.joints) {
             let held = |axes: &[Axis; 3], force: &Vector3<f64>| {
@@ -166,6 +170,15 @@ impl<'a> Means<'a> {
         let arm = of_a.position + contact.arm - of_b.position;
         let torque = of_b.pose().rotation.tr_mul(&arm.cross(force));
         on_a - self.work(b, &Wrench { force: *force, torque })
+    }
+
+    /// Work of the moment of a contact on A and of its opposite on B.
+    fn work_of_moment(&self, contact: &Contact, moment: &Vector3<f64>) -> f64 {
+        let work = |body: usize| {
+            let torque = self.claim.states[body].pose().rotation.tr_mul(moment);
+            self.work(body, &Wrench { force: Vector3::zeros(), torque })
+        };
+        work(contact.key.body) - contact.key.partner.body().map_or(0.0, work)
     }
 
     /// Work of the wrenches that `add` adds to the bodies.

@@ -151,7 +151,7 @@ impl Simulation<'_> {
             solution.states[body] = end;
         }
         for force in solution.contacts.iter_mut().filter(|force| unsolved[force.key.body]) {
-            force.force = mean.force(force);
+            (force.force, force.moment) = mean.load(force);
         }
         for (index, joint) in self.world.joints().iter().enumerate() {
             if unsolved[joint.body()] {
@@ -238,7 +238,7 @@ impl Simulation<'_> {
             joints: &solution.joints,
             gears: &solution.gears,
         };
-        certifier.contact_step(world, &claim, solution.forces());
+        certifier.contact_step(world, &claim, solution.loads());
         energy_check.count(world, &claim, certifier.joint_motions(), solution.forces(), 0.0);
     }
 
@@ -295,7 +295,7 @@ impl Simulation<'_> {
         let (joints, gears) = (&solution.joints, &solution.gears);
         let (states, next) = (&now.states, &solution.states);
         let claim = Claim { states, next, wrenches, contacts, joints, gears };
-        certifier.contact_step(world, &claim, solution.forces())
+        certifier.contact_step(world, &claim, solution.loads())
     }
 }
 
@@ -315,8 +315,8 @@ impl MeanForces {
     fn add(&mut self, part: &StepSolution, share: f64) {
         let pressing = part.contacts.iter().filter(|contact| contact.carries_force());
         self.contacts.extend(pressing.map(|contact| {
-            let force = share * contact.force;
-            ContactForce { force, ..*contact }
+            let (force, moment) = (share * contact.force, share * contact.moment);
+            ContactForce { force, moment, ..*contact }
         }));
         for (mean, joint) in self.joints.iter_mut().zip(&part.joints) {
             mean.force += share * joint.force;
@@ -327,8 +327,10 @@ impl MeanForces {
         }
     }
 
-    fn force(&self, of: &ContactForce) -> Vector3<f64> {
-        self.contacts.iter().filter(|part| part.key == of.key).map(|part| part.force).sum()
+    /// Mean force and moment of a contact.
+    fn load(&self, of: &ContactForce) -> (Vector3<f64>, Vector3<f64>) {
+        let parts = || self.contacts.iter().filter(|part| part.key == of.key);
+        (parts().map(|part| part.force).sum(), parts().map(|part| part.moment).sum())
     }
 }
 

@@ -156,7 +156,8 @@ impl World {
             Partner::Body(index) => Some(Partner::Body(number(index)?)),
             fixed => Some(fixed),
         };
-        let statics = self.statics.renumbered(owner, pairs);
+        let statics = self.statics.with(self.statics.coefficients.renumbered(owner, pairs));
+        let turning = self.turning.each_ref().map(|of| of.renumbered(owner, pairs));
         let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
         let groups = groups.and_then(GroupMasks::if_any);
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
@@ -172,6 +173,7 @@ impl World {
             surfaces: self.surfaces.iter().filter_map(surface).collect(),
             pair_frictions,
             statics,
+            turning,
             pair_restitutions,
             kept_apart,
             untouched,

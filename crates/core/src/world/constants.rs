@@ -39,6 +39,11 @@ pub enum Constant {
     /// All [static coefficients](World::with_static_friction): of the world, then of fixed pieces, then
     /// of bodies, then of pairs.
     StaticFriction,
+    /// All [coefficients of rolling friction](World::with_turning_friction) (m): of the world, then of
+    /// fixed pieces, then of bodies, then of pairs.
+    RollingFriction,
+    /// All coefficients of torsional friction (m), in the same order.
+    TorsionalFriction,
     /// μ of each body with its own coefficient, in order of the bodies.
     BodyFriction,
     /// e of each body with its own coefficient, in order of the bodies.
@@ -100,10 +105,12 @@ pub enum Constant {
 
 impl Constant {
     /// All constants.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 31] = [
         Self::Friction,
         Self::Restitution,
         Self::StaticFriction,
+        Self::RollingFriction,
+        Self::TorsionalFriction,
         Self::BodyFriction,
         Self::BodyRestitution,
         Self::FixedFriction,
@@ -139,6 +146,8 @@ impl Constant {
             Self::Friction => "friction",
             Self::Restitution => "restitution",
             Self::StaticFriction => "static_friction",
+            Self::RollingFriction => "rolling_friction",
+            Self::TorsionalFriction => "torsional_friction",
             Self::BodyFriction => "body_friction",
             Self::BodyRestitution => "body_restitution",
             Self::FixedFriction => "fixed_friction",

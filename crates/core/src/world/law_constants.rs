@@ -4,6 +4,7 @@ use super::laws::find_place;
 use super::{Constant, Partner, World};
 use crate::error::{Error, in_range};
 use crate::mechanics::RigidBody;
+use crate::partner::Turning;
 
 /// Gradient of a contact coefficient: two entries of constant, index and derivative.
 pub(crate) type LawSlopes = [(Constant, usize, f64); 2];
@@ -90,6 +91,10 @@ impl World {
             in_range("coefficient of restitution", number, 0.0, 1.0, "0 to 1")?;
             *own = number;
         }
+        for turning in Turning::ALL {
+            let numbers = given(turning.constant()).unwrap_or(&[]);
+            self.set_turning_frictions(turning, numbers)?;
+        }
         self.set_static_frictions(given(Constant::StaticFriction).unwrap_or(&[]))
     }
 }
@@ -121,6 +126,8 @@ impl Constant {
         matches!(
             self,
             Self::StaticFriction
+                | Self::RollingFriction
+                | Self::TorsionalFriction
                 | Self::BodyFriction
                 | Self::BodyRestitution
                 | Self::FixedFriction
@@ -136,6 +143,8 @@ impl Constant {
             |pairs: &super::laws::PairLaws| pairs.iter().map(|(_, value)| *value).collect();
         match self {
             Self::StaticFriction => world.static_frictions(),
+            Self::RollingFriction => world.turning_frictions(Turning::Rolling),
+            Self::TorsionalFriction => world.turning_frictions(Turning::Torsional),
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).collect(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).collect(),
             Self::FixedFriction => world.fixed_frictions().flatten().collect(),
@@ -149,7 +158,9 @@ impl Constant {
     pub(super) fn law_width(self, world: &World) -> usize {
         let bodies = world.bodies().iter();
         match self {
-            Self::StaticFriction => world.static_frictions().len(),
+            Self::StaticFriction | Self::RollingFriction | Self::TorsionalFriction => {
+                self.law_values(world).len()
+            }
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),
             Self::FixedFriction => world.fixed_frictions().flatten().count(),

@@ -81,6 +81,17 @@ impl World {
         Err(Error::Count { field, count: body, allowed })
     }
 
+    /// Refuses the ground and owners that do not exist.
+    pub(super) fn check_owner(&self, field: &'static str, owner: Partner) -> Result<(), Error> {
+        let (known, count) = match owner {
+            Partner::Ground => (false, 0),
+            Partner::Fixed(index) => (index < self.fixed_count(), index),
+            Partner::Body(index) => (index < self.bodies().len(), index),
+        };
+        let allowed = "an index of a body or fixed collider";
+        if known { Ok(()) } else { Err(Error::Count { field, count, allowed }) }
+    }
+
     /// Friction coefficients of pairs.
     #[must_use]
     pub fn pair_frictions(&self) -> &[((usize, Partner), f64)] {
@@ -139,6 +150,7 @@ impl World {
         ContactLaw {
             friction: self.friction_between(body, partner),
             static_friction: self.static_friction_between(body, partner),
+            turning: self.turning_friction_between(body, partner),
             restitution: self.restitution_between(body, partner),
         }
     }

@@ -3,6 +3,7 @@
 
 mod apart;
 mod changes;
+mod coefficients;
 pub mod constants;
 mod gears;
 mod groups;
@@ -13,12 +14,14 @@ pub mod plane;
 pub(crate) mod reshape;
 mod static_friction;
 mod terrain;
+mod turning_friction;
 
-pub use crate::partner::{ContactLaw, Partner};
+pub use crate::partner::{ContactLaw, Partner, Turning, TurningFriction};
 pub(crate) use apart::KnownSeparations;
 #[cfg(feature = "save")]
 pub(crate) use changes::Changeable;
 pub(crate) use changes::without;
+use coefficients::Coefficients;
 pub use constants::Constant;
 pub(crate) use groups::GroupMasks;
 pub use groups::{Groups, Touching};
@@ -151,6 +154,7 @@ pub struct World {
     surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: PairLaws,
     statics: StaticFrictions,
+    turning: [Coefficients; 2],
     restitution: f64,
     pair_restitutions: PairLaws,
     /// Rebound speed set by the user.
@@ -206,6 +210,7 @@ impl World {
             surfaces: Vec::new(),
             pair_frictions: PairLaws::new(),
             statics: StaticFrictions::default(),
+            turning: Default::default(),
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),
             rebound_speed: None,

@@ -1,6 +1,7 @@
 //! Static friction: coefficients of contacts that did not slip in the step before.
 
-use super::laws::{PairLaws, find_pair, find_place, set_pair};
+use super::coefficients::Coefficients;
+use super::laws::find_pair;
 use super::{Constant, Partner, World};
 use crate::error::{Error, in_range};
 use crate::mechanics::RigidBody;
@@ -13,35 +14,14 @@ const ABOVE_KINETIC: &str = "the coefficient of friction to 10";
 /// Static coefficients of a world.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct StaticFrictions {
-    of_world: Option<f64>,
-    /// Bodies and fixed pieces with their own coefficient, sorted.
-    of_owners: Vec<(Partner, f64)>,
-    of_pairs: PairLaws,
+    pub(super) coefficients: Coefficients,
     stick_speed: Option<f64>,
 }
 
 impl StaticFrictions {
-    /// All coefficients: of the world, of owners, of pairs.
-    fn values(&self) -> impl Iterator<Item = &f64> {
-        let owners = self.of_owners.iter().map(|(_, friction)| friction);
-        self.of_world.iter().chain(owners).chain(self.of_pairs.iter().map(|(_, friction)| friction))
-    }
-
-    fn values_mut(&mut self) -> impl Iterator<Item = &mut f64> {
-        let Self { of_world, of_owners, of_pairs, .. } = self;
-        let owners = of_owners.iter_mut().map(|(_, friction)| friction);
-        of_world.iter_mut().chain(owners).chain(of_pairs.iter_mut().map(|(_, friction)| friction))
-    }
-
-    /// Coefficients of the owners and pairs that `renumbered` keeps.
-    pub(super) fn renumbered(
-        &self,
-        owner: impl Fn(Partner) -> Option<Partner>,
-        pairs: impl Fn(&PairLaws) -> PairLaws,
-    ) -> Self {
-        let owners = self.of_owners.iter();
-        let of_owners = owners.filter_map(|(of, friction)| Some((owner(*of)?, *friction)));
-        Self { of_owners: of_owners.collect(), of_pairs: pairs(&self.of_pairs), ..self.clone() }
+    /// These with other `coefficients`.
+    pub(super) fn with(&self, coefficients: Coefficients) -> Self {
+        Self { coefficients, ..self.clone() }
     }
 }
 
@@ -52,7 +32,8 @@ impl World {
     /// # Errors
     /// [`Error::OutOfRange`] if it is below the world's coefficient of friction or above 10.
     pub fn with_static_friction(mut self, friction: f64) -> Result<Self, Error> {
-        self.statics.of_world = Some(checked(friction, self.friction())?);
+        let friction = checked(friction, self.friction())?;
+        self.statics.coefficients.set_of_world(friction);
         Ok(self)
     }
 
@@ -62,22 +43,10 @@ impl World {
     /// [`Error::OutOfRange`] if it is below the owner's coefficient of friction or above 10;
     /// [`Error::Count`] if the owner does not exist or is the ground.
     pub fn with_static_friction_of(mut self, owner: Partner, friction: f64) -> Result<Self, Error> {
-        let (known, count) = match owner {
-            Partner::Ground => (false, 0),
-            Partner::Fixed(index) => (index < self.fixed_count(), index),
-            Partner::Body(index) => (index < self.bodies().len(), index),
-        };
-        if !known {
-            let allowed = "an index of a body or fixed collider";
-            return Err(Error::Count { field: "owner of a static friction", count, allowed });
-        }
+        self.check_owner("owner of a static friction", owner)?;
         let kinetic = self.own_friction(owner).unwrap_or(self.friction());
         let friction = checked(friction, kinetic)?;
-        let owners = &mut self.statics.of_owners;
-        match owners.binary_search_by(|(known, _)| known.cmp(&owner)) {
-            Ok(place) => owners[place].1 = friction,
-            Err(place) => owners.insert(place, (owner, friction)),
-        }
+        self.statics.coefficients.set_of(owner, friction);
         Ok(self)
     }
 
@@ -96,7 +65,7 @@ impl World {
         let kinetic = self.friction_between(body, partner);
         let field = "static coefficient of a pair";
         let friction = in_range(field, friction, kinetic, 10.0, ABOVE_KINETIC)?;
-        set_pair(&mut self.statics.of_pairs, body, partner, friction);
+        self.statics.coefficients.set_between(body, partner, friction);
         Ok(self)
     }
 
@@ -120,7 +89,7 @@ impl World {
     /// True if any static coefficient is set.
     #[must_use]
     pub fn has_static_friction(&self) -> bool {
-        self.statics.values().next().is_some()
+        !self.statics.coefficients.is_empty()
     }
 
     /// Static coefficient of friction between `body` and `partner` if it is above the kinetic one: the pair's
@@ -135,8 +104,8 @@ impl World {
             return None;
         }
         let kinetic = self.friction_between(body, partner);
-        let friction = match find_pair(&self.statics.of_pairs, body, partner) {
-            Some(friction) => friction,
+        let friction = match self.statics.coefficients.between(body, partner) {
+            Some((_, friction)) => friction,
             None if find_pair(&self.pair_frictions, body, partner).is_some() => kinetic,
             None => {
                 let [a, b] = [Partner::Body(body), partner].map(|owner| self.own_static(owner).2);
@@ -148,16 +117,11 @@ impl World {
 
     /// Static coefficient of an owner: its constant, its index in the constant, and its value.
     pub(super) fn own_static(&self, owner: Partner) -> (Constant, usize, f64) {
-        let StaticFrictions { of_world, of_owners, .. } = &self.statics;
-        if let Ok(place) = of_owners.binary_search_by(|(known, _)| known.cmp(&owner)) {
-            let index = usize::from(of_world.is_some()) + place;
-            return (Constant::StaticFriction, index, of_owners[place].1);
-        }
-        match (self.own_friction_constant(owner), of_world) {
-            (Some(own), _) => own,
-            (None, Some(friction)) => (Constant::StaticFriction, 0, *friction),
-            (None, None) => (Constant::Friction, 0, self.friction()),
-        }
+        let all = &self.statics.coefficients;
+        let constant = |(index, friction)| (Constant::StaticFriction, index, friction);
+        let own = all.of(owner).map(constant).or_else(|| self.own_friction_constant(owner));
+        let of_world = || all.of_world().map(constant);
+        own.or_else(of_world).unwrap_or((Constant::Friction, 0, self.friction()))
     }
 
     /// Static coefficient of a pair with its own one, as [`World::own_static`].
@@ -166,25 +130,15 @@ impl World {
         body: usize,
         partner: Partner,
     ) -> Option<(Constant, usize, f64)> {
-        let StaticFrictions { of_world, of_owners, of_pairs, .. } = &self.statics;
-        let place = find_place(of_pairs, body, partner)?;
-        let index = usize::from(of_world.is_some()) + of_owners.len() + place;
-        Some((Constant::StaticFriction, index, of_pairs[place].1))
+        let (index, friction) = self.statics.coefficients.between(body, partner)?;
+        Some((Constant::StaticFriction, index, friction))
     }
 
     /// Owner, or pair, of the static coefficient at `index` of [`Constant::StaticFriction`]; `None` for the
     /// world's.
     #[must_use]
     pub fn static_owner(&self, index: usize) -> Option<(Partner, Option<Partner>)> {
-        let StaticFrictions { of_world, of_owners, of_pairs, .. } = &self.statics;
-        let index = index.checked_sub(usize::from(of_world.is_some()))?;
-        match of_owners.get(index) {
-            Some((owner, _)) => Some((*owner, None)),
-            None => {
-                let ((body, partner), _) = of_pairs.get(index - of_owners.len())?;
-                Some((Partner::Body(*body), Some(*partner)))
-            }
-        }
+        self.statics.coefficients.owner(index)
     }
 
     /// Own coefficient of friction of a body or fixed collider.
@@ -198,12 +152,12 @@ impl World {
 
     /// Values of [`Constant::StaticFriction`].
     pub(super) fn static_frictions(&self) -> Vec<f64> {
-        self.statics.values().copied().collect()
+        self.statics.coefficients.values().collect()
     }
 
     /// Sets the values of [`Constant::StaticFriction`].
     pub(super) fn set_static_frictions(&mut self, numbers: &[f64]) -> Result<(), Error> {
-        for (own, number) in self.statics.values_mut().zip(numbers) {
+        for (own, number) in self.statics.coefficients.values_mut().zip(numbers) {
             *own = in_range("coefficient of static friction", *number, 0.0, 10.0, "0 to 10")?;
         }
         Ok(())

@@ -149,7 +149,9 @@ impl Assembled {
         let law = |a: usize, b: usize| self.law(placing, a, b, usual);
         let own_friction = |index: usize| friction_of(&self.robot.shapes[index]);
         let alike = |a: usize, b: usize| {
+            let [of_a, of_b] = [a, b].map(|index| self.robot.shapes[index].own_friction(usual));
             own_friction(a) == own_friction(b)
+                && of_a == of_b
                 && others.iter().all(|(other, _)| law(a, *other) == law(b, *other))
         };
         let mut parts: Vec<Vec<usize>> = Vec::new();

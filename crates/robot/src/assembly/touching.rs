@@ -2,7 +2,7 @@
 
 use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::model::{RobotForm, RobotShape};
+use crate::model::{PairFriction, RobotForm, RobotShape};
 use std::sync::Arc;
 use tumble_core::contact::Plane;
 use tumble_core::geometry::Terrain;
@@ -133,6 +133,11 @@ impl Assembled {
                     continue;
                 }
                 let friction = self.law(placing, *shape, *theirs, model.mu);
+                let own = [*shape, *theirs].map(|shape| {
+                    let PairFriction { torsional, rolling, .. } =
+                        self.robot.shapes[shape].own_friction(model.mu);
+                    [torsional, rolling]
+                });
                 let (partner, theirs) = match *other {
                     ShapeOwner::Ground => (PartnerModel::Ground, model.mu),
                     ShapeOwner::Fixed(fixed) => (
@@ -149,20 +154,57 @@ impl Assembled {
                     ),
                 };
                 let ours = model.bodies[body].friction.unwrap_or(model.mu);
-                match friction {
-                    None => model.apart.push(ApartModel { body, partner }),
-                    Some(coefficient) if ours == theirs && ours == coefficient => {}
-                    Some(coefficient) => {
-                        model.frictions.push(PairModel { body, partner, coefficient })
+                let Some(PairFriction { sliding, torsional, rolling }) = friction else {
+                    model.apart.push(ApartModel { body, partner });
+                    continue;
+                };
+                let pair = |coefficient| PairModel { body, partner, coefficient };
+                if ours != theirs || ours != sliding {
+                    model.frictions.push(pair(sliding));
+                }
+                let turning = [(torsional, &mut model.torsional), (rolling, &mut model.rolling)];
+                for (k, (friction, law)) in turning.into_iter().enumerate() {
+                    if friction != own[0][k].max(own[1][k]) {
+                        law.pairs.push(pair(friction));
                     }
+                }
+            }
+        }
+        let ground = owners.iter().find(|(owner, _)| *owner == ShapeOwner::Ground);
+        let ground = ground.map(|(_, shape)| self.robot.shapes[*shape].own_friction(model.mu));
+        let has_ground = ground.map_or([false; 2], |own| [own.torsional > 0.0, own.rolling > 0.0]);
+        for (owner, shape) in owners {
+            let owner = match owner {
+                ShapeOwner::Ground => None,
+                ShapeOwner::Fixed(fixed) => Some(PartnerModel::Fixed(fixed)),
+                ShapeOwner::Terrain(terrain) => Some(PartnerModel::Terrain(terrain)),
+                ShapeOwner::Body(body) => Some(PartnerModel::Body(body)),
+            };
+            let own = self.robot.shapes[shape].own_friction(model.mu);
+            let turning =
+                [(own.torsional, &mut model.torsional), (own.rolling, &mut model.rolling)];
+            // Bodies without their own coefficients would have the ground's.
+            for (k, (friction, law)) in turning.into_iter().enumerate() {
+                match owner {
+                    Some(owner) if friction > 0.0 || has_ground[k] => {
+                        law.owners.push((owner, friction));
+                    }
+                    None if friction > 0.0 => law.friction = Some(friction),
+                    _ => {}
                 }
             }
         }
     }
 
-    /// Friction coefficient of two shapes; `None` if they do not collide. Explicit pairs take
-    /// precedence over groups and links.
-    pub(super) fn law(&self, placing: &Placing, a: usize, b: usize, usual: f64) -> Option<f64> {
+    /// Friction of two shapes; `None` if they do not collide. Explicit pairs take precedence over groups
+    /// and links.
+    pub(super) fn law(
+        &self,
+        placing: &Placing,
+        a: usize,
+        b: usize,
+        usual: f64,
+    ) -> Option<PairFriction> {
         let [ours, theirs] = [a, b].map(|index| &self.robot.shapes[index]);
         let links = [ours.link, theirs.link];
         let both_move = links.iter().all(|link| self.links[*link].0.is_some());
@@ -199,5 +241,5 @@ impl Assembled {
 
 /// Friction coefficient of a single shape.
 pub(super) fn friction_of(shape: &RobotShape) -> Option<f64> {
-    if shape.rubs { shape.friction } else { Some(0.0) }
+    if shape.condim > 1 { shape.friction } else { Some(0.0) }
 }

@@ -1,7 +1,8 @@
 //! `<contact>`: excluded pairs of links, and explicit pairs of shapes.
 
 use super::MjcfReader;
-use crate::model::RobotForm;
+use super::defaults::Defaulted;
+use crate::model::{PairFriction, RobotForm};
 use crate::xml::{Attributes, Element};
 use tumble_model::shown;
 
@@ -68,38 +69,40 @@ impl MjcfReader<'_> {
             [along, ..] => along,
             [] => 1.0,
         };
-        let condim = read.whole("condim")?.unwrap_or(3);
-        let others = [(2, 0.005), (3, 0.0001), (4, 0.0001)];
-        let others = others.map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
-        let rubs = self.rubs(element, condim, &others)?;
+        let usual = [(2, 0.005), (3, 0.0001)];
+        let [torsional, rolling] =
+            usual.map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
+        if friction.get(4).is_some_and(|other| *other != rolling) {
+            return Err(element.wrong(
+                "friction: different coefficients of rolling, the last two numbers, are not supported; use \
+                 equal ones",
+            ));
+        }
+        let condim = self.condim(&read, [torsional, rolling])?;
         if self.robot.options.contacts {
             let pair = (first.min(second), first.max(second));
-            self.robot.pairs.insert(pair, if rubs { own } else { 0.0 });
+            let friction = PairFriction::new(condim, [own, torsional, rolling]);
+            self.robot.pairs.insert(pair, friction);
         }
         Ok(())
     }
 
-    /// True if contacts of `condim` have friction. Torsional and rolling friction, with the
-    /// coefficients `others`, is rejected. With the option
-    /// [`Reading::points_rub`](crate::Reading::points_rub) it is dropped with a note.
-    pub(super) fn rubs(
+    /// Number of directions that the contacts of an element resist, with the coefficients `turning` of
+    /// torsional and rolling friction. With the option
+    /// [`Reading::points_rub`](crate::Reading::points_rub) at most 3, with a note.
+    pub(super) fn condim(
         &mut self,
-        element: &Element,
-        condim: i64,
-        others: &[f64],
-    ) -> Result<bool, String> {
+        read: &Defaulted<'_>,
+        turning: [f64; 2],
+    ) -> Result<i64, String> {
+        let condim = read.whole("condim")?.unwrap_or(3);
         if ![1, 3, 4, 6].contains(&condim) {
-            return Err(element.wrong("condim: 1, 3, 4 or 6 is needed"));
+            return Err(read.element().wrong("condim: 1, 3, 4 or 6 is needed"));
         }
-        if condim > 3 && others.iter().any(|part| *part > 0.0) {
-            if !self.reading.points_rub {
-                return Err(element.wrong(
-                    "torsional and rolling friction, condim 4 and 6, is not supported; \
-                     point_contacts of [[robots]] or --point-contacts keeps only sliding friction",
-                ));
-            }
-            self.notes.rubs_alone();
+        let turns = PairFriction::new(condim, [0.0, turning[0], turning[1]]);
+        if turns.torsional > 0.0 || turns.rolling > 0.0 {
+            self.notes.turns(self.reading.points_rub);
         }
-        Ok(condim > 1)
+        Ok(if self.reading.points_rub { condim.min(3) } else { condim })
     }
 }

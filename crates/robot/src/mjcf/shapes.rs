@@ -112,15 +112,14 @@ impl MjcfReader<'_> {
         }
         let (form, own, volume) = self.form(&read, kind)?;
         let placed = frame.then(&own);
-        let condim = read.whole("condim")?.unwrap_or(3);
         let friction = read.numbers("friction")?.unwrap_or_default();
         if friction.len() > 3 || friction.iter().any(|part| *part < 0.0) {
             return Err(element.wrong("friction: one to three numbers of 0 or more are needed"));
         }
-        let rolling = [(1, 0.005), (2, 0.0001)]
+        let turning = [(1, 0.005), (2, 0.0001)]
             .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
-        let rolling = if touches { rolling } else { [0.0; 2] };
-        let rubs = self.rubs(element, condim, &rolling)?;
+        let turning = if touches { turning } else { [0.0; 2] };
+        let condim = self.condim(&read, turning)?;
         self.add_geom_inertia(&read, link, &placed, &form, &volume)?;
         let (form, placed) = match form {
             RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
@@ -144,7 +143,8 @@ impl MjcfReader<'_> {
             frame: placed,
             groups: if self.robot.options.contacts { groups } else { [0, 0] },
             friction: Some(*friction.first().unwrap_or(&1.0)),
-            rubs,
+            turning,
+            condim,
             priority: read.whole("priority")?.unwrap_or(0),
             at: element.at(),
         });

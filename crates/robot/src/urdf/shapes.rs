@@ -37,7 +37,8 @@ impl UrdfReader<'_> {
                     frame,
                     groups: groups.map(|mask| mask as u32),
                     friction,
-                    rubs: true,
+                    turning: [0.0; 2],
+                    condim: 3,
                     priority: 0,
                     at: format!("{} of {}", collision.at(), element.at()),
                 });

@@ -13,6 +13,8 @@ pub fn field_of(error: &Error) -> String {
             "mass (kg)" => "mass",
             "coefficient of friction" => "friction",
             "coefficient of static friction" => "static_friction",
+            "coefficient of rolling friction (m)" => "rolling_friction",
+            "coefficient of torsional friction (m)" => "torsional_friction",
             "coefficient of restitution" => "restitution",
             "side of the box (m)" => "box",
             "radius of the sphere (m)" => "sphere",

@@ -20,8 +20,9 @@ pub struct SceneEntries {
     pub terrain: Vec<TerrainEntry>,
     /// Entries of `[[friction]]`: coefficients of single pairs.
     pub friction: Vec<PairEntry>,
-    /// Entries of `[[static_friction]]`: coefficients of single pairs.
-    pub static_friction: Vec<PairEntry>,
+    /// Entries of `[[static_friction]]`, `[[rolling_friction]]` and `[[torsional_friction]]`: coefficients of
+    /// single pairs.
+    pub coefficients: [Vec<PairEntry>; 3],
     /// Entries of `[[restitution]]`: coefficients of single pairs.
     pub restitution: Vec<PairEntry>,
     /// Entries of `[[joints]]`.

@@ -31,6 +31,8 @@ pub struct TerrainEntry {
     pub name: Option<String>,
     pub friction: Option<f64>,
     pub static_friction: Option<f64>,
+    pub rolling_friction: Option<f64>,
+    pub torsional_friction: Option<f64>,
     pub groups: Option<Vec<String>>,
     pub collides_with: Option<Vec<String>>,
 }

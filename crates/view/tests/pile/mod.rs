@@ -124,6 +124,7 @@ fn contact(
         radius: 0.0,
         rebound: 0.0,
         key: KeyText { point: key, pair: None },
+        moment: Vector3::zeros(),
     }
 }
 

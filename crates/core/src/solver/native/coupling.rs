@@ -3,7 +3,7 @@
 //!
 //! Equation numbers refer to `docs/native-solver.md`.
 
-use super::law::{Cone, CouplingLaw, CouplingRows, LawRows, NaturalMap, Projection};
+use super::law::{Cone, CouplingLaw, CouplingRows, LawRows, MomentLaw, NaturalMap, Projection};
 use super::settings::{COMPLIANCE, ROLLING_COMPLIANCE};
 use crate::contact::Contact;
 use crate::joint::Graph;
@@ -95,6 +95,18 @@ impl Coupling {
         Self { lever, offset: zero, rebound: 0.0, rows, law }
     }
 
+    /// Coupling of a contact's moment along the axes `frame` of the contact. `torque_map` maps its impulse
+    /// to a torque on A.
+    pub(super) fn from_moment(
+        frame: Matrix3<f64>,
+        torque_map: Matrix3<f64>,
+        response: &Vector3<f64>,
+        law: MomentLaw,
+    ) -> Self {
+        let rows = CouplingRows::from_joint(frame, response);
+        Self { rows, ..Self::from_turn(torque_map, response, CouplingLaw::Moment(law)) }
+    }
+
     /// Coupling of abstract rows with a law. `offset` is their motion without bodies (m/s).
     pub(super) fn from_rows(rows: CouplingRows, offset: Vector3<f64>, law: CouplingLaw) -> Self {
         let (zero, nothing) = (Vector3::zeros(), Matrix3::zeros());
@@ -102,27 +114,18 @@ impl Coupling {
         Self { lever, offset, rebound: 0.0, rows, law }
     }
 
-    /// Projection arguments of the law at the motion u and the impulse p̂ (m/s, world).
-    #[inline]
-    pub(super) fn projection(
-        &self,
-        map: &NaturalMap,
-        u: &Vector3<f64>,
-        impulse: &Vector3<f64>,
-    ) -> Projection {
-        self.law.projection(map, &self.rows, u, impulse)
-    }
-
-    /// Projection arguments and the natural map (N4) as a velocity (m/s).
+    /// Projection arguments and the natural map (N4) as a velocity (m/s), after the projections of the
+    /// `earlier` couplings.
     #[inline(always)]
     pub(super) fn evaluated(
         &self,
         map: &NaturalMap,
         graphs: &[Graph],
+        earlier: &[Projection],
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> (Projection, Vector3<f64>) {
-        self.law.evaluated(map, LawRows { rows: &self.rows, graphs }, u, impulse)
+        self.law.evaluated(map, LawRows { rows: &self.rows, graphs }, earlier, u, impulse)
     }
 
     /// True for a contact.

@@ -136,7 +136,7 @@ pub(super) struct Elimination<S> {
 }
 
 impl<S: Slope> Elimination<S> {
-    /// δp̂ for a change of the velocities.
+    /// δp̂ for a change of the velocities, of a moment at fixed normal impulse.
     #[inline]
     pub(super) fn impulse_step(&self, change: &S::Velocity) -> Vector3<f64> {
         let offset = self.local_solution.offset;
@@ -144,6 +144,7 @@ impl<S: Slope> Elimination<S> {
             Gain::Zero => offset,
             Gain::Spring(stiffness) => offset - self.velocity_change(change) * *stiffness,
             Gain::Full(gain) => offset + gain * self.velocity_change(change),
+            Gain::Moment(gain) => offset + gain.matrix() * self.velocity_change(change),
         }
     }
 
@@ -219,6 +220,13 @@ impl StepSetting {
     }
 }
 
+/// Indices of the couplings of a contact and of its moment.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MomentPlace {
+    pub(super) moment: usize,
+    pub(super) contact: usize,
+}
+
 /// Knowledge about the independence of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Determined {
@@ -274,11 +282,17 @@ pub(super) trait Equations {
     fn set_foreseen(&self, _: &mut Self::Velocity, _: &mut Vec<Vector3<f64>>) -> Option<f64> {
         None
     }
+    /// Moments of contacts.
+    fn moments(&self) -> &[MomentPlace] {
+        &[]
+    }
     /// Independence of the rows. `None` if they are dependent.
     fn determined(&self) -> Option<Determined> {
         None
     }
-    /// Appends the last impulses of the joints to those of the contacts.
+    /// Appends the last impulses of the moments to those of the contacts.
+    fn extend_with_moments(&self, _: &IslandView<'_>, _: &mut Vec<Vector3<f64>>) {}
+    /// Appends the last impulses of the joints to those of contacts and moments.
     fn extend_previous(&self, _: &Step<'_>, _: &mut Vec<Vector3<f64>>) {}
     /// Restores quantities that changed by rounding only to their values at the start of the step:
     /// spins, velocities, or their normal parts at contacts.

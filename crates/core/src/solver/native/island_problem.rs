@@ -97,6 +97,7 @@ impl<E: Equations> StagedProblem<E> {
         let forces = &island.known.before;
         self.previous.clear();
         self.previous.extend(island.contacts.iter().map(|&place| forces[place] * to_impulse));
+        self.equations.extend_with_moments(island, &mut self.previous);
         self.equations.extend_previous(step, &mut self.previous);
         self.equations.foresee(step, island, &self.previous);
         self.solver.solve(&mut self.equations, &self.previous, asked.accepted, effort)
@@ -186,6 +187,7 @@ impl IslandProblem {
                     problem.equations.carry(contacts[place].law_offset(step.world, step.states));
                 }
             }
+            problem.equations.admit_moments(step, contacts, island.contacts);
             for &joint in island.joints {
                 problem.equations.admit_joint(step, joint, |body| island.places[body]);
             }
@@ -222,6 +224,9 @@ impl IslandProblem {
             let mass = problem.equations.mass();
             problem.write_forces(step, contacts, island, mass, solution);
             let impulses = problem.solver.impulses();
+            for (contact, moment) in problem.equations.moments_of(impulses) {
+                solution.contacts[island.contacts[contact]].moment = moment;
+            }
             problem.equations.write_joints(step, impulses, solution);
             problem.equations.write_gears(impulses, solution);
         }
@@ -313,14 +318,17 @@ impl ProblemPool {
 }
 
 /// Body of an island that can be solved as a single body: it has no joints and touches only planes
-/// of fixed objects.
+/// of fixed objects, without turning friction.
 fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
     let [body] = *island.bodies else { return None };
     if !island.joints.is_empty() {
         return None;
     }
-    let is_flat = |place: &usize| contacts[*place].features.curved.is_none();
-    island.contacts.iter().all(is_flat).then_some(body)
+    let is_plain = |place: &usize| {
+        let Contact { features, law, .. } = &contacts[*place];
+        features.curved.is_none() && !law.turning.acts()
+    };
+    island.contacts.iter().all(is_plain).then_some(body)
 }
 
 fn alone<'a>(

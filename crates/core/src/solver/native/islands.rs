@@ -106,6 +106,8 @@ impl Marked<'_> {
 pub(super) struct KnownForces {
     /// Forces in the last step.
     pub(super) before: Vec<Vector3<f64>>,
+    /// Moments in the last step (N m), for contacts up to the last one with turning friction.
+    pub(super) moments: Vec<Vector3<f64>>,
     /// Extrapolation of the last two steps, in worlds with joints. Empty otherwise.
     pub(super) ahead: Vec<Vector3<f64>>,
 }
@@ -197,6 +199,11 @@ impl IslandPartition {
         for (before, contact) in self.known.before.iter_mut().zip(solved) {
             if continues(contact.key.body) {
                 *before = contact.force;
+            }
+        }
+        for (before, contact) in self.known.moments.iter_mut().zip(solved) {
+            if continues(contact.key.body) {
+                *before = contact.moment;
             }
         }
     }
@@ -321,15 +328,21 @@ impl IslandPartition {
 
     /// Looks up the last forces of the new contacts.
     fn find_before(&mut self, step: &Step<'_>, contacts: &[Contact], known: usize) {
-        let Self { known: KnownForces { before, .. }, previous, .. } = self;
+        let Self { known: KnownForces { before, moments, .. }, previous, .. } = self;
         if known == 0 {
             previous.clear();
+            moments.clear();
         }
+        moments.truncate(known);
         previous.reserve(contacts.len());
         before.truncate(known);
         let first = before.len();
         before.extend(contacts[first..].iter().zip(first..).map(|(contact, place)| {
             let found = previous.find(&step.previous.contacts, &contact.key, place);
+            if let Some(found) = found.filter(|found| found.moment != Vector3::zeros()) {
+                moments.resize(place, Vector3::zeros());
+                moments.push(found.moment);
+            }
             found.map_or(Vector3::zeros(), |found| found.force)
         }));
     }

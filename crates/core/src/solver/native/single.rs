@@ -290,7 +290,7 @@ impl MotionMatrix {
     fn add(&mut self, torque_map: &Matrix3<f64>, coupling: &Elimination<SpinSlope>) {
         let slope = &coupling.slope.0;
         match &coupling.local_solution.gain {
-            Gain::Zero => {}
+            Gain::Zero | Gain::Moment(_) => {}
             Gain::Spring(stiffness) => {
                 let by_spin = slope * -stiffness;
                 for k in 0..3 {

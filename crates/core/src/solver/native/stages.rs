@@ -185,14 +185,15 @@ impl<E: Equations> StageSolver<E> {
         self.iterate.points()
     }
 
-    /// Piece of the natural map with compliance and distance to the next piece (m/s), for each
-    /// coupling of the last solution.
+    /// Piece of the natural map with compliance and distance to the next piece (m/s), for each contact
+    /// and joint coupling of the last solution.
     pub(super) fn pieces(&self, equations: &E) -> impl Iterator<Item = (MapPiece, f64)> {
         const MAP: NaturalMap = NaturalMap::with_compliance(COMPLIANCE);
         let couplings = equations.couplings().iter().zip(self.impulses()).zip(self.points());
         couplings.map(|((coupling, impulse), u)| {
-            let projection = coupling.projection(&MAP, u, impulse);
-            (projection.piece(equations.graphs()), projection.margin(equations.graphs()))
+            let graphs = equations.graphs();
+            let (projection, _) = coupling.evaluated(&MAP, graphs, &[], u, impulse);
+            (projection.piece(graphs), projection.margin(graphs))
         })
     }
 

@@ -32,8 +32,8 @@ use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown::checked_name;
 use tumble_model::{
-    ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, StaticModel, SurfaceModel,
-    TerrainModel,
+    ApartModel, BodyModel, BodyStart, CoefficientsModel, FixedModel, Model, PartnerModel,
+    SurfaceModel, TerrainModel,
 };
 use tumble_model::{DrawnModel, state_at};
 
@@ -52,6 +52,11 @@ pub struct BuiltScene {
     pub notes: Vec<String>,
 }
 
+/// Coefficient of the world.
+fn of_world(friction: Option<f64>) -> CoefficientsModel {
+    CoefficientsModel { friction, ..CoefficientsModel::default() }
+}
+
 /// Model with these settings and without bodies. `mu` is the default coefficient of friction.
 pub fn empty_model(settings: &Settings, mu: f64) -> Model {
     Model {
@@ -62,11 +67,10 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         impacts: settings.impacts.unwrap_or_default(),
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
-        statics: StaticModel {
-            friction: settings.static_friction,
-            stick_speed: settings.stick_speed,
-            ..StaticModel::default()
-        },
+        statics: of_world(settings.static_friction),
+        rolling: of_world(settings.rolling_friction),
+        torsional: of_world(settings.torsional_friction),
+        stick_speed: settings.stick_speed,
         restitution: settings.restitution.unwrap_or_default(),
         rebound_speed: settings.rebound_speed,
         plane: settings.plane.as_ref().map(plane_parameters),
@@ -146,10 +150,12 @@ pub fn build(
         let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
         builder.model.frictions.extend(pairs);
     }
-    for (index, entry) in file.static_friction.iter().enumerate() {
-        let pairs = builder.coefficients(entry, 10.0);
-        let pairs = pairs.map_err(|why| format!("static_friction[{index}].{why}"))?;
-        builder.model.statics.pairs.extend(pairs);
+    for (law, entries) in file.coefficients.iter().enumerate() {
+        for (index, entry) in entries.iter().enumerate() {
+            let pairs = builder.coefficients(entry, 10.0);
+            let (name, model) = &mut builder.model.coefficients_mut()[law];
+            model.pairs.extend(pairs.map_err(|why| format!("{name}[{index}].{why}"))?);
+        }
     }
     for (index, entry) in file.restitution.iter().enumerate() {
         let pairs = builder.coefficients(entry, 1.0);
@@ -326,7 +332,8 @@ impl Builder<'_> {
             partners.push(PartnerModel::Body(self.model.bodies.len()));
             self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
-        self.stick(&partners, entry.static_friction, entry.friction).map_err(named)?;
+        let own = [entry.static_friction, entry.rolling_friction, entry.torsional_friction];
+        self.set_own(&partners, own, entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
@@ -374,26 +381,30 @@ impl Builder<'_> {
                 self.model.fixed.push(fixed);
             }
         }
-        self.stick(&partners, entry.static_friction, entry.friction).map_err(named)?;
+        let own = [entry.static_friction, entry.rolling_friction, entry.torsional_friction];
+        self.set_own(&partners, own, entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
-    /// Gives `partners` a static coefficient, at least their own coefficient of `friction`.
-    fn stick(
+    /// Gives `partners` their own coefficients, in the order of [`Model::coefficients`]. The first is at
+    /// least their own coefficient of `friction`.
+    fn set_own(
         &mut self,
         partners: &[PartnerModel],
-        coefficient: Option<f64>,
+        own: [Option<f64>; 3],
         friction: Option<f64>,
     ) -> Result<(), String> {
-        let Some(coefficient) = coefficient else { return Ok(()) };
-        let least = friction.unwrap_or(self.model.mu);
-        if !(least..=10.0).contains(&coefficient) {
-            return Err(format!(
-                "static_friction is {coefficient:?}; allowed: the friction, {least:?}, to 10"
-            ));
+        let least = [friction.unwrap_or(self.model.mu), 0.0, 0.0];
+        for (law, own) in own.into_iter().enumerate() {
+            let Some(own) = own else { continue };
+            let (name, model) = &mut self.model.coefficients_mut()[law];
+            if !(least[law]..=10.0).contains(&own) {
+                let least =
+                    if law == 0 { format!("the friction, {:?},", least[0]) } else { "0".into() };
+                return Err(format!("{name} is {own:?}; allowed: {least} to 10"));
+            }
+            model.owners.extend(partners.iter().map(|partner| (*partner, own)));
         }
-        let owners = partners.iter().map(|partner| (*partner, coefficient));
-        self.model.statics.owners.extend(owners);
         Ok(())
     }
 
@@ -406,7 +417,8 @@ impl Builder<'_> {
         let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
         let friction = entry.friction;
-        self.stick(&[PartnerModel::Terrain(index)], entry.static_friction, friction)?;
+        let own = [entry.static_friction, entry.rolling_friction, entry.torsional_friction];
+        self.set_own(&[PartnerModel::Terrain(index)], own, friction)?;
         self.model.terrains.push(TerrainModel { name, terrain, friction, groups });
         self.register(entry.name, vec![PartnerModel::Terrain(index)])
     }

@@ -181,6 +181,8 @@ columns! {
         rebound: f64 = ["rebound_m_s"],
         /// Touching features.
         key: KeyText = ["key"],
+        /// Moment on `body` about the touching point (N m), in a world with turning friction.
+        moment: Vector3<f64> = ["moment_x_N_m", "moment_y_N_m", "moment_z_N_m"],
     }
 }
 

@@ -94,7 +94,10 @@ impl Table {
                 return [&["k", "time_s", "body"][..], &STATE_COLUMNS, &MIDDLE_COLUMNS].concat();
             }
             Self::States | Self::Ends => (&["k", "time_s", "body"], &STATE_COLUMNS),
-            Self::Contacts => (&["k"], ContactRow::COLUMNS),
+            Self::Contacts => {
+                let count = ContactRow::COLUMNS.len() - shape.missing_columns_of_contacts();
+                (&["k"], &ContactRow::COLUMNS[..count])
+            }
             Self::Steps => {
                 (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - shape.missing_columns()])
             }
@@ -125,6 +128,8 @@ pub struct TableShape {
     pub has_middles: bool,
     /// True with an [accuracy](World::with_accuracy).
     pub has_substeps: bool,
+    /// True with [turning friction](World::with_turning_friction).
+    pub has_moments: bool,
 }
 
 impl TableShape {
@@ -137,6 +142,7 @@ impl TableShape {
             gears: world.gears().len(),
             has_middles: world.integrator() == Integrator::Leapfrog,
             has_substeps: world.impacts() == Impacts::Located,
+            has_moments: world.has_turning_friction(),
         }
     }
 
@@ -148,6 +154,11 @@ impl TableShape {
             (false, 1..) => 3,
             (false, 0) => 4,
         }
+    }
+
+    /// Number of columns at the end of the table `contacts` that it lacks: those of moments.
+    fn missing_columns_of_contacts(&self) -> usize {
+        if self.has_moments { 0 } else { 3 }
     }
 }
 

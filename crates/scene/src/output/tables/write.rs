@@ -152,6 +152,7 @@ impl<W: Write> TablesWriter<W> {
 
     /// Writes the rows of a step in all tables but `steps`.
     fn write_beside(&mut self, step: &TableStep) -> io::Result<()> {
+        let missing_moments = TableShape::new(&self.world).missing_columns_of_contacts();
         let Streams { states, contacts, steps: _, joints, gears, ends } = &mut self.tables;
         let row = &step.row;
         if self.world.integrator() == Integrator::Euler {
@@ -171,6 +172,7 @@ impl<W: Write> TablesWriter<W> {
             for contact in &step.contacts {
                 table.whole(row.index);
                 contact.write(table);
+                (0..missing_moments).for_each(|_| table.drop_cell());
                 table.end_row()?;
             }
         }
@@ -284,7 +286,7 @@ fn works(world: &World, record: &StepRecord) -> [f64; 6] {
     let StepRecord { states, wrenches, contacts, solution, .. } = record;
     let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
     let claim = Claim { states, next, wrenches, contacts, joints, gears };
-    let first = EnergyBalance::new(world, &claim, solution.forces()).terms();
+    let first = EnergyBalance::new(world, &claim, solution.loads()).terms();
     array::from_fn(|k| first[k] + record.substeps.works[k])
 }
 
@@ -398,6 +400,7 @@ impl ContactRow {
             radius: contact.features.radius,
             rebound: contact.rebound,
             key: KeyText::new(&contact.key),
+            moment: found.moment,
         })
     }
 }

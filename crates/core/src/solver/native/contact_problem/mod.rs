@@ -20,12 +20,12 @@ use super::effort::SolveEffort;
 use super::equations::{
     Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocities,
 };
-use super::law::{Gain, LocalSolution};
+use super::law::LocalSolution;
 use super::settings::Settings;
 use super::stages::{StageRun, StageSolver};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
 use crate::sparse::{Fronts, SymbolicFactorisation};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// Solves a problem part by part.
 ///
@@ -275,11 +275,7 @@ impl Equations for PosedEquations {
         for (index, (coupling, u)) in self.setting.couplings.iter().zip(at.points).enumerate() {
             let Some(local_solution) = local_solution(index, coupling, u) else { return false };
             eliminations.push(Elimination { local_solution, slope: CouplingSlope(index) });
-            let gain = match local_solution.gain {
-                Gain::Zero => continue,
-                Gain::Spring(stiffness) => Matrix3::from_diagonal_element(-stiffness),
-                Gain::Full(gain) => gain,
-            };
+            let Some(gain) = local_solution.gain.matrix() else { continue };
             for (row, rows, by) in self.pushes.links(index) {
                 pushed.clear();
                 pushed.extend(by.chunks_exact(3).flat_map(|by| {

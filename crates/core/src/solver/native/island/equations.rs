@@ -6,8 +6,8 @@ use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings};
 use crate::solver::native::body_equation::BodyEquation;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{
-    Determined, Elimination, Equations, EvaluatedPoint, MapResidual, StepSetting, Velocities,
-    Velocity,
+    Determined, Elimination, Equations, EvaluatedPoint, MapResidual, MomentPlace, StepSetting,
+    Velocities, Velocity,
 };
 use crate::solver::native::islands::IslandView;
 use crate::solver::native::law::{Gain, LocalSolution};
@@ -95,8 +95,8 @@ impl Equations for Island {
         let to_impulse = self.time_step / self.mass;
         let ahead = &island.known.ahead;
         impulses.extend(island.contacts.iter().map(|&place| ahead[place] * to_impulse));
-        let contacts = impulses.len();
-        impulses.extend_from_slice(&previous[contacts..]);
+        impulses.extend_from_slice(&previous[impulses.len()..]);
+        let contacts = self.first_of_joints();
         for (now, before) in
             impulses[contacts..].iter_mut().zip(self.joint_impulses(&earlier.joints))
         {
@@ -120,8 +120,16 @@ impl Equations for Island {
         members.map(|(member, ahead)| member.distance_from_old(ahead)).reduce(f64::max)
     }
 
+    fn moments(&self) -> &[MomentPlace] {
+        &self.moments
+    }
+
     fn determined(&self) -> Option<Determined> {
         self.determined
+    }
+
+    fn extend_with_moments(&self, island: &IslandView<'_>, previous: &mut Vec<Vector3<f64>>) {
+        previous.extend(self.moment_impulses(&island.known.moments, island.contacts));
     }
 
     fn extend_previous(&self, step: &Step<'_>, previous: &mut Vec<Vector3<f64>>) {
@@ -256,6 +264,9 @@ impl Equations for Island {
             self.add_gain(linked, &elimination, blocks);
             eliminations.push(elimination);
         }
+        for at in &self.moments {
+            self.add_load_gain(at, eliminations, blocks);
+        }
         blocks.factorise(&self.pattern)
     }
 
@@ -274,6 +285,9 @@ impl Equations for Island {
         }
         for (linked, elimination) in self.all_linked().zip(eliminations) {
             self.add_offset(linked, &elimination.local_solution.offset, values);
+        }
+        for at in &self.moments {
+            self.add_load_offset(at, eliminations, values);
         }
         blocks.solve::<false>(&self.pattern, values);
         step.clear();

@@ -9,6 +9,7 @@ mod energy;
 mod equations;
 mod gears;
 mod joints;
+mod moments;
 mod motion;
 mod slopes;
 mod tangent;
@@ -16,7 +17,7 @@ mod tangent;
 use super::body_equation::BodyEquation;
 use super::coupling::{Coupling, approach};
 use super::ellipsoid_motion::EllipsoidRows;
-use super::equations::{Determined, Equations, StepSetting, Velocity};
+use super::equations::{Determined, Equations, MomentPlace, StepSetting, Velocity};
 use super::islands::IslandView;
 use super::round_motion::RoundRows;
 use super::settings::SLOW;
@@ -59,6 +60,8 @@ enum CouplingKind {
     Ellipsoid(usize),
     /// Rotation of a joint.
     Turn(usize),
+    /// Moment of a contact.
+    Moment,
     /// Gear.
     Gear(usize),
 }
@@ -71,9 +74,9 @@ struct LinkedCoupling<'a> {
 }
 
 impl CouplingLink {
-    /// True if the impulse acts as a force. The impulse of a rotation is a torque only.
+    /// True if the impulse acts as a force. The impulses of rotations and moments are torques only.
     fn pushes(&self) -> bool {
-        !matches!(self.kind, CouplingKind::Turn(_))
+        !matches!(self.kind, CouplingKind::Turn(_) | CouplingKind::Moment)
     }
 }
 
@@ -102,6 +105,9 @@ pub(super) struct Island {
     ellipsoids: Vec<EllipsoidRows>,
     /// Rotations of joints.
     turns: Vec<Turn>,
+    /// Moments of contacts, and ℓ (m) of each.
+    moments: Vec<MomentPlace>,
+    lengths: Vec<f64>,
     /// Joints of the island and their couplings.
     joints: Vec<JointPlace>,
     gears: Vec<Train>,
@@ -129,6 +135,8 @@ impl Island {
             rounds: Vec::new(),
             ellipsoids: Vec::new(),
             turns: Vec::new(),
+            moments: Vec::new(),
+            lengths: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
             determined: None,
@@ -151,6 +159,8 @@ impl Island {
         self.rounds.clear();
         self.ellipsoids.clear();
         self.turns.clear();
+        self.moments.clear();
+        self.lengths.clear();
         self.joints.clear();
         self.gears.clear();
         self.back.clear();
@@ -257,7 +267,7 @@ impl Island {
         }
     }
 
-    /// Index of the first joint coupling. Contacts come first.
+    /// Index of the first joint coupling. Contacts come first, then their moments.
     fn first_of_joints(&self) -> usize {
         self.links.iter().take_while(|link| link.source == Source::Contact).count()
     }

@@ -174,7 +174,7 @@ impl Island {
     pub(super) fn point_at(&self, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
         let linked = self.linked(index);
         let LinkedCoupling { link, coupling } = linked;
-        if let Some(u) = self.turned_velocity(link, velocity) {
+        if let Some(u) = self.turned_velocity(linked, velocity) {
             return u;
         }
         if link.kind == CouplingKind::Point && !coupling.is_contact() {
@@ -202,12 +202,17 @@ impl Island {
         relative + swept(other.index, &-of_b.spin, &local) + coupling.offset
     }
 
-    /// u of a joint's rotation. `None` for another coupling.
+    /// u of a joint's rotation or of a moment, ℓ (Ω_A − Ω_B). `None` for another coupling.
     pub(super) fn turned_velocity(
         &self,
-        link: &CouplingLink,
+        LinkedCoupling { link, coupling }: LinkedCoupling<'_>,
         velocity: &[Velocity],
     ) -> Option<Vector3<f64>> {
+        if link.kind == CouplingKind::Moment {
+            let a = coupling.lever.torque_map.tr_mul(&velocity[link.a].spin);
+            let of_b = |other: &Other| other.torque_map.tr_mul(&velocity[other.index].spin);
+            return Some(a - link.b.as_ref().map_or(Vector3::zeros(), of_b));
+        }
         let CouplingKind::Turn(turn) = link.kind else { return None };
         let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
         Some(self.turns[turn].u(&velocity[link.a].spin, other))
@@ -242,8 +247,8 @@ impl Island {
             CouplingKind::Ellipsoid(one) => {
                 return self.ellipsoid_motion(linked, one, velocity, turnings).u();
             }
-            CouplingKind::Turn(_) => {
-                return self.turned_velocity(link, velocity).unwrap_or_default();
+            CouplingKind::Turn(_) | CouplingKind::Moment => {
+                return self.turned_velocity(linked, velocity).unwrap_or_default();
             }
             CouplingKind::Gear(gear) => {
                 let point = |index: usize| self.point_at(index, velocity);

@@ -87,6 +87,11 @@ impl Island {
             let b = other.map(|(index, _)| (index, of(&by_b)));
             return PairSlope { a: (link.a, of(&by_a)), b };
         }
+        if link.kind == CouplingKind::Moment {
+            let of = |torque_map: &Matrix3<f64>| beside(&Matrix3::zeros(), &torque_map.transpose());
+            let b = link.b.as_ref().map(|other| (other.index, -of(&other.torque_map)));
+            return PairSlope { a: (link.a, of(&coupling.lever.torque_map)), b };
+        }
         let both = || LinkTurnings::new(link, turnings);
         let curved = match link.kind {
             CouplingKind::Round(round) => {
@@ -159,7 +164,7 @@ impl Island {
         }
     }
 
-    /// Adds the gain D of a joint's rotation to the matrix (N12): torques by spins only.
+    /// Adds the gain D of a joint's rotation or of a moment to the matrix (N12): torques by spins only.
     fn add_turning_gain(
         &self,
         linked: LinkedCoupling<'_>,
@@ -173,6 +178,7 @@ impl Island {
                 Gain::Zero => continue,
                 Gain::Spring(stiffness) => by_spin * -stiffness,
                 Gain::Full(gain) => gain * by_spin,
+                Gain::Moment(gain) => gain.matrix() * by_spin,
             };
             for (row, share, torque_map) in self.sides(linked) {
                 let turning = torque_map * (gained * -share);
@@ -209,6 +215,7 @@ impl Island {
             Gain::Zero => None,
             Gain::Spring(stiffness) => Some(slope * -stiffness),
             Gain::Full(gain) => Some(gain * slope),
+            Gain::Moment(gain) => Some(gain.matrix() * slope),
         };
         let ((a, by_a), b) = (&slope.a, slope.b.as_ref());
         let Some(by_a) = gained(by_a) else { return };

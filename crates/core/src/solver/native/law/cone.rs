@@ -5,6 +5,7 @@
 
 use super::local_solution::{Factored, LocalSolution};
 use super::map::{MapPiece, NaturalMap};
+use super::moment::Load;
 use super::rows::CouplingRows;
 use nalgebra::{Matrix3, Vector3};
 
@@ -79,6 +80,11 @@ impl ConeProjection {
         tangential + rows.normal() * ((self.gamma - normal) / self.rho_n)
     }
 
+    /// Normal impulse, and that of the projection argument.
+    pub(super) fn load(&self) -> Load {
+        Load { impulse: self.gamma, projected: self.normal.max(0.0) }
+    }
+
     /// Piece of the natural map.
     pub(super) fn piece(&self) -> MapPiece {
         if self.normal <= 0.0 {
@@ -127,7 +133,7 @@ impl ConeProjection {
                 let springs = Matrix3::from_diagonal_element(across) + along;
                 LocalSolution::full(-springs * self.u, -springs)
             }
-            MapPiece::Slip | MapPiece::Axes(_) => {
+            MapPiece::Slip | MapPiece::Axes(_) | MapPiece::Moment { .. } => {
                 let (offset, gain) = self.linearise_slip(rows, compliance);
                 LocalSolution::full(offset, gain)
             }
@@ -207,7 +213,7 @@ impl ConeProjection {
                 let across = along / rows.ratio_at(compliance);
                 Factored::along(&rows.frame, Vector3::new(across, across, along))
             }
-            MapPiece::Slip | MapPiece::Axes(_) => {
+            MapPiece::Slip | MapPiece::Axes(_) | MapPiece::Moment { .. } => {
                 let Slip { t, s, n, turn, stiffness, .. } = self.slip(rows, compliance);
                 Factored {
                     to: Matrix3::from_columns(&[t, s, n + t * self.friction]),

@@ -17,6 +17,31 @@ pub(crate) enum Gain {
     /// Sticking coupling with isotropic stiffness k: −k E.
     Spring(f64),
     Full(Matrix3<f64>),
+    /// Moment of a contact.
+    Moment(MomentGain),
+}
+
+/// Gain D of a contact's moment, which is symmetric, and the change of the moment with the normal
+/// impulse γ of its contact.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MomentGain {
+    /// D₁₁, D₂₁, D₂₂, D₃₁, D₃₂ and D₃₃. Six numbers make this as large as a [`Gain::Full`].
+    lower: [f64; 6],
+    /// ∂p̂/∂γ.
+    pub(crate) by_load: Vector3<f64>,
+}
+
+impl MomentGain {
+    pub(super) fn new(gain: &Matrix3<f64>, by_load: Vector3<f64>) -> Self {
+        let at = |i: usize, j: usize| gain[(i, j)];
+        Self { lower: [at(0, 0), at(1, 0), at(1, 1), at(2, 0), at(2, 1), at(2, 2)], by_load }
+    }
+
+    /// D.
+    pub(crate) fn matrix(&self) -> Matrix3<f64> {
+        let [a, b, c, d, e, f] = self.lower;
+        Matrix3::new(a, b, d, b, c, e, d, e, f)
+    }
 }
 
 impl LocalSolution {
@@ -30,6 +55,11 @@ impl LocalSolution {
         Self { offset, gain: Gain::Spring(stiffness) }
     }
 
+    /// Local solution of a moment.
+    pub(super) fn moment(offset: Vector3<f64>, gain: MomentGain) -> Self {
+        Self { offset, gain: Gain::Moment(gain) }
+    }
+
     /// Local solution with a full gain.
     pub(crate) fn full(offset: Vector3<f64>, gain: Matrix3<f64>) -> Self {
         Self { offset, gain: Gain::Full(gain) }
@@ -37,12 +67,23 @@ impl LocalSolution {
 }
 
 impl Gain {
+    /// D as a matrix. `None` for an open coupling.
+    pub(crate) fn matrix(&self) -> Option<Matrix3<f64>> {
+        match self {
+            Self::Zero => None,
+            Self::Spring(stiffness) => Some(Matrix3::from_diagonal_element(-stiffness)),
+            Self::Full(gain) => Some(*gain),
+            Self::Moment(gain) => Some(gain.matrix()),
+        }
+    }
+
     /// Gain of the first row alone.
     pub(crate) fn first(&self) -> f64 {
         match self {
             Self::Zero => 0.0,
             Self::Spring(stiffness) => -stiffness,
             Self::Full(gain) => gain[(0, 0)],
+            Self::Moment(gain) => gain.lower[0],
         }
     }
 }

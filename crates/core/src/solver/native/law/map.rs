@@ -35,4 +35,11 @@ pub enum MapPiece {
     Slip,
     /// Joint rows, each with the index of the straight piece of its graph of impulse against speed.
     Axes([u8; 3]),
+    /// Moment of a loaded contact.
+    Moment {
+        /// True if the tangential part is at the limit of rolling resistance.
+        rolls: bool,
+        /// Sign of a normal part at the limit of torsional friction, otherwise 0.
+        spins: i8,
+    },
 }

@@ -16,6 +16,7 @@ mod cone;
 mod cone_barrier;
 mod local_solution;
 mod map;
+mod moment;
 mod rows;
 
 pub(super) use axes::AxesLaw;
@@ -24,11 +25,13 @@ pub(super) use cone_barrier::Pending;
 pub(super) use local_solution::{Factored, Gain, LocalSolution};
 pub use map::MapPiece;
 pub(super) use map::NaturalMap;
+pub(super) use moment::MomentLaw;
 pub(super) use rows::{CouplingRows, LawRows};
 
 use crate::joint::Graph;
 use axes::AxesBarrier;
 use cone_barrier::ConeBarrier;
+use moment::Load;
 use nalgebra::{Matrix3, Vector3};
 
 /// Law of three rows, with its constants.
@@ -38,6 +41,8 @@ pub(super) enum CouplingLaw {
     Cone(Cone),
     /// Graph for each row: response of a joint along its axes.
     Axes(AxesLaw),
+    /// Rolling and torsional resistance of a contact.
+    Moment(MomentLaw),
 }
 
 /// Projection arguments of a coupling in the natural map.
@@ -45,6 +50,7 @@ pub(super) enum CouplingLaw {
 pub(super) enum Projection {
     Cone(cone::ConeProjection),
     Axes(axes::AxesProjection),
+    Moment(moment::MomentProjection),
 }
 
 /// Variables of a coupling in the interior point method, besides V.
@@ -52,35 +58,22 @@ pub(super) enum Projection {
 pub(super) enum Barrier {
     Cone(ConeBarrier),
     Axes(AxesBarrier),
+    /// Moments have no interior. Their impulses are zero in the interior point method.
+    Moment,
 }
 
 impl CouplingLaw {
-    /// Projection arguments of a coupling with these `rows` at its motion u and impulse p̂ (m/s,
-    /// world).
-    #[inline]
-    pub(super) fn projection(
-        &self,
-        map: &NaturalMap,
-        rows: &CouplingRows,
-        u: &Vector3<f64>,
-        impulse: &Vector3<f64>,
-    ) -> Projection {
-        match self {
-            Self::Cone(cone) => {
-                Projection::Cone(cone::ConeProjection::new(map, rows, cone, u, impulse))
-            }
-            Self::Axes(axes) => {
-                Projection::Axes(axes::AxesProjection::new(map, rows, axes, u, impulse))
-            }
-        }
-    }
-
-    /// Projection arguments and the natural map (N4) as a velocity (m/s).
+    /// Projection arguments and the natural map (N4) as a velocity (m/s), at the motion u and the
+    /// impulse p̂ (m/s, world).
+    ///
+    /// `earlier` has the projections of the couplings before this one. A moment whose contact is missing
+    /// there counts as unloaded.
     #[inline(always)]
     pub(super) fn evaluated(
         &self,
         map: &NaturalMap,
         of: LawRows<'_>,
+        earlier: &[Projection],
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> (Projection, Vector3<f64>) {
@@ -96,6 +89,12 @@ impl CouplingLaw {
                 let missed = projection.natural_map(rows, graphs);
                 (Projection::Axes(projection), missed)
             }
+            Self::Moment(law) => {
+                let load = earlier.get(law.contact).map_or(Load::default(), Projection::load);
+                let projection = moment::MomentProjection::new(map, rows, law, load, u, impulse);
+                let missed = projection.natural_map(rows);
+                (Projection::Moment(projection), missed)
+            }
         }
     }
 
@@ -105,6 +104,7 @@ impl CouplingLaw {
         match self {
             Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
             Self::Axes(axes) => Barrier::Axes(AxesBarrier::new(axes, rows)),
+            Self::Moment(_) => Barrier::Moment,
         }
     }
 }
@@ -116,6 +116,15 @@ impl Projection {
         match self {
             Self::Cone(projection) => projection.piece(),
             Self::Axes(projection) => MapPiece::Axes(projection.pieces(graphs)),
+            Self::Moment(projection) => projection.piece(),
+        }
+    }
+
+    /// Normal impulse of a contact.
+    fn load(&self) -> Load {
+        match self {
+            Self::Cone(projection) => projection.load(),
+            Self::Axes(_) | Self::Moment(_) => Load::default(),
         }
     }
 
@@ -127,6 +136,9 @@ impl Projection {
             }
             (_, MapPiece::Stick) => 3,
             (_, MapPiece::Slip) => 1,
+            (_, MapPiece::Moment { rolls, spins }) => {
+                2 * usize::from(!rolls) + usize::from(spins == 0)
+            }
             _ => 0,
         }
     }
@@ -136,6 +148,7 @@ impl Projection {
         match self {
             Self::Cone(projection) => projection.margin(),
             Self::Axes(projection) => projection.margin(graphs),
+            Self::Moment(projection) => projection.margin(),
         }
     }
 
@@ -144,6 +157,7 @@ impl Projection {
         match self {
             Self::Cone(projection) => projection.margin(),
             Self::Axes(projection) => projection.clearance(graphs),
+            Self::Moment(projection) => projection.margin(),
         }
     }
 
@@ -152,6 +166,7 @@ impl Projection {
         match self {
             Self::Cone(projection) => projection.held_speed(),
             Self::Axes(projection) => projection.held_speed(graphs),
+            Self::Moment(_) => 0.0,
         }
     }
 
@@ -169,6 +184,9 @@ impl Projection {
                 projection.local_solution(pieces, of, compliance)
             }
             (Self::Cone(projection), piece) => {
+                projection.local_solution(piece, of.rows, impulse, compliance)
+            }
+            (Self::Moment(projection), piece) => {
                 projection.local_solution(piece, of.rows, impulse, compliance)
             }
             (Self::Axes(_), _) => LocalSolution::open(impulse),
@@ -204,6 +222,7 @@ impl Projection {
                 projection.factored(pieces, of, compliance)
             }
             (Self::Cone(projection), piece) => projection.factored(piece, of.rows, compliance),
+            (Self::Moment(projection), piece) => projection.factored(piece, of.rows, compliance),
             (Self::Axes(_), _) => Factored::nothing(),
         }
     }
@@ -215,6 +234,7 @@ impl Barrier {
         match self {
             Self::Cone(_) => Self::Cone(ConeBarrier::ZERO),
             Self::Axes(axes) => Self::Axes(axes.nothing()),
+            Self::Moment => Self::Moment,
         }
     }
 
@@ -223,6 +243,7 @@ impl Barrier {
         match self {
             Self::Cone(cone) => cone.impulse(),
             Self::Axes(axes) => axes.impulse(),
+            Self::Moment => Vector3::zeros(),
         }
     }
 
@@ -231,6 +252,7 @@ impl Barrier {
         match self {
             Self::Cone(cone) => cone.error(u),
             Self::Axes(axes) => axes.error(u, graphs),
+            Self::Moment => 0.0,
         }
     }
 
@@ -238,7 +260,7 @@ impl Barrier {
     pub(super) fn products(&self) -> (f64, usize) {
         match self {
             Self::Cone(cone) => (cone.products(), ConeBarrier::PRODUCTS),
-            Self::Axes(_) => (0.0, 0),
+            Self::Axes(_) | Self::Moment => (0.0, 0),
         }
     }
 
@@ -256,7 +278,8 @@ impl Barrier {
         match (self, predictor) {
             (Self::Cone(cone), Self::Cone(predictor)) => cone.eliminate(kappa, predictor, u),
             (Self::Axes(axes), _) => Some(axes.eliminate(u, graphs)),
-            (Self::Cone(_), Self::Axes(_)) => None,
+            (Self::Moment, _) => Some((Vector3::zeros(), Matrix3::zeros(), Pending::NONE)),
+            (Self::Cone(_), _) => None,
         }
     }
 
@@ -264,7 +287,7 @@ impl Barrier {
     pub(super) fn off_centre(&self, kappa: f64) -> f64 {
         match self {
             Self::Cone(cone) => cone.off_centre(kappa),
-            Self::Axes(_) => 0.0,
+            Self::Axes(_) | Self::Moment => 0.0,
         }
     }
 
@@ -272,7 +295,7 @@ impl Barrier {
     pub(super) fn by_friction(&self) -> Option<Vector3<f64>> {
         match self {
             Self::Cone(cone) => cone.by_friction(),
-            Self::Axes(_) => None,
+            Self::Axes(_) | Self::Moment => None,
         }
     }
 
@@ -286,6 +309,7 @@ impl Barrier {
         match self {
             Self::Cone(cone) => Self::Cone(cone.step(impulse, moved, rest)),
             Self::Axes(axes) => Self::Axes(axes.step(impulse)),
+            Self::Moment => Self::Moment,
         }
     }
 

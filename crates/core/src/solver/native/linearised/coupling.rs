@@ -225,18 +225,41 @@ impl LinearCoupling {
         constants: &ConstantChanges<'_, F>,
     ) -> RowsChange<1> {
         let of = constants.numbers;
-        let side = |body: Option<usize>| {
-            body.map_or(SideChangeInput::nothing(), |body| constants.side(body))
-        };
-        let (a, mut b) = (side(self.slopes.bodies[0]), side(self.slopes.bodies[1]));
-        if self.is_ground {
-            b.position = self.tangent.normal() * of(Constant::Ground, 0);
-        }
+        let [a, b] = self.sides(constants);
         let [friction, restitution] = self.law.map(|slopes| {
             slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
         });
         let change = self.change([&a, &b], of(Constant::TimeStep, 0), restitution);
         change.plus(friction, &self.by_friction)
+    }
+
+    /// Changes of both sides for changes of constants.
+    fn sides<F: Fn(Constant, usize) -> f64>(
+        &self,
+        constants: &ConstantChanges<'_, F>,
+    ) -> [SideChangeInput; 2] {
+        let mut sides = self
+            .slopes
+            .bodies
+            .map(|body| body.map_or(SideChangeInput::nothing(), |body| constants.side(body)));
+        if self.is_ground {
+            sides[1].position = self.tangent.normal() * (constants.numbers)(Constant::Ground, 0);
+        }
+        sides
+    }
+
+    /// Rotation φ of the normal for changes of constants (rad, world).
+    pub(super) fn turn_wrt_constants<F: Fn(Constant, usize) -> f64>(
+        &self,
+        constants: &ConstantChanges<'_, F>,
+    ) -> Vector3<f64> {
+        let [a, b] = self.sides(constants);
+        self.tangent.change(&a, &b, (constants.numbers)(Constant::TimeStep, 0), 0.0).turn
+    }
+
+    /// True if the contact bounces.
+    pub(super) fn bounces(&self) -> bool {
+        self.tangent.bounces()
     }
 
     /// Adds the transposed product: derivatives with respect to `constants`.

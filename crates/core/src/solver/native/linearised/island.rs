@@ -113,6 +113,7 @@ impl LinearIsland {
                 self.island.carry(contacts[place].law_offset(step.world, step.states));
             }
         }
+        self.island.admit_moments(step, contacts, view.contacts);
         for &joint in view.joints {
             self.island.admit_joint(step, joint, |body| view.places[body]);
         }
@@ -343,8 +344,12 @@ impl LinearIsland {
                 of.map_or(BodyPerturbation::nothing(), |constants| constants.body(body))
             };
             point.change(island, bodies, change, given, gravity);
-            let LinearPoint { newton, held, couplings, joints, gears, one, .. } = point;
+            let LinearPoint { newton, held, couplings, moments, joints, gears, one, .. } = point;
             if let Some(constants) = &constants {
+                for moment in &*moments {
+                    let contact = &couplings[moment.contact];
+                    one.add(island, moment.index, &moment.jvp_wrt_constants(contact, constants));
+                }
                 for coupling in &*couplings {
                     one.add(island, coupling.index, &coupling.jvp_wrt_constants(constants));
                 }
@@ -384,14 +389,23 @@ impl LinearIsland {
         let Some(own) = bodies.iter().position(|of| *of == body) else { return false };
         for point in points(all, *is_one) {
             let LinearPoint {
-                newton, held, couplings, joints, gears, by_pose, by_velocity, ..
+                newton,
+                held,
+                couplings,
+                moments,
+                joints,
+                gears,
+                by_pose,
+                by_velocity,
+                ..
             } = point;
             by_pose.begin(bodies.len(), island.couplings().len());
             by_velocity.begin(bodies.len(), island.couplings().len());
             by_velocity.rhs[own] = island.members()[own].change_by_velocity();
             let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
+            let of_moments = moments.iter().map(|moment| (moment.index, &moment.slopes));
             let of_joints = joints.iter().map(|rows| (rows.coupling, &rows.slopes));
-            for (index, slopes) in of_contacts.chain(of_joints) {
+            for (index, slopes) in of_contacts.chain(of_moments).chain(of_joints) {
                 let Some((pose, velocity)) = slopes.jacobian_wrt_state(body) else { continue };
                 by_pose.add(island, index, &pose);
                 if let Some(velocity) = velocity {
@@ -438,7 +452,9 @@ impl LinearIsland {
     ) {
         let Self { bodies, island, points: all, is_one, free, .. } = self;
         for (point, weight) in weighed(all, *is_one) {
-            let LinearPoint { newton, iterate, held, couplings, joints, gears, one, .. } = point;
+            let LinearPoint {
+                newton, iterate, held, couplings, moments, joints, gears, one, ..
+            } = point;
             one.begin(bodies.len(), island.couplings().len());
             for (rhs, &body) in one.rhs.iter_mut().zip(&*bodies) {
                 let (linear, spin) = by_velocity[body];
@@ -475,6 +491,13 @@ impl LinearIsland {
                 gear.vjp(&by, &mut gradient.states);
                 let pulled = |coupling: usize| one.rows_vjp(island, coupling);
                 gear.pull_constants(pulled, constants, &mut gradient.constants);
+            }
+            for moment in &*moments {
+                let by = one.rows_vjp(island, moment.index);
+                moment.slopes.vjp(&by, &mut gradient.states);
+                let contact = &couplings[moment.contact];
+                let sums = &mut gradient.constants;
+                moment.pull_constants(contact, &by, shapes, constants, sums);
             }
             for coupling in &*couplings {
                 let by = one.rows_vjp(island, coupling.index);

@@ -22,6 +22,7 @@ mod constants;
 mod coupling;
 mod geared;
 mod island;
+mod moment;
 mod point;
 mod refined;
 mod rest;

@@ -5,6 +5,7 @@
 use super::StepChange;
 use super::coupling::{ContactOnPiece, LinearCoupling};
 use super::geared::LinearGear;
+use super::moment::{LinearMoment, MomentSolution};
 use super::refined::{RefinedColumns, StiffTerms};
 use super::tied::{self, LinearRows, Slots, SolvedRows, TiedEnds};
 use crate::contact::Contact;
@@ -56,6 +57,7 @@ pub(super) struct LinearPoint {
     /// δp̂ by δμ of each contact on the central path (m/s, world).
     by_friction: Vec<Vector3<f64>>,
     pub(super) couplings: Vec<LinearCoupling>,
+    pub(super) moments: Vec<LinearMoment>,
     pub(super) joints: Vec<LinearRows>,
     pub(super) gears: Vec<LinearGear>,
     /// Right-hand sides of a single change, of a body's pose and of a body's velocities.
@@ -74,6 +76,7 @@ impl LinearPoint {
             gains: Vec::new(),
             by_friction: Vec::new(),
             couplings: Vec::new(),
+            moments: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
             one: RefinedColumns::new(),
@@ -95,6 +98,7 @@ impl LinearPoint {
         velocity.extend(velocities);
         impulses.clear();
         impulses.extend(view.contacts.iter().map(|&place| view.known.before[place] * to_impulse));
+        impulses.extend(island.moment_impulses(&view.known.moments, view.contacts));
         island.extend_previous(step, impulses);
     }
 
@@ -119,6 +123,7 @@ impl LinearPoint {
     ) -> Option<Matrix3<f64>> {
         self.begin(island, step, view);
         self.couplings.clear();
+        self.moments.clear();
         self.joints.clear();
         self.gears.clear();
         let slope = island.members()[0].angular_slope(&self.iterate.velocity[0].spin);
@@ -203,7 +208,7 @@ impl LinearPoint {
             let gain = iterate.factored(island, index, *piece, compliance);
             // Open contacts have no effect.
             if gain.gains != Vector3::zeros() {
-                held.add(island, index, &eliminations[index].slope, &gain, on);
+                held.add(island, index, eliminations, &gain, on);
                 gains.push((index, gain));
             }
         }
@@ -244,7 +249,7 @@ impl LinearPoint {
             };
             if gain.gains != Vector3::zeros() {
                 let on = PointCompliance { compliance: COMPLIANCE, is_limit: false };
-                held.add(island, index, &eliminations[index].slope, &gain, on);
+                held.add(island, index, eliminations, &gain, on);
                 gains.push((index, gain));
             }
         }
@@ -261,7 +266,7 @@ impl LinearPoint {
         given: impl Fn(usize) -> BodyPerturbation,
         gravity: &Vector3<f64>,
     ) {
-        let Self { iterate, couplings, joints, gears, one, .. } = self;
+        let Self { iterate, couplings, moments, joints, gears, one, .. } = self;
         one.begin(bodies.len(), island.couplings().len());
         for (place, &body) in bodies.iter().enumerate() {
             let mut given = given(body);
@@ -279,6 +284,9 @@ impl LinearPoint {
         }
         for coupling in &*couplings {
             one.add(island, coupling.index, &coupling.slopes.pushed(change.states));
+        }
+        for moment in &*moments {
+            one.add(island, moment.index, &moment.slopes.pushed(change.states));
         }
         for rows in &*joints {
             one.add(island, rows.coupling, &rows.slopes.pushed(change.states));
@@ -306,7 +314,8 @@ impl LinearPoint {
     ) {
         let IslandStep { step, contacts, view } = at;
         let PointCompliance { compliance, is_limit } = on;
-        let Self { newton, iterate, couplings, joints, gears, gains, by_friction, .. } = self;
+        let Self { newton, iterate, couplings, moments, joints, gears, gains, by_friction, .. } =
+            self;
         let pieces = newton.pieces();
         let limit = if is_limit { compliance } else { 0.0 };
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
@@ -325,6 +334,21 @@ impl LinearPoint {
                 impulse: iterate.impulses[*index],
             };
             couplings.push(LinearCoupling::new(step, contact, placed, *index, next, on, limit));
+        }
+        moments.clear();
+        for (place, length) in island.moments_with_lengths() {
+            let index = place.moment;
+            let Some(contact) = couplings.iter().position(|of| of.index == place.contact) else {
+                continue;
+            };
+            let (piece, impulse) = (pieces[index], iterate.impulses[index]);
+            let from = iterate.factored(island, index, piece, compliance).from;
+            let turning = island.moment_turning(index, &iterate.velocity);
+            let from = &from;
+            let at =
+                MomentSolution { index, contact, piece, from, impulse, turning, length, limit };
+            let touching = &contacts[view.contacts[place.contact]];
+            moments.push(LinearMoment::new(step.world, touching, &couplings[contact], &at));
         }
         if view.joints.is_empty() {
             joints.clear();

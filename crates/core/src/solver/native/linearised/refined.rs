@@ -37,7 +37,7 @@
 
 use super::point::PointCompliance;
 use super::slopes::RowsChange;
-use crate::solver::native::equations::Equations;
+use crate::solver::native::equations::{Elimination, Equations};
 use crate::solver::native::island::{Island, IslandSlope, IslandSystem, StiffSide};
 use crate::solver::native::law::Factored;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
@@ -80,11 +80,13 @@ impl StiffTerms {
         &mut self,
         island: &Island,
         index: usize,
-        slope: &IslandSlope,
+        eliminations: &[Elimination<IslandSlope>],
         gain: &Factored,
         on: PointCompliance,
     ) {
-        island.hold(index, slope, gain, &mut self.sides);
+        let first = self.sides.len();
+        island.hold(index, &eliminations[index].slope, gain, &mut self.sides);
+        island.add_load_effects(index, gain, eliminations, &mut self.sides[first..]);
         let mut compliance_matrix = Matrix3::zeros();
         if on.is_limit {
             let along = gain.from.tr_mul(&gain.to) * Matrix3::from_diagonal(&gain.gains);

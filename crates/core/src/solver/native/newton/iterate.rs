@@ -157,7 +157,8 @@ pub(crate) fn evaluate_again<E: Equations>(
     iterate.projections.clear();
     let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
     for ((coupling, impulse), u) in couplings {
-        let (projection, missed) = coupling.evaluated(map, graphs, u, impulse);
+        let (projection, missed) =
+            coupling.evaluated(map, graphs, &iterate.projections, u, impulse);
         iterate.projections.push(projection);
         size.add(&missed);
     }
@@ -182,7 +183,9 @@ fn evaluate_shifted<E: Equations>(
     let points = iterate.points.iter().zip(&iterate.shifts);
     let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(points);
     for ((coupling, impulse), (u, shift)) in couplings {
-        let (projection, missed) = coupling.evaluated(map, graphs, &(*u - *shift), impulse);
+        let u = *u - *shift;
+        let (projection, missed) =
+            coupling.evaluated(map, graphs, &iterate.projections, &u, impulse);
         iterate.projections.push(projection);
         size.add(&missed);
     }

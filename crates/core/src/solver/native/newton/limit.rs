@@ -2,7 +2,7 @@
 //!
 //! Equation numbers refer to `docs/native-solver.md`. Numbers from J on refer to `docs/joints.md`.
 
-use super::{Iterate, Newton, NewtonRun, evaluate, evaluate_again, keeps};
+use super::{Iterate, Newton, NewtonRun, add_loads, evaluate, evaluate_again, keeps};
 use crate::solver::native::effort::SolveEffort;
 use crate::solver::native::equations::{Determined, Equations};
 use crate::solver::native::law::NaturalMap;
@@ -75,7 +75,7 @@ impl<E: Equations> Newton<E> {
             if !self.set_direction(equations, compliance, iterate) {
                 break;
             }
-            self.try_step(iterate, 1.0);
+            self.try_step(equations, iterate, 1.0);
             let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
             let good = keeps(equations, merit.largest, corrected.largest, KEPT_CORRECTION);
             let were_kept = std::mem::replace(&mut self.kept.are_good, good);
@@ -178,6 +178,7 @@ impl<E: Equations> Newton<E> {
             let Self { trial, eliminations, step, .. } = &mut *self;
             trial.impulses.clear();
             trial.impulses.extend(eliminations.iter().map(|of| of.impulse_step(step)));
+            add_loads(equations, eliminations, |_| Vector3::zeros(), &mut trial.impulses);
             let left = largest(&trial.impulses);
             is_selected = left <= enough;
             if is_selected || left > KEPT_CORRECTION * before || left == f64::INFINITY {

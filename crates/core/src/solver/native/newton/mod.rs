@@ -7,8 +7,10 @@ mod limit;
 
 use super::coupling::Coupling;
 use super::effort::SolveEffort;
-use super::equations::{Elimination, Equations, EvaluatedPoint, MapResidual, Velocities, reserve};
-use super::law::{LawRows, LocalSolution, MapPiece, NaturalMap};
+use super::equations::{
+    Elimination, Equations, EvaluatedPoint, MapResidual, MomentPlace, Velocities, reserve,
+};
+use super::law::{Gain, LawRows, LocalSolution, MapPiece, NaturalMap};
 use super::settings::{COMPLIANCE, KEPT_STEP, NEWTON_ITERATIONS, SUFFICIENT_DECREASE, WHOLE_STEPS};
 use nalgebra::Vector3;
 
@@ -121,7 +123,7 @@ impl<E: Equations> Newton<E> {
             }
             let (before, were_kept) = (merit.largest, self.kept.are_good);
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
-                self.try_step(iterate, 1.0);
+                self.try_step(equations, iterate, 1.0);
                 let trial = evaluate(equations, map, &mut self.trial);
                 if were_kept && trial.squared >= merit.squared {
                     self.kept.are_good = false;
@@ -136,7 +138,7 @@ impl<E: Equations> Newton<E> {
                 self.kept.are_good = false;
                 continue;
             } else if jumps > 0 {
-                self.try_step(iterate, 1.0);
+                self.try_step(equations, iterate, 1.0);
                 merit = evaluate(equations, map, &mut self.trial);
                 std::mem::swap(iterate, &mut self.trial);
                 jumps -= 1;
@@ -290,7 +292,7 @@ impl<E: Equations> Newton<E> {
     ) -> Option<MapResidual> {
         let mut length = 1.0;
         while length >= equations.settings().shortest_step {
-            self.try_step(iterate, length);
+            self.try_step(equations, iterate, length);
             let trial = evaluate(equations, map, &mut self.trial);
             if trial.squared < (1.0 - SUFFICIENT_DECREASE * length) * merit.squared {
                 std::mem::swap(iterate, &mut self.trial);
@@ -302,7 +304,7 @@ impl<E: Equations> Newton<E> {
     }
 
     /// Sets the trial point at `length` along the direction.
-    fn try_step(&mut self, iterate: &Iterate<E>, length: f64) {
+    fn try_step(&mut self, equations: &E, iterate: &Iterate<E>, length: f64) {
         let Self { trial, step, eliminations, .. } = self;
         trial.velocity.set_moved(&iterate.velocity, length, step);
         trial.impulses.clear();
@@ -312,6 +314,26 @@ impl<E: Equations> Newton<E> {
             .zip(&*eliminations)
             .map(|(impulse, contact)| impulse + length * contact.impulse_step(step));
         trial.impulses.extend(moved);
+        let before = &iterate.impulses;
+        add_loads(equations, eliminations, |contact| before[contact], &mut trial.impulses);
+    }
+}
+
+/// Adds to the impulses of moments what the change of their contacts' normal impulses makes of them.
+/// `before` has the impulses of the contacts before the change.
+#[inline]
+fn add_loads<E: Equations>(
+    equations: &E,
+    eliminations: &[Elimination<E::Slope>],
+    before: impl Fn(usize) -> Vector3<f64>,
+    impulses: &mut [Vector3<f64>],
+) {
+    for &MomentPlace { moment, contact } in equations.moments() {
+        if let Gain::Moment(gain) = &eliminations[moment].local_solution.gain {
+            let normal = equations.couplings()[contact].rows.normal();
+            let pressed = normal.dot(&(impulses[contact] - before(contact)));
+            impulses[moment] += gain.by_load * pressed;
+        }
     }
 }
 

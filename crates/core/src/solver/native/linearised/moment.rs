@@ -1,0 +1,163 @@
+//! Linearised moment of a contact: change of its impulse with the initial states of the bodies and with
+//! the coefficients of turning friction.
+//!
+//! At fixed V⁺ the rows u = ℓ (Ω_A − Ω_B) turn with the bodies, and the axes of the law with the normal,
+//! δn = φ × n:
+//!
+//! ```text
+//! δu = δθ_A × u_A − δθ_B × u_B,   δp̂ = D (δu − φ × u) + φ × p̂,   δτ = −ℓ Aᵀ (δθ × p̂)      (G6a)
+//! ```
+//!
+//! What the normal impulse makes of the moment is in the matrix (N16). Equation numbers refer to
+//! `docs/gradients.md`.
+
+use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
+use super::coupling::LinearCoupling;
+use super::slopes::{LinearisedSlopes, RowsChange};
+use crate::contact::Contact;
+use crate::derivative::SideChangeInput;
+use crate::solver::native::law::MapPiece;
+use crate::world::{Constant, Turning, World};
+use nalgebra::{Matrix3, Vector3};
+
+/// Linearised moment of a contact.
+#[derive(Debug, Clone)]
+pub(super) struct LinearMoment {
+    /// Index among the couplings of the island.
+    pub(super) index: usize,
+    pub(super) slopes: LinearisedSlopes,
+    /// Index of the contact among the linearised contacts of the point.
+    pub(super) contact: usize,
+    /// Rows that the gain acts on, p̂ (m/s, world) and u (m/s, world).
+    axes: MomentAxes,
+    /// Coefficient of each part of the turning: its constant, its index, and the derivative by it.
+    by_friction: [Option<(Constant, usize, RowsChange<1>)>; 2],
+}
+
+/// Rows, impulse and motion of a moment.
+#[derive(Debug, Clone)]
+struct MomentAxes {
+    from: Matrix3<f64>,
+    impulse: Vector3<f64>,
+    u: Vector3<f64>,
+}
+
+impl MomentAxes {
+    /// Change of the rows if the normal turns by φ = `turn`.
+    fn turned(&self, turn: &Vector3<f64>) -> RowsChange<1> {
+        RowsChange {
+            motion: -self.from.tr_mul(&turn.cross(&self.u)),
+            impulse: turn.cross(&self.impulse),
+            ..RowsChange::zero()
+        }
+    }
+}
+
+/// Moment at a solution.
+pub(super) struct MomentSolution<'a> {
+    /// Index among the couplings of the island.
+    pub(super) index: usize,
+    /// Index of the contact among the linearised contacts of the point.
+    pub(super) contact: usize,
+    pub(super) piece: MapPiece,
+    /// Rows that the gain acts on, an orthonormal frame.
+    pub(super) from: &'a Matrix3<f64>,
+    /// p̂ (m/s, world).
+    pub(super) impulse: Vector3<f64>,
+    /// ℓ Ω of A and of B (m/s, world).
+    pub(super) turning: [Vector3<f64>; 2],
+    /// ℓ (m).
+    pub(super) length: f64,
+    /// ε whose limit is taken, or 0.
+    pub(super) limit: f64,
+}
+
+impl LinearMoment {
+    /// Linearises the moment of a `contact`, from the linearised `coupling` of the contact.
+    pub(super) fn new(
+        world: &World,
+        contact: &Contact,
+        coupling: &LinearCoupling,
+        at: &MomentSolution<'_>,
+    ) -> Self {
+        let MomentSolution { index, contact: place, piece, from, impulse, turning, length, limit } =
+            at;
+        let axes = MomentAxes { from: **from, impulse: *impulse, u: turning[0] - turning[1] };
+        let mut slopes = LinearisedSlopes::new(coupling.slopes.bodies);
+        for side in (0..2).filter(|&side| slopes.bodies[side].is_some()) {
+            for k in 0..6 {
+                let (unit, nothing) = (Vector3::ith(k % 3, 1.0), SideChangeInput::nothing());
+                let turn = if k < 3 { Vector3::zeros() } else { coupling.rotations[side] * unit };
+                let given = match k {
+                    0..3 => SideChangeInput { position: unit, ..nothing },
+                    _ => SideChangeInput { turn, ..nothing },
+                };
+                let sides = if side == 0 { [&given, &nothing] } else { [&nothing, &given] };
+                let normal = coupling.tangent.change(sides[0], sides[1], 0.0, 0.0).turn;
+                let mut column = axes.turned(&normal);
+                let sign = if side == 0 { 1.0 } else { -1.0 };
+                column.motion += from.tr_mul(&turn.cross(&turning[side])) * sign;
+                let torque = coupling.rotations[side].tr_mul(&turn.cross(impulse)) * -*length;
+                column.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
+                slopes.by_pose.set(6 * side + k, &column);
+            }
+        }
+        let normal = contact.normal();
+        let pressed = normal.dot(&coupling.impulse) / length;
+        let along = |v: Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
+        let across = |v: &Vector3<f64>| v - normal * normal.dot(v);
+        let by_friction = Turning::ALL.map(|of| {
+            let (place, friction) =
+                world.turning_between(of, contact.key.body, contact.key.partner)?;
+            let direction = match (of, piece) {
+                (Turning::Rolling, MapPiece::Moment { rolls: true, .. }) if friction > 0.0 => {
+                    along(across(impulse))
+                }
+                (Turning::Rolling, MapPiece::Moment { rolls: true, .. }) => -along(across(&axes.u)),
+                (Turning::Torsional, MapPiece::Moment { spins, .. }) => normal * f64::from(*spins),
+                _ => Vector3::zeros(),
+            };
+            let impulse = direction * pressed;
+            let motion = from.tr_mul(&impulse) * -*limit;
+            Some((of.constant(), place, RowsChange { motion, impulse, ..RowsChange::zero() }))
+        });
+        Self { index: *index, contact: *place, slopes, axes, by_friction }
+    }
+
+    /// Change of the rows for changes of constants. `contact` is the linearised contact.
+    pub(super) fn jvp_wrt_constants<F: Fn(Constant, usize) -> f64>(
+        &self,
+        contact: &LinearCoupling,
+        constants: &ConstantChanges<'_, F>,
+    ) -> RowsChange<1> {
+        let turned = self.axes.turned(&contact.turn_wrt_constants(constants));
+        self.by_friction.iter().flatten().fold(turned, |change, (constant, place, by)| {
+            change.plus((constants.numbers)(*constant, *place), by)
+        })
+    }
+
+    /// Adds the transposed product: derivatives with respect to `constants`.
+    pub(super) fn pull_constants(
+        &self,
+        contact: &LinearCoupling,
+        by: &RowsChange<1>,
+        shapes: &[ConstantsBase],
+        constants: &[Constant],
+        sums: &mut [Vec<f64>],
+    ) {
+        for (&constant, sums) in constants.iter().zip(sums) {
+            for (of, place, slope) in self.by_friction.iter().flatten() {
+                if *of == constant {
+                    sums[*place] += by.dot(slope);
+                }
+            }
+            for body in self.slopes.bodies.into_iter().flatten() {
+                for place in side_places(constant, body, contact.bounces()) {
+                    let numbers = unit(constant, place);
+                    let given = ConstantChanges { shapes, numbers: &numbers };
+                    sums[place] += by.dot(&self.axes.turned(&contact.turn_wrt_constants(&given)));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! Rolling and torsional resistance against closed forms and a computation of their law by hand.
+
+use nalgebra::{Vector3, Vector4};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::{Integrator, Parameters, Turning, TurningFriction, World};
+
+const G: f64 = 9.81;
+const RADIUS: f64 = 0.1;
+const FRICTION: TurningFriction = TurningFriction { rolling: 0.01, torsional: 0.01 };
+
+fn with_both(world: World, friction: TurningFriction) -> World {
+    let world = world.with_turning_friction(Turning::Rolling, friction.rolling).unwrap();
+    world.with_turning_friction(Turning::Torsional, friction.torsional).unwrap()
+}
+
+fn solid_ball(mass: f64, radius: f64) -> RigidBody {
+    RigidBody::solid(mass, &[Piece::sphere(radius).unwrap()]).unwrap().0
+}
+
+/// A solid ball of 2 kg on a plane with its normal in the x-z plane, `angle` (rad) from z.
+fn ball(angle: f64, time_step: f64, integrator: Integrator) -> World {
+    let normal = Vector3::new(-angle.sin(), 0.0, angle.cos());
+    let parameters = Parameters {
+        bodies: vec![solid_ball(2.0, RADIUS)],
+        ground: Some(Plane::new(normal, 0.0).unwrap()),
+        gravity: Vector3::new(0.0, 0.0, -G),
+        friction: 0.6,
+        time_step,
+        rotation: Rotation::Momentum,
+    };
+    let world = World::new(parameters).unwrap().with_integrator(integrator);
+    with_both(world, FRICTION)
+}
+
+fn simulate(world: &World, velocity: Vector3<f64>, spin: Vector3<f64>) -> Simulation<'static> {
+    let normal = *world.ground().unwrap().normal();
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    let start = State { position: normal * RADIUS, attitude, velocity, spin };
+    Simulation::new(world.clone(), [start], Motion::native(world)).unwrap()
+}
+
+/// Takes `steps` solved steps.
+fn run(simulation: &mut Simulation<'_>, steps: usize) {
+    let mut record = StepRecord::new();
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        let status = record.report.status;
+        assert!(
+            status.is_solved() && record.certificate.residual() < 1e-10,
+            "{status} {:?}",
+            record.certificate
+        );
+    }
+}
+
+/// Checks a ball that rolls with v: it decelerates by a = μ_r g/(7/5 r) and stops after v²/2a.
+#[test]
+fn a_rolling_ball_stops_where_it_must() {
+    let slowing = FRICTION.rolling * G / (1.4 * RADIUS);
+    let (time, distance) = (1.0 / slowing, 0.5 / slowing);
+    assert!((time - 1.4271).abs() < 1e-4 && (distance - 0.71357).abs() < 2e-5);
+    // A step turns by 2 tan⁻¹(ωh/2), so that (ωh)²/12 of the distance is lost.
+    for (integrator, allowed) in [(Integrator::Euler, 0.6), (Integrator::Leapfrog, 0.01)] {
+        let h = 0.001;
+        let world = ball(0.0, h, integrator);
+        let mut simulation = simulate(&world, Vector3::x(), Vector3::y() / RADIUS);
+        run(&mut simulation, (time / h) as usize - 1);
+        assert!(simulation.state().velocity[0] > 0.0);
+        run(&mut simulation, 3);
+        let state = *simulation.state();
+        assert!(
+            (state.position[0] - distance).abs() < allowed * h,
+            "{}",
+            state.position[0] - distance
+        );
+        assert!(state.velocity.norm() < 1e-12 && state.spin.norm() < 1e-11, "{state:?}");
+        run(&mut simulation, 50);
+        assert!((simulation.state().position - state.position).norm() < 1e-15);
+    }
+}
+
+/// Checks a ball that spins about the normal: it stops after I ω/(μ_s m g), having turned by half of ω t.
+#[test]
+fn a_spinning_ball_stops_when_it_must() {
+    let slowing = FRICTION.torsional * G / (0.4 * RADIUS * RADIUS);
+    let time = 10.0 / slowing;
+    assert!((time - 0.4077).abs() < 1e-4);
+    for (integrator, allowed) in [(Integrator::Euler, 6.0), (Integrator::Leapfrog, 0.08)] {
+        let h = 0.001;
+        let world = ball(0.0, h, integrator);
+        let mut simulation = simulate(&world, Vector3::zeros(), Vector3::z() * 10.0);
+        run(&mut simulation, (time / h) as usize - 1);
+        assert!(simulation.state().spin[2] > 0.0);
+        run(&mut simulation, 3);
+        let state = simulation.state();
+        let turned = 2.0 * state.attitude[3].atan2(state.attitude[0]);
+        assert!((turned - 5.0 * time).abs() < allowed * h, "{}", turned - 5.0 * time);
+        assert!(state.spin.norm() < 1e-10 && state.position.xy().norm() < 1e-13, "{state:?}");
+    }
+}
+
+/// A ball stays on a slope below tan⁻¹(μ_r/r), and rolls down a steeper one with
+/// 5/7 g (sin α − μ_r/r cos α).
+#[test]
+fn a_ball_stays_on_a_slope_below_its_angle() {
+    let limit = (FRICTION.rolling / RADIUS).atan();
+    for (angle, stays) in [(0.99 * limit, true), (1.5 * limit, false)] {
+        let world = ball(angle, 0.002, Integrator::Leapfrog);
+        let mut simulation = simulate(&world, Vector3::zeros(), Vector3::zeros());
+        run(&mut simulation, 250);
+        let speed = simulation.state().velocity.norm();
+        let downhill = angle.sin() - FRICTION.rolling / RADIUS * angle.cos();
+        let expected = if stays { 0.0 } else { 0.5 * G * downhill / 1.4 };
+        assert!((speed - expected).abs() < 1e-6, "{angle} {speed} {expected}");
+    }
+}
+
+/// A ball on a plate that is free to slide on smooth ice: both moments act on both bodies, momentum and
+/// angular momentum are conserved, and both end with the same motion.
+#[test]
+fn moments_act_on_both_bodies() {
+    let plate = RigidBody::solid_box(3.0, Vector3::new(1.0, 1.0, 0.05)).unwrap();
+    let sphere = solid_ball(2.0, RADIUS);
+    let parameters = Parameters {
+        bodies: vec![plate, sphere],
+        ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
+        gravity: Vector3::new(0.0, 0.0, -G),
+        friction: 0.0,
+        time_step: 0.0005,
+        rotation: Rotation::Momentum,
+    };
+    let world =
+        World::new(parameters).unwrap().with_friction_between(1, Partner::Body(0), 0.8).unwrap();
+    let (body, partner) = (1, Partner::Body(0));
+    let world = [(Turning::Rolling, FRICTION.rolling), (Turning::Torsional, FRICTION.torsional)]
+        .into_iter()
+        .try_fold(world, |world, (turning, friction)| {
+            world.with_turning_friction_between(turning, body, partner, friction)
+        })
+        .unwrap();
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    let still = State {
+        position: Vector3::z() * 0.05,
+        attitude,
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    let rolling = State {
+        position: Vector3::new(0.0, 0.0, 0.1 + RADIUS),
+        velocity: Vector3::new(0.3, 0.2, 0.0),
+        spin: Vector3::new(-2.0, 3.0, 8.0),
+        ..still
+    };
+    let momenta = |states: &[State]| {
+        let mut linear = Vector3::zeros();
+        let mut angular = 0.0;
+        for (body, state) in world.bodies().iter().zip(states) {
+            let turn = rotation(&state.attitude);
+            linear += state.velocity * body.mass();
+            angular += (state.position.cross(&state.velocity) * body.mass()
+                + turn * (body.inertia() * state.spin))[2];
+        }
+        (linear, angular)
+    };
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world.clone(), [still, rolling], motion).unwrap();
+    let before = momenta(simulation.states());
+    run(&mut simulation, 4000);
+    let after = momenta(simulation.states());
+    assert!((before.0 - after.0).xy().norm() < 1e-11, "{} {}", before.0, after.0);
+    // A momentum of the step differs from I ω by (ωh)²/4 of it.
+    assert!((before.1 - after.1).abs() < 1e-6, "{} {}", before.1, after.1);
+    let [plate, sphere] = simulation.states() else { panic!() };
+    let apart = sphere.position - plate.position;
+    let relative = sphere.velocity - plate.velocity - plate.spin.cross(&apart);
+    // They turn together, by h ω² r of each step.
+    assert!(relative.norm() < 1e-6, "{relative}");
+    assert!((plate.spin[2] - sphere.spin[2]).abs() < 1e-6);
+}
+
+/// A record's moment obeys its law, computed from the states by hand, under random pushes of random bodies.
+#[test]
+fn moments_obey_their_law() {
+    let (h, friction) = (0.004, TurningFriction { rolling: 0.02, torsional: 0.03 });
+    let bodies = vec![
+        solid_ball(1.0, 0.1),
+        RigidBody::solid_box(2.0, Vector3::new(0.2, 0.1, 0.05)).unwrap(),
+        solid_ball(0.5, 0.07),
+    ];
+    let parameters = Parameters {
+        bodies,
+        ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
+        gravity: Vector3::new(0.0, 0.0, -G),
+        friction: 0.4,
+        time_step: h,
+        rotation: Rotation::Momentum,
+    };
+    let world = with_both(World::new(parameters).unwrap(), friction);
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    let at = |x: f64, z: f64, spin: Vector3<f64>| State {
+        position: Vector3::new(x, 0.0, z),
+        attitude,
+        velocity: Vector3::new(-x, 0.2, 0.0),
+        spin,
+    };
+    let starts = [
+        at(0.5, 0.12, Vector3::new(3.0, -20.0, 9.0)),
+        at(0.0, 0.3, Vector3::new(1.0, 2.0, 3.0)),
+        at(-0.4, 0.2, Vector3::new(-7.0, 4.0, -30.0)),
+    ];
+    let mut simulation = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
+    let mut record = StepRecord::new();
+    let (mut rolls, mut holds) = (0, 0);
+    for step in 0..400_u32 {
+        if step % 40 == 0 {
+            let push = Vector3::new(3.0, -2.0, 0.5) * (1.0 - 0.01 * f64::from(step));
+            let at = Vector3::new(0.02, 0.0, 0.03);
+            let load =
+                Load::new(Polyline::constant(push).unwrap(), Polyline::default(), at).unwrap();
+            simulation.set_load(step as usize / 40 % 3, load).unwrap();
+        }
+        let before = simulation.states().to_vec();
+        simulation.step(&mut record).unwrap();
+        assert!(record.certificate.residual() < 1e-10, "{step} {:?}", record.certificate);
+        let after = &record.solution.states;
+        for (contact, force) in record.contacts.iter().zip(&record.solution.contacts) {
+            let turning = |body: usize| {
+                let turn = rotation(&before[body].attitude);
+                turn * after[body].spin
+            };
+            let other = contact.key.partner.body().map_or(Vector3::zeros(), turning);
+            let (turned, n) = (turning(contact.key.body) - other, contact.normal());
+            let (along, about) = (n.dot(&turned), n.dot(&force.moment));
+            let (rolled, rolling) = (turned - n * along, force.moment - n * about);
+            let limits =
+                (friction.rolling * force.normal_force, friction.torsional * force.normal_force);
+            assert!(rolling.norm() <= limits.0 + 1e-8 && about.abs() <= limits.1 + 1e-8);
+            if rolled.norm() > 1e-6 {
+                assert!((rolling + rolled / rolled.norm() * limits.0).norm() < 1e-5, "{step}");
+                rolls += 1;
+            } else if force.normal_force > 0.1 {
+                holds += 1;
+            }
+            if along.abs() > 1e-6 {
+                assert!((about + along.signum() * limits.1).abs() < 1e-5, "{step}");
+            }
+        }
+    }
+    assert!(rolls > 100 && holds > 20, "{rolls} {holds}");
+}
+
+/// Random mixtures of shapes, coefficients and pushes: at least 99.99 % of 10⁴ steps are solved, and none
+/// makes energy.
+#[test]
+#[ignore = "a minute"]
+fn random_steps_with_moments_are_solved() {
+    let (mut failed, mut steps) = (0, 0);
+    let mut seed = 1_u64;
+    let mut draw = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5
+    };
+    for scene in 0..100 {
+        let shape = |kind: usize, size: f64| match kind {
+            0 => Piece::sphere(size),
+            1 => Piece::cuboid(Vector3::new(size, 0.6 * size, 0.4 * size)),
+            2 => Piece::capsule(size, 0.4 * size),
+            3 => Piece::cylinder(0.5 * size, size, 24),
+            _ => Piece::ellipsoid(Vector3::new(size, 0.7 * size, 0.5 * size), 16),
+        };
+        let bodies: Vec<_> = (0..4)
+            .map(|body| {
+                let piece = shape((scene + 3 * body) % 5, 0.08 * (1.0 + draw())).unwrap();
+                RigidBody::solid(1.5 + draw(), &[piece]).unwrap().0
+            })
+            .collect();
+        let count = bodies.len();
+        let parameters = Parameters {
+            bodies,
+            ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
+            gravity: Vector3::new(2.0 * draw(), 2.0 * draw(), -G),
+            friction: 0.5 + draw(),
+            time_step: 0.005,
+            rotation: Rotation::Momentum,
+        };
+        let friction = TurningFriction {
+            rolling: (0.02 * draw()).max(0.0),
+            torsional: (0.05 * draw()).max(0.0),
+        };
+        let friction =
+        let world = with_both(World::new(parameters).unwrap(), friction);
+        let starts: Vec<_> = (0..count)
+            .map(|body| State {
+                position: Vector3::new(0.1 * draw(), 0.1 * draw(), 0.15 + 0.25 * body as f64),
+                attitude: Vector4::new(1.0 + draw(), draw(), draw(), draw()).normalize(),
+                velocity: Vector3::new(draw(), draw(), draw()),
+                spin: Vector3::new(draw(), draw(), draw()) * 10.0,
+            })
+            .collect();
+        let mut simulation =
+            Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        for step in 0..100 {
+            simulation.step(&mut record).unwrap();
+            steps += 1;
+            let is_solved =
+                record.report.status.is_solved() && record.certificate.residual() < 1e-9;
+            failed += usize::from(!is_solved);
+            if !is_solved {
+                println!(
+                    "{scene} {step}: {} {:e} {:?} {:?}",
+                    record.report.status,
+                    record.certificate.residual(),
+                    record.report.start,
+                    friction
+                );
+            }
+        }
+    }
+    assert!(failed * 10_000 <= steps, "{failed} of {steps}");
+}
