@@ -291,7 +291,6 @@ fn random_steps_with_moments_are_solved() {
             rolling: (0.02 * draw()).max(0.0),
             torsional: (0.05 * draw()).max(0.0),
         };
-        let friction =
         let world = with_both(World::new(parameters).unwrap(), friction);
         let starts: Vec<_> = (0..count)
             .map(|body| State {
