@@ -15,8 +15,18 @@ use tumble_scene::output::tables::ContactRow;
 use tumble_scene::scene::Scene as Content;
 
 /// Names of the columns.
-pub const COLUMNS: [&str; 9] =
-    ["body", "partner", "partner_body", "point", "normal", "force", "slip", "normal_force", "gap"];
+pub const COLUMNS: [&str; 10] = [
+    "body",
+    "partner",
+    "partner_body",
+    "point",
+    "normal",
+    "force",
+    "slip",
+    "normal_force",
+    "gap",
+    "moment",
+];
 
 /// Number of columns of the pairs, which come first.
 const PAIRS: usize = COLUMNS.len() - NUMBERS.len();
@@ -25,8 +35,15 @@ const PAIRS: usize = COLUMNS.len() - NUMBERS.len();
 const NO_BODY: i64 = -1;
 
 /// Numeric columns, which come last, and their numbers per contact.
-const NUMBERS: [(&str, usize); 6] =
-    [("point", 3), ("normal", 3), ("force", 3), ("slip", 3), ("normal_force", 1), ("gap", 1)];
+const NUMBERS: [(&str, usize); 7] = [
+    ("point", 3),
+    ("normal", 3),
+    ("force", 3),
+    ("slip", 3),
+    ("normal_force", 1),
+    ("gap", 1),
+    ("moment", 3),
+];
 
 /// Partner names as shared Python strings, to which a column refers.
 pub struct PartnerNames {
@@ -219,7 +236,7 @@ fn fill<R: Borrow<ContactRow>>(
 ) {
     numbers.resize(count * NUMBERS.iter().map(|(_, width)| width).sum::<usize>(), 0.0);
     let mut left = &mut numbers[..];
-    let [points, normals, forces, slips, sizes, gaps] = NUMBERS.map(|(_, width)| {
+    let [points, normals, forces, slips, sizes, gaps, moments] = NUMBERS.map(|(_, width)| {
         let (column, rest) = std::mem::take(&mut left).split_at_mut(width * count);
         left = rest;
         column
@@ -230,7 +247,8 @@ fn fill<R: Borrow<ContactRow>>(
         points[three.clone()].copy_from_slice(row.point.as_slice());
         normals[three.clone()].copy_from_slice(row.normal.as_slice());
         forces[three.clone()].copy_from_slice(row.force.as_slice());
-        slips[three].copy_from_slice(row.slip.as_slice());
+        slips[three.clone()].copy_from_slice(row.slip.as_slice());
+        moments[three].copy_from_slice(row.moment.as_slice());
         sizes[place] = row.normal.dot(&row.force);
         gaps[place] = row.gap;
     }

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 from ._names import unknown
 from ._tumble import Columns
 
-_NAMES = (*("body", "partner", "partner_body"), *("point", "normal", "force", "slip", "normal_force", "gap"))
+_NAMES = (*("body", "partner", "partner_body"), *("point", "normal", "force", "slip", "normal_force", "gap", "moment"))
 
 
 class Contacts(dict[str, Any]):
@@ -17,7 +17,7 @@ class Contacts(dict[str, Any]):
     - ``body`` (C,), ``partner`` (tuple of C names);
     - ``partner_body`` (C,): index of the partner among the bodies, -1 for the ground and fixed
       pieces;
-    - ``point``, ``normal``, ``force``, ``slip`` (C, 3);
+    - ``point``, ``normal``, ``force``, ``slip``, ``moment`` (C, 3);
     - ``normal_force``, ``gap`` (C,).
     """
 

@@ -119,6 +119,7 @@ class Trajectory:
           fixed pieces;
         - ``point`` (m, world), ``normal`` (world, away from the partner), (C, 3);
         - ``force`` (N, world, on the body), ``slip`` (m/s, world), (C, 3);
+        - ``moment`` (N m, world, on the body about the point) of rolling and torsional friction, (C, 3);
         - ``normal_force`` (N), ``gap`` (m), (C,).
 
         Raises TumbleError for a run recorded without contacts.
@@ -292,7 +293,7 @@ class Trajectory:
 
         Columns are k, body and partner (names), the components of point_m, normal, force_N
         and slip_m_s as ``point_x_m``, ``normal_x``, ``force_x_N``, ``slip_x_m_s`` and so on,
-        then normal_force_N and gap_m.
+        then normal_force_N, gap_m and the components of moment_N_m.
         """
         frame = contacts_frame(self.scene, self.contacts)
         frame.insert(0, "k", self.contacts["k"])
@@ -470,6 +471,8 @@ def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> pd.DataFrame:
             columns[f"{name}_{axis}{unit}"] = contacts[name][:, place]
     columns["normal_force_N"] = contacts["normal_force"]
     columns["gap_m"] = contacts["gap"]
+    for place, axis in enumerate("xyz"):
+        columns[f"moment_{axis}_N_m"] = contacts["moment"][:, place]
     return pd.DataFrame(columns)
 
 

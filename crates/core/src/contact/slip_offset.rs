@@ -79,7 +79,7 @@ impl Contact {
         self.relative_velocity(world, states, velocities)
     }
 
-    /// Takes the static coefficient of friction (eq. 41), if there is one above the kinetic one, and if the
+    /// Takes the static coefficient of friction (eq. 42), if there is one above the kinetic one, and if the
     /// touching points slip by at most the [stick speed](World::stick_speed) at `states`, the start of the
     /// step.
     pub fn set_friction(&mut self, world: &World, states: &[State]) {

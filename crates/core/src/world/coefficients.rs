@@ -55,12 +55,12 @@ impl Coefficients {
     }
 
     /// Number of the world and its index.
-    pub(super) fn of_world(&self) -> Option<(usize, f64)> {
+    pub(super) fn world(&self) -> Option<(usize, f64)> {
         self.of_world.map(|value| (0, value))
     }
 
     /// Own number of a body or fixed collider and its index.
-    pub(super) fn of(&self, owner: Partner) -> Option<(usize, f64)> {
+    pub(super) fn own(&self, owner: Partner) -> Option<(usize, f64)> {
         let place = self.of_owners.binary_search_by(|(known, _)| known.cmp(&owner)).ok()?;
         Some((usize::from(self.of_world.is_some()) + place, self.of_owners[place].1))
     }

@@ -119,8 +119,8 @@ impl World {
     pub(super) fn own_static(&self, owner: Partner) -> (Constant, usize, f64) {
         let all = &self.statics.coefficients;
         let constant = |(index, friction)| (Constant::StaticFriction, index, friction);
-        let own = all.of(owner).map(constant).or_else(|| self.own_friction_constant(owner));
-        let of_world = || all.of_world().map(constant);
+        let own = all.own(owner).map(constant).or_else(|| self.own_friction_constant(owner));
+        let of_world = || all.world().map(constant);
         own.or_else(of_world).unwrap_or((Constant::Friction, 0, self.friction()))
     }
 

@@ -73,7 +73,7 @@ impl World {
             return None;
         }
         all.between(body, partner).or_else(|| {
-            let own = |owner| all.of(owner).or(all.of_world());
+            let own = |owner| all.own(owner).or(all.world());
             let both = [own(Partner::Body(body)), own(partner)].into_iter().flatten();
             both.reduce(|a, b| if b.1 > a.1 { b } else { a })
         })

@@ -53,7 +53,7 @@ pub struct BuiltScene {
 }
 
 /// Coefficient of the world.
-fn of_world(friction: Option<f64>) -> CoefficientsModel {
+fn world_coefficient(friction: Option<f64>) -> CoefficientsModel {
     CoefficientsModel { friction, ..CoefficientsModel::default() }
 }
 
@@ -67,9 +67,9 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         impacts: settings.impacts.unwrap_or_default(),
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
-        statics: of_world(settings.static_friction),
-        rolling: of_world(settings.rolling_friction),
-        torsional: of_world(settings.torsional_friction),
+        statics: world_coefficient(settings.static_friction),
+        rolling: world_coefficient(settings.rolling_friction),
+        torsional: world_coefficient(settings.torsional_friction),
         stick_speed: settings.stick_speed,
         restitution: settings.restitution.unwrap_or_default(),
         rebound_speed: settings.rebound_speed,

@@ -5,7 +5,7 @@
 //! the bodies further,
 //!
 //! ```text
-//! δp̂ = D δu + w nᵀ δp̂_c                                                    (N16)
+//! δp̂ = D δu + w nᵀ δp̂_c                                                    (N17)
 //! ```
 //!
 //! Equation numbers refer to `docs/native-solver.md`.
@@ -96,7 +96,7 @@ impl Island {
         [a, link.b.as_ref().map_or(Vector3::zeros(), of_b)]
     }
 
-    /// Adds what the contact's impulse makes of the moment (N16) to the matrix: −H w nᵀ D_c ∂u_c/∂V.
+    /// Adds what the contact's impulse makes of the moment (N17) to the matrix: −H w nᵀ D_c ∂u_c/∂V.
     pub(super) fn add_load_gain(
         &self,
         at: &MomentPlace,

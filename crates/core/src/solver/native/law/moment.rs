@@ -1,10 +1,10 @@
-//! Law of a contact's moment (N14): rolling and torsional resistance, within limits given by the normal
+//! Law of a contact's moment (N15): rolling and torsional resistance, within limits given by the normal
 //! impulse of the contact.
 //!
 //! With the projection argument y = p̂ − ρ û and γ⁺ = max(0, γ − ρ_n û_n) of the contact,
 //!
 //! ```text
-//! p̂_t = Π_{r γ⁺}(y_t),   p̂_n = clamp(y_n, −s γ⁺, s γ⁺),   r = μ_r/ℓ,   s = μ_s/ℓ     (N14)
+//! p̂_t = Π_{r γ⁺}(y_t),   p̂_n = clamp(y_n, −s γ⁺, s γ⁺),   r = μ_r/ℓ,   s = μ_s/ℓ     (N15)
 //! ```
 //!
 //! Equation numbers refer to `docs/native-solver.md`.
@@ -108,7 +108,7 @@ impl MomentProjection {
     /// and b = r γ⁺/|y_t|,
     ///
     /// ```text
-    /// δp̂_t = (r γ − t·p̂) + r δγ,   δp̂_s = −(s·p̂ + ρ b s·δu)/(1 − b + ρ ε b)              (N15)
+    /// δp̂_t = (r γ − t·p̂) + r δγ,   δp̂_s = −(s·p̂ + ρ b s·δu)/(1 − b + ρ ε b)              (N16)
     /// ```
     pub(super) fn local_solution(
         &self,

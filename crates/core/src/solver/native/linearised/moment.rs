@@ -8,7 +8,7 @@
 //! δu = δθ_A × u_A − δθ_B × u_B,   δp̂ = D (δu − φ × u) + φ × p̂,   δτ = −ℓ Aᵀ (δθ × p̂)      (G6a)
 //! ```
 //!
-//! What the normal impulse makes of the moment is in the matrix (N16). Equation numbers refer to
+//! What the normal impulse makes of the moment is in the matrix (N17). Equation numbers refer to
 //! `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
