@@ -328,8 +328,10 @@ impl Certifier {
 
     /// Adds a contact's moment to both bodies. Returns its residual (m/s).
     fn add_moment(&mut self, world: &World, contact: &Contact, load: &ContactLoad) -> f64 {
-        let (own, other) = (contact.key.body, contact.key.partner.body());
-        let (a, b) = (&self.poses[own], other.map(|other| &self.poses[other]));
+        let own = contact.key.body;
+        let other = contact.key.partner.body();
+        let a = &self.poses[own];
+        let b = other.map(|other| &self.poses[other]);
         let h = world.time_step();
         let turned = contact.relative_turning([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), h);
         let b = b.map(|b| &b.0);

@@ -62,9 +62,11 @@ impl Contact {
         rotation: impl Fn(usize) -> Matrix3<f64>,
     ) -> MomentScale {
         let normal = self.normal();
-        let (mut trace, mut along) = (0.0, 0.0);
+        let mut trace = 0.0;
+        let mut along = 0.0;
         for index in self.key.bodies() {
-            let (body, n) = (&world.bodies()[index], rotation(index).tr_mul(&normal));
+            let body = &world.bodies()[index];
+            let n = rotation(index).tr_mul(&normal);
             trace += body.inertia_inverse().trace();
             along += n.dot(&(body.inertia_inverse() * n));
         }
@@ -88,7 +90,8 @@ impl Contact {
         load: &ContactLoad,
         turned: &Vector3<f64>,
     ) -> f64 {
-        let (own, normal) = (&world.bodies()[self.key.body], self.normal());
+        let own = &world.bodies()[self.key.body];
+        let normal = self.normal();
         let rotation =
             |body: usize| if body == self.key.body { a } else { b.unwrap_or(a) }.rotation;
         let scale = self.moment_scale(world, rotation);
@@ -96,8 +99,10 @@ impl Contact {
         let pressed = impulse * largest(normal.dot(&load.force), 0.0) / scale.length;
         let p = load.moment * (impulse / scale.length);
         let u = turned * scale.length;
-        let (p_n, u_n) = (normal.dot(&p), normal.dot(&u));
-        let (p_t, u_t) = (p - normal * p_n, u - normal * u_n);
+        let p_n = normal.dot(&p);
+        let u_n = normal.dot(&u);
+        let p_t = p - normal * p_n;
+        let u_t = u - normal * u_n;
         let rolling = (p_t - project_on_disc(p_t - u_t, self.law.turning.rolling * pressed)).norm();
         let limit = scale.normal * self.law.turning.torsional * pressed;
         let torsion = scale.normal * p_n;

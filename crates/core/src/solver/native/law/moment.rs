@@ -59,7 +59,8 @@ impl MomentProjection {
         impulse: &Vector3<f64>,
     ) -> Self {
         let u = rows.frame.tr_mul(&(u + map.compliance * impulse));
-        let (p, rho) = (rows.frame.tr_mul(impulse), rows.scale);
+        let p = rows.frame.tr_mul(impulse);
+        let rho = rows.scale;
         let y = p - rho.component_mul(&u);
         Self { law: *law, load, u, p, rho, y, size: y.xy().norm() }
     }
@@ -120,10 +121,12 @@ impl MomentProjection {
         let MapPiece::Moment { spins, .. } = piece else { return LocalSolution::open(impulse) };
         let (axes, gains) = self.along_axes(piece, compliance);
         let MomentLaw { rolling, torsional, .. } = self.law;
-        let (mut offset, mut by_load) = (Vector3::zeros(), Vector3::zeros());
+        let mut offset = Vector3::zeros();
+        let mut by_load = Vector3::zeros();
         for k in 0..3 {
             let axis = axes.column(k);
-            let (u, p) = (axis.dot(&self.u), axis.dot(&self.p));
+            let u = axis.dot(&self.u);
+            let p = axis.dot(&self.p);
             let limit = match (piece, k) {
                 (MapPiece::Moment { rolls: true, .. }, 0) => rolling,
                 (MapPiece::Moment { rolls: true, .. }, 1) => {

@@ -86,7 +86,8 @@ impl LinearMoment {
         let mut slopes = LinearisedSlopes::new(coupling.slopes.bodies);
         for side in (0..2).filter(|&side| slopes.bodies[side].is_some()) {
             for k in 0..6 {
-                let (unit, nothing) = (Vector3::ith(k % 3, 1.0), SideChangeInput::nothing());
+                let unit = Vector3::ith(k % 3, 1.0);
+                let nothing = SideChangeInput::nothing();
                 let turn = if k < 3 { Vector3::zeros() } else { coupling.rotations[side] * unit };
                 let given = match k {
                     0..3 => SideChangeInput { position: unit, ..nothing },

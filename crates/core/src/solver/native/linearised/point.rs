@@ -341,7 +341,8 @@ impl LinearPoint {
             let Some(contact) = couplings.iter().position(|of| of.index == place.contact) else {
                 continue;
             };
-            let (piece, impulse) = (pieces[index], iterate.impulses[index]);
+            let piece = pieces[index];
+            let impulse = iterate.impulses[index];
             let from = iterate.factored(island, index, piece, compliance).from;
             let turning = island.moment_turning(index, &iterate.velocity);
             let from = &from;
