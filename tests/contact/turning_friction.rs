@@ -6,6 +6,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
 use tumble_core::world::{Integrator, Parameters, Turning, TurningFriction, World};
 
 const G: f64 = 9.81;
@@ -254,13 +255,22 @@ fn moments_obey_their_law() {
     assert!(rolls > 100 && holds > 20, "{rolls} {holds}");
 }
 
-/// Random mixtures of shapes, coefficients and pushes: at least 99.99 % of 10⁴ steps are solved, and none
-/// makes energy.
+/// Random mixtures of balls, boxes, capsules and coefficients in 10⁵ steps: at least 99.99 % are solved, and moments make
+/// no more steps need shorter ones.
 #[test]
-#[ignore = "a minute"]
+#[ignore = "slow"]
 fn random_steps_with_moments_are_solved() {
-    let (mut failed, mut steps) = (0, 0);
-    let mut seed = 1_u64;
+    let [with, without] = [1.0, 0.0].map(|factor| {
+        let runs = (1..6).map(|seed| random_steps(seed, factor));
+        runs.fold([0; 3], |sums, more| std::array::from_fn(|k| sums[k] + more[k]))
+    });
+    println!("steps, failed, substepped: {with:?}, without moments {without:?}");
+    assert!(with[1] * 10_000 <= with[0] && with[2] <= without[2], "{with:?} {without:?}");
+}
+
+/// Numbers of steps, failed ones and substepped ones, with `factor` times random turning friction.
+fn random_steps(mut seed: u64, factor: f64) -> [usize; 3] {
+    let mut counts = [0; 3];
     let mut draw = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (seed >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5
@@ -269,13 +279,11 @@ fn random_steps_with_moments_are_solved() {
         let shape = |kind: usize, size: f64| match kind {
             0 => Piece::sphere(size),
             1 => Piece::cuboid(Vector3::new(size, 0.6 * size, 0.4 * size)),
-            2 => Piece::capsule(size, 0.4 * size),
-            3 => Piece::cylinder(0.5 * size, size, 24),
-            _ => Piece::ellipsoid(Vector3::new(size, 0.7 * size, 0.5 * size), 16),
+            _ => Piece::capsule(size, 0.4 * size),
         };
         let bodies: Vec<_> = (0..4)
             .map(|body| {
-                let piece = shape((scene + 3 * body) % 5, 0.08 * (1.0 + draw())).unwrap();
+                let piece = shape((scene + 2 * body) % 3, 0.08 * (1.0 + draw())).unwrap();
                 RigidBody::solid(1.5 + draw(), &[piece]).unwrap().0
             })
             .collect();
@@ -285,17 +293,17 @@ fn random_steps_with_moments_are_solved() {
             ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
             gravity: Vector3::new(2.0 * draw(), 2.0 * draw(), -G),
             friction: 0.5 + draw(),
-            time_step: 0.005,
+            time_step: 0.002,
             rotation: Rotation::Momentum,
         };
         let friction = TurningFriction {
-            rolling: (0.02 * draw()).max(0.0),
-            torsional: (0.05 * draw()).max(0.0),
+            rolling: (0.02 * factor * draw()).max(0.0),
+            torsional: (0.05 * factor * draw()).max(0.0),
         };
         let world = with_both(World::new(parameters).unwrap(), friction);
         let starts: Vec<_> = (0..count)
             .map(|body| State {
-                position: Vector3::new(0.1 * draw(), 0.1 * draw(), 0.15 + 0.25 * body as f64),
+                position: Vector3::new(0.1 * draw(), 0.1 * draw(), 0.2 + 0.35 * body as f64),
                 attitude: Vector4::new(1.0 + draw(), draw(), draw(), draw()).normalize(),
                 velocity: Vector3::new(draw(), draw(), draw()),
                 spin: Vector3::new(draw(), draw(), draw()) * 10.0,
@@ -304,22 +312,18 @@ fn random_steps_with_moments_are_solved() {
         let mut simulation =
             Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
         let mut record = StepRecord::new();
-        for step in 0..100 {
+        for step in 0..250 {
             simulation.step(&mut record).unwrap();
-            steps += 1;
-            let is_solved =
-                record.report.status.is_solved() && record.certificate.residual() < 1e-9;
-            failed += usize::from(!is_solved);
-            if !is_solved {
-                println!(
-                    "{scene} {step}: {} {:e} {:?} {:?}",
-                    record.report.status,
-                    record.certificate.residual(),
-                    record.report.start,
-                    friction
-                );
+            let status = record.report.status;
+            let is_failed = !status.is_solved()
+                || status != StepStatus::Substepped && record.certificate.residual() > 1e-9;
+            if is_failed {
+                println!("{scene} {step}: {status} {:?}", record.certificate);
             }
+            counts[0] += 1;
+            counts[1] += usize::from(is_failed);
+            counts[2] += usize::from(status == StepStatus::Substepped);
         }
     }
-    assert!(failed * 10_000 <= steps, "{failed} of {steps}");
+    counts
 }
