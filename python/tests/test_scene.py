@@ -66,6 +66,22 @@ def test_bodies_may_meet_without_a_ground():
     assert "<!doctype html>" in run.page().lower()
 
 
+def test_rolling_and_torsional_friction():
+    ball = {"sphere": 0.1, "mass": 2.0, "position": [0, 0, 0.1], "velocity": [1, 0, 0], "spin": [0, 10, 0]}
+    ground = {"friction": 0.6, "rolling_friction": 0.01}
+    pair = [{"between": ["body-0", "ground"], "coefficient": 0.02}]
+    scene = tumble.Scene([ball], ground, torsional_friction=pair, time_step=0.001, steps=1600)
+    run = scene.run()
+    slowing = 0.01 * 9.81 / 0.14
+    assert run.positions[-1, 0, 0] == pytest.approx(0.5 / slowing, abs=2e-5)
+    np.testing.assert_allclose(run.contacts["moment"][0], [0, -0.01 * 2 * 9.81, 0], atol=1e-9)
+    assert run.contacts_to_pandas()["moment_y_N_m"].iloc[0] == pytest.approx(-0.1962)
+    assert tumble.Scene([ball], ground, rolling_friction=pair).run(5).contacts["moment"][0, 1] == pytest.approx(-0.3924)
+    frictions = np.array([[0.0], [0.01], [0.02]])
+    speeds = scene.rollout(3, 500, constants={"rolling_friction": frictions}).velocities[:, -1, 0, 0]
+    np.testing.assert_allclose(1.0 - speeds, 0.5 * frictions[:, 0] * 9.81 / 0.14, atol=1e-5)
+
+
 def test_every_shipped_scenario_loads_and_runs(scenarios):
     files = sorted(scenarios.glob("*.toml"))
     assert len(files) >= 18

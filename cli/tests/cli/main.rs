@@ -50,6 +50,7 @@ mod sums;
 mod support;
 mod tampering;
 mod threads;
+mod turning_friction;
 mod tutorial;
 mod verify;
 mod verify_fixed;
