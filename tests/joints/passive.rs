@@ -271,6 +271,13 @@ fn random_mechanisms_make_no_energy() {
     examine(0..20);
 }
 
+/// A slide holds at its stop while its anchors rotate. The work of its stop must not hide a gain of the
+/// step.
+#[test]
+fn slide_that_holds_at_its_stop_makes_no_energy() {
+    examine(66..67);
+}
+
 #[test]
 #[ignore = "slow"]
 fn three_hundred_random_mechanisms_make_no_energy() {

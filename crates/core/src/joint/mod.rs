@@ -39,8 +39,8 @@ pub(crate) use gear::{angles_near, at_rest};
 pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use graph::Segment;
-pub(crate) use motion::JointMotion;
 pub use motion::{Coordinates, JointForce, JointResidual};
+pub(crate) use motion::{JointMotion, JointWork};
 pub(crate) use piece::{AxisChange, GraphPlace, PieceChange};
 pub(crate) use turn::Turn;
 

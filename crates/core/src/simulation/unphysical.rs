@@ -30,7 +30,16 @@
 //!
 //! Islands with joints use the second line too. Joint reactions do no work on the mean of both
 //! velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
-//! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)).
+//! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)). The work of axes
+//! that stop and then hold a load is allowed up to
+//!
+//! ```text
+//! Σ ½ h f·(v⁺ − v) + ½ h (τ − ω × Iω)·(ω⁺ − ω) + ½ Σ f ((x⁺ − x_k) − (x_k − x̃))      (eq. J6a)
+//! ```
+//!
+//! with the drives in the last sum. This is the work of the loads on the motion at the end, minus
+//! their work on the mean motion. A step whose directions do not rotate gains no more. Without this
+//! limit, the work of a stop hides a gain of the step.
 //!
 //! A step also removes the depth δ at which contacts begin, and the error ε of joints at its start.
 //! Bodies between two planes move by more than δ, here up to 2 δ. At a speed v of the island of mass m
@@ -51,7 +60,7 @@
 use super::energy;
 use super::islands::Islands;
 use crate::contact::certificate::Claim;
-use crate::joint::JointMotion;
+use crate::joint::{JointMotion, JointWork};
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::{Partner, World};
 use nalgebra::Vector3;
@@ -144,6 +153,9 @@ pub(super) struct Budget {
     off: f64,
     /// Energy (32a) of the depth and errors that the step removes (J); like `off`.
     lift: f64,
+    /// Work of joint axes that stop and hold a load (J), and its limit (J6a) from drives (J).
+    holding: f64,
+    excess: f64,
 }
 
 impl Budget {
@@ -295,20 +307,46 @@ impl EnergyCheck {
             budget.mass += body.mass();
         }
         for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
-            let work = motions.work(joint, claim.states, claim.next, force, h).unwrap_or(f64::NAN);
+            let work = motions.work(joint, claim.states, claim.next, force, h);
+            let work = work.unwrap_or(JointWork::UNKNOWN);
             let budget = &mut self.budgets[self.islands.label(joint.body())];
-            budget.gained -= work;
-            budget.size += work.abs();
+            budget.gained -= work.drives;
+            budget.size += work.drives.abs();
+            budget.holding += work.holding;
+            budget.excess += work.excess;
         }
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let body = world.joints()[gear.axes()[0].joint].body();
             let work = gear.work(world, claim.states, claim.next, claim.joints, *force);
             let budget = &mut self.budgets[self.islands.label(body)];
-            budget.gained -= work;
-            budget.size += work.abs();
+            budget.gained -= work.drives;
+            budget.size += work.drives.abs();
+            budget.excess += work.excess;
+        }
+        if self.budgets.iter().any(|budget| budget.holding > 0.0) {
+            self.allow_holding(world, claim);
         }
         if self.budgets.iter().any(Budget::exceeds) {
             self.explain(world, claim);
+        }
+    }
+
+    /// Subtracts the work of axes that stop and hold a load from the gains, up to (J6a).
+    fn allow_holding(&mut self, world: &World, claim: &Claim<'_>) {
+        let h = world.time_step();
+        for (index, body) in world.bodies().iter().enumerate() {
+            let (state, next) = (&claim.states[index], &claim.next[index]);
+            let wrench = &claim.wrenches[index];
+            let force = wrench.force + world.gravity() * body.mass();
+            let torque = wrench.torque - state.spin.cross(&(body.inertia() * state.spin));
+            let faster = force.dot(&(next.velocity - state.velocity));
+            let turning = torque.dot(&(next.spin - state.spin));
+            self.budgets[self.islands.label(index)].excess += 0.5 * h * (faster + turning);
+        }
+        for budget in &mut self.budgets {
+            let allowed = budget.holding.min(budget.excess.max(0.0));
+            budget.gained -= allowed;
+            budget.size += allowed;
         }
     }
 

@@ -1,7 +1,7 @@
 //! Judgement of gears in a step: residual and work.
 
 use super::World;
-use crate::joint::{Axis, Gear, GearAxis, Joint, JointAxis, JointForce, at_rest};
+use crate::joint::{Axis, Gear, GearAxis, Joint, JointAxis, JointForce, JointWork, at_rest};
 use crate::mechanics::{State, Wrench};
 use nalgebra::Vector3;
 
@@ -46,11 +46,11 @@ impl Gear {
         next: &[State],
         of_joints: &[JointForce],
         force: f64,
-    ) -> f64 {
+    ) -> JointWork {
         if self.law() == &Axis::Locked {
-            return 0.0;
+            return JointWork::default();
         }
-        let Some(angles) = self.angles(of_joints) else { return f64::NAN };
+        let Some(angles) = self.angles(of_joints) else { return JointWork::UNKNOWN };
         let before = |(at, near): (GearAxis, &Vector3<f64>)| {
             let joint = &world.joints()[at.joint];
             let coasted = joint.coasted(states, -world.time_step());
@@ -61,7 +61,9 @@ impl Gear {
         };
         let [first, second] = *self.axes();
         let came = self.missed([before((first, &angles[0])), before((second, &angles[1]))]);
-        0.5 * force * (self.between(world.joints(), next, &angles) - came)
+        let [at, end] = [states, next].map(|of| self.between(world.joints(), of, &angles));
+        let drives = 0.5 * force * (end - came);
+        JointWork { drives, excess: 0.5 * force * (end - 2.0 * at + came), holding: 0.0 }
     }
 
     /// Sum s at `states`, with the joint angles nearest to `angles`.

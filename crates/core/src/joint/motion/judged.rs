@@ -24,6 +24,22 @@ pub(crate) struct JointMotion {
     torque_map: Matrix3<f64>,
 }
 
+/// Work of a joint in a step (J).
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct JointWork {
+    /// Work of the drives on the mean of the motions before and after the impulses (J6).
+    pub drives: f64,
+    /// Work of the drives on the motion after the impulses, minus the one on the mean motion.
+    pub excess: f64,
+    /// Work (J6) of axes that stop and then hold a load.
+    pub holding: f64,
+}
+
+impl JointWork {
+    /// Work of a joint whose bodies have no states.
+    pub const UNKNOWN: Self = Self { drives: f64::NAN, excess: 0.0, holding: 0.0 };
+}
+
 impl Joint {
     /// Motion of the joint in the step `states` → `next` of `time_step` (s) with `force`. `None` if
     /// a body has no state.
@@ -107,7 +123,9 @@ impl Joint {
         force: &JointForce,
         time_step: f64,
     ) -> Option<f64> {
-        self.step_motion(states, next, force, time_step)?.work(self, states, next, force, time_step)
+        let motion = self.step_motion(states, next, force, time_step)?;
+        let work = motion.work(self, states, next, force, time_step)?;
+        Some(work.drives + work.holding)
     }
 
     /// Residual of the joint's laws in the step `states` → `next` of `time_step` (s) with `force`,
@@ -150,15 +168,20 @@ impl JointMotion {
         next: &[State],
         force: &JointForce,
         time_step: f64,
-    ) -> Option<f64> {
+    ) -> Option<JointWork> {
         let Self { frames, at: (at, angles), after: (after, end), before: (before, came), .. } =
             self;
         if joint.moves {
             let (state, next) = (states.get(joint.body)?, next.get(joint.body)?);
             let load = joint.acting_at(frames, &self.torque_map, state, force).on(state, 1.0);
-            let power = load.force.dot(&(state.velocity + next.velocity))
-                + load.torque.dot(&(state.spin + next.spin));
-            return Some(0.5 * time_step * power);
+            let power = |velocity: Vector3<f64>, spin: Vector3<f64>| {
+                0.5 * time_step * (load.force.dot(&velocity) + load.torque.dot(&spin))
+            };
+            return Some(JointWork {
+                drives: power(state.velocity + next.velocity, state.spin + next.spin),
+                excess: power(next.velocity - state.velocity, next.spin - state.spin),
+                holding: 0.0,
+            });
         }
         let [along, turning] = joint.active_axes();
         let [earlier, later] = match joint.turning() {
@@ -171,7 +194,8 @@ impl JointMotion {
         let holding = |force: f64, earlier: f64, later: f64| {
             if force * later <= 0.0 { (force * (earlier + later)).max(0.0) } else { 0.0 }
         };
-        let mut work = 0.0;
+        // Sums of force times motion. The excess is the motion after the impulses minus the one before.
+        let (mut work, mut excess, mut held) = (0.0, 0.0, 0.0);
         let [before_along, after_along] = [at.place - before.place, after.place - at.place];
         for (k, is_active) in along.into_iter().enumerate() {
             let force = force.force[k];
@@ -179,14 +203,16 @@ impl JointMotion {
             let later = after_along[k];
             if is_active {
                 work += force * (earlier + later);
+                excess += force * (later - earlier);
             } else if !matches!(joint.linear()[k], Axis::Locked) {
-                work += holding(force, earlier, later);
+                held += holding(force, earlier, later);
             }
         }
         let torque = Vector3::from_fn(|k, _| if turning[k] { force.torque[k] } else { 0.0 });
         for k in (0..3).filter(|k| !turning[*k] && !matches!(joint.angular()[*k], Axis::Locked)) {
-            work += holding(force.torque[k], earlier[k], later[k]);
+            held += holding(force.torque[k], earlier[k], later[k]);
         }
+        excess += torque.dot(&(later - earlier));
         let mut about = torque.dot(&(earlier + later));
         if matches!(joint.turning(), TurnKind::Gimbal | TurnKind::Universal) {
             let turn = Turn::new(joint, at, angles, time_step, 1.0);
@@ -195,7 +221,8 @@ impl JointMotion {
             about =
                 about.max(torque.dot(&turn.rates(&spins(joint.body)?, other.as_ref())) * time_step);
         }
-        Some(0.5 * (work + about))
+        let (drives, excess, holding) = (0.5 * (work + about), 0.5 * excess, 0.5 * held);
+        Some(JointWork { drives, excess, holding })
     }
 
     /// Response w of a row to an impulse: speed change per impulse over the mass of A, with all

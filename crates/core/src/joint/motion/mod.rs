@@ -2,7 +2,7 @@
 
 mod judged;
 
-pub(crate) use judged::JointMotion;
+pub(crate) use judged::{JointMotion, JointWork};
 
 use super::gimbal::{self, nearest};
 use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointFrame, Turn, TurnKind};
