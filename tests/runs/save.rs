@@ -255,12 +255,14 @@ impl StepSolver for GivesUp {
 #[ignore = "slow"]
 fn interrupted_step_can_be_repeated_bit_for_bit() {
     let scene = scenario("pile.toml", Settings::default());
-    let known = steps(&mut simulation(&scene), 260);
-    for interrupted in [90, 150, 200, 240] {
+    let started = || {
         let native = NativeSolver::new(&scene.world);
         let motion = Motion::contact(GivesUp { native, left: 0 });
-        let starts = scene.starts.clone();
-        let mut simulation = Simulation::new(scene.world.clone(), starts, motion).unwrap();
+        Simulation::new(scene.world.clone(), scene.starts.clone(), motion).unwrap()
+    };
+    let known = steps(&mut started(), 260);
+    for interrupted in [90, 150, 200, 240] {
+        let mut simulation = started();
         simulation.interrupt_by(Arc::new(AtomicBool::new(false)));
         steps(&mut simulation, interrupted);
         let saved = simulation.save();

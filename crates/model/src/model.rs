@@ -490,8 +490,8 @@ impl Model {
             still => Some(still),
         };
         let pair = |pair: &PairModel| {
-            let (body, partner) = (number(pair.body)?, partner(pair.partner)?);
-            Some(PairModel { body, partner, ..*pair })
+            let body = number(pair.body)?;
+            Some(PairModel { body, partner: partner(pair.partner)?, ..*pair })
         };
         for pairs in [&mut self.frictions, &mut self.restitutions] {
             *pairs = pairs.iter().filter_map(pair).collect();

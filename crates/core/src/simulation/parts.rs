@@ -315,8 +315,8 @@ impl MeanForces {
     fn add(&mut self, part: &StepSolution, share: f64) {
         let pressing = part.contacts.iter().filter(|contact| contact.carries_force());
         self.contacts.extend(pressing.map(|contact| {
-            let (force, moment) = (share * contact.force, share * contact.moment);
-            ContactForce { force, moment, ..*contact }
+            let force = share * contact.force;
+            ContactForce { force, moment: share * contact.moment, ..*contact }
         }));
         for (mean, joint) in self.joints.iter_mut().zip(&part.joints) {
             mean.force += share * joint.force;

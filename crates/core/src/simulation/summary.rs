@@ -69,10 +69,10 @@ pub struct RunSummary {
     pub tempered: u64,
     /// Number of substeps, in a run that takes them.
     pub substeps: u64,
-    /// Number of steps with [less accurate](super::SubstepsSummary::is_coarse) substeps.
+    /// Number of steps with less accurate substeps (`is_coarse` of [`SubstepsSummary`](super::SubstepsSummary)).
     pub coarse: u64,
-    /// Number of steps in which the order of impacts is
-    /// [uncertain](super::SubstepsSummary::is_ambiguous).
+    /// Number of steps in which the order of impacts is uncertain (`is_ambiguous` of
+    /// [`SubstepsSummary`](super::SubstepsSummary)).
     pub ambiguous: u64,
     /// Solver iterations over all steps.
     pub iterations: u64,

@@ -221,8 +221,7 @@ impl JointMotion {
             about =
                 about.max(torque.dot(&turn.rates(&spins(joint.body)?, other.as_ref())) * time_step);
         }
-        let (drives, excess, holding) = (0.5 * (work + about), 0.5 * excess, 0.5 * held);
-        Some(JointWork { drives, excess, holding })
+        Some(JointWork { drives: 0.5 * (work + about), excess: 0.5 * excess, holding: 0.5 * held })
     }
 
     /// Response w of a row to an impulse: speed change per impulse over the mass of A, with all
