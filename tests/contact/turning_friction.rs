@@ -229,15 +229,16 @@ fn moments_obey_their_law() {
         simulation.step(&mut record).unwrap();
         assert!(record.certificate.residual() < 1e-10, "{step} {:?}", record.certificate);
         let after = &record.solution.states;
-        for (contact, force) in record.contacts.iter().zip(&record.solution.contacts) {
+        for (place, contact) in record.contacts.iter().enumerate() {
+            let (force, moment) = (&record.solution.contacts[place], record.solution.moment(place));
             let turning = |body: usize| {
                 let turn = rotation(&before[body].attitude);
                 turn * after[body].spin
             };
             let other = contact.key.partner.body().map_or(Vector3::zeros(), turning);
             let (turned, n) = (turning(contact.key.body) - other, contact.normal());
-            let (along, about) = (n.dot(&turned), n.dot(&force.moment));
-            let (rolled, rolling) = (turned - n * along, force.moment - n * about);
+            let (along, about) = (n.dot(&turned), n.dot(&moment));
+            let (rolled, rolling) = (turned - n * along, moment - n * about);
             let limits =
                 (friction.rolling * force.normal_force, friction.torsional * force.normal_force);
             assert!(rolling.norm() <= limits.0 + 1e-8 && about.abs() <= limits.1 + 1e-8);

@@ -64,8 +64,8 @@ fn moments_are_in_the_table_and_verify() {
     let verified = run(&["verify", out.to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
     let again = directory.path().join("again.toml");
-    let paths = [out.join("run.json"), again.clone()].map(|path| path.to_str().unwrap().to_owned());
-    let written = run(&["convert", &paths[0], &paths[1]]);
+    let scene = directory.path().join("test.toml");
+    let written = run(&["convert", scene.to_str().unwrap(), again.to_str().unwrap()]);
     assert_eq!(written.code, Some(0), "{written:?}");
     let text = fs::read_to_string(again).unwrap();
     for line in ["rolling_friction = 0.02", "torsional_friction = 0.01", "[[torsional_friction]]"] {

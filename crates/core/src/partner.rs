@@ -43,8 +43,6 @@ pub struct ContactLaw {
     pub friction: f64,
     /// Static coefficient, if it is above the kinetic one.
     pub static_friction: Option<f64>,
-    /// Coefficients of the contact's moment.
-    pub turning: TurningFriction,
     /// Coefficient of [restitution](crate::contact::restitution) e.
     pub restitution: f64,
 }

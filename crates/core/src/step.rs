@@ -100,8 +100,6 @@ pub struct ContactForce {
     pub force: Vector3<f64>,
     /// Component of the force along the contact normal (N).
     pub normal_force: f64,
-    /// Moment m on body A about the contact point (N m), world frame. Body B receives the opposite.
-    pub moment: Vector3<f64>,
     /// Mean slip velocity of the contact point over the step (m/s), world frame, orthogonal to the
     /// normal.
     pub slip: Vector3<f64>,
@@ -112,13 +110,7 @@ impl ContactForce {
     #[must_use]
     pub fn none(key: ContactKey) -> Self {
         let zero = Vector3::zeros();
-        Self { key, force: zero, normal_force: 0.0, moment: zero, slip: zero }
-    }
-
-    /// Force and moment.
-    #[must_use]
-    pub fn load(&self) -> ContactLoad {
-        ContactLoad { force: self.force, moment: self.moment }
+        Self { key, force: zero, normal_force: 0.0, slip: zero }
     }
 
     /// True if the normal force is positive.
@@ -143,6 +135,9 @@ pub struct StepSolution {
     /// Contact forces, one per candidate in the candidates' order. A
     /// [`KeyIndex`](crate::contact::KeyIndex) finds a force by its key.
     pub contacts: Vec<ContactForce>,
+    /// Moment of each contact on body A about the contact point (N m), world frame; body B receives the
+    /// opposite. Empty without [turning friction](World::with_turning_friction).
+    pub moments: Vec<Vector3<f64>>,
     /// Joint forces, one per joint of the world.
     pub joints: Vec<JointForce>,
     /// Force of each gear along its first coordinate (N or N m).
@@ -164,6 +159,7 @@ impl StepSolution {
         self.states.clear();
         self.states.extend_from_slice(states);
         self.contacts.clear();
+        self.moments.clear();
         self.joints.clear();
         self.gears.clear();
         self.variables.clear();
@@ -175,6 +171,7 @@ impl StepSolution {
         self.states.extend_from_slice(&other.states);
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
+        self.moments.clone_from(&other.moments);
         self.joints.clone_from(&other.joints);
         self.gears.clear();
         self.gears.extend_from_slice(&other.gears);
@@ -188,7 +185,17 @@ impl StepSolution {
 
     /// Forces and moments of all candidates.
     pub fn loads(&self) -> impl Iterator<Item = ContactLoad> + '_ {
-        self.contacts.iter().map(ContactForce::load)
+        let load = |(place, contact): (usize, &ContactForce)| ContactLoad {
+            force: contact.force,
+            moment: self.moment(place),
+        };
+        self.contacts.iter().enumerate().map(load)
+    }
+
+    /// Moment of a contact on body A (N m), world frame.
+    #[must_use]
+    pub fn moment(&self, place: usize) -> Vector3<f64> {
+        self.moments.get(place).copied().unwrap_or_default()
     }
 
     /// Removes the body `index` and the forces of its contacts. Bodies after it move up by one.
@@ -201,6 +208,9 @@ impl StepSolution {
             let key = force.key.renumbered(|body| without(body, index))?;
             Some(ContactForce { key, ..*force })
         };
+        let stay = |force: &ContactForce| renumbered(force).is_some();
+        let moments = self.contacts.iter().zip(&self.moments).filter(|(force, _)| stay(force));
+        self.moments = moments.map(|(_, moment)| *moment).collect();
         self.contacts = self.contacts.iter().filter_map(renumbered).collect();
         let mut stay = joints.iter();
         self.joints.retain(|_| stay.next().copied().unwrap_or(true));

@@ -102,7 +102,6 @@ pub(super) fn write(
             key: contact.key,
             force: contact.frame * force,
             normal_force: force[2],
-            moment: Vector3::zeros(),
             slip: u - normal * normal.dot(&u),
         }
     }));

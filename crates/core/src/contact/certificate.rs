@@ -211,6 +211,7 @@ impl Certifier {
         is_known: bool,
     ) -> Certificate {
         let h = world.time_step();
+        let has_moments = world.has_turning_friction();
         let rests = |body: usize| SOME_REST && rest.get(body).is_some_and(|rests| *rests);
         self.begin(claim, |body| is_known && rests(body));
         let mut both = [Certificate::default(), self.of_rested];
@@ -232,7 +233,7 @@ impl Certifier {
             certificate.normal_law = largest(certificate.normal_law, parts.normal);
             certificate.friction_law = largest(certificate.friction_law, parts.friction);
             certificate.cone = largest(certificate.cone, parts.cone);
-            if contact.law.turning.acts() || moment != Vector3::zeros() {
+            if has_moments || moment != Vector3::zeros() {
                 let missed = self.add_moment(world, contact, &load);
                 certificate.friction_law = largest(certificate.friction_law, missed);
             }

@@ -5,7 +5,6 @@
 //! Equation numbers refer to `docs/formulation.md`.
 
 use crate::mechanics::{RigidBody, largest};
-use crate::partner::TurningFriction;
 use crate::world::ContactLaw;
 use nalgebra::{Matrix3, Vector3};
 
@@ -69,7 +68,7 @@ impl ContactLaw {
     /// Friction without restitution.
     #[must_use]
     pub const fn plastic(friction: f64) -> Self {
-        Self { friction, static_friction: None, turning: TurningFriction::NONE, restitution: 0.0 }
+        Self { friction, static_friction: None, restitution: 0.0 }
     }
 
     /// Residual of the impulse `p` divided by the mass of A (m/s) and the motion `u` (m/s), in the

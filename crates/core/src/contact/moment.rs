@@ -14,6 +14,7 @@
 use super::law::project_on_disc;
 use super::{Contact, turning};
 use crate::mechanics::{Pose, largest};
+use crate::partner::TurningFriction;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -43,6 +44,12 @@ pub struct MomentScale {
 }
 
 impl Contact {
+    /// Coefficients of the moment in `world`.
+    #[must_use]
+    pub fn turning_friction(&self, world: &World) -> TurningFriction {
+        world.turning_friction_between(self.key.body, self.key.partner)
+    }
+
     /// Angular velocity Ω of A relative to B over the step (rad/s, world). `a` and `b` are the poses at
     /// both ends; `b` is `None` for a fixed partner.
     #[must_use]
@@ -95,6 +102,7 @@ impl Contact {
         let rotation =
             |body: usize| if body == self.key.body { a } else { b.unwrap_or(a) }.rotation;
         let scale = self.moment_scale(world, rotation);
+        let friction = self.turning_friction(world);
         let impulse = world.time_step() / own.mass();
         let pressed = impulse * largest(normal.dot(&load.force), 0.0) / scale.length;
         let p = load.moment * (impulse / scale.length);
@@ -103,8 +111,8 @@ impl Contact {
         let u_n = normal.dot(&u);
         let p_t = p - normal * p_n;
         let u_t = u - normal * u_n;
-        let rolling = (p_t - project_on_disc(p_t - u_t, self.law.turning.rolling * pressed)).norm();
-        let limit = scale.normal * self.law.turning.torsional * pressed;
+        let rolling = (p_t - project_on_disc(p_t - u_t, friction.rolling * pressed)).norm();
+        let limit = scale.normal * friction.torsional * pressed;
         let torsion = scale.normal * p_n;
         let torsion = torsion - (torsion - u_n).clamp(-limit, limit);
         rolling + torsion.abs()

@@ -124,10 +124,11 @@ impl TakenStep<'_> {
 
     /// The same of a turning that a moment resists, as the speed of the touching points.
     fn ends_turning(&self, contact: &Contact) -> bool {
-        let TurningFriction { rolling, torsional } = contact.law.turning;
-        if !contact.law.turning.acts() {
+        let friction = contact.turning_friction(self.world);
+        if !friction.acts() {
             return false;
         }
+        let TurningFriction { rolling, torsional } = friction;
         let turning = |states: &[State]| {
             let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
             of(contact.key.body) - contact.key.partner.body().map_or(Vector3::zeros(), of)

@@ -24,7 +24,7 @@ use super::islands::Islands;
 use super::unphysical::{Budget, EnergyGain, UnphysicalCause};
 use super::{Motion, Simulation, StepRecord, StepScratch, unphysical};
 use crate::contact::certificate::Claim;
-use crate::contact::{Candidates, Certificate};
+use crate::contact::{Candidates, Certificate, ContactKey};
 use crate::joint::JointForce;
 use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{RigidBody, Rotation, State};
@@ -151,7 +151,12 @@ impl Simulation<'_> {
             solution.states[body] = end;
         }
         for force in solution.contacts.iter_mut().filter(|force| unsolved[force.key.body]) {
-            (force.force, force.moment) = mean.load(force);
+            force.force = mean.force(force);
+        }
+        for (moment, force) in solution.moments.iter_mut().zip(&solution.contacts) {
+            if unsolved[force.key.body] {
+                *moment = mean.moment(force);
+            }
         }
         for (index, joint) in self.world.joints().iter().enumerate() {
             if unsolved[joint.body()] {
@@ -267,8 +272,15 @@ impl Simulation<'_> {
                 };
             }
             let is_member = |body: usize| islands.label(body) == label;
-            for force in solution.contacts.iter_mut().filter(|force| is_member(force.key.body)) {
-                *force = ContactForce::none(force.key);
+            for (place, force) in solution.contacts.iter_mut().enumerate() {
+                if is_member(force.key.body) {
+                    *force = ContactForce::none(force.key);
+                    solution
+                        .moments
+                        .get_mut(place)
+                        .into_iter()
+                        .for_each(|of| *of = Vector3::zeros());
+                }
             }
             for (index, joint) in world.joints().iter().enumerate() {
                 if is_member(joint.body()) {
@@ -302,6 +314,7 @@ impl Simulation<'_> {
 /// Mean forces of the shorter steps.
 struct MeanForces {
     contacts: Vec<ContactForce>,
+    moments: Vec<(ContactKey, Vector3<f64>)>,
     joints: Vec<JointForce>,
     gears: Vec<f64>,
 }
@@ -309,15 +322,22 @@ struct MeanForces {
 impl MeanForces {
     fn new(world: &World) -> Self {
         let joints = vec![JointForce::none(Vector3::zeros()); world.joints().len()];
-        Self { contacts: Vec::new(), joints, gears: vec![0.0; world.gears().len()] }
+        Self {
+            contacts: Vec::new(),
+            moments: Vec::new(),
+            joints,
+            gears: vec![0.0; world.gears().len()],
+        }
     }
 
     fn add(&mut self, part: &StepSolution, share: f64) {
         let pressing = part.contacts.iter().filter(|contact| contact.carries_force());
         self.contacts.extend(pressing.map(|contact| {
             let force = share * contact.force;
-            ContactForce { force, moment: share * contact.moment, ..*contact }
+            ContactForce { force, ..*contact }
         }));
+        let moments = part.contacts.iter().zip(&part.moments);
+        self.moments.extend(moments.map(|(contact, moment)| (contact.key, share * moment)));
         for (mean, joint) in self.joints.iter_mut().zip(&part.joints) {
             mean.force += share * joint.force;
             mean.torque += share * joint.torque;
@@ -327,10 +347,13 @@ impl MeanForces {
         }
     }
 
-    /// Mean force and moment of a contact.
-    fn load(&self, of: &ContactForce) -> (Vector3<f64>, Vector3<f64>) {
-        let parts = || self.contacts.iter().filter(|part| part.key == of.key);
-        (parts().map(|part| part.force).sum(), parts().map(|part| part.moment).sum())
+    fn force(&self, of: &ContactForce) -> Vector3<f64> {
+        self.contacts.iter().filter(|part| part.key == of.key).map(|part| part.force).sum()
+    }
+
+    fn moment(&self, of: &ContactForce) -> Vector3<f64> {
+        let parts = self.moments.iter().filter(|(key, _)| *key == of.key);
+        parts.map(|(_, moment)| *moment).sum()
     }
 }
 

@@ -150,7 +150,6 @@ impl World {
         ContactLaw {
             friction: self.friction_between(body, partner),
             static_friction: self.static_friction_between(body, partner),
-            turning: self.turning_friction_between(body, partner),
             restitution: self.restitution_between(body, partner),
         }
     }

@@ -160,7 +160,7 @@ impl IslandProblem {
         asked: SolveAccuracy,
     ) -> Result<(), Error> {
         let mut effort = SolveEffort::new(step.interrupt);
-        self.only = only(contacts, island);
+        self.only = only(step.world, contacts, island);
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
@@ -225,7 +225,7 @@ impl IslandProblem {
             problem.write_forces(step, contacts, island, mass, solution);
             let impulses = problem.solver.impulses();
             for (contact, moment) in problem.equations.moments_of(impulses) {
-                solution.contacts[island.contacts[contact]].moment = moment;
+                solution.moments[island.contacts[contact]] = moment;
             }
             problem.equations.write_joints(step, impulses, solution);
             problem.equations.write_gears(impulses, solution);
@@ -319,14 +319,16 @@ impl ProblemPool {
 
 /// Body of an island that can be solved as a single body: it has no joints and touches only planes
 /// of fixed objects, without turning friction.
-fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
+fn only(world: &World, contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
     let [body] = *island.bodies else { return None };
     if !island.joints.is_empty() {
         return None;
     }
+    let has_moments = world.has_turning_friction();
     let is_plain = |place: &usize| {
-        let Contact { features, law, .. } = &contacts[*place];
-        features.curved.is_none() && !law.turning.acts()
+        let contact = &contacts[*place];
+        contact.features.curved.is_none()
+            && !(has_moments && contact.turning_friction(world).acts())
     };
     island.contacts.iter().all(is_plain).then_some(body)
 }

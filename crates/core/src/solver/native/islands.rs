@@ -6,7 +6,7 @@ use super::settings::{CHANGING, Settings};
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
 use crate::sets::DisjointSets;
-use crate::step::{ContactForce, Step, StepSolution};
+use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -106,7 +106,7 @@ impl Marked<'_> {
 pub(super) struct KnownForces {
     /// Forces in the last step.
     pub(super) before: Vec<Vector3<f64>>,
-    /// Moments in the last step (N m), for contacts up to the last one with turning friction.
+    /// Moments in the last step (N m). Empty without any.
     pub(super) moments: Vec<Vector3<f64>>,
     /// Extrapolation of the last two steps, in worlds with joints. Empty otherwise.
     pub(super) ahead: Vec<Vector3<f64>>,
@@ -193,17 +193,18 @@ impl IslandPartition {
     /// them.
     pub(super) fn continue_from(
         &mut self,
-        solved: &[ContactForce],
+        solved: &StepSolution,
         continues: impl Fn(usize) -> bool,
     ) {
-        for (before, contact) in self.known.before.iter_mut().zip(solved) {
+        for (before, contact) in self.known.before.iter_mut().zip(&solved.contacts) {
             if continues(contact.key.body) {
                 *before = contact.force;
             }
         }
-        for (before, contact) in self.known.moments.iter_mut().zip(solved) {
+        let moments = solved.contacts.iter().zip(&solved.moments);
+        for (before, (contact, moment)) in self.known.moments.iter_mut().zip(moments) {
             if continues(contact.key.body) {
-                *before = contact.moment;
+                *before = *moment;
             }
         }
     }
@@ -244,8 +245,12 @@ impl IslandPartition {
             *changed = false;
             bodies.iter().for_each(|&body| solution.states[body] = step.states[body]);
             for &place in held {
-                let found = previous.find(&last.contacts, &contacts[place].key, place);
-                found.into_iter().for_each(|found| solution.contacts[place] = *found);
+                let found = previous.place(&last.contacts, &contacts[place].key, place);
+                let Some(found) = found else { continue };
+                solution.contacts[place] = last.contacts[found];
+                if let Some(moment) = solution.moments.get_mut(place) {
+                    *moment = last.moment(found);
+                }
             }
             for &joint in joints.get(island) {
                 solution.joints[joint] = last.joints[joint];
@@ -338,12 +343,12 @@ impl IslandPartition {
         before.truncate(known);
         let first = before.len();
         before.extend(contacts[first..].iter().zip(first..).map(|(contact, place)| {
-            let found = previous.find(&step.previous.contacts, &contact.key, place);
-            if let Some(found) = found.filter(|found| found.moment != Vector3::zeros()) {
-                moments.resize(place, Vector3::zeros());
-                moments.push(found.moment);
+            let last = step.previous;
+            let found = previous.place(&last.contacts, &contact.key, place);
+            if !last.moments.is_empty() {
+                moments.push(found.map_or(Vector3::zeros(), |found| last.moment(found)));
             }
-            found.map_or(Vector3::zeros(), |found| found.force)
+            found.map_or(Vector3::zeros(), |found| last.contacts[found].force)
         }));
     }
 

@@ -229,6 +229,9 @@ impl NativeSolver {
         solution.joints.resize(step.world.joints().len(), JointForce::none(Vector3::zeros()));
         solution.gears.resize(step.world.gears().len(), 0.0);
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
+        if step.world.has_turning_friction() {
+            solution.moments.resize(contacts.len(), Vector3::zeros());
+        }
         let Self { islands, rests, .. } = self;
         islands.keep(step, StepContacts { contacts, known }, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
@@ -255,7 +258,7 @@ impl NativeSolver {
             }
             iterations = iterations.saturating_add(ended.iterations);
         }
-        self.islands.continue_from(&solution.contacts, |body| self.ends[body].continues);
+        self.islands.continue_from(solution, |body| self.ends[body].continues);
         Ok(iterations)
     }
 

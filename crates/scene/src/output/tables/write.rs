@@ -400,7 +400,7 @@ impl ContactRow {
             radius: contact.features.radius,
             rebound: contact.rebound,
             key: KeyText::new(&contact.key),
-            moment: found.moment,
+            moment: record.solution.moment(index),
         })
     }
 }

@@ -23,8 +23,11 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 impl Island {
     /// Adds the moments of the contacts with turning friction, after all contacts of the island.
     pub(crate) fn admit_moments(&mut self, step: &Step<'_>, contacts: &[Contact], own: &[usize]) {
+        if !step.world.has_turning_friction() {
+            return;
+        }
         for (at, &place) in own.iter().enumerate() {
-            if contacts[place].law.turning.acts() {
+            if contacts[place].turning_friction(step.world).acts() {
                 self.admit_moment(step, &contacts[place], at);
             }
         }
@@ -46,7 +49,7 @@ impl Island {
         // The same for both tangential rows, as the law is that of a disc.
         let tangential = 0.5 * (response[0] + response[1]);
         (response[0], response[1]) = (tangential, tangential);
-        let turning = contact.law.turning;
+        let turning = contact.turning_friction(step.world);
         let law = MomentLaw {
             contact: at,
             rolling: turning.rolling / length,

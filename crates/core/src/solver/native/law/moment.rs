@@ -35,17 +35,15 @@ pub(crate) struct Load {
 /// Projection arguments of one moment, in the frame (t₁, t₂, n) of its contact.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MomentProjection {
-    law: MomentLaw,
+    /// r and s.
+    limits: [f64; 2],
     load: Load,
     /// û (m/s).
     u: Vector3<f64>,
     /// p̂ (m/s).
     p: Vector3<f64>,
-    rho: Vector3<f64>,
-    /// y (m/s).
-    y: Vector3<f64>,
-    /// |y_t| (m/s).
-    size: f64,
+    /// ρ of the tangential rows and of the normal one.
+    rho: [f64; 2],
 }
 
 impl MomentProjection {
@@ -59,25 +57,37 @@ impl MomentProjection {
         impulse: &Vector3<f64>,
     ) -> Self {
         let u = rows.frame.tr_mul(&(u + map.compliance * impulse));
-        let p = rows.frame.tr_mul(impulse);
-        let rho = rows.scale;
-        let y = p - rho.component_mul(&u);
-        Self { law: *law, load, u, p, rho, y, size: y.xy().norm() }
+        let limits = [law.rolling, law.torsional];
+        let rho = [rows.scale[0], rows.scale[2]];
+        Self { limits, load, u, p: rows.frame.tr_mul(impulse), rho }
+    }
+
+    /// y (m/s).
+    fn argument(&self) -> Vector3<f64> {
+        let [across, along] = self.rho;
+        self.p - Vector3::new(across * self.u[0], across * self.u[1], along * self.u[2])
+    }
+
+    /// |y_t| (m/s).
+    fn size(&self) -> f64 {
+        self.argument().xy().norm()
     }
 
     /// Limits r γ⁺ and s γ⁺ (m/s).
     fn limits(&self) -> (f64, f64) {
-        let load = self.load.projected;
-        (self.law.rolling * load, self.law.torsional * load)
+        let [rolling, torsional] = self.limits;
+        (rolling * self.load.projected, torsional * self.load.projected)
     }
 
     /// Natural map (p̂ − P(y))/ρ (m/s).
     pub(super) fn natural_map(&self, rows: &CouplingRows) -> Vector3<f64> {
         let (rolling, torsional) = self.limits();
-        let shrink = if self.size > rolling { rolling / self.size } else { 1.0 };
-        let along = self.y[2].clamp(-torsional, torsional);
-        let asked = Vector3::new(shrink * self.y[0], shrink * self.y[1], along);
-        rows.frame * (self.p - asked).component_div(&self.rho)
+        let y = self.argument();
+        let size = y.xy().norm();
+        let shrink = if size > rolling { rolling / size } else { 1.0 };
+        let along = y[2].clamp(-torsional, torsional);
+        let asked = Vector3::new(shrink * y[0], shrink * y[1], along);
+        rows.frame * (self.p - asked).component_div(&rows.scale)
     }
 
     pub(super) fn piece(&self) -> MapPiece {
@@ -85,12 +95,12 @@ impl MomentProjection {
             return MapPiece::Open;
         }
         let (rolling, torsional) = self.limits();
-        let spins = match self.y[2] {
+        let spins = match self.argument()[2] {
             along if torsional > 0.0 && along.abs() <= torsional => 0,
             along if along < 0.0 => -1,
             _ => 1,
         };
-        MapPiece::Moment { rolls: rolling == 0.0 || self.size > rolling, spins }
+        MapPiece::Moment { rolls: rolling == 0.0 || self.size() > rolling, spins }
     }
 
     /// Distance of the arguments to the next piece (m/s). Limits of zero have none.
@@ -100,7 +110,8 @@ impl MomentProjection {
             true => (size - limit).abs() / rho,
             false => f64::INFINITY,
         };
-        apart(self.size, rolling, self.rho[0]).min(apart(self.y[2].abs(), torsional, self.rho[2]))
+        let along = self.argument()[2].abs();
+        apart(self.size(), rolling, self.rho[0]).min(apart(along, torsional, self.rho[1]))
     }
 
     /// Local solution on the `piece`, with ε = `compliance`.
@@ -120,7 +131,7 @@ impl MomentProjection {
     ) -> LocalSolution {
         let MapPiece::Moment { spins, .. } = piece else { return LocalSolution::open(impulse) };
         let (axes, gains) = self.along_axes(piece, compliance);
-        let MomentLaw { rolling, torsional, .. } = self.law;
+        let [rolling, torsional] = self.limits;
         let mut offset = Vector3::zeros();
         let mut by_load = Vector3::zeros();
         for k in 0..3 {
@@ -171,7 +182,7 @@ impl MomentProjection {
         if !rolls {
             return (Matrix3::identity(), Vector3::new(stiff, stiff, along));
         }
-        let t = self.y.xy().try_normalize(0.0).unwrap_or(Vector2::x());
+        let t = self.argument().xy().try_normalize(0.0).unwrap_or(Vector2::x());
         let axes = Matrix3::new(t[0], -t[1], 0.0, t[1], t[0], 0.0, 0.0, 0.0, 1.0);
         let turn = -self.rho[0] * self.bend() / self.across(compliance);
         (axes, Vector3::new(0.0, turn, along))
@@ -179,7 +190,7 @@ impl MomentProjection {
 
     /// b = r γ⁺/|y_t|, at most 1.
     fn bend(&self) -> f64 {
-        (self.limits().0 / self.size.max(f64::MIN_POSITIVE)).min(1.0)
+        (self.limits().0 / self.size().max(f64::MIN_POSITIVE)).min(1.0)
     }
 
     /// 1 − b + ρ ε b.
