@@ -157,7 +157,10 @@ impl World {
             fixed => Some(fixed),
         };
         let statics = self.statics.with(self.statics.coefficients.renumbered(owner, pairs));
-        let turning = self.turning.each_ref().map(|of| of.renumbered(owner, pairs));
+        let turning = self
+            .turning
+            .as_ref()
+            .map(|both| Box::new(both.each_ref().map(|of| of.renumbered(owner, pairs))));
         let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
         let groups = groups.and_then(GroupMasks::if_any);
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();

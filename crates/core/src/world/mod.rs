@@ -154,7 +154,8 @@ pub struct World {
     surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: PairLaws,
     statics: StaticFrictions,
-    turning: [Coefficients; 2],
+    /// Coefficients of rolling and of torsional friction, if any is set.
+    turning: Option<Box<[Coefficients; 2]>>,
     restitution: f64,
     pair_restitutions: PairLaws,
     /// Rebound speed set by the user.
@@ -210,7 +211,7 @@ impl World {
             surfaces: Vec::new(),
             pair_frictions: PairLaws::new(),
             statics: StaticFrictions::default(),
-            turning: Default::default(),
+            turning: None,
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),
             rebound_speed: None,

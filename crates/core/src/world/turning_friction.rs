@@ -1,5 +1,6 @@
 //! Rolling and torsional resistance: coefficients of the moments of contacts.
 
+use super::coefficients::Coefficients;
 use super::{Constant, Partner, World};
 use crate::error::{Error, in_range};
 use crate::partner::{Turning, TurningFriction};
@@ -11,7 +12,7 @@ impl World {
     /// # Errors
     /// [`Error::OutOfRange`] if it is outside 0…10 m.
     pub fn with_turning_friction(mut self, turning: Turning, friction: f64) -> Result<Self, Error> {
-        self.turning[turning as usize].set_of_world(checked(turning, friction)?);
+        self.turning_mut(turning).set_of_world(checked(turning, friction)?);
         Ok(self)
     }
 
@@ -27,7 +28,7 @@ impl World {
         friction: f64,
     ) -> Result<Self, Error> {
         self.check_owner("owner of a turning friction", owner)?;
-        self.turning[turning as usize].set_of(owner, checked(turning, friction)?);
+        self.turning_mut(turning).set_of(owner, checked(turning, friction)?);
         Ok(self)
     }
 
@@ -43,20 +44,33 @@ impl World {
         friction: f64,
     ) -> Result<Self, Error> {
         self.check_pair("pair with turning friction", body, partner)?;
-        self.turning[turning as usize].set_between(body, partner, checked(turning, friction)?);
+        self.turning_mut(turning).set_between(body, partner, checked(turning, friction)?);
         Ok(self)
     }
 
-    /// True if any coefficient of turning friction is positive.
+    /// True if any coefficient of turning friction is set.
     #[must_use]
+    #[inline]
     pub fn has_turning_friction(&self) -> bool {
-        self.turning.iter().any(|of| of.values().any(|friction| friction > 0.0))
+        self.turning.is_some()
+    }
+
+    fn turning(&self, turning: Turning) -> Option<&Coefficients> {
+        self.turning.as_ref().map(|both| &both[turning as usize])
+    }
+
+    fn turning_mut(&mut self, turning: Turning) -> &mut Coefficients {
+        &mut self.turning.get_or_insert_default()[turning as usize]
     }
 
     /// Coefficients of turning friction between `body` and `partner`: the pair's own, or the larger one of
     /// both. The world's apply to the ground, and to bodies and colliders without their own.
     #[must_use]
+    #[inline]
     pub fn turning_friction_between(&self, body: usize, partner: Partner) -> TurningFriction {
+        if self.turning.is_none() {
+            return TurningFriction::NONE;
+        }
         let of = |turning| self.turning_between(turning, body, partner).map_or(0.0, |(_, own)| own);
         TurningFriction { rolling: of(Turning::Rolling), torsional: of(Turning::Torsional) }
     }
@@ -68,10 +82,7 @@ impl World {
         body: usize,
         partner: Partner,
     ) -> Option<(usize, f64)> {
-        let all = &self.turning[turning as usize];
-        if all.is_empty() {
-            return None;
-        }
+        let all = self.turning(turning)?;
         all.between(body, partner).or_else(|| {
             let own = |owner| all.own(owner).or(all.world());
             let both = [own(Partner::Body(body)), own(partner)].into_iter().flatten();
@@ -86,12 +97,12 @@ impl World {
         turning: Turning,
         index: usize,
     ) -> Option<(Partner, Option<Partner>)> {
-        self.turning[turning as usize].owner(index)
+        self.turning(turning)?.owner(index)
     }
 
     /// Values of [`Turning::constant`].
     pub(super) fn turning_frictions(&self, turning: Turning) -> Vec<f64> {
-        self.turning[turning as usize].values().collect()
+        self.turning(turning).map_or(Vec::new(), |all| all.values().collect())
     }
 
     /// Sets the values of [`Turning::constant`].
@@ -100,7 +111,8 @@ impl World {
         turning: Turning,
         numbers: &[f64],
     ) -> Result<(), Error> {
-        for (own, number) in self.turning[turning as usize].values_mut().zip(numbers) {
+        let Some(both) = &mut self.turning else { return Ok(()) };
+        for (own, number) in both[turning as usize].values_mut().zip(numbers) {
             *own = checked(turning, *number)?;
         }
         Ok(())

@@ -106,9 +106,8 @@ impl MomentProjection {
     /// Distance of the arguments to the next piece (m/s). Limits of zero have none.
     pub(super) fn margin(&self) -> f64 {
         let (rolling, torsional) = self.limits();
-        let apart = |size: f64, limit: f64, rho: f64| match limit > 0.0 {
-            true => (size - limit).abs() / rho,
-            false => f64::INFINITY,
+        let apart = |size: f64, limit: f64, rho: f64| {
+            if limit > 0.0 { (size - limit).abs() / rho } else { f64::INFINITY }
         };
         let along = self.argument()[2].abs();
         apart(self.size(), rolling, self.rho[0]).min(apart(along, torsional, self.rho[1]))
