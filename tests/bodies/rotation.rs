@@ -199,7 +199,9 @@ fn certificate_distinguishes_the_rotation_forms() {
         let judge = |world: &World| {
             let (states, next, wrenches) = (&[start], &[next], &[none]);
             let claim = Claim { states, next, wrenches, contacts: &[], joints: &[], gears: &[] };
-            Certifier::new().contact_step(world, &claim, [Vector3::zeros(); 0]).dynamics
+            Certifier::new()
+                .contact_step(world, &claim, std::iter::empty::<Vector3<f64>>())
+                .dynamics
         };
         let (right, wrong) = (judge(&worlds[own]), judge(&worlds[other]));
         assert!(right < 1e-12 && wrong > 1e-4, "{right:e} {wrong:e}");
