@@ -171,7 +171,8 @@ impl StepSolution {
         self.states.extend_from_slice(&other.states);
         self.contacts.clear();
         self.contacts.extend_from_slice(&other.contacts);
-        self.moments.clone_from(&other.moments);
+        self.moments.clear();
+        self.moments.extend_from_slice(&other.moments);
         self.joints.clone_from(&other.joints);
         self.gears.clear();
         self.gears.extend_from_slice(&other.gears);
