@@ -50,8 +50,12 @@ impl Coefficients {
         of_world.iter_mut().chain(owners).chain(of_pairs.iter_mut().map(|(_, value)| value))
     }
 
+    pub(super) fn len(&self) -> usize {
+        usize::from(self.of_world.is_some()) + self.of_owners.len() + self.of_pairs.len()
+    }
+
     pub(super) fn is_empty(&self) -> bool {
-        self.values().next().is_none()
+        self.len() == 0
     }
 
     /// Number of the world and its index.

@@ -1,5 +1,6 @@
 //! Constants of contact laws: coefficients of bodies, fixed pieces and pairs.
 
+use super::coefficients::Coefficients;
 use super::laws::find_place;
 use super::{Constant, Partner, World};
 use crate::error::{Error, in_range};
@@ -136,15 +137,25 @@ impl Constant {
         )
     }
 
+    /// Coefficients of the world, of owners and of pairs.
+    fn coefficients(self, world: &World) -> Option<&Coefficients> {
+        match self {
+            Self::StaticFriction => Some(&world.statics.coefficients),
+            Self::RollingFriction => world.turning(Turning::Rolling),
+            Self::TorsionalFriction => world.turning(Turning::Torsional),
+            _ => None,
+        }
+    }
+
     /// Values of a contact-law constant.
     pub(super) fn law_values(self, world: &World) -> Vec<f64> {
         let bodies = world.bodies().iter();
         let of_pairs =
             |pairs: &super::laws::PairLaws| pairs.iter().map(|(_, value)| *value).collect();
         match self {
-            Self::StaticFriction => world.static_frictions(),
-            Self::RollingFriction => world.turning_frictions(Turning::Rolling),
-            Self::TorsionalFriction => world.turning_frictions(Turning::Torsional),
+            Self::StaticFriction | Self::RollingFriction | Self::TorsionalFriction => {
+                self.coefficients(world).map_or(Vec::new(), |all| all.values().collect())
+            }
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).collect(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).collect(),
             Self::FixedFriction => world.fixed_frictions().flatten().collect(),
@@ -159,7 +170,7 @@ impl Constant {
         let bodies = world.bodies().iter();
         match self {
             Self::StaticFriction | Self::RollingFriction | Self::TorsionalFriction => {
-                self.law_values(world).len()
+                self.coefficients(world).map_or(0, Coefficients::len)
             }
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),

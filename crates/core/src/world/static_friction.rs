@@ -150,11 +150,6 @@ impl World {
         }
     }
 
-    /// Values of [`Constant::StaticFriction`].
-    pub(super) fn static_frictions(&self) -> Vec<f64> {
-        self.statics.coefficients.values().collect()
-    }
-
     /// Sets the values of [`Constant::StaticFriction`].
     pub(super) fn set_static_frictions(&mut self, numbers: &[f64]) -> Result<(), Error> {
         for (own, number) in self.statics.coefficients.values_mut().zip(numbers) {

@@ -55,7 +55,7 @@ impl World {
         self.turning.is_some()
     }
 
-    fn turning(&self, turning: Turning) -> Option<&Coefficients> {
+    pub(super) fn turning(&self, turning: Turning) -> Option<&Coefficients> {
         self.turning.as_ref().map(|both| &both[turning as usize])
     }
 
@@ -98,11 +98,6 @@ impl World {
         index: usize,
     ) -> Option<(Partner, Option<Partner>)> {
         self.turning(turning)?.owner(index)
-    }
-
-    /// Values of [`Turning::constant`].
-    pub(super) fn turning_frictions(&self, turning: Turning) -> Vec<f64> {
-        self.turning(turning).map_or(Vec::new(), |all| all.values().collect())
     }
 
     /// Sets the values of [`Turning::constant`].
