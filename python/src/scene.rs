@@ -252,6 +252,12 @@ impl PyScene {
         self.content.world.integrator().name()
     }
 
+    /// True if contacts have rolling or torsional friction.
+    #[getter]
+    fn has_turning_friction(&self) -> bool {
+        self.content.world.has_turning_friction()
+    }
+
     /// Error of the time step that runs keep, m in a second; None if they keep none.
     #[getter]
     fn accuracy(&self) -> Option<f64> {

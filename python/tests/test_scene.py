@@ -78,7 +78,7 @@ def test_rolling_and_torsional_friction():
     assert run.contacts_to_pandas()["moment_y_N_m"].iloc[0] == pytest.approx(-0.1962)
     assert tumble.Scene([ball], ground, rolling_friction=pair).run(5).contacts["moment"][0, 1] == pytest.approx(-0.3924)
     frictions = np.array([[0.0], [0.01], [0.02]])
-    speeds = scene.rollout(3, 500, constants={"rolling_friction": frictions}).velocities[:, -1, 0, 0]
+    speeds = tumble.rollout(scene, steps=500, parameters={"rolling_friction": frictions}).states[:, -1, 0, 7]
     np.testing.assert_allclose(1.0 - speeds, 0.5 * frictions[:, 0] * 9.81 / 0.14, atol=1e-5)
 
 

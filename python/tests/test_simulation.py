@@ -375,7 +375,7 @@ def test_contacts_are_a_mapping_of_columns_that_stay_those_of_their_step():
     simulation.step()
     before, same = simulation.contacts, dict(simulation.contacts)
     simulation.run(50)
-    assert list(before) == list(same) and len(before) == 9 and "force" in before
+    assert list(before) == list(same) and len(before) == 10 and "force" in before
     for name in reversed(list(before)):
         np.testing.assert_array_equal(before[name], same[name])
         assert before[name] is before[name]
@@ -390,7 +390,7 @@ def test_contacts_are_no_dictionary_of_what_was_read_alone():
     simulation = block([1, 0, 0]).simulate()
     simulation.step()
     contacts = simulation.contacts
-    names = ["body", "partner", "partner_body", "point", "normal", "force", "slip", "normal_force", "gap"]
+    names = ["body", "partner", "partner_body", "point", "normal", "force", "slip", "normal_force", "gap", "moment"]
     assert isinstance(contacts, tumble.Contacts)
     assert repr(contacts) == f"<tumble.Contacts: 4 contacts with {', '.join(names)}>"
     for whole in (
@@ -404,7 +404,7 @@ def test_contacts_are_no_dictionary_of_what_was_read_alone():
     ):
         assert type(whole) is dict and list(whole) == names
         np.testing.assert_array_equal(whole["force"], contacts["force"])
-    assert list(reversed(contacts)) == names[::-1] and len(contacts) == 9
+    assert list(reversed(contacts)) == names[::-1] and len(contacts) == 10
     for change in (
         lambda: contacts.update(force=0),
         lambda: contacts.pop("force"),

@@ -293,7 +293,7 @@ class Trajectory:
 
         Columns are k, body and partner (names), the components of point_m, normal, force_N
         and slip_m_s as ``point_x_m``, ``normal_x``, ``force_x_N``, ``slip_x_m_s`` and so on,
-        then normal_force_N, gap_m and the components of moment_N_m.
+        then normal_force_N, gap_m and, with rolling or torsional friction, the components of moment_N_m.
         """
         frame = contacts_frame(self.scene, self.contacts)
         frame.insert(0, "k", self.contacts["k"])
@@ -471,8 +471,9 @@ def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> pd.DataFrame:
             columns[f"{name}_{axis}{unit}"] = contacts[name][:, place]
     columns["normal_force_N"] = contacts["normal_force"]
     columns["gap_m"] = contacts["gap"]
-    for place, axis in enumerate("xyz"):
-        columns[f"moment_{axis}_N_m"] = contacts["moment"][:, place]
+    if scene._core.has_turning_friction:
+        for place, axis in enumerate("xyz"):
+            columns[f"moment_{axis}_N_m"] = contacts["moment"][:, place]
     return pd.DataFrame(columns)
 
 
