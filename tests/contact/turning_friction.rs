@@ -1,7 +1,8 @@
 //! Rolling and torsional resistance against closed forms and a computation of their law by hand.
 
 use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::{Partner, Plane};
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::contact::{ContactLoad, Partner, Plane};
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
@@ -118,6 +119,162 @@ fn a_ball_stays_on_a_slope_below_its_angle() {
         let expected = if stays { 0.0 } else { 0.5 * G * downhill / 1.4 };
         assert!((speed - expected).abs() < 1e-6, "{angle} {speed} {expected}");
     }
+}
+
+/// A moment with a limit above μ r f_n keeps a sliding ball from turning: it stops like a block, after
+/// v²/(2 μ g).
+#[test]
+fn a_ball_that_cannot_roll_slides_like_a_block() {
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let h = 0.001;
+        let world = ball(0.0, h, integrator);
+        let world = world.with_turning_friction(Turning::Rolling, 1.0).unwrap();
+        let mut simulation = simulate(&world, Vector3::x(), Vector3::zeros());
+        run(&mut simulation, 400);
+        let State { position, attitude, velocity, .. } = *simulation.state();
+        let distance = 0.5 / (0.6 * G);
+        let allowed = if integrator == Integrator::Euler { 0.6 * h } else { 1e-6 };
+        assert!((position[0] - distance).abs() < allowed, "{}", position[0] - distance);
+        assert!(velocity.norm() < 1e-12 && attitude.yz().norm() < 1e-12, "{attitude}");
+    }
+}
+
+/// Bodies of revolution that roll about their axis decelerate by μ_r g r/(r² + I/m), whatever touches.
+#[test]
+fn capsules_and_cylinders_roll_to_rest() {
+    let radius = 0.08;
+    for piece in [Piece::capsule(0.2, radius), Piece::cylinder(0.15, radius, 24)] {
+        let body = RigidBody::solid(3.0, &[piece.unwrap()]).unwrap().0;
+        // The axis is z of the body; it lies along y, and −ω_z turns it forwards.
+        let about = body.inertia()[(2, 2)] / body.mass();
+        let slowing = FRICTION.rolling * G * radius / (radius * radius + about);
+        let parameters = Parameters {
+            bodies: vec![body],
+            ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
+            gravity: Vector3::new(0.0, 0.0, -G),
+            friction: 0.6,
+            time_step: 0.001,
+            rotation: Rotation::Momentum,
+        };
+        let world = World::new(parameters).unwrap().with_integrator(Integrator::Leapfrog);
+        let world = with_both(world, FRICTION);
+        let half = 0.5_f64.sqrt();
+        let start = State {
+            position: Vector3::z() * radius,
+            attitude: Vector4::new(half, -half, 0.0, 0.0),
+            velocity: Vector3::x() * 0.5,
+            spin: Vector3::z() * (0.5 / radius),
+        };
+        let mut simulation =
+            Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
+        run(&mut simulation, 900);
+        let state = simulation.state();
+        let distance = 0.125 / slowing;
+        assert!((state.position[0] - distance).abs() < 2e-5, "{} {distance}", state.position[0]);
+        assert!(state.velocity.norm() < 1e-11, "{state:?}");
+    }
+}
+
+/// The same motion at a thousandth and at a thousand times the size, with times as √size.
+#[test]
+fn rolling_is_similar_at_any_size() {
+    let distance = |size: f64| {
+        let parameters = Parameters {
+            bodies: vec![solid_ball(size.powi(3), 0.1 * size)],
+            ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
+            gravity: Vector3::new(0.0, 0.0, -G),
+            friction: 0.6,
+            time_step: 0.002 * size.sqrt(),
+            rotation: Rotation::Momentum,
+        };
+        let TurningFriction { rolling, torsional } = FRICTION;
+        let friction = TurningFriction { rolling: rolling * size, torsional: torsional * size };
+        let world = with_both(World::new(parameters).unwrap(), friction);
+        let start = State {
+            position: Vector3::z() * (0.1 * size),
+            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+            velocity: Vector3::x() * size.sqrt(),
+            spin: Vector3::new(0.0, 10.0, 5.0) / size.sqrt(),
+        };
+        let mut simulation =
+            Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
+        run(&mut simulation, 750);
+        simulation.state().position[0] / size
+    };
+    let usual = distance(1.0);
+    for size in [1e-3, 1e3] {
+        assert!((distance(size) - usual).abs() < 1e-9, "{size} {} {usual}", distance(size));
+    }
+}
+
+/// A ball on a loose block of another mass moves alike, whichever of them comes first.
+#[test]
+fn the_order_of_the_bodies_plays_no_part() {
+    let block = RigidBody::solid_box(0.7, Vector3::new(0.4, 0.4, 0.05)).unwrap();
+    let bodies = [block, solid_ball(2.0, RADIUS)];
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    let rest = State {
+        position: Vector3::z() * 0.05,
+        attitude,
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    let rolling = State {
+        position: Vector3::new(0.05, 0.0, 0.1 + RADIUS),
+        velocity: Vector3::new(0.3, 0.1, 0.0),
+        spin: Vector3::new(-1.0, 9.0, 6.0),
+        ..rest
+    };
+    let ends = [[0, 1], [1, 0]].map(|order| {
+        let parameters = Parameters {
+            bodies: order.map(|of| bodies[of].clone()).to_vec(),
+            ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
+            gravity: Vector3::new(0.0, 0.0, -G),
+            friction: 0.3,
+            time_step: 0.002,
+            rotation: Rotation::Momentum,
+        };
+        let world = with_both(World::new(parameters).unwrap(), FRICTION);
+        let starts = order.map(|of| [rest, rolling][of]);
+        let mut simulation =
+            Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
+        run(&mut simulation, 300);
+        order.map(|of| simulation.states()[of])
+    });
+    for (one, other) in ends[0].iter().zip(&ends[1]) {
+        assert!((one.to_vector() - other.to_vector()).amax() < 1e-9, "{one:?} {other:?}");
+    }
+}
+
+/// A claim with an unbounded force or moment has a residual above any tolerance, and no panic.
+#[test]
+fn unbounded_claims_are_refused() {
+    let world = ball(0.0, 0.001, Integrator::Euler);
+    let mut simulation = simulate(&world, Vector3::x(), Vector3::y() / RADIUS);
+    let mut record = StepRecord::new();
+    simulation.step(&mut record).unwrap();
+    let claim = Claim {
+        states: &record.states,
+        next: &record.solution.states,
+        wrenches: &record.wrenches,
+        contacts: &record.contacts,
+        joints: &[],
+        gears: &[],
+    };
+    let force = record.solution.contacts[0].force;
+    let moment = record.solution.moment(0);
+    let residual = |force: Vector3<f64>, moment: Vector3<f64>| {
+        let load = ContactLoad { force, moment };
+        Certifier::new().contact_step(&world, &claim, [load]).residual()
+    };
+    assert!(residual(force, moment) < 1e-11);
+    for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX] {
+        let wild = Vector3::repeat(number);
+        for found in [residual(wild, moment), residual(force, wild), residual(wild, wild)] {
+            assert!(found.is_nan() || found > 1.0, "{number} {found}");
+        }
+    }
+    assert!(residual(force, 1.01 * moment) > 1e-6 && residual(force, -moment) > 1e-3);
 }
 
 /// A ball on a plate that is free to slide on smooth ice: both moments act on both bodies, momentum and

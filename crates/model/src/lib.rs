@@ -5,6 +5,7 @@
 
 #![deny(unsafe_code)]
 
+mod coefficients;
 pub mod colour;
 mod drawn;
 pub mod failure;
@@ -22,6 +23,7 @@ pub mod shape;
 pub mod shown;
 mod terrain;
 
+pub use coefficients::{CoefficientsModel, PairModel};
 pub use drawn::{DrawnModel, state_at};
 pub use model::*;
 pub use terrain::TerrainModel;

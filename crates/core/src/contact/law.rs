@@ -99,6 +99,12 @@ pub(super) fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> 
     if norm > radius { point * (radius / norm) } else { point }
 }
 
+/// Closest number to `value` from −`limit` to `limit`. NaN propagates from `value`.
+pub(crate) fn project_on_interval(value: f64, limit: f64) -> f64 {
+    // `f64::clamp` panics for a NaN limit.
+    if value.abs() > limit { limit.copysign(value) } else { value }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

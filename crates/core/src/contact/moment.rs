@@ -11,7 +11,7 @@
 //! Rolling, spinning and sliding have separate limits. Equation numbers refer to
 //! `docs/formulation.md`.
 
-use super::law::project_on_disc;
+use super::law::{project_on_disc, project_on_interval};
 use super::{Contact, turning};
 use crate::mechanics::{Pose, largest};
 use crate::partner::TurningFriction;
@@ -57,7 +57,8 @@ impl Contact {
         turning(a, h) - b.map_or(Vector3::zeros(), |b| turning(b, h))
     }
 
-    /// Scales of the moment, with the rotations of A and B at the start of the step.
+    /// Scales of the moment, with the rotations of A and B at the start of the step. W_tt and W_nn are
+    /// along the tangents and the normal.
     ///
     /// ```text
     /// W = Σ A I⁻¹ Aᵀ,   ½ m_A ℓ² tr W_tt = 1,   w_n = m_A ℓ² W_nn             (eq. 44)
@@ -68,17 +69,15 @@ impl Contact {
         world: &World,
         rotation: impl Fn(usize) -> Matrix3<f64>,
     ) -> MomentScale {
-        let normal = self.normal();
-        let mut trace = 0.0;
-        let mut along = 0.0;
+        let mut diagonal = Vector3::zeros();
         for index in self.key.bodies() {
-            let body = &world.bodies()[index];
-            let n = rotation(index).tr_mul(&normal);
-            trace += body.inertia_inverse().trace();
-            along += n.dot(&(body.inertia_inverse() * n));
+            let axes = rotation(index).tr_mul(&self.frame);
+            let turned = world.bodies()[index].inertia_inverse() * axes;
+            diagonal += Vector3::from_fn(|k, _| axes.column(k).dot(&turned.column(k)));
         }
-        let square = 2.0 / (world.bodies()[self.key.body].mass() * (trace - along));
-        MomentScale { length: square.sqrt(), normal: 2.0 * along / (trace - along) }
+        let tangential = 0.5 * (diagonal[0] + diagonal[1]);
+        let square = 1.0 / (world.bodies()[self.key.body].mass() * tangential);
+        MomentScale { length: square.sqrt(), normal: diagonal[2] / tangential }
     }
 
     /// Residual of the moment (m/s): the distance of w p_m from its projection on the limits of (43), with
@@ -114,7 +113,7 @@ impl Contact {
         let rolling = (p_t - project_on_disc(p_t - u_t, friction.rolling * pressed)).norm();
         let limit = scale.normal * friction.torsional * pressed;
         let torsion = scale.normal * p_n;
-        let torsion = torsion - (torsion - u_n).clamp(-limit, limit);
+        let torsion = torsion - project_on_interval(torsion - u_n, limit);
         rolling + torsion.abs()
     }
 

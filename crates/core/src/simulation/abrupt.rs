@@ -122,7 +122,8 @@ impl TakenStep<'_> {
         ends(&before, &now.slip, least)
     }
 
-    /// The same of a turning that a moment resists, as the speed of the touching points.
+    /// True if rolling or spinning that a moment resists ends or turns back in the step, or would do so in
+    /// half of another one.
     fn ends_turning(&self, contact: &Contact) -> bool {
         let friction = contact.turning_friction(self.world);
         if !friction.acts() {

@@ -1,7 +1,7 @@
 //! Coefficients of one contact law: of the world, of owners and of pairs.
 
 use super::Partner;
-use super::laws::{PairLaws, find_place, ordered};
+use super::laws::{PairLaws, find_place, ordered, set};
 
 /// Coefficients of the world, of bodies and fixed colliders, and of pairs. Their numbers are indexed in
 /// this order.
@@ -11,14 +11,6 @@ pub(super) struct Coefficients {
     /// Bodies and fixed colliders with their own coefficient, sorted.
     of_owners: Vec<(Partner, f64)>,
     of_pairs: PairLaws,
-}
-
-/// Sets the value of `key` in a sorted list.
-fn set<K: Ord>(list: &mut Vec<(K, f64)>, key: K, value: f64) {
-    match list.binary_search_by(|(known, _)| known.cmp(&key)) {
-        Ok(place) => list[place].1 = value,
-        Err(place) => list.insert(place, (key, value)),
-    }
 }
 
 impl Coefficients {

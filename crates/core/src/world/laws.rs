@@ -20,7 +20,7 @@ impl World {
     ) -> Result<Self, Error> {
         in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
         self.check_pair("pair with friction", body, partner)?;
-        set_pair(&mut self.pair_frictions, body, partner, friction);
+        set(&mut self.pair_frictions, ordered(body, partner), friction);
         Ok(self)
     }
 
@@ -48,7 +48,7 @@ impl World {
     ) -> Result<Self, Error> {
         in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
         self.check_pair("pair with restitution", body, partner)?;
-        set_pair(&mut self.pair_restitutions, body, partner, restitution);
+        set(&mut self.pair_restitutions, ordered(body, partner), restitution);
         Ok(self)
     }
 
@@ -190,11 +190,11 @@ impl World {
 /// Coefficients of pairs, sorted by pair.
 pub(super) type PairLaws = Vec<((usize, Partner), f64)>;
 
-pub(super) fn set_pair(pairs: &mut PairLaws, body: usize, partner: Partner, value: f64) {
-    let pair = ordered(body, partner);
-    match pairs.binary_search_by(|(known, _)| known.cmp(&pair)) {
-        Ok(place) => pairs[place].1 = value,
-        Err(place) => pairs.insert(place, (pair, value)),
+/// Sets the value of `key` in a sorted list.
+pub(super) fn set<K: Ord>(list: &mut Vec<(K, f64)>, key: K, value: f64) {
+    match list.binary_search_by(|(known, _)| known.cmp(&key)) {
+        Ok(place) => list[place].1 = value,
+        Err(place) => list.insert(place, (key, value)),
     }
 }
 

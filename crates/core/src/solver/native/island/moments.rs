@@ -93,7 +93,14 @@ impl Island {
 
     /// ℓ Ω of A and of B for the moment `index` (m/s, world).
     pub(crate) fn moment_turning(&self, index: usize, velocity: &[Velocity]) -> [Vector3<f64>; 2] {
-        let LinkedCoupling { link, coupling } = self.linked(index);
+        Self::turning(self.linked(index), velocity)
+    }
+
+    /// ℓ Ω of A and of B for a moment (m/s, world).
+    pub(super) fn turning(
+        LinkedCoupling { link, coupling }: LinkedCoupling<'_>,
+        velocity: &[Velocity],
+    ) -> [Vector3<f64>; 2] {
         let a = coupling.lever.torque_map.tr_mul(&velocity[link.a].spin);
         let of_b = |other: &Other| other.torque_map.tr_mul(&velocity[other.index].spin);
         [a, link.b.as_ref().map_or(Vector3::zeros(), of_b)]

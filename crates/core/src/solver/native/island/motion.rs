@@ -205,13 +205,13 @@ impl Island {
     /// u of a joint's rotation or of a moment, ℓ (Ω_A − Ω_B). `None` for another coupling.
     pub(super) fn turned_velocity(
         &self,
-        LinkedCoupling { link, coupling }: LinkedCoupling<'_>,
+        linked: LinkedCoupling<'_>,
         velocity: &[Velocity],
     ) -> Option<Vector3<f64>> {
+        let link = linked.link;
         if link.kind == CouplingKind::Moment {
-            let a = coupling.lever.torque_map.tr_mul(&velocity[link.a].spin);
-            let of_b = |other: &Other| other.torque_map.tr_mul(&velocity[other.index].spin);
-            return Some(a - link.b.as_ref().map_or(Vector3::zeros(), of_b));
+            let [a, b] = Self::turning(linked, velocity);
+            return Some(a - b);
         }
         let CouplingKind::Turn(turn) = link.kind else { return None };
         let other = link.b.as_ref().map(|other| &velocity[other.index].spin);

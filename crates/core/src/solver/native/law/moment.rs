@@ -12,6 +12,7 @@
 use super::local_solution::{Factored, LocalSolution, MomentGain};
 use super::map::{MapPiece, NaturalMap};
 use super::rows::CouplingRows;
+use crate::contact::law::project_on_interval;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Limits of a contact's moment.
@@ -85,7 +86,7 @@ impl MomentProjection {
         let y = self.argument();
         let size = y.xy().norm();
         let shrink = if size > rolling { rolling / size } else { 1.0 };
-        let along = y[2].clamp(-torsional, torsional);
+        let along = project_on_interval(y[2], torsional);
         let asked = Vector3::new(shrink * y[0], shrink * y[1], along);
         rows.frame * (self.p - asked).component_div(&rows.scale)
     }

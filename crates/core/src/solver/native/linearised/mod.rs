@@ -81,7 +81,8 @@ pub enum Smoothing {
     /// The products are normal impulse over mean mass times gap speed, and the same for the
     /// friction inside its cone. A contact with impulse p̂ keeps a gap speed σ²/p̂. A contact of
     /// the step that opens at the speed u is pushed by σ²/u. There are no kinks except those of
-    /// joints, and no plateaus. Joints are exact.
+    /// joints, and no plateaus. Joints are exact. Rolling and
+    /// torsional resistance are left out.
     CentralPath(f64),
 }
 
