@@ -82,6 +82,18 @@ def test_rolling_and_torsional_friction():
     np.testing.assert_allclose(1.0 - speeds, 0.5 * frictions[:, 0] * 9.81 / 0.14, atol=1e-5)
 
 
+def test_friction_that_depends_on_the_direction():
+    body = {"box": [0.5, 0.5, 0.004], "mass": 1.0, "position": [0, 0, 0.002], "velocity": [0, 1, 0]}
+    surfaces = [{"of": "body-0", "axis": [0, 2, 0], "factor": 0.25}]
+    scene = tumble.Scene([body], {"friction": 0.4}, surfaces=surfaces, time_step=0.001)
+    assert scene.run(100).velocities[-1, 0, 1] == pytest.approx(1 - 0.25 * 0.4 * 9.81 * 0.1, abs=1e-9)
+    factors = np.array([[0.1], [1.0], [2.0]])
+    ends = tumble.rollout(scene, steps=100, parameters={"friction_factor": factors}).states[:, -1, 0, 8]
+    np.testing.assert_allclose(ends, 1 - factors[:, 0] * 0.4 * 9.81 * 0.1, atol=1e-9)
+    with pytest.raises(ValueError, match="factor"):
+        tumble.Scene([body], {"friction": 0.4}, surfaces=[{"of": "body-0", "axis": [1, 0, 0]}])
+
+
 def test_every_shipped_scenario_loads_and_runs(scenarios):
     files = sorted(scenarios.glob("*.toml"))
     assert len(files) >= 18

@@ -9,6 +9,7 @@ mod curved_common;
 mod curved_departures;
 mod elastic_symmetry;
 mod fast;
+mod friction_axes;
 mod groups;
 mod many_points;
 mod no_ground;

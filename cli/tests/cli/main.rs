@@ -15,6 +15,7 @@ mod exported;
 mod failure;
 mod flags;
 mod foreign_files;
+mod friction_axes;
 mod fuzz;
 mod gears;
 mod groups;

@@ -49,6 +49,11 @@ pub enum Error {
         /// Largest allowed depth (m).
         allowed: f64,
     },
+    /// Two owners of a [friction axis](crate::world::World::with_friction_axis) that may touch.
+    FrictionAxes {
+        /// The two bodies, or a body and fixed geometry.
+        between: (Partner, Partner),
+    },
     /// A joint whose constraints are violated at the start.
     JointApart {
         /// Index of the joint.
@@ -184,6 +189,12 @@ impl Error {
             Self::Shape { shape, why } => format!("{shape} {why}"),
             Self::Overlap { between: (first, second), depth, allowed } => format!(
                 "{} and {} overlap by {depth:.3e} m at the start; allowed: {allowed:.1e} m",
+                names.partner(*first),
+                names.partner(*second)
+            ),
+            Self::FrictionAxes { between: (first, second) } => format!(
+                "friction of {} and of {} depends on the direction, which no ellipse describes; \
+                 remove the axis of one, or exclude their contact",
                 names.partner(*first),
                 names.partner(*second)
             ),

@@ -1,5 +1,6 @@
 //! Contact partners and contact laws.
 
+use nalgebra::Vector3;
 use std::fmt::{self, Display, Formatter};
 
 /// Object that a body touches.
@@ -45,6 +46,15 @@ pub struct ContactLaw {
     pub static_friction: Option<f64>,
     /// Coefficient of [restitution](crate::contact::restitution) e.
     pub restitution: f64,
+}
+
+/// Friction of a surface that depends on the direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionAxis {
+    /// Unit vector (body frame, or world frame for fixed geometry).
+    pub direction: Vector3<f64>,
+    /// Coefficient along the axis, over the one across it.
+    pub factor: f64,
 }
 
 /// Part of the relative turning that a contact resists.

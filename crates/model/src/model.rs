@@ -92,7 +92,7 @@ pub struct Model {
     /// Gears between joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gears: Vec<GearModel>,
-    /// Moving surfaces.
+    /// Surfaces that move or have an axis of friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<SurfaceModel>,
     /// Pairs that do not collide, in addition to the pairs joined by joints.
@@ -103,13 +103,17 @@ pub struct Model {
     pub groups: Vec<String>,
 }
 
-/// Surface that moves along its body, such as a conveyor belt.
+/// Surface that moves along its body, such as a conveyor belt, or whose friction depends on the direction.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SurfaceModel {
     /// Owner of the surface.
     pub of: PartnerModel,
     /// Velocity of the surface (m/s): body frame for a body, world frame for fixed geometry.
-    pub velocity: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Axis of friction (same frame), and the factor of friction along it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction_axis: Option<([f64; 3], f64)>,
 }
 
 /// Body and its initial state.
@@ -266,7 +270,15 @@ impl Model {
             world.with_restitution_between(pair.body, self.partner(pair.partner), pair.coefficient)
         })?;
         let world = self.surfaces.iter().try_fold(world, |world, surface| {
-            world.with_surface(self.partner(surface.of), surface.velocity.into())
+            let of = self.partner(surface.of);
+            let world = match surface.velocity {
+                Some(velocity) => world.with_surface(of, velocity.into())?,
+                None => world,
+            };
+            match surface.friction_axis {
+                Some((axis, factor)) => world.with_friction_axis(of, axis.into(), factor),
+                None => Ok(world),
+            }
         })?;
         let world = self.apart.iter().try_fold(world, |world, pair| {
             world.with_apart(pair.body, self.partner(pair.partner))

@@ -54,6 +54,9 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         Constant::StaticFriction => owner(world.static_owner(component)),
         Constant::RollingFriction => owner(world.turning_owner(Turning::Rolling, component)),
         Constant::TorsionalFriction => owner(world.turning_owner(Turning::Torsional, component)),
+        Constant::FrictionFactor => {
+            owner(world.friction_axis_owner(component).map(|of| (of, None)))
+        }
         Constant::Gravity => AXES[component].to_owned(),
         Constant::Anchor => {
             let (joint, side) = (&scene.joints[component / 6], component % 6 / 3);

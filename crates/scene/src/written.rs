@@ -335,15 +335,20 @@ fn gear_table(out: &mut String, gear: &GearModel, model: &Model) {
     }
 }
 
-/// Tables of moving surfaces. All pieces of the same name share one.
+/// Tables of surfaces. All pieces of the same name share one.
 fn surface_tables(out: &mut String, model: &Model) {
     let mut names = Vec::new();
     for surface in &model.surfaces {
         let name = name_of(surface.of, model);
         if !names.contains(&name) {
             names.push(name);
-            let (of, velocity) = (quoted(name), surface.velocity);
-            let _ = writeln!(out, "\n[[surfaces]]\nof = {of}\nvelocity = {velocity:?}");
+            let _ = writeln!(out, "\n[[surfaces]]\nof = {}", quoted(name));
+            if let Some(velocity) = surface.velocity {
+                let _ = writeln!(out, "velocity = {velocity:?}");
+            }
+            if let Some((axis, factor)) = surface.friction_axis {
+                let _ = writeln!(out, "axis = {axis:?}\nfactor = {factor:?}");
+            }
         }
     }
 }

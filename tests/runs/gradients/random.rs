@@ -158,6 +158,26 @@ fn shapes_that_meet_with_turning_friction() {
     assert_eq!(scattered, 0);
 }
 
+/// The same with friction that depends on the direction, of one of both shapes.
+#[test]
+fn shapes_that_meet_with_friction_axes() {
+    let scattered = meet(17, |Pair { world, states }, draw| {
+        let other = if states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
+        let of = if draw.within(0.0, 1.0) < 0.5 { Partner::Body(0) } else { other };
+        let factor = 10.0_f64.powf(draw.within(-1.0, 0.5));
+        let world = world.with_friction_axis(of, draw.vector(1.0), factor).unwrap();
+        for states in touching(&Pair { world: world.clone(), states: states.clone() }) {
+            let Some((simulation, record)) = step(&world, &states, &[]) else { continue };
+            let mut derivative = StepDerivative::new();
+            simulation.linearise(&record, &mut derivative).unwrap();
+            let all = directions(&world, &mut || draw.within(-1.0, 1.0));
+            transposed(&mut derivative, &all, &mut || draw.within(-1.0, 1.0), "axes", 1e-7);
+        }
+        Pair { world, states }
+    });
+    assert_eq!(scattered, 0);
+}
+
 /// Compares the derivatives of random pairs with differences. Returns the number of scattered solutions.
 fn meet(seed: u32, changed: impl Fn(Pair, &mut Draw) -> Pair) -> usize {
     let mut draw = Draw(Mt::new(seed));

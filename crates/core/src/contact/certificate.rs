@@ -228,8 +228,12 @@ impl Certifier {
             let b = contact.key.partner.body().map(|index| &self.poses[index]);
             let u = contact.motion([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), h);
             let u = contact.law_motion(u, world, claim.states, claim.next);
-            let p = force * (h / world.bodies()[contact.key.body].mass());
-            let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &u);
+            let mut p = force * (h / world.bodies()[contact.key.body].mass());
+            let mut w = u;
+            if let Some(tensor) = contact.friction_tensor(world, claim.states) {
+                (p, w) = (tensor.scaled_impulse(&p), tensor.scaled_motion(&u));
+            }
+            let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &w);
             certificate.normal_law = largest(certificate.normal_law, parts.normal);
             certificate.friction_law = largest(certificate.friction_law, parts.friction);
             certificate.cone = largest(certificate.cone, parts.cone);

@@ -30,6 +30,9 @@ pub(super) fn check(
     asked: impl Fn(usize) -> bool,
 ) -> Result<(), Error> {
     if touches {
+        if let Some(between) = world.touching_friction_axes() {
+            return Err(Error::FrictionAxes { between });
+        }
         check_ground(world, states, &asked)?;
     }
     if let Some(Overlap { depth, allowed, between }) =

@@ -51,9 +51,17 @@ impl ContactProblem {
         let (mut impulses, mut motion) = (Vec::new(), Vec::new());
         let h = world.time_step();
         for (index, contact) in record.contacts.iter().enumerate() {
-            let frame = normal_first(contact);
-            let force = record.solution.contacts[index].force;
-            impulses.extend((frame.tr_mul(&force) * h).iter());
+            let tensor = contact.friction_tensor(world, states);
+            let mut frame = normal_first(&contact.frame);
+            let mut impulse = frame.tr_mul(&record.solution.contacts[index].force) * h;
+            if let Some(tensor) = tensor {
+                // Rows of the scaled motion, with the round cone (eq. 46).
+                frame = normal_first(&tensor.frame(&contact.frame));
+                impulse = frame.tr_mul(&record.solution.contacts[index].force) * h;
+                impulse[1] /= tensor.stretch();
+                frame.column_mut(1).scale_mut(tensor.stretch());
+            }
+            impulses.extend(impulse.iter());
             let poses = |body: usize| (states[body].pose(), next[body].pose());
             let a = poses(contact.key.body);
             let b = contact.key.partner.body().map(poses);
@@ -108,8 +116,8 @@ fn sides(
     std::iter::once((body, *frame, contact.torque_map * frame)).chain(other)
 }
 
-/// Contact frame F = (n, t₁, t₂), normal first.
-fn normal_first(contact: &Contact) -> Matrix3<f64> {
-    let axis = |k: usize| contact.frame.column(k).into_owned();
+/// The frame (t₁, t₂, n) as (n, t₁, t₂), normal first.
+fn normal_first(frame: &Matrix3<f64>) -> Matrix3<f64> {
+    let axis = |k: usize| frame.column(k).into_owned();
     Matrix3::from_columns(&[axis(2), axis(0), axis(1)])
 }

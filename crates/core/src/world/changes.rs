@@ -161,6 +161,7 @@ impl World {
             .turning
             .as_ref()
             .map(|both| Box::new(both.each_ref().map(|of| of.renumbered(owner, pairs))));
+        let friction_axes = self.renumbered_axes(owner);
         let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
         let groups = groups.and_then(GroupMasks::if_any);
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
@@ -177,6 +178,7 @@ impl World {
             pair_frictions,
             statics,
             turning,
+            friction_axes,
             pair_restitutions,
             kept_apart,
             untouched,

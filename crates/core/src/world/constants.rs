@@ -15,6 +15,7 @@ pub use super::reshape::extents;
 /// | `Friction` | μ of the world | μ |
 /// | `Restitution` | e of the world | e |
 /// | `StaticFriction` | all static coefficients: of the world, of fixed pieces, of bodies, of pairs | factor on the world's |
+/// | `FrictionFactor` | factor along each [friction axis](World::friction_axes) | factor on the world's |
 /// | `BodyFriction`, `BodyRestitution` | μ and e of each body with its own coefficient | factor on the world's |
 /// | `FixedFriction` | μ of each fixed piece with its own coefficient | factor on the world's |
 /// | `PairFriction`, `PairRestitution` | μ and e of each pair with [its own coefficient](World::pair_frictions) | factor on the world's |
@@ -44,6 +45,8 @@ pub enum Constant {
     RollingFriction,
     /// All coefficients of torsional friction (m), in the same order.
     TorsionalFriction,
+    /// Factor of friction along each of the [friction axes](World::friction_axes).
+    FrictionFactor,
     /// μ of each body with its own coefficient, in order of the bodies.
     BodyFriction,
     /// e of each body with its own coefficient, in order of the bodies.
@@ -105,12 +108,13 @@ pub enum Constant {
 
 impl Constant {
     /// All constants.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 32] = [
         Self::Friction,
         Self::Restitution,
         Self::StaticFriction,
         Self::RollingFriction,
         Self::TorsionalFriction,
+        Self::FrictionFactor,
         Self::BodyFriction,
         Self::BodyRestitution,
         Self::FixedFriction,
@@ -148,6 +152,7 @@ impl Constant {
             Self::StaticFriction => "static_friction",
             Self::RollingFriction => "rolling_friction",
             Self::TorsionalFriction => "torsional_friction",
+            Self::FrictionFactor => "friction_factor",
             Self::BodyFriction => "body_friction",
             Self::BodyRestitution => "body_restitution",
             Self::FixedFriction => "fixed_friction",

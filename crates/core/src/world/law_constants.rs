@@ -96,6 +96,7 @@ impl World {
             let numbers = given(turning.constant()).unwrap_or(&[]);
             self.set_turning_frictions(turning, numbers)?;
         }
+        self.set_friction_factors(given(Constant::FrictionFactor).unwrap_or(&[]))?;
         self.set_static_frictions(given(Constant::StaticFriction).unwrap_or(&[]))
     }
 }
@@ -129,6 +130,7 @@ impl Constant {
             Self::StaticFriction
                 | Self::RollingFriction
                 | Self::TorsionalFriction
+                | Self::FrictionFactor
                 | Self::BodyFriction
                 | Self::BodyRestitution
                 | Self::FixedFriction
@@ -156,6 +158,9 @@ impl Constant {
             Self::StaticFriction | Self::RollingFriction | Self::TorsionalFriction => {
                 self.coefficients(world).map_or(Vec::new(), |all| all.values().collect())
             }
+            Self::FrictionFactor => {
+                world.friction_axes().iter().map(|(_, axis)| axis.factor).collect()
+            }
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).collect(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).collect(),
             Self::FixedFriction => world.fixed_frictions().flatten().collect(),
@@ -172,6 +177,7 @@ impl Constant {
             Self::StaticFriction | Self::RollingFriction | Self::TorsionalFriction => {
                 self.coefficients(world).map_or(0, Coefficients::len)
             }
+            Self::FrictionFactor => world.friction_axes().len(),
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),
             Self::FixedFriction => world.fixed_frictions().flatten().count(),

@@ -5,6 +5,7 @@ mod apart;
 mod changes;
 mod coefficients;
 pub mod constants;
+mod friction_axis;
 mod gears;
 mod groups;
 mod joint_constants;
@@ -16,7 +17,7 @@ mod static_friction;
 mod terrain;
 mod turning_friction;
 
-pub use crate::partner::{ContactLaw, Partner, Turning, TurningFriction};
+pub use crate::partner::{ContactLaw, FrictionAxis, Partner, Turning, TurningFriction};
 pub(crate) use apart::KnownSeparations;
 #[cfg(feature = "save")]
 pub(crate) use changes::Changeable;
@@ -156,6 +157,8 @@ pub struct World {
     statics: StaticFrictions,
     /// Coefficients of rolling and of torsional friction, if any is set.
     turning: Option<Box<[Coefficients; 2]>>,
+    /// Axes of surfaces whose friction depends on the direction, sorted by owner.
+    friction_axes: Vec<(Partner, FrictionAxis)>,
     restitution: f64,
     pair_restitutions: PairLaws,
     /// Rebound speed set by the user.
@@ -212,6 +215,7 @@ impl World {
             pair_frictions: PairLaws::new(),
             statics: StaticFrictions::default(),
             turning: None,
+            friction_axes: Vec::new(),
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),
             rebound_speed: None,

@@ -1,4 +1,5 @@
-//! Tables `[[driven]]` and `[[surfaces]]`: bodies with prescribed motions, and moving surfaces.
+//! Tables `[[driven]]` and `[[surfaces]]`: bodies with prescribed motions, and surfaces that
+//! move or have an axis of friction.
 
 use super::entries::AttitudeEntry;
 use super::joints::{JointEntries, JointSide, anchor_in_range};
@@ -27,12 +28,19 @@ pub struct DrivenEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ of = \"…\", velocity = [x, y, z] }")]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ of = \"…\", velocity = [x, y, z] } or { of = \"…\", axis = [x, y, z], factor = … }"
+)]
 pub struct SurfaceEntry {
     /// Name of a body or a fixed object, or `ground`.
     pub of: String,
     /// Velocity of the surface (m/s): body frame for a body, world frame for a fixed object.
-    pub velocity: Numbers<3>,
+    pub velocity: Option<Numbers<3>>,
+    /// Axis of friction, in the same frame.
+    pub axis: Option<Numbers<3>>,
+    /// Friction along the axis, over that across it.
+    pub factor: Option<f64>,
 }
 
 impl DrivenEntry {

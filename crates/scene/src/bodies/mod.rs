@@ -193,6 +193,7 @@ fn refuse_violent_start(scene: &Scene) -> Result<(), Failure> {
     scene.world.check_start(&scene.starts).map_err(|error| {
         let why = error.display(scene);
         match error {
+            Error::FrictionAxes { .. } => Failure::Input(format!("surfaces: {why}")),
             Error::StartBelowGround { .. } => Failure::setting("position", why),
             Error::Overlap { .. } => Failure::Input(format!("position: {why}")),
             Error::GearApart { .. } => Failure::Input(why),

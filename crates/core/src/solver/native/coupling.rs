@@ -3,9 +3,11 @@
 //!
 //! Equation numbers refer to `docs/native-solver.md`.
 
-use super::law::{Cone, CouplingLaw, CouplingRows, LawRows, MomentLaw, NaturalMap, Projection};
+use super::law::{
+    Cone, CouplingLaw, CouplingRows, Ellipse, LawRows, MomentLaw, NaturalMap, Projection,
+};
 use super::settings::{COMPLIANCE, ROLLING_COMPLIANCE};
-use crate::contact::Contact;
+use crate::contact::{Contact, FrictionTensor};
 use crate::joint::Graph;
 use nalgebra::{Matrix3, Vector3};
 
@@ -130,7 +132,15 @@ impl Coupling {
 
     /// True for a contact.
     pub(super) fn is_contact(&self) -> bool {
-        matches!(self.law, CouplingLaw::Cone(_))
+        matches!(self.law, CouplingLaw::Cone(_) | CouplingLaw::Ellipse(_))
+    }
+
+    /// Makes the friction of a contact depend on the direction.
+    pub(super) fn set_friction_tensor(&mut self, tensor: &FrictionTensor) {
+        if let CouplingLaw::Cone(cone) = self.law {
+            self.rows.frame = tensor.frame(&self.rows.frame);
+            self.law = CouplingLaw::Ellipse(Ellipse { cone, stretch: tensor.stretch() });
+        }
     }
 
     /// True for a bouncing contact.

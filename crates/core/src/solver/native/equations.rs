@@ -10,6 +10,7 @@ use super::islands::IslandView;
 use super::law::{Gain, LocalSolution};
 use super::settings::Settings;
 use super::tolerances::Tolerances;
+use crate::contact::FrictionTensor;
 use crate::joint::Graph;
 use crate::step::Step;
 use nalgebra::Vector3;
@@ -204,6 +205,13 @@ impl StepSetting {
     pub(super) fn admit(&mut self, coupling: Coupling) {
         self.all_isotropic &= coupling.rows.is_isotropic();
         self.couplings.push(coupling);
+    }
+
+    /// Sets the friction tensor of the contact added last.
+    pub(super) fn set_friction_tensor(&mut self, tensor: &FrictionTensor) {
+        if let Some(coupling) = self.couplings.last_mut() {
+            coupling.set_friction_tensor(tensor);
+        }
     }
 
     /// Adds a surface velocity to the motion of the coupling added last (m/s).

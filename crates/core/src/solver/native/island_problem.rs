@@ -167,6 +167,9 @@ impl IslandProblem {
             problem.equations.setting_mut().loosen(asked.tolerance_factor);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place]);
+                if let Some(tensor) = contacts[place].friction_tensor(step.world, step.states) {
+                    problem.equations.setting_mut().set_friction_tensor(&tensor);
+                }
                 if contacts[place].has_law_offset(step.world) {
                     let carried = contacts[place].law_offset(step.world, step.states);
                     problem.equations.setting_mut().carry(&carried);
@@ -183,6 +186,9 @@ impl IslandProblem {
             }
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
+                if let Some(tensor) = contacts[place].friction_tensor(step.world, step.states) {
+                    problem.equations.setting_mut().set_friction_tensor(&tensor);
+                }
                 if contacts[place].has_law_offset(step.world) {
                     problem.equations.carry(contacts[place].law_offset(step.world, step.states));
                 }

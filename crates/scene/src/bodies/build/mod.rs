@@ -530,17 +530,31 @@ impl Builder<'_> {
         entries.into_iter().enumerate().map(part).collect()
     }
 
-    /// Sets the velocity of all surfaces with a name.
+    /// Sets the velocity and the axis of friction of all surfaces with a name.
     fn add_surface(&mut self, entry: &SurfaceEntry) -> Result<(), String> {
-        let velocity = entry.velocity.0;
-        if !velocity.iter().all(|part| part.abs() <= 1e5) {
+        let velocity = entry.velocity.map(|velocity| velocity.0);
+        let friction_axis = match (entry.axis, entry.factor) {
+            (Some(axis), Some(factor)) => Some((axis.0, factor)),
+            (None, None) if velocity.is_some() => None,
+            (None, None) => return Err("a velocity, or an axis and a factor are needed".to_owned()),
+            (Some(_), None) => return Err("factor: an axis needs one".to_owned()),
+            (None, Some(_)) => return Err("axis: a factor needs one".to_owned()),
+        };
+        if friction_axis.is_some_and(|(_, factor)| !(1e-3..=1e3).contains(&factor)) {
+            return Err("factor: a number from 0.001 to 1000 is needed".to_owned());
+        }
+        let has_length = |axis: [f64; 3]| (1e-6..=1e6).contains(&Vector3::from(axis).norm());
+        if friction_axis.is_some_and(|(axis, _)| !has_length(axis)) {
+            return Err("axis: a direction with a length from 1e-6 to 1e6 is needed".to_owned());
+        }
+        if !velocity.iter().flatten().all(|part| part.abs() <= 1e5) {
             return Err("velocity: components from -1e5 to 1e5 m/s are needed".to_owned());
         }
         for of in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
             if self.model.surfaces.iter().any(|known| known.of == of) {
-                return Err(format!("of: the surface of {:?} already has a velocity", entry.of));
+                return Err(format!("of: the surface of {:?} is given twice", entry.of));
             }
-            self.model.surfaces.push(SurfaceModel { of, velocity });
+            self.model.surfaces.push(SurfaceModel { of, velocity, friction_axis });
         }
         Ok(())
     }

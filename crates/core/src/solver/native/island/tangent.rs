@@ -227,7 +227,9 @@ impl Island {
     pub(crate) fn segment(&self, coupling: usize, k: usize, piece: u8) -> Segment {
         match &self.setting.couplings[coupling].law {
             CouplingLaw::Axes(axes) => axes.segment(&self.setting.graphs, k, piece),
-            CouplingLaw::Cone(_) | CouplingLaw::Moment(_) => Segment::NONE,
+            CouplingLaw::Cone(_) | CouplingLaw::Ellipse(_) | CouplingLaw::Moment(_) => {
+                Segment::NONE
+            }
         }
     }
 

@@ -26,23 +26,23 @@ pub(crate) struct Cone {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ConeProjection {
     /// û (m/s).
-    u: Vector3<f64>,
+    pub(super) u: Vector3<f64>,
     /// û_n (m/s).
-    u_n: f64,
+    pub(super) u_n: f64,
     /// γ (m/s).
-    gamma: f64,
+    pub(super) gamma: f64,
     /// β (m/s).
-    beta: Vector3<f64>,
+    pub(super) beta: Vector3<f64>,
     rho_n: f64,
-    rho_t: f64,
+    pub(super) rho_t: f64,
     /// γ − ρ_n û_n (m/s).
-    normal: f64,
+    pub(super) normal: f64,
     /// β − ρ_t û_t (m/s).
-    tangential: Vector3<f64>,
+    pub(super) tangential: Vector3<f64>,
     /// Length of `tangential` (m/s).
-    size: f64,
+    pub(super) size: f64,
     /// Friction coefficient μ.
-    friction: f64,
+    pub(super) friction: f64,
 }
 
 impl ConeProjection {
@@ -180,13 +180,24 @@ impl ConeProjection {
         along * t + sideways * s + gain * (n * self.u_n)
     }
 
+    /// t: direction of the tangential projection argument.
+    #[inline(always)]
+    pub(super) fn direction(&self) -> Vector3<f64> {
+        self.tangential / self.size.max(f64::MIN_POSITIVE)
+    }
+
+    /// b = μ (γ − ρ_n û_n)/|β − ρ_t û_t|, at most 1.
+    #[inline(always)]
+    pub(super) fn bend(&self) -> f64 {
+        (self.friction * self.normal / self.size.max(f64::MIN_POSITIVE)).min(1.0)
+    }
+
     /// Axes of the slip piece and its coefficients along them.
     #[inline(always)]
     fn slip(&self, rows: &CouplingRows, compliance: f64) -> Slip {
-        let (n, friction) = (rows.normal(), self.friction);
-        let size = self.size.max(f64::MIN_POSITIVE);
-        let t = self.tangential / size;
-        let bend = (friction * self.normal / size).min(1.0);
+        let n = rows.normal();
+        let t = self.direction();
+        let bend = self.bend();
         let across = 1.0 - bend + self.rho_t * (compliance * rows.ratio_at(compliance)) * bend;
         let turn = -self.rho_t * bend / across;
         Slip { t, s: n.cross(&t), n, across, turn, stiffness: 1.0 / compliance }

@@ -14,6 +14,7 @@
 mod axes;
 mod cone;
 mod cone_barrier;
+mod ellipse;
 mod local_solution;
 mod map;
 mod moment;
@@ -22,6 +23,7 @@ mod rows;
 pub(super) use axes::AxesLaw;
 pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
+pub(super) use ellipse::Ellipse;
 pub(super) use local_solution::{Factored, Gain, LocalSolution};
 pub use map::MapPiece;
 pub(super) use map::NaturalMap;
@@ -31,6 +33,7 @@ pub(super) use rows::{CouplingRows, LawRows};
 use crate::joint::Graph;
 use axes::AxesBarrier;
 use cone_barrier::ConeBarrier;
+use ellipse::{EllipseBarrier, EllipseProjection};
 use moment::Load;
 use nalgebra::{Matrix3, Vector3};
 
@@ -39,6 +42,8 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) enum CouplingLaw {
     /// Hard contact with Coulomb's circular friction cone and maximum dissipation.
     Cone(Cone),
+    /// The same with an elliptic cone.
+    Ellipse(Ellipse),
     /// Graph for each row: response of a joint along its axes.
     Axes(AxesLaw),
     /// Rolling and torsional resistance of a contact.
@@ -49,6 +54,7 @@ pub(super) enum CouplingLaw {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Projection {
     Cone(cone::ConeProjection),
+    Ellipse(EllipseProjection),
     Axes(axes::AxesProjection),
     Moment(moment::MomentProjection),
 }
@@ -57,6 +63,7 @@ pub(super) enum Projection {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Barrier {
     Cone(ConeBarrier),
+    Ellipse(EllipseBarrier),
     Axes(AxesBarrier),
     /// Moments have no interior. Their impulses are zero in the interior point method.
     Moment,
@@ -84,6 +91,11 @@ impl CouplingLaw {
                 let missed = projection.natural_map(rows);
                 (Projection::Cone(projection), missed)
             }
+            Self::Ellipse(law) => {
+                let projection = EllipseProjection::new(map, rows, law, u, impulse);
+                let missed = projection.cone.natural_map(rows);
+                (Projection::Ellipse(projection), missed)
+            }
             Self::Axes(axes) => {
                 let projection = axes::AxesProjection::new(map, rows, axes, u, impulse);
                 let missed = projection.natural_map(rows, graphs);
@@ -103,6 +115,7 @@ impl CouplingLaw {
     pub(super) fn centred(&self, rows: &CouplingRows, speed: f64, strength: f64) -> Barrier {
         match self {
             Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
+            Self::Ellipse(law) => Barrier::Ellipse(EllipseBarrier::centred(law, speed, strength)),
             Self::Axes(axes) => Barrier::Axes(AxesBarrier::new(axes, rows)),
             Self::Moment(_) => Barrier::Moment,
         }
@@ -115,6 +128,7 @@ impl Projection {
     pub(super) fn piece(&self, graphs: &[Graph]) -> MapPiece {
         match self {
             Self::Cone(projection) => projection.piece(),
+            Self::Ellipse(projection) => projection.cone.piece(),
             Self::Axes(projection) => MapPiece::Axes(projection.pieces(graphs)),
             Self::Moment(projection) => projection.piece(),
         }
@@ -124,6 +138,7 @@ impl Projection {
     fn load(&self) -> Load {
         match self {
             Self::Cone(projection) => projection.load(),
+            Self::Ellipse(projection) => projection.cone.load(),
             Self::Axes(_) | Self::Moment(_) => Load::default(),
         }
     }
@@ -147,6 +162,7 @@ impl Projection {
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(projection) => projection.margin(),
+            Self::Ellipse(projection) => projection.cone.margin(),
             Self::Axes(projection) => projection.margin(graphs),
             Self::Moment(projection) => projection.margin(),
         }
@@ -156,6 +172,7 @@ impl Projection {
     pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(projection) => projection.margin(),
+            Self::Ellipse(projection) => projection.cone.margin(),
             Self::Axes(projection) => projection.clearance(graphs),
             Self::Moment(projection) => projection.margin(),
         }
@@ -165,6 +182,7 @@ impl Projection {
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(projection) => projection.held_speed(),
+            Self::Ellipse(projection) => projection.cone.held_speed(),
             Self::Axes(projection) => projection.held_speed(graphs),
             Self::Moment(_) => 0.0,
         }
@@ -184,6 +202,9 @@ impl Projection {
                 projection.local_solution(pieces, of, compliance)
             }
             (Self::Cone(projection), piece) => {
+                projection.local_solution(piece, of.rows, impulse, compliance)
+            }
+            (Self::Ellipse(projection), piece) => {
                 projection.local_solution(piece, of.rows, impulse, compliance)
             }
             (Self::Moment(projection), piece) => {
@@ -211,6 +232,9 @@ impl Projection {
             (Self::Cone(projection), MapPiece::Slip, Gain::Full(gain)) => {
                 projection.slip_offset(of.rows, compliance, gain)
             }
+            (Self::Ellipse(projection), MapPiece::Slip, Gain::Full(gain)) => {
+                projection.slip_offset(of.rows, compliance, gain)
+            }
             _ => self.local_solution(piece, of, impulse, compliance).offset,
         }
     }
@@ -222,6 +246,7 @@ impl Projection {
                 projection.factored(pieces, of, compliance)
             }
             (Self::Cone(projection), piece) => projection.factored(piece, of.rows, compliance),
+            (Self::Ellipse(projection), piece) => projection.factored(piece, of.rows, compliance),
             (Self::Moment(projection), piece) => projection.factored(piece, of.rows, compliance),
             (Self::Axes(_), _) => Factored::nothing(),
         }
@@ -233,6 +258,7 @@ impl Barrier {
     pub(super) fn nothing(&self) -> Self {
         match self {
             Self::Cone(_) => Self::Cone(ConeBarrier::ZERO),
+            Self::Ellipse(law) => Self::Ellipse(law.nothing()),
             Self::Axes(axes) => Self::Axes(axes.nothing()),
             Self::Moment => Self::Moment,
         }
@@ -242,6 +268,7 @@ impl Barrier {
     pub(super) fn impulse(&self) -> Vector3<f64> {
         match self {
             Self::Cone(cone) => cone.impulse(),
+            Self::Ellipse(law) => law.impulse(),
             Self::Axes(axes) => axes.impulse(),
             Self::Moment => Vector3::zeros(),
         }
@@ -251,6 +278,7 @@ impl Barrier {
     pub(super) fn error(&self, u: &Vector3<f64>, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(cone) => cone.error(u),
+            Self::Ellipse(law) => law.error(u),
             Self::Axes(axes) => axes.error(u, graphs),
             Self::Moment => 0.0,
         }
@@ -260,6 +288,7 @@ impl Barrier {
     pub(super) fn products(&self) -> (f64, usize) {
         match self {
             Self::Cone(cone) => (cone.products(), ConeBarrier::PRODUCTS),
+            Self::Ellipse(law) => (law.cone.products(), ConeBarrier::PRODUCTS),
             Self::Axes(_) | Self::Moment => (0.0, 0),
         }
     }
@@ -277,9 +306,10 @@ impl Barrier {
     ) -> Option<(Vector3<f64>, Matrix3<f64>, Pending)> {
         match (self, predictor) {
             (Self::Cone(cone), Self::Cone(predictor)) => cone.eliminate(kappa, predictor, u),
+            (Self::Ellipse(law), Self::Ellipse(predictor)) => law.eliminate(kappa, predictor, u),
             (Self::Axes(axes), _) => Some(axes.eliminate(u, graphs)),
             (Self::Moment, _) => Some((Vector3::zeros(), Matrix3::zeros(), Pending::NONE)),
-            (Self::Cone(_), _) => None,
+            (Self::Cone(_) | Self::Ellipse(_), _) => None,
         }
     }
 
@@ -287,6 +317,7 @@ impl Barrier {
     pub(super) fn off_centre(&self, kappa: f64) -> f64 {
         match self {
             Self::Cone(cone) => cone.off_centre(kappa),
+            Self::Ellipse(law) => law.cone.off_centre(kappa),
             Self::Axes(_) | Self::Moment => 0.0,
         }
     }
@@ -295,6 +326,7 @@ impl Barrier {
     pub(super) fn by_friction(&self) -> Option<Vector3<f64>> {
         match self {
             Self::Cone(cone) => cone.by_friction(),
+            Self::Ellipse(law) => law.by_friction(),
             Self::Axes(_) | Self::Moment => None,
         }
     }
@@ -308,6 +340,7 @@ impl Barrier {
     ) -> Self {
         match self {
             Self::Cone(cone) => Self::Cone(cone.step(impulse, moved, rest)),
+            Self::Ellipse(law) => Self::Ellipse(law.step(impulse, moved, rest)),
             Self::Axes(axes) => Self::Axes(axes.step(impulse)),
             Self::Moment => Self::Moment,
         }
@@ -317,6 +350,7 @@ impl Barrier {
     pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
         match (self, step) {
             (Self::Cone(cone), Self::Cone(step)) => Self::Cone(cone.moved(step, length)),
+            (Self::Ellipse(law), Self::Ellipse(step)) => Self::Ellipse(law.moved(step, length)),
             (Self::Axes(axes), Self::Axes(step)) => Self::Axes(axes.moved(step, length)),
             _ => *self,
         }
@@ -326,6 +360,7 @@ impl Barrier {
     pub(super) fn longest_step(&self, step: &Self) -> f64 {
         match (self, step) {
             (Self::Cone(cone), Self::Cone(step)) => cone.longest_step(step),
+            (Self::Ellipse(law), Self::Ellipse(step)) => law.cone.longest_step(&step.cone),
             _ => 1.0,
         }
     }

@@ -4,6 +4,7 @@
 //! Equation numbers refer to `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
+use super::friction_tensor::LinearTensor;
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::{Contact, Partner};
 use crate::derivative::{ContactTangent, PlacedFeatures, RowSlopes, SideChangeInput};
@@ -27,6 +28,8 @@ pub(super) struct LinearCoupling {
     pub(super) impulse: Vector3<f64>,
     /// Derivative with respect to μ at fixed u.
     by_friction: RowsChange<1>,
+    /// Tensor of a sliding contact whose friction depends on the direction.
+    tensor: Option<Box<LinearTensor>>,
     /// Derivatives of μ and e with respect to world constants.
     law: [LawSlopes; 2],
     is_ground: bool,
@@ -64,14 +67,21 @@ impl LinearCoupling {
         let n = contact.normal();
         let pressed = n.dot(&impulse);
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
+        // On the central path every contact slides.
+        let slides = piece == MapPiece::Slip || by_friction.is_some();
+        let tensor = slides
+            .then(|| LinearTensor::new(step, contact, from, tangent.motion(), &impulse))
+            .flatten();
+        let friction = contact.law.friction;
         // Along the friction impulse. Without friction: against the slip.
         let by_friction = by_friction.unwrap_or_else(|| match piece {
+            MapPiece::Slip if tensor.is_some() && friction > 0.0 => across(&impulse) / friction,
             MapPiece::Slip => {
-                let along = if contact.law.friction > 0.0 {
-                    across(&impulse)
-                } else {
-                    -across(tangent.motion())
-                };
+                if let Some(tensor) = &tensor {
+                    return tensor.along_slip(pressed);
+                }
+                let along =
+                    if friction > 0.0 { across(&impulse) } else { -across(tangent.motion()) };
                 along.try_normalize(0.0).unwrap_or_default() * pressed
             }
             _ => Vector3::zeros(),
@@ -91,6 +101,7 @@ impl LinearCoupling {
                 impulse: by_friction,
                 ..RowsChange::zero()
             },
+            tensor: tensor.map(Box::new),
             law: world.law_slopes(key.body, key.partner, contact.has_static_friction()),
             is_ground: key.partner == Partner::Ground,
         };
@@ -106,8 +117,8 @@ impl LinearCoupling {
     /// Computes the derivatives with respect to poses and velocities.
     fn set_slopes(&mut self, contact: &Contact) {
         match self.tangent.rigid_slopes() {
-            Some(slopes) => self.set_rigid_slopes(&slopes),
-            None => self.set_columns(contact),
+            Some(slopes) if self.tensor.is_none() => self.set_rigid_slopes(&slopes),
+            _ => self.set_columns(contact),
         }
     }
 
@@ -216,7 +227,12 @@ impl LinearCoupling {
             let torque = self.rotations[side].tr_mul(&torque);
             change.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
         }
-        change
+        match &self.tensor {
+            Some(tensor) => {
+                change.plus(1.0, &tensor.turned(sides.map(|given| &given.turn), &rows.turn))
+            }
+            None => change,
+        }
     }
 
     /// Change of the rows for changes of constants.
@@ -230,7 +246,13 @@ impl LinearCoupling {
             slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
         });
         let change = self.change([&a, &b], of(Constant::TimeStep, 0), restitution);
-        change.plus(friction, &self.by_friction)
+        let change = change.plus(friction, &self.by_friction);
+        match &self.tensor {
+            Some(tensor) => {
+                change.plus(of(Constant::FrictionFactor, tensor.index), &tensor.by_factor())
+            }
+            None => change,
+        }
     }
 
     /// Changes of both sides for changes of constants.
@@ -287,6 +309,11 @@ impl LinearCoupling {
             match constant {
                 Constant::TimeStep => {
                     sums[0] += by.dot(&self.change([&nothing; 2], 1.0, 0.0));
+                }
+                Constant::FrictionFactor => {
+                    if let Some(tensor) = &self.tensor {
+                        sums[tensor.index] += by.dot(&tensor.by_factor());
+                    }
                 }
                 Constant::Ground if self.is_ground => {
                     let raised = SideChangeInput { position: self.tangent.normal(), ..nothing };

@@ -109,6 +109,9 @@ impl LinearIsland {
         self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
         for &place in view.contacts {
             self.island.admit(&contacts[place], |body| view.places[body]);
+            if let Some(tensor) = contacts[place].friction_tensor(step.world, step.states) {
+                self.island.setting_mut().set_friction_tensor(&tensor);
+            }
             if contacts[place].has_law_offset(step.world) {
                 self.island.carry(contacts[place].law_offset(step.world, step.states));
             }

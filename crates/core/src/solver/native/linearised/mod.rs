@@ -20,6 +20,7 @@
 
 mod constants;
 mod coupling;
+mod friction_tensor;
 mod geared;
 mod island;
 mod moment;
