@@ -1,0 +1,49 @@
+//! Unit tests of `overrides.rs`.
+
+use super::*;
+
+const SCENE: &str =
+    "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"a\"\nmass = 1.0\n[[bodies]]\nbox = 1.0\n";
+
+fn with(fields: &[&str]) -> Result<Table, String> {
+    let fields: Vec<_> = fields.iter().map(|of| FieldOverride::parse(of).unwrap()).collect();
+    let text = overridden(SCENE, &fields).map_err(|failure| failure.to_string())?;
+    Ok(toml::from_str(&text).unwrap())
+}
+
+#[test]
+fn fields_of_tables_and_entries_are_set() {
+    let found = with(&[
+        "ground.friction=0.5",
+        "time_step = 1e-3",
+        "bodies.a.position=[0, 0, 2]",
+        "bodies.1.box=0.5",
+        "solver.name=native",
+    ])
+    .unwrap();
+    assert_eq!(found["ground"]["friction"].as_float(), Some(0.5));
+    assert_eq!(found["time_step"].as_float(), Some(1e-3));
+    assert_eq!(found["bodies"][0]["position"][2].as_integer(), Some(2));
+    assert_eq!(found["bodies"][0]["mass"].as_float(), Some(1.0));
+    assert_eq!(found["bodies"][1]["box"].as_float(), Some(0.5));
+    assert_eq!(found["solver"]["name"].as_str(), Some("native"));
+}
+
+#[test]
+fn paths_that_lead_nowhere_are_refused() {
+    for (field, words) in [
+        ("bodies.b.mass=1", "has no entry \"b\"; there are: a"),
+        ("bodies.7.mass=1", "has no entry"),
+        ("bodies.mass=1", "is a list"),
+        ("ground.friction.x=1", "friction is not a table"),
+    ] {
+        let why = with(&[field]).unwrap_err();
+        assert!(why.contains(words), "{field}: {why}");
+    }
+    let fields = [FieldOverride::parse("steps=1").unwrap()];
+    assert!(overridden(" <robot/>", &fields).unwrap_err().to_string().contains("XML"));
+    assert_eq!(overridden("steps = ", &fields).unwrap(), "steps = ", "left to its reader");
+    for text in ["ground.friction", "=1", "ground..friction=1", "ground.friction="] {
+        assert!(FieldOverride::parse(text).unwrap_err().contains("for example"), "{text}");
+    }
+}
