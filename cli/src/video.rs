@@ -12,10 +12,9 @@ use tumble_view::animation::FRAMES_A_SECOND;
 /// Endings of videos. They are also names of formats of ffmpeg.
 pub const ENDINGS: [&str; 2] = ["mp4", "webm"];
 
-/// Even width and height, and the colours of common players.
-const FILTER: &str =
-    "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p";
-const COLOURS: &str = "-colorspace bt709 -color_primaries bt709 -color_trc bt709 -color_range tv";
+/// An even width and height, and the colours that players expect.
+const FILTER: &str = "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,\
+                      setparams=color_primaries=bt709:color_trc=bt709,format=yuv420p";
 
 /// Encoder of a video under way. It is ended when dropped.
 pub struct Video<'a> {
@@ -33,7 +32,7 @@ impl<'a> Video<'a> {
         let quality = if ending == "webm" { "-crf 30 -b:v 0" } else { "-movflags +faststart" };
         let input =
             format!("-f rawvideo -pix_fmt rgb24 -s {size}x{size} -r {FRAMES_A_SECOND} -i -");
-        let output = format!("-vf {FILTER} {COLOURS} {quality} -f {ending} -y");
+        let output = format!("-vf {FILTER} {quality} -f {ending} -y");
         let mut path = OsString::from("file:");
         path.push(file.temporary_path());
         let kept = tempfile::tempfile().and_then(|file| Ok((file.try_clone()?, file)));

@@ -1,14 +1,17 @@
-//! Bytes as text in a page: deflate, then five characters for four bytes.
+//! Bytes as text in a page: deflate, then two characters for 13 bits.
 //!
-//! Base64 needs four characters for three bytes, a tenth of a megabyte more for this page.
+//! Base64 needs four characters for three bytes, 150 kB more for this page.
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use std::io::{self, Write as _};
 
+/// Number of digits.
+const BASE: u32 = 91;
+
 /// Characters that have no meaning in markup and scripts; `page/loader.js` has the same.
 fn alphabet() -> Vec<u8> {
-    (b'!'..=b'~').filter(|letter| !b"\"&'<>\\`".contains(letter)).take(85).collect()
+    (b'!'..=b'~').filter(|letter| !b"&<\\".contains(letter)).collect()
 }
 
 /// Compressed `bytes` as text.
@@ -21,18 +24,29 @@ pub fn packed(bytes: &[u8]) -> io::Result<String> {
     Ok(text(&encoder.finish()?))
 }
 
-/// Digits in base 85 of groups of four bytes, the first byte first. A last group of n bytes has
-/// n + 1 digits.
+/// Two digits in base 91 for each 13 bits, the first bit first. The last bits have one digit if they are
+/// at most 6.
 fn text(bytes: &[u8]) -> String {
     let alphabet = alphabet();
-    let mut text = String::with_capacity(bytes.len() / 4 * 5 + 5);
-    for group in bytes.chunks(4) {
-        let mut four = [0; 4];
-        four[..group.len()].copy_from_slice(group);
-        let value = u32::from_be_bytes(four);
-        let digits =
-            [85_u32.pow(4), 85_u32.pow(3), 85_u32.pow(2), 85, 1].map(|unit| value / unit % 85);
-        text.extend(digits[..=group.len()].iter().map(|&digit| alphabet[digit as usize] as char));
+    let mut text = String::with_capacity(bytes.len() / 13 * 16 + 16);
+    let mut digit = |value: u32| text.push(alphabet[value as usize] as char);
+    let (mut held, mut bits) = (0_u32, 0);
+    for &byte in bytes {
+        (held, bits) = (held << 8 | u32::from(byte), bits + 8);
+        if bits >= 13 {
+            bits -= 13;
+            digit((held >> bits) / BASE);
+            digit((held >> bits) % BASE);
+            held &= (1 << bits) - 1;
+        }
+    }
+    match bits {
+        0 => {}
+        1..=6 => digit(held << (6 - bits)),
+        _ => {
+            digit((held << (13 - bits)) / BASE);
+            digit((held << (13 - bits)) % BASE);
+        }
     }
     text
 }
@@ -44,12 +58,18 @@ mod tests {
     /// Inverse of [`text`], as in `page/loader.js`.
     fn bytes(text: &str) -> Vec<u8> {
         let alphabet = alphabet();
-        let digit = |letter: &u8| alphabet.iter().position(|other| other == letter).unwrap() as u64;
-        let mut bytes = Vec::new();
-        for group in text.as_bytes().chunks(5) {
-            let digits = (0..5).map(|place| group.get(place).map_or(84, digit));
-            let value = digits.fold(0, |value, digit| 85 * value + digit) as u32;
-            bytes.extend(&value.to_be_bytes()[..group.len() - 1]);
+        let digit = |letter: &u8| alphabet.iter().position(|other| other == letter).unwrap() as u32;
+        let (mut held, mut bits, mut bytes) = (0, 0, Vec::new());
+        for group in text.as_bytes().chunks(2) {
+            (held, bits) = match group {
+                [one] => (held << 6 | digit(one), bits + 6),
+                _ => (held << 13 | (BASE * digit(&group[0]) + digit(&group[1])), bits + 13),
+            };
+            while bits >= 8 {
+                bits -= 8;
+                bytes.push((held >> bits) as u8);
+            }
+            held &= (1 << bits) - 1;
         }
         bytes
     }
@@ -60,6 +80,6 @@ mod tests {
         for end in 0..=all.len() {
             assert_eq!(bytes(&text(&all[..end])), all[..end]);
         }
-        assert_eq!(alphabet().len(), 85);
+        assert_eq!(alphabet().len(), BASE as usize);
     }
 }
