@@ -20,6 +20,8 @@ const GROWTH_IN_CROWD = 1.4;
 const SCALE_ROWS = [10, 1, 0.1];
 const WIDEST_SCALE = 0.4;
 const ALL_ROWS = 500;
+// Room beside the longest arrow of the scale (pixels).
+const SCALE_TEXT = 72;
 
 // The `forces` of a frame that are shown.
 function shownForces(run, forces, show) {
@@ -150,6 +152,10 @@ function coneOf(run, { normal, friction }, at) {
   return { at, axis: normal, height, slope };
 }
 
+// Number of rows of the scale in a picture of a width, and its largest size with the gap to the rim.
+const scaleRows = (width) => (width < ALL_ROWS ? SCALE_ROWS.length - 1 : SCALE_ROWS.length);
+const scaleRoom = (width) => [WIDEST_SCALE * width + SCALE_TEXT + 8, 14 + 16 * scaleRows(width)];
+
 // Scale of forces in the lower right corner of a view: arrows with their forces.
 class ForceScale {
   constructor() {
@@ -170,8 +176,7 @@ class ForceScale {
     const sizes = forces.map((force) => pixels * length(run.arrow([force, 0, 0])));
     const longest = largest(sizes);
     this.picture.style.display = isShown && longest <= WIDEST_SCALE * width ? "" : "none";
-    const count = width < ALL_ROWS ? SCALE_ROWS.length - 1 : SCALE_ROWS.length;
-    const [wide, high] = [longest + 64, 6 + 16 * count];
+    const [wide, high] = [longest + SCALE_TEXT, 6 + 16 * scaleRows(width)];
     Object.assign(this.picture.style, { width: `${wide}px`, height: `${high}px` });
     this.picture.setAttribute("viewBox", `0 ${-high} ${wide} ${high}`);
     this.rows.forEach(({ y, shaft, head, text }, i) => {
