@@ -7,6 +7,15 @@ const FILL = 0.93;
 // Near plane over the distance of the target.
 const NEAR = 0.02;
 
+// Largest share of the scale of forces in the picture's width, room beside its longest arrow, and
+// width of a picture with three rows instead of two (pixels).
+const WIDEST_SCALE = 0.4;
+const SCALE_TEXT = 72;
+const ALL_ROWS = 500;
+const scaleRows = (width) => (width < ALL_ROWS ? 2 : 3);
+// Largest size of the scale with its gap to the rim.
+const scaleRoom = (width) => [WIDEST_SCALE * width + SCALE_TEXT + 8, 14 + 16 * scaleRows(width)];
+
 const radians = (degrees) => (degrees * Math.PI) / 180;
 
 // Rotation from the world to the axes right, up, forward.

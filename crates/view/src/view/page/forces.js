@@ -15,13 +15,8 @@ const SAME_FACE = 0.9;
 const READABLE = 60;
 const CROWD = 12;
 const GROWTH_IN_CROWD = 1.4;
-// Rows of the scale of forces, over the reference force, its largest share of the picture's width, and
-// width of a picture with all rows (pixels). Others leave out the first.
+// Rows of the scale of forces, over the reference force. Narrow pictures leave out the last.
 const SCALE_ROWS = [10, 1, 0.1];
-const WIDEST_SCALE = 0.4;
-const ALL_ROWS = 500;
-// Room beside the longest arrow of the scale (pixels).
-const SCALE_TEXT = 72;
 
 // The `forces` of a frame that are shown.
 function shownForces(run, forces, show) {
@@ -151,10 +146,6 @@ function coneOf(run, { normal, friction }, at) {
   const slope = Math.min(STEEPEST, Math.max(0.02, friction));
   return { at, axis: normal, height, slope };
 }
-
-// Number of rows of the scale in a picture of a width, and its largest size with the gap to the rim.
-const scaleRows = (width) => (width < ALL_ROWS ? SCALE_ROWS.length - 1 : SCALE_ROWS.length);
-const scaleRoom = (width) => [WIDEST_SCALE * width + SCALE_TEXT + 8, 14 + 16 * scaleRows(width)];
 
 // Scale of forces in the lower right corner of a view: arrows with their forces.
 class ForceScale {
