@@ -28,25 +28,16 @@ pub fn packed(bytes: &[u8]) -> io::Result<String> {
 /// at most 6.
 fn text(bytes: &[u8]) -> String {
     let alphabet = alphabet();
+    let byte = |place: usize| u32::from(bytes.get(place).copied().unwrap_or(0));
     let mut text = String::with_capacity(bytes.len() / 13 * 16 + 16);
-    let mut digit = |value: u32| text.push(alphabet[value as usize] as char);
-    let (mut held, mut bits) = (0_u32, 0);
-    for &byte in bytes {
-        (held, bits) = (held << 8 | u32::from(byte), bits + 8);
-        if bits >= 13 {
-            bits -= 13;
-            digit((held >> bits) / BASE);
-            digit((held >> bits) % BASE);
-            held &= (1 << bits) - 1;
-        }
-    }
-    match bits {
-        0 => {}
-        1..=6 => digit(held << (6 - bits)),
-        _ => {
-            digit((held << (13 - bits)) / BASE);
-            digit((held << (13 - bits)) % BASE);
-        }
+    for bit in (0..8 * bytes.len()).step_by(13) {
+        let place = bit / 8;
+        let three = byte(place) << 16 | byte(place + 1) << 8 | byte(place + 2);
+        let value = three >> (11 - bit % 8) & 0x1fff;
+        let is_short = 8 * bytes.len() - bit <= 6;
+        let digits = [value / BASE, value % BASE, value >> 7];
+        let digits = if is_short { &digits[2..] } else { &digits[..2] };
+        text.extend(digits.iter().map(|&digit| alphabet[digit as usize] as char));
     }
     text
 }
