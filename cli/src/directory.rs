@@ -12,14 +12,16 @@ use tumble_scene::run_file::{self, RunFile};
 use tumble_scene::written;
 
 /// Extensions of files. A new directory with one of them is refused as a mistake.
-const FILES: [&str; 9] = ["png", "svg", "pdf", "gif", "mp4", "html", "csv", "json", "zst"];
+const FILES: [&str; 10] = ["png", "svg", "pdf", "gif", "mp4", "webm", "html", "csv", "json", "zst"];
 
 /// First bytes of single files, by their endings.
-const BEGINNINGS: [(&str, &[u8]); 5] = [
+const BEGINNINGS: [(&str, &[u8]); 7] = [
     ("gif", b"GIF89a"),
     ("html", b"<!doctype html>\n<!-- tumble -->"),
+    ("mp4", b"\0\0\0\x20ftyp"),
     ("png", b"\x89PNG\r\n"),
     ("svg", b"<svg xmlns=\"http://www.w3.org/2000/svg\" width"),
+    ("webm", b"\x1a\x45\xdf\xa3"),
     ("toml", written::HEAD.as_bytes()),
 ];
 

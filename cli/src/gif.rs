@@ -1,4 +1,4 @@
-//! `tumble gif`, and `--gif` of a simulation: a run as an animation.
+//! `tumble gif`, and `--gif` of a simulation: a run as a GIF or a video.
 
 use super::args::{AnimationArgs, GifArgs, PictureArgs};
 use super::directory::OutputDirectory;
@@ -8,12 +8,13 @@ use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, StderrReporter, progress_bar, target};
 use super::recording::Recording;
 use super::signals::raise_on_signals;
+use super::video::{self, Video};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_model::shown;
 use tumble_view::Film;
-use tumble_view::animation::{AnimationError, AnimationSettings, animate, frame_count};
+use tumble_view::animation::{AnimationError, AnimationSettings, animate, frame_count, frames};
 
 /// Largest number of rows of an animation. They are all in memory, about 1 kB each.
 pub const MOST_ROWS: usize = 500_000;
@@ -22,7 +23,7 @@ pub const MOST_ROWS: usize = 500_000;
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let (out, name) = target(args.out.as_deref(), &args.file, ANIMATION)?;
+    let (out, name) = target(args.out.as_deref(), &args.file, ANIMATION, &video::ENDINGS)?;
     let Some(film) = film(Recording::open(&args.file)?, MOST_ROWS, &interrupt)? else {
         return Ok(Outcome::Interrupted);
     };
@@ -84,15 +85,24 @@ pub fn write(
             ControlFlow::Continue(())
         }
     };
-    let animation = match animate(film, &settings(args), progress) {
-        Ok(animation) => animation,
+    let settings = settings(args);
+    let drawn = if name.ends_with(".gif") {
+        animate(film, &settings, progress).map(|bytes| pending.write(&bytes))
+    } else {
+        let mut video = Video::start(&pending, settings.size)?;
+        match frames(film, &settings, progress, |pixels| video.add(pixels)) {
+            Err(AnimationError::Output(_)) => Ok(video.finish(false)),
+            drawn => drawn.map(|()| video.finish(true)),
+        }
+    };
+    match drawn {
+        Ok(written) => written?,
         Err(AnimationError::Interrupted) => return Ok(Outcome::Interrupted),
         Err(error) => return Err(refused(error)),
-    };
+    }
     bar.finish_and_clear();
-    pending.write(&animation)?;
     let path = pending.publish()?;
-    let megabytes = animation.len() as f64 / 1e6;
+    let megabytes = path.metadata().map_or(0.0, |file| file.len() as f64 / 1e6);
     reporter.say(&format!("wrote {} ({megabytes:.2} MB)\n", shown::path(&path)));
     Ok(Outcome::Done)
 }
@@ -102,7 +112,7 @@ fn refused(error: AnimationError) -> Failure {
         AnimationError::TooLong { .. } => {
             Failure::Input(format!("{error}; use a larger --gif-speed"))
         }
-        AnimationError::Gif(_) => Failure::Other(error.to_string()),
+        AnimationError::Gif(_) | AnimationError::Output(_) => Failure::Other(error.to_string()),
         AnimationError::TooFar | AnimationError::Interrupted => Failure::Input(error.to_string()),
     }
 }

@@ -38,6 +38,7 @@ mod table_file;
 mod usage;
 mod values;
 mod verify;
+mod video;
 mod view;
 mod writer;
 

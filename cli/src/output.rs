@@ -46,6 +46,11 @@ impl PendingFile {
         self.temporary.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
+    /// Temporary path.
+    pub fn temporary_path(&self) -> &Path {
+        self.temporary.path()
+    }
+
     /// Keeps the file under its temporary name.
     pub fn leave(self) {
         // A file that cannot be kept is removed.
@@ -98,12 +103,13 @@ pub fn temporary() -> tempfile::Builder<'static, 'static> {
     builder
 }
 
-/// Directory and file name of a picture: the file `out` with the ending of `usual`, or else `usual`
-/// in the directory `out`, by default that of `file`.
+/// Directory and file name of a picture: the file `out` with the ending of `usual` or one of `others`,
+/// or else `usual` in the directory `out`, by default that of `file`.
 pub fn target<'a>(
     out: Option<&'a Path>,
     file: &'a Path,
     usual: &'a str,
+    others: &[&str],
 ) -> Result<(&'a Path, &'a str), Failure> {
     let named = out.filter(|out| {
         let bytes = out.as_os_str().as_encoded_bytes();
@@ -112,10 +118,12 @@ pub fn target<'a>(
     let Some(path) = named else { return Ok((directory_of(out, file), usual)) };
     let refused =
         |needed: &str| Failure::Input(format!("--out {}: {needed} is needed", shown::path(path)));
-    let ending = Path::new(usual).extension();
-    if path.extension() != ending {
-        let ending = ending.unwrap_or_default().to_string_lossy();
-        return Err(refused(&format!("a file name that ends in .{ending} or a directory")));
+    let usual = Path::new(usual).extension().and_then(OsStr::to_str);
+    let endings = usual.iter().chain(others);
+    if !endings.clone().any(|ending| path.extension() == Some(OsStr::new(ending))) {
+        let endings: Vec<_> = endings.map(|ending| format!(".{ending}")).collect();
+        let endings = endings.join(" or ");
+        return Err(refused(&format!("a file name that ends in {endings} or a directory")));
     }
     let name = path.file_name().and_then(OsStr::to_str);
     let name = name.ok_or_else(|| refused("a Unicode file name"))?;

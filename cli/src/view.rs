@@ -24,7 +24,7 @@ pub const MOST_ROWS: usize = 1_000_000;
 pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let (out, name) = target(args.out.as_deref(), &args.files[0], VIEW)?;
+    let (out, name) = target(args.out.as_deref(), &args.files[0], VIEW, &[])?;
     let mut films = Vec::new();
     for path in &args.files {
         let Some(mut film) = film(Recording::open(path)?, MOST_ROWS, &interrupt)? else {

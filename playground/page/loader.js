@@ -1,25 +1,27 @@
 // Loader: scripts and program are packed in the page.
 
-// Characters of packed bytes; `packed.rs` has the same.
-const ALPHABET = Array.from({ length: 94 }, (_, i) => i + 33)
-  .filter((code) => !"\"&'<>\\`".includes(String.fromCharCode(code)))
-  .slice(0, 85);
+// Digits of packed bytes; `packed.rs` has the same.
 const DIGITS = new Uint8Array(128);
-ALPHABET.forEach((code, digit) => (DIGITS[code] = digit));
+Array.from({ length: 94 }, (_, i) => i + 33)
+  .filter((code) => !"&<\\".includes(String.fromCharCode(code)))
+  .forEach((code, digit) => (DIGITS[code] = digit));
 
-// Bytes of packed text: four of five digits in base 85, compressed by deflate.
+// Bytes of packed text: compressed by deflate, and 13 bits in two digits of base 91. A last digit
+// alone has 6 bits.
 async function unpacked(text) {
-  const count = Math.floor(text.length / 5) * 4 + Math.max(0, (text.length % 5) - 1);
-  const all = new Uint8Array(count + 4);
-  const view = new DataView(all.buffer);
-  for (let from = 0, to = 0; from < text.length; from += 5, to += 4) {
-    let value = 0;
-    for (let k = 0; k < 5; k += 1) {
-      value = 85 * value + (from + k < text.length ? DIGITS[text.charCodeAt(from + k)] : 84);
+  const digit = (place) => DIGITS[text.charCodeAt(place)];
+  const all = new Uint8Array(Math.floor((13 * Math.floor(text.length / 2) + 6 * (text.length % 2)) / 8));
+  let [held, bits, to] = [0, 0, 0];
+  for (let from = 0; from < text.length; from += 2) {
+    const isPair = from + 1 < text.length;
+    held = isPair ? (held << 13) | (91 * digit(from) + digit(from + 1)) : (held << 6) | digit(from);
+    for (bits += isPair ? 13 : 6; bits >= 8; to += 1) {
+      bits -= 8;
+      all[to] = held >> bits;
     }
-    view.setUint32(to, value);
+    held &= (1 << bits) - 1;
   }
-  return new Uint8Array(await inflated(all.subarray(0, count), Infinity));
+  return new Uint8Array(await inflated(all, Infinity));
 }
 
 // Decompressed bytes; null if there are more than `most`.

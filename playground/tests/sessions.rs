@@ -91,6 +91,38 @@ fn a_thrown_body_has_the_same_bits_in_the_exported_text() {
     again.grab(0, &Hit { body: 4, point: states(&again)[4].position }).unwrap();
 }
 
+/// Terrain is written into the text: heights over a grid, and triangles.
+#[test]
+fn bodies_are_pulled_over_terrain_with_the_bits_of_the_text() {
+    let hill = include_str!("../../scenarios/hill.toml");
+    let moved = hill.replace("spacing = 0.5", "spacing = [0.6, 0.7]\nposition = [0.1, 0.07, -0.2]");
+    let triangles = "[[terrain]]\nfriction = 0.3\nsurface = { vertices = [[-3, -3, 0.1], [3, -3, 0.2], [0, 3, 0]], \
+                     triangles = [[0, 1, 2]] }\n\n[[bodies]]";
+    let surface = hill.replacen("[[bodies]]", triangles, 1);
+    for scene in [hill, &moved, &surface] {
+        let mut session = Session::open(scene).unwrap();
+        stepped(&mut session, 150);
+        let mut session = session.for_pulls().unwrap().unwrap();
+        let place = states(&session)[1].position;
+        session.grab(0, &Hit { body: 1, point: place }).unwrap();
+        for k in 0..60 {
+            session.pull(0, place + Vector3::new(0.01, 0.005, 0.002) * f64::from(k));
+            session.step().unwrap();
+        }
+        session.release(0);
+        stepped(&mut session, 100);
+        assert!((states(&session)[1].position - place).norm() > 0.1);
+        let text = export::text(&session);
+        assert!(text.contains("[[terrain]]\nname = \"hill\"\nheights = ["), "{text}");
+        assert_eq!(bits(states(&session)), bits(&run(&text, 160)));
+    }
+    let turned = hill
+        .replace("spacing = 0.5", "spacing = 0.5\nattitude = { axis = [0, 0, 1], degrees = 180 }");
+    let mut session = Session::open(&turned).unwrap();
+    stepped(&mut session, 10);
+    assert!(session.for_pulls().is_err_and(|why| why.to_string().contains("turned height field")));
+}
+
 #[test]
 fn a_pulled_body_comes_to_rest_at_the_pointer() {
     let mut session = Session::open(SCENES[5].text).unwrap().for_pulls().unwrap().unwrap();

@@ -84,6 +84,15 @@ def test_a_run_in_viser_shows_its_states(run: tumble.Trajectory) -> None:
         frame = player._frames[1]
         np.testing.assert_allclose(frame.position, run.positions[20, 1])
         np.testing.assert_allclose(frame.wxyz, run.attitudes[20, 1])
+        # The box rests on four corners, each with a quarter of the weight of a body.
+        ends = player._arrows.points
+        ends = ends[np.abs(ends[:, 0, 1]) < 0.2]
+        length = 1.5 * run.scene.extents.mean() / 3.0
+        np.testing.assert_allclose(ends[:, 1] - ends[:, 0], [[0.0, 0.0, length]] * 4, atol=1e-2 * length)
+        assert player._arrows.visible
+        player.set(50)
+        assert not player._arrows.visible, "no step follows"
+        player.set(0)
         player._is_playing.value = True
         deadline = 200
         while player._slider.value == 0 and deadline > 0:
@@ -95,6 +104,29 @@ def test_a_run_in_viser_shows_its_states(run: tumble.Trajectory) -> None:
         player.stop()
     finally:
         server.stop()
+
+
+@pytest.mark.viewers
+@pytest.mark.parametrize("normal", [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, -1.0]])
+def test_the_grid_of_viser_lies_in_the_ground(normal: list[float]) -> None:
+    viser = pytest.importorskip("viser", reason="viser is not installed")
+    import tumble.viser
+
+    ground = f"[ground]\nfriction = 0.5\nnormal = {normal}\noffset = -1.0\n"
+    run = tumble.Scene.from_text(SCENE.replace("[ground]\nfriction = 0.5\n", ground)).run(1, contacts=False)
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    added: list[Any] = []
+    add_grid = server.scene.add_grid
+    server.scene.add_grid = lambda *arguments, **named: added.append(add_grid(*arguments, **named))
+    try:
+        tumble.viser.show(run, server=server).stop()
+    finally:
+        server.stop()
+    grid = added[0]
+    assert np.dot(normal, grid.position) == pytest.approx(-1.0)
+    w, x, y, z = grid.wxyz
+    image = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)]
+    np.testing.assert_allclose(image, normal, atol=1e-12)
 
 
 @pytest.mark.viewers

@@ -19,8 +19,8 @@ pub struct GifArgs {
     /// Its parameters are read from run.json in the same directory.
     #[arg(value_name = "FILE.csv|DIR", value_parser = table())]
     pub file: PathBuf,
-    /// Directory for animation.gif, created if missing, or a file name that ends in .gif [default:
-    /// directory of FILE.csv].
+    /// Directory for animation.gif, created if missing, or a file name that ends in .gif, or in .mp4
+    /// or .webm with the program ffmpeg [default: directory of FILE.csv].
     #[arg(short, long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

@@ -64,7 +64,7 @@ pub enum Command {
     View(ViewArgs),
     /// Plot a run over time, as PNG and SVG.
     Plot(PlotArgs),
-    /// Draw a run as an animated GIF.
+    /// Draw a run as an animated GIF, or as a video.
     Gif(GifArgs),
     /// Convert a robot, URDF, SDF or MJCF, or a mesh to a scenario file.
     Convert(ConvertArgs),

@@ -273,3 +273,49 @@ fn colours_and_labels_are_in_every_picture() {
     done.change("run.json", "#e010f0", "purplish");
     done.draw("gif", &[]).assert_refused(2, &["run.json", "colour", "purplish"]);
 }
+
+/// A video is encoded by ffmpeg: the frames go to its standard input. Here a script takes its place.
+#[cfg(unix)]
+#[test]
+fn videos_are_the_frames_passed_to_ffmpeg() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let done = Done::run(&[]);
+    let programs = done.directory.path().join("programs");
+    fs::create_dir(&programs).unwrap();
+    let draw = |name: &str, script: Option<&str>| {
+        let ffmpeg = programs.join("ffmpeg");
+        if let Some(script) = script {
+            fs::write(&ffmpeg, format!("#!/bin/sh\n{script}\n")).unwrap();
+            fs::set_permissions(&ffmpeg, fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        let mut command = super::support::tumble();
+        command.args(["gif", text(&done.path("states.csv")), "--gif-size", "101", "--out"]);
+        command.arg(done.path(name)).env("PATH", &programs);
+        End::from(command.output().unwrap())
+    };
+    let before = done.files();
+    draw("clip.mp4", None).assert_refused(2, &["clip.mp4 needs", "ffmpeg", "install", ".gif"]);
+    let fails = "echo no such encoder >&2; exit 3";
+    draw("clip.webm", Some(fails))
+        .assert_refused(1, &["no such encoder", "clip.webm", "ended early"]);
+    draw("clip.avi", None).assert_refused(2, &["clip.avi", ".gif or .mp4 or .webm"]);
+    assert_eq!(done.files(), before, "no file is left");
+    // The last argument is the file.
+    let counts = "for file; do :; done; /usr/bin/wc -c > \"${file#file:}\"; echo \"$@\" >> \"${file#file:}\"";
+    for ending in ["mp4", "webm"] {
+        let name = format!("clip.{ending}");
+        let end = draw(&name, Some(counts));
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+        assert!(end.stdout.contains(&name), "{end:?}");
+        let written = fs::read_to_string(done.path(&name)).unwrap();
+        let (bytes, arguments) = written.split_once('\n').unwrap();
+        // 40 ms at 30 frames per second: at the start, after 33 ms and at the end.
+        assert_eq!(bytes.trim(), (3 * 101 * 101 * 3).to_string());
+        for option in ["-s 101x101 -r 30 -i -".to_owned(), format!("-f {ending} ")] {
+            assert!(arguments.contains(&option), "{arguments}");
+        }
+        // A file that does not begin as a video of that kind is not replaced.
+        draw(&name, None).assert_refused(2, &[&name, "was not written by tumble"]);
+    }
+}

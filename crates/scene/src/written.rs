@@ -1,8 +1,9 @@
 //! Text of a scenario file for a given scene.
 
 use super::scene::Scene;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write as _;
+use tumble_core::geometry::terrain::TerrainShape;
 use tumble_core::joint::{Drive, Middle, Motor};
 use tumble_core::world::Impacts;
 use tumble_model::failure::Failure;
@@ -18,7 +19,7 @@ pub const HEAD: &str = "# Written by tumble, which may replace this file.\n";
 /// Scenario file that reproduces this scene except for its solver; numbers are exact.
 ///
 /// # Errors
-/// Bodies with a mesh file, which a text cannot contain.
+/// Bodies with a mesh file and turned height fields, which a text cannot contain.
 pub fn text(scene: &Scene) -> Result<String, Failure> {
     let mut out = String::new();
     let model = &scene.model;
@@ -29,10 +30,7 @@ pub fn text(scene: &Scene) -> Result<String, Failure> {
             .map_err(|why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name)))?;
     }
     fixed_tables(&mut out, model).map_err(Failure::Input)?;
-    if let Some(terrain) = model.terrains.first() {
-        let why = "a text cannot contain a terrain; keep run.json";
-        return Err(Failure::Input(format!("terrain ({}): {why}", terrain.name)));
-    }
+    terrain_tables(&mut out, model).map_err(Failure::Input)?;
     pair_tables(&mut out, model);
     for joint in &model.joints {
         match &joint.course {
@@ -240,12 +238,50 @@ fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
         let name = quoted(&first.name);
         let pieces = pieces(thing.iter().map(|(fixed, _)| &fixed.piece))?;
         let _ = writeln!(out, "\n[[fixed]]\nname = {name}\n{pieces}");
-        for (field, value) in [("friction", first.friction)].into_iter().chain(own) {
-            let _ = value.map(|value| writeln!(out, "{field} = {value:?}"));
-        }
-        for line in group_lines(&first.groups) {
-            let _ = writeln!(out, "{line}");
-        }
+        coefficient_lines(out, first.friction, own, &first.groups);
+    }
+    Ok(())
+}
+
+/// Coefficients and groups of something fixed.
+fn coefficient_lines(
+    out: &mut String,
+    friction: Option<f64>,
+    own: [(&'static str, Option<f64>); 3],
+    groups: &GroupsModel,
+) {
+    for (field, value) in [("friction", friction)].into_iter().chain(own) {
+        let _ = value.map(|value| writeln!(out, "{field} = {value:?}"));
+    }
+    for line in group_lines(groups) {
+        let _ = writeln!(out, "{line}");
+    }
+}
+
+/// Tables of terrain. Turned height fields have no exact text.
+fn terrain_tables(out: &mut String, model: &Model) -> Result<(), String> {
+    for (index, thing) in model.terrains.iter().enumerate() {
+        let form = match thing.terrain.shape() {
+            TerrainShape::Field(field) if *field.rotation() == Matrix3::identity() => {
+                let rows = field.heights().chunks(field.columns());
+                let rows: String = rows.map(|row| format!("    {row:?},\n")).collect();
+                let (spacing, corner) = (field.spacing(), <[f64; 3]>::from(*field.position()));
+                format!("heights = [\n{rows}]\nspacing = {spacing:?}\ncorner = {corner:?}")
+            }
+            TerrainShape::Field(_) => {
+                let why = "a text cannot contain a turned height field; keep run.json";
+                return Err(format!("terrain ({}): {why}", thing.name));
+            }
+            TerrainShape::Mesh(mesh) => {
+                let vertices: Vec<[f64; 3]> =
+                    mesh.vertices().iter().map(|at| (*at).into()).collect();
+                let triangles = mesh.triangles();
+                format!("surface = {{ vertices = {vertices:?}, triangles = {triangles:?} }}")
+            }
+        };
+        let _ = writeln!(out, "\n[[terrain]]\nname = {}\n{form}", quoted(&thing.name));
+        let own = own(model, PartnerModel::Terrain(index));
+        coefficient_lines(out, thing.friction, own, &thing.groups);
     }
     Ok(())
 }

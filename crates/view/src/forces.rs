@@ -49,11 +49,14 @@ impl Scale {
         let mut means = BTreeMap::new();
         for contact in steps.iter().flat_map(|step| &step.contacts) {
             let site = contact.key.between(contact.body, contact.partner);
-            let (point, normal, force) = (contact.point, contact.normal, Vector3::zeros());
-            let mean = means.entry(site).or_insert(MeanForce { site, point, normal, force });
+            let (point, normal) = (contact.point, contact.normal);
+            let (force, moment) = (Vector3::zeros(), Vector3::zeros());
+            let mean =
+                means.entry(site).or_insert(MeanForce { site, point, normal, force, moment });
             // The last place is drawn.
             (mean.point, mean.normal) = (point, normal);
             mean.force += contact.force / steps.len() as f64;
+            mean.moment += contact.moment / steps.len() as f64;
         }
         let is_shown = |mean: &MeanForce| mean.force.norm() > NEGLIGIBLE * self.weight;
         means.into_values().filter(is_shown).collect()
@@ -70,6 +73,8 @@ pub struct MeanForce {
     /// Unit normal away from the partner.
     pub normal: Vector3<f64>,
     pub force: Vector3<f64>,
+    /// Moment about `point` (N m), of rolling and torsional friction.
+    pub moment: Vector3<f64>,
 }
 
 #[cfg(test)]

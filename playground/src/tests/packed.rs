@@ -5,12 +5,18 @@ use super::*;
 /// Inverse of [`text`], as in `page/loader.js`.
 fn bytes(text: &str) -> Vec<u8> {
     let alphabet = alphabet();
-    let digit = |letter: &u8| alphabet.iter().position(|other| other == letter).unwrap() as u64;
-    let mut bytes = Vec::new();
-    for group in text.as_bytes().chunks(5) {
-        let digits = (0..5).map(|place| group.get(place).map_or(84, digit));
-        let value = digits.fold(0, |value, digit| 85 * value + digit) as u32;
-        bytes.extend(&value.to_be_bytes()[..group.len() - 1]);
+    let digit = |letter: &u8| alphabet.iter().position(|other| other == letter).unwrap() as u32;
+    let (mut held, mut bits, mut bytes) = (0, 0, Vec::new());
+    for group in text.as_bytes().chunks(2) {
+        (held, bits) = match group {
+            [one] => (held << 6 | digit(one), bits + 6),
+            _ => (held << 13 | (BASE * digit(&group[0]) + digit(&group[1])), bits + 13),
+        };
+        while bits >= 8 {
+            bits -= 8;
+            bytes.push((held >> bits) as u8);
+        }
+        held &= (1 << bits) - 1;
     }
     bytes
 }
@@ -21,5 +27,5 @@ fn text_holds_all_bytes() {
     for end in 0..=all.len() {
         assert_eq!(bytes(&text(&all[..end])), all[..end]);
     }
-    assert_eq!(alphabet().len(), 85);
+    assert_eq!(alphabet().len(), BASE as usize);
 }

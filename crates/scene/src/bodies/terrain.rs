@@ -27,6 +27,8 @@ pub struct TerrainEntry {
     surface: Option<TrianglesTable>,
     scale: Option<f64>,
     position: Option<Numbers<3>>,
+    /// Place of the first height, instead of the middle of the field.
+    corner: Option<Numbers<3>>,
     attitude: Option<AttitudeEntry>,
     pub name: Option<String>,
     pub friction: Option<f64>,
@@ -86,7 +88,11 @@ impl TerrainEntry {
             Ok(Some(Some(quaternion))) => rotation(&quaternion.into()),
             Ok(None) => Matrix3::identity(),
         };
-        let place = self.position.as_ref().map_or(Vector3::zeros(), |place| place.0.into());
+        if self.corner.is_some() && (self.position.is_some() || self.heights.is_none()) {
+            return Err("corner: it is for `heights`, instead of `position`".to_owned());
+        }
+        let place = self.position.as_ref().or(self.corner.as_ref());
+        let place = place.map_or(Vector3::zeros(), |place| place.0.into());
         let scale = self.scale.unwrap_or(1.0);
         if !(1e-9..=1e9).contains(&scale.abs()) {
             return Err(format!("scale is {scale}; allowed: 1e-9 to 1e9"));
@@ -153,24 +159,29 @@ impl TerrainEntry {
             }
             _ => format!("heights: {error}"),
         };
-        field_in_the_middle(grid, spacing, scale)
+        field_at_origin(grid, spacing, scale, self.corner.is_none())
             .and_then(|field| field.moved_by(turn, place))
             .map(Terrain::from)
             .map_err(invalid)
     }
 }
 
-/// Field of a grid with its heights multiplied by `scale`, with its middle over the origin.
-fn field_in_the_middle(
+/// Field of a grid with its heights multiplied by `scale`. Its middle or its first height is over the
+/// origin.
+fn field_at_origin(
     grid: HeightGrid,
     spacing: [f64; 2],
     scale: f64,
+    is_middle: bool,
 ) -> Result<HeightField, Error> {
     let HeightGrid { mut values, columns } = grid;
     if scale != 1.0 {
         values.iter_mut().for_each(|height| *height *= scale);
     }
     let field = HeightField::new(values, columns, spacing)?;
+    if !is_middle {
+        return Ok(field);
+    }
     let wide = (field.columns() - 1) as f64 * spacing[0];
     let deep = (field.rows() - 1) as f64 * spacing[1];
     field.moved_by(&Matrix3::identity(), &Vector3::new(-0.5 * wide, -0.5 * deep, 0.0))

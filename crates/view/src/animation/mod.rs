@@ -1,4 +1,4 @@
-//! Animated GIF of a film.
+//! Animation of a film: a GIF, or its frames for a video.
 //!
 //! The animation has thirty frames per second and shows the bodies, their shadows, the contact
 //! forces and the time. The camera is fixed at the smallest distance from which everything is
@@ -36,16 +36,18 @@ mod tests;
 
 pub use camera::View;
 pub use settings::{AnimationError, AnimationSettings};
-pub use timing::frame_count;
+pub use timing::{FRAMES_A_SECOND, frame_count};
 
 use crate::film::{Film, Object, axis, pose};
 use crate::forces::Scale;
 use arrows::Arrow;
+use canvas::Canvas;
 use encoder::Encoder;
 use nalgebra::{Isometry3, Point3, Vector3};
 use pins::DrawnJoint;
 use settings::FARTHEST;
 use stage::{Backdrop, FrameState, SKETCHES};
+use std::io;
 use std::ops::ControlFlow;
 use tumble_core::contact::Partner;
 use tumble_scene::output::tables::TableStep;
@@ -61,11 +63,41 @@ const AXIS: f64 = 0.3;
 pub fn animate(
     film: &Film,
     settings: &AnimationSettings,
-    mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
+    progress: impl FnMut(u64, u64) -> ControlFlow<()>,
 ) -> Result<Vec<u8>, AnimationError> {
-    let moments = moments(film, settings)?;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, film, settings)?;
+    draw(film, settings, progress, |k, canvas| encoder.add(k, canvas))?;
+    // Dropping the encoder writes the trailer.
+    drop(encoder);
+    Ok(bytes)
+}
+
+/// Draws `film` at [`FRAMES_A_SECOND`], and passes the pixels of each frame to `receive`: three bytes
+/// (red, green, blue) a pixel, row by row from the top. An error of `receive` ends the work.
+///
+/// # Errors
+/// See [`AnimationError`].
+pub fn frames(
+    film: &Film,
+    settings: &AnimationSettings,
+    progress: impl FnMut(u64, u64) -> ControlFlow<()>,
+    mut receive: impl FnMut(&[u8]) -> io::Result<()>,
+) -> Result<(), AnimationError> {
+    draw(film, settings, progress, |_, canvas| {
+        let pixels: Vec<u8> = canvas.colours().flatten().collect();
+        Ok(receive(&pixels)?)
+    })
+}
+
+/// Draws the frames of `film` one after the other, and passes each with its number to `receive`.
+fn draw(
+    film: &Film,
+    settings: &AnimationSettings,
+    mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
+    mut receive: impl FnMut(u64, &Canvas) -> Result<(), AnimationError>,
+) -> Result<(), AnimationError> {
+    let moments = moments(film, settings)?;
     let mut stage = Backdrop::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
     let mut canvas = stage.empty().clone();
     for (k, moment) in moments.iter().enumerate() {
@@ -74,11 +106,9 @@ pub fn animate(
         }
         stage.aim(k);
         stage.paint(&mut canvas, moment);
-        encoder.add(k as u64, &canvas)?;
+        receive(k as u64, &canvas)?;
     }
-    // Dropping the encoder writes the trailer.
-    drop(encoder);
-    Ok(bytes)
+    Ok(())
 }
 
 /// First frame of `film`, three bytes (red, green, blue) for each pixel, row by row from the top.

@@ -2,6 +2,7 @@
 
 use super::camera::View;
 use crate::palette::{DARK, LIGHT, Theme};
+use std::io;
 
 /// Settings of an animation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +51,9 @@ pub enum AnimationError {
     /// Failure of the GIF encoder.
     #[error("the animation cannot be encoded: {0}")]
     Gif(#[from] gif::EncodingError),
+    /// Failure of the receiver of [`frames`](super::frames).
+    #[error("the frames cannot be written: {0}")]
+    Output(#[from] io::Error),
 }
 
 /// Largest coordinate that is drawn (m).

@@ -52,6 +52,8 @@ pub struct EncodedPoses {
     force_frames: PackedNumbers,
     /// Forces on the first body (N): for each site f_x of its frames, then f_y and f_z.
     forces: PackedNumbers,
+    /// Moments on the first body (N m), in the order of the forces.
+    moments: PackedNumbers,
     /// Positions relative to `origin` (m): for each site x of its frames, then y and z.
     force_points: PackedNumbers,
     /// Unit normals away from the partner, except for the ground: for each site n_x, then n_y, n_z.
@@ -64,6 +66,7 @@ pub struct EncodedPoses {
 struct DrawnForce {
     frame: usize,
     force: Vector3<f64>,
+    moment: Vector3<f64>,
     point: Vector3<f64>,
     /// Unit normal away from the partner. `None` for the ground.
     normal: Option<Vector3<f64>>,
@@ -101,6 +104,7 @@ impl EncodedPoses {
             pushes.values().flat_map(of_site).collect()
         };
         let forces = of_pushes(&|push, k| Some(push.force[k]));
+        let moments = of_pushes(&|push, k| Some(push.moment[k]));
         let points = of_pushes(&|push, k| Some(push.point[k] - origin[k]));
         let normals = of_pushes(&|push, k| Some(push.normal?[k]));
         Self {
@@ -123,6 +127,7 @@ impl EncodedPoses {
             frictions: pushes.keys().map(friction).collect(),
             force_frames: packed_rows(pushes.values().flatten().map(|push| push.frame)),
             forces: packed(forces.into_iter(), FORCE_STEP * scale.weight),
+            moments: packed(moments.into_iter(), FORCE_STEP * scale.weight * smallest),
             force_points: packed(points.into_iter(), length_step),
             normals: packed(normals.into_iter(), NORMAL_STEP),
             joint_forces: packed(
@@ -190,6 +195,7 @@ fn pushes(scale: &Scale, spans: &[&[TableStep]]) -> BTreeMap<ContactKey, Vec<Dra
             pushes.entry(mean.site).or_default().push(DrawnForce {
                 frame,
                 force: mean.force,
+                moment: mean.moment,
                 point: mean.point,
                 normal: (mean.site.partner != Partner::Ground).then_some(mean.normal),
             });

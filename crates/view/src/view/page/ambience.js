@@ -4,6 +4,8 @@
 // Occlusion radius over the size of a typical body, and strength.
 const OCCLUSION_REACH = 0.8;
 const OCCLUSION_STRENGTH = 1.15;
+// Smallest share of the ambient light.
+const DARKEST = 0.35;
 // Number of samples of a pixel, and turns of their spiral.
 const OCCLUSION_SAMPLES = 11;
 
@@ -43,7 +45,7 @@ const OCCLUSION_FRAGMENT = `
       float height = dot(way, normal) + 0.02 * here.z / reach * slopes.y;
       sum += pow(max(1.0 - square, 0.0), 3.0) * max(height, 0.0) / (square + 0.01);
     }
-    gl_FragColor = vec4(max(0.0, 1.0 - ${OCCLUSION_STRENGTH} * 5.0 * sum / ${OCCLUSION_SAMPLES}.0));
+    gl_FragColor = vec4(max(${DARKEST}, 1.0 - ${OCCLUSION_STRENGTH} * 5.0 * sum / ${OCCLUSION_SAMPLES}.0));
   }
 `;
 // Mean over the pattern, of points at similar depths.

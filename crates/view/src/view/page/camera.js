@@ -7,6 +7,15 @@ const FILL = 0.93;
 // Near plane over the distance of the target.
 const NEAR = 0.02;
 
+// Largest share of the scale of forces in the picture's width, room beside its longest arrow, and
+// width of a picture with three rows instead of two (pixels).
+const WIDEST_SCALE = 0.4;
+const SCALE_TEXT = 72;
+const ALL_ROWS = 500;
+const scaleRows = (width) => (width < ALL_ROWS ? 2 : 3);
+// Largest size of the scale with its gap to the rim.
+const scaleRoom = (width) => [WIDEST_SCALE * width + SCALE_TEXT + 8, 14 + 16 * scaleRows(width)];
+
 const radians = (degrees) => (degrees * Math.PI) / 180;
 
 // Rotation from the world to the axes right, up, forward.
@@ -18,6 +27,20 @@ function axesOf({ azimuth, elevation }) {
     [-cosA * sinE, -sinA * sinE, cosE],
     [-cosA * cosE, -sinA * cosE, -sinE],
   ];
+}
+
+// Nearest eye, in camera axes, that has the points `seen` in the picture and above its lowest `foot` pixels. A
+// point (x, y, z) is visible from e if x − e_x is between −a (z − e_z) and b (z − e_z), and likewise for y.
+function eyeOf(seen, width, height, unit, foot) {
+  const above = [width, height].map((size) => (unit * size * FILL) / 2);
+  const below = [above[0], Math.min(above[1], unit * (height / 2 - foot))];
+  const [near, far] = extremes(seen.map((p) => p[2]));
+  const low = above.map((b, k) => largest(seen.map((p) => p[k] - b * p[2])));
+  const high = below.map((a, k) => smallest(seen.map((p) => p[k] + a * p[2])));
+  const depths = above.map((b, k) => (high[k] - low[k]) / (b + below[k]));
+  const depth = Math.min(near - 0.05 * (far - near), smallest(depths));
+  const place = (k) => (low[k] + high[k] + (above[k] - below[k]) * depth) / 2;
+  return [place(0), place(1), depth];
 }
 
 class Camera {
@@ -34,23 +57,24 @@ class Camera {
     Object.assign(this, { isFitted: true, fittedTo: null });
   }
 
-  // Moves as near as possible with all `points` in a picture of `width` by `height`. A point (x, y,
-  // z) in camera axes is visible from e if |x − e_x| ≤ a (z − e_z), and likewise for y.
+  // Moves as near as possible with all `points` in a picture of `width` by `height`, and with none of
+  // them behind the scale of forces.
   fit(points, width, height) {
     const axes = axesOf(this);
     const short = Math.min(width, height);
-    const slopes = [(width / short) * HALF_VIEW * FILL, (height / short) * HALF_VIEW * FILL];
     const seen = points.filter(isFinitePoint).map((point) => axes.map((axis) => dot(axis, point)));
     if (seen.length === 0 || short <= 0) return;
-    const [near, far] = extremes(seen.map((p) => p[2]));
-    const low = slopes.map((a, k) => largest(seen.map((p) => p[k] - a * p[2])));
-    const high = slopes.map((a, k) => smallest(seen.map((p) => p[k] + a * p[2])));
-    const depths = slopes.map((a, k) => (high[k] - low[k]) / (2 * a));
-    const depth = Math.min(near - 0.05 * (far - near), smallest(depths));
-    const eye = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, depth];
+    // Slope of a ray for each pixel from the middle of the picture.
+    const unit = (2 * HALF_VIEW) / short;
+    const [wide, high] = scaleRoom(width);
+    const isBehind = ([x, y, z], eye) =>
+      x - eye[0] > unit * (width / 2 - wide) * (z - eye[2]) && y - eye[1] < unit * (high - height / 2) * (z - eye[2]);
+    let eye = eyeOf(seen, width, height, unit, 0);
+    if (seen.some((point) => isBehind(point, eye))) eye = eyeOf(seen, width, height, unit, high);
     // The target is the centre of the visible points.
-    this.distance = Math.max((near + far) / 2 - depth, 1e-6);
-    const middle = [eye[0], eye[1], depth + this.distance];
+    const [near, far] = extremes(seen.map((p) => p[2]));
+    this.distance = Math.max((near + far) / 2 - eye[2], 1e-6);
+    const middle = [eye[0], eye[1], eye[2] + this.distance];
     this.target = axes.reduce((sum, axis, k) => add(sum, times(axis, middle[k])), [0, 0, 0]);
   }
 

@@ -15,11 +15,14 @@ const SAME_FACE = 0.9;
 const READABLE = 60;
 const CROWD = 12;
 const GROWTH_IN_CROWD = 1.4;
-// Rows of the scale of forces, over the reference force, its largest share of the picture's width, and
-// width of a picture with all rows (pixels). Others leave out the first.
+// Arc of a moment: largest radius over the longest arrow, angle, number of lines, and size of the head over
+// the radius.
+const ARC_SIZE = 0.6;
+const ARC = 1.5 * Math.PI;
+const ARC_LINES = 24;
+const ARC_HEAD = 0.3;
+// Rows of the scale of forces, over the reference force. Narrow pictures leave out the last.
 const SCALE_ROWS = [10, 1, 0.1];
-const WIDEST_SCALE = 0.4;
-const ALL_ROWS = 500;
 
 // The `forces` of a frame that are shown.
 function shownForces(run, forces, show) {
@@ -45,6 +48,7 @@ function resultants(found) {
       const total = face.weight + weight;
       face.point = between(face.point, one.point, weight / total);
       face.force = add(face.force, one.force);
+      if (one.moment) face.moment = add(face.moment, one.moment);
       face.weight = total;
     } else known.push({ ...one, site: `${pair} ${known.length}`, weight });
   }
@@ -67,6 +71,29 @@ function addArrows(run, { partner, force, isOfJoint }, at, share, arrows) {
   const look = [share * Math.min(1, Math.max(FAINTEST, size / OPAQUE)), 0, 0];
   arrows.push(...at, ...arrow, ...look);
   if (partner >= 0 && !isOfJoint) arrows.push(...at, ...times(arrow, -1), ...look);
+}
+
+// Two unit vectors that make a right-handed frame with a unit vector `axis`.
+function across(axis) {
+  const sizes = axis.map(Math.abs);
+  const least = sizes.indexOf(smallest(sizes));
+  const u = unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
+  return [u, cross(axis, u)];
+}
+
+// Adds the lines of an arc with a head around the axis of the moment on a body. Its radius grows like the
+// length of an arrow.
+function addArc(run, { body, moment }, at, lines) {
+  const size = moment ? length(moment) : 0;
+  if (!(size > 0)) return;
+  const root = Math.sqrt(size / (run.data.arrows.weight * run.reaches[body]));
+  const radius = (ARC_SIZE * run.longest * root) / (1 + root);
+  const [u, v] = across(times(moment, 1 / size));
+  const spot = (turn, share) =>
+    add(at, add(times(u, share * radius * Math.cos(turn)), times(v, share * radius * Math.sin(turn))));
+  const turns = Array.from({ length: ARC_LINES + 1 }, (_, k) => (ARC * k) / ARC_LINES);
+  for (let k = 0; k < ARC_LINES; k += 1) lines.push(...spot(turns[k], 1), ...spot(turns[k + 1], 1));
+  for (const side of [-ARC_HEAD, ARC_HEAD]) lines.push(...spot(ARC, 1), ...spot(ARC - 1.4 * ARC_HEAD, 1 + side));
 }
 
 // Forces that end during playback. They fade out, so that short contacts are visible.
@@ -131,9 +158,7 @@ class Cones {
     if (!this.mesh) return;
     const matrix = new THREE.Matrix4();
     cones.forEach(({ at, axis, height, slope }, i) => {
-      const least = axis.map(Math.abs).indexOf(smallest(axis.map(Math.abs)));
-      const u = times(unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0)))), height * slope);
-      const v = cross(axis, u);
+      const [u, v] = across(axis).map((side) => times(side, height * slope));
       const w = times(axis, height);
       matrix.set(u[0], v[0], w[0], at[0], u[1], v[1], w[1], at[1], u[2], v[2], w[2], at[2], 0, 0, 0, 1);
       this.mesh.setMatrixAt(i, matrix);
@@ -170,8 +195,7 @@ class ForceScale {
     const sizes = forces.map((force) => pixels * length(run.arrow([force, 0, 0])));
     const longest = largest(sizes);
     this.picture.style.display = isShown && longest <= WIDEST_SCALE * width ? "" : "none";
-    const count = width < ALL_ROWS ? SCALE_ROWS.length - 1 : SCALE_ROWS.length;
-    const [wide, high] = [longest + 64, 6 + 16 * count];
+    const [wide, high] = [longest + SCALE_TEXT, 6 + 16 * scaleRows(width)];
     Object.assign(this.picture.style, { width: `${wide}px`, height: `${high}px` });
     this.picture.setAttribute("viewBox", `0 ${-high} ${wide} ${high}`);
     this.rows.forEach(({ y, shaft, head, text }, i) => {

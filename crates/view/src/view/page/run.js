@@ -214,6 +214,7 @@ class Run {
     this.sites = frames.sites;
     const inFrames = rowsOf(frames.force_frames);
     const [values, points] = [measures(frames.forces), measures(frames.force_points)];
+    const moments = measures(frames.moments);
     const normals = measures(frames.normals);
     this.frictions = frames.frictions;
     this.forceStarts = new Uint32Array(this.count + 1);
@@ -223,6 +224,7 @@ class Run {
     }
     this.forceSites = new Uint32Array(inFrames.length);
     this.forceValues = new Float32Array(values.length);
+    this.forceMoments = new Float32Array(values.length);
     this.forcePoints = new Float32Array(values.length);
     this.forceNormals = new Float32Array(values.length);
     const ends = this.forceStarts.slice();
@@ -235,6 +237,7 @@ class Run {
         for (let axis = 0; axis < 3; axis += 1) {
           const at = axis * number + i;
           this.forceValues[3 * place + axis] = values[3 * first + at];
+          this.forceMoments[3 * place + axis] = moments[3 * first + at];
           this.forcePoints[3 * place + axis] = points[3 * first + at];
           const normal = partner === GROUND ? ground[axis] : normals[firstNormal + at];
           this.forceNormals[3 * place + axis] = normal;
@@ -245,21 +248,25 @@ class Run {
     });
   }
 
-  // Mean forces of the frames after `before` up to `frame`, with site, bodies, position, normal and
-  // friction.
+  // Mean forces and moments of the frames after `before` up to `frame`, with site, bodies, position,
+  // normal and friction.
   forces(frame, before) {
     const sums = new Map();
     for (let i = this.forceStarts[before + 1]; i < this.forceStarts[frame + 1]; i += 1) {
       const site = this.forceSites[i];
-      const sum = sums.get(site)?.sum ?? [0, 0, 0];
-      sums.set(site, { i, sum: add(sum, this.forceValues.subarray(3 * i, 3 * i + 3)) });
+      const { sum, turn } = sums.get(site) ?? { sum: [0, 0, 0], turn: [0, 0, 0] };
+      sums.set(site, {
+        i,
+        sum: add(sum, this.forceValues.subarray(3 * i, 3 * i + 3)),
+        turn: add(turn, this.forceMoments.subarray(3 * i, 3 * i + 3)),
+      });
     }
-    return [...sums].map(([site, { i, sum }]) => {
+    return [...sums].map(([site, { i, sum, turn }]) => {
       const [body, partner] = this.sites[site];
       const point = add(this.origin, this.forcePoints.subarray(3 * i, 3 * i + 3));
       const normal = Array.from(this.forceNormals.subarray(3 * i, 3 * i + 3));
-      const [friction, force] = [this.frictions[site], times(sum, 1 / (frame - before))];
-      return { site, body, partner, point, normal, friction, force };
+      const [force, moment] = [sum, turn].map((total) => times(total, 1 / (frame - before)));
+      return { site, body, partner, point, normal, friction: this.frictions[site], force, moment };
     });
   }
 

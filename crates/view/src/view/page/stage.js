@@ -143,12 +143,13 @@ class Stage {
     this.arrows = { hidden: [new Arrows()], seen: [new Arrows(), new Arrows()] };
     this.contacts = { hidden: new Dots().through(), seen: new Dots().through() };
     this.cones = new Cones();
+    this.arcs = new Lines().through();
     this.fading = this.members.map(() => new FadingForces());
     this.frames = FRAME_COLOURS.map(() => new Lines().through());
     this.joints = { axes: new Lines().through(), anchors: new Dots().through() };
     const { arrows, contacts, frames } = this;
     const { axes, anchors } = this.joints;
-    const overlays = [arrows.hidden, contacts.hidden, axes, anchors, arrows.seen, contacts.seen, frames].flat();
+    const overlays = [arrows.hidden, contacts.hidden, axes, anchors, this.arcs, arrows.seen, contacts.seen, frames].flat();
     overlays.forEach((overlay, i) => {
       overlay.renderOrder = 10 + i;
       this.scene.add(overlay);
@@ -177,6 +178,7 @@ class Stage {
     // Arrows of many bodies are thinner.
     const count = this.members.reduce((sum, run) => sum + run.bodies.length, 0);
     const width = 2.6 - 0.17 * Math.log2(count);
+    this.arcs.look({ colour: colours.force, width: 2 });
     this.arrows.hidden[0].look({ colour: colours.force, width, alpha: 0.25 });
     seam.look({ colour: colours.seam, width, seam: 1, alpha: 0.75 });
     seen.look({ colour: colours.force, width });
@@ -271,7 +273,7 @@ class Stage {
   paintForces(time, before, show, occluders) {
     const forces = { hidden: [], seen: [] };
     const touched = { hidden: [], seen: [] };
-    const cones = [];
+    const [cones, arcs] = [[], []];
     const eye = this.eye.position.toArray();
     const isWanted = show.forces || show.contacts || show.cones;
     this.actors.forEach(({ run }, i) => {
@@ -291,6 +293,7 @@ class Stage {
         // A resultant is inside its face and is seen through both bodies.
         const among = hides(one, at, show.points ? [] : [one.body, one.partner].filter((body) => body >= 0));
         addArrows(run, one, at, one.share ?? 1, forces[among]);
+        addArc(run, one, at, arcs);
       }
       for (const one of show.contacts || show.cones ? found : []) {
         const at = local(one.point);
@@ -303,6 +306,7 @@ class Stage {
       this.contacts[among].set(show.contacts ? touched[among] : []);
     }
     this.cones.set(cones);
+    this.arcs.set(arcs);
   }
 
   resize(width, height, { share }) {
