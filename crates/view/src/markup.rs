@@ -17,11 +17,5 @@ pub fn escape(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn markup_characters_in_text_are_escaped() {
-        assert_eq!(escape("a<b>&\"\n\u{ffff}"), "a&lt;b&gt;&amp;&quot;  ");
-    }
-}
+#[path = "tests/markup.rs"]
+mod tests;
