@@ -280,7 +280,7 @@ fn invalid_prescribed_motions_and_surfaces_are_rejected() {
         (
             format!("{TWO}[[surfaces]]\nof = \"belt\"\nvelocity = [1, 0, 0]\n")
                 + "[[surfaces]]\nof = \"belt\"\nvelocity = [2, 0, 0]\n",
-            "surfaces[1].of: the surface of \"belt\" already has a velocity",
+            "surfaces[1].of: the surface of \"belt\" is given twice",
         ),
     ];
     for (text, words) in refused {

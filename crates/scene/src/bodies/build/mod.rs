@@ -552,7 +552,10 @@ impl Builder<'_> {
         }
         for of in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
             if self.model.surfaces.iter().any(|known| known.of == of) {
-                return Err(format!("of: the surface of {:?} is given twice", entry.of));
+                return Err(format!(
+                    "of: the surface of {:?} is given twice; put velocity, axis and factor into one table",
+                    entry.of
+                ));
             }
             self.model.surfaces.push(SurfaceModel { of, velocity, friction_axis });
         }
