@@ -1,7 +1,7 @@
 """Times of solvers of contact problems W p + q = u with Coulomb's law: python bench/problems.py [DIR].
 
 The problems are those of tumble's own steps in the scenes of bench/scenes, or the files of DIR in Siconos' text form
-(.dat). The programs local_problems and bare_problems of bench/measure write them for bench/peers, in BENCH_PROGRAMS. A peer
+(.dat). The program local_problems of bench/measure, in BENCH_PROGRAMS, writes those of the scenes for bench/peers. A peer
 solves them from no impulses (cold) and from the impulses of the step before (warm).
 """
 
@@ -12,9 +12,11 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
+import tumble
 from tumble.bench._report import table
 
 HERE = Path(__file__).resolve().parent
@@ -121,9 +123,18 @@ def middles(seconds: list[float]) -> list[str]:
 
 def of_folder(folder: Path, file: Path, left_out: dict[str, str]) -> list[str]:
     """Profiles over the problems given to every solver, and a table of all problems, solved cold."""
-    problems = json.loads(run([OWN / "bare_problems", folder, file]))
-    for one in problems:
-        one["solvers"] = {"tumble": one["any"], "tumble, by its rule": one["rule"]}
+    problems, written = [], []
+    for path in sorted(folder.glob("*.dat")):
+        problem = tumble.ContactProblem.read(path)
+        any_one, by_rule = solved(problem, "any"), solved(problem, "compliance")
+        place = len(written) if set(problem.sizes) == {3} and not np.isnan(problem.mu).any() else None
+        if place is not None:
+            written.append((place, any_one[0], problem.to_local()))
+        solvers = {"tumble": any_one, "tumble, by its rule": by_rule}
+        problems.append({"name": path.stem, "contacts": len(problem.sizes), "place": place, "solvers": solvers})
+    if not problems:
+        raise SystemExit(f"problems: {folder}: no file there ends in .dat")
+    write(file, written)
     placed = {one["place"]: one for one in problems if one["place"] is not None}
     for one in answers(file, left_out):
         if one["start"] == "cold":
@@ -142,6 +153,29 @@ def of_folder(folder: Path, file: Path, left_out: dict[str, str]) -> list[str]:
         each.append([one["name"], str(one["contacts"]), *(shown(one["solvers"].get(name)) for name in names)])
     what = f"{len(times)} problems, solved to {SOLVED:g} m/s from no impulses; the part within so many times the fastest solver's time:"
     return [what, table(rows), table(each)]
+
+
+def solved(problem: tumble.ContactProblem, rule: str) -> tuple[float, float]:
+    """Processor time (s) and residual (m/s) of a solution from no impulses. The fastest of some tries counts."""
+    least, spent, residual = float("inf"), 0.0, float("inf")
+    for _ in range(common.TRIES):
+        clock = time.process_time()
+        residual = problem.solve(rule=rule).residual
+        taken = time.process_time() - clock
+        least, spent = min(least, taken), spent + taken
+        if spent > common.LONG_SECONDS:
+            break
+    return least, residual
+
+
+def write(file: Path, problems: list[tuple[int, float, tumble.ContactProblem]]) -> None:
+    """Writes local problems with their numbers and times (s) for the peers, without impulses to start from."""
+    with file.open("wb") as out:
+        for number, seconds, local in problems:
+            rows = sum(local.sizes)
+            out.write(np.array([len(local.sizes), number], "<u8").tobytes())
+            parts = [seconds], local.matrix("W").ravel(), local.vector("q"), local.mu, np.zeros(rows)
+            out.write(np.concatenate(parts).astype("<f8").tobytes())
 
 
 def shown(pair: tuple[float, float] | None) -> str:

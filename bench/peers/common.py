@@ -30,7 +30,7 @@ class Problem:
 
 
 def read(path: Path) -> list[Problem]:
-    """Reads the problems in a file by the programs local_problems or bare_problems."""
+    """Reads the problems in a file of local_problems or of problems.py."""
     data, at, problems = path.read_bytes(), 0, []
     while at < len(data):
         n, step = (int(value) for value in np.frombuffer(data, "<u8", 2, at))

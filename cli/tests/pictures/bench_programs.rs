@@ -6,7 +6,6 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use tumble::problem::{ContactProblem, Law, SparseMatrix, dat};
 
 /// Accepted residual of the native solver [m/s].
 const PROMISE: f64 = 1e-9;
@@ -79,38 +78,4 @@ fn local_problem_equals_the_problem_of_its_step() {
         rest = behind;
     }
     assert_eq!(problems, 2);
-}
-
-/// Problems of a directory are solved in order of their names. Spatial problems are also written
-/// out, planar ones are not.
-#[test]
-fn bare_problems_are_solved_and_exported() {
-    let folder = tempfile::tempdir().unwrap();
-    // Contact point of 2 kg with 1 m/s downwards and 0.3 m/s tangentially.
-    let (w, free, friction) = (0.5, [-1.0, 0.3, 0.0], 0.25);
-    for (name, rows) in [("a.dat", 2), ("b.dat", 3)] {
-        let triplets = (0..rows).map(|row| (row, row, w));
-        let response = SparseMatrix::from_triplets(rows, rows, triplets).unwrap();
-        let laws = Law::contacts(rows, &[friction]).unwrap();
-        let problem = ContactProblem::local(response, free[..rows].to_vec(), laws).unwrap();
-        std::fs::write(folder.path().join(name), dat::write(&problem).unwrap()).unwrap();
-    }
-    let file = folder.path().join("problems");
-    let [at, to] = [folder.path(), &file].map(|path| path.to_str().unwrap());
-    let found: Value = serde_json::from_str(&answer("bare_problems", &[at, to], "")).unwrap();
-    assert_eq!(found.as_array().unwrap().len(), 2);
-    for (index, (name, place)) in [("a", Value::Null), ("b", json!(0))].into_iter().enumerate() {
-        let one = &found[index];
-        assert_eq!((&one["name"], &one["place"]), (&json!(name), &place));
-        for way in ["any", "rule"] {
-            assert!(one[way][0].as_f64().unwrap() > 0.0);
-            assert!(one[way][1].as_f64().unwrap() <= PROMISE, "{name}, {way}: {one}");
-        }
-    }
-    let bytes = std::fs::read(file).unwrap();
-    let word = |at: usize| <[u8; 8]>::try_from(&bytes[8 * at..][..8]).unwrap();
-    assert_eq!([0, 1].map(|at| u64::from_le_bytes(word(at))), [1, 0]);
-    let numbers: Vec<f64> = (3..bytes.len() / 8).map(|at| f64::from_le_bytes(word(at))).collect();
-    let expected = [w, 0.0, 0.0, 0.0, w, 0.0, 0.0, 0.0, w, -1.0, 0.3, 0.0, friction, 0.0, 0.0, 0.0];
-    assert_eq!(numbers, expected);
 }

@@ -70,34 +70,6 @@ fn tower_tilt_depends_on_push_and_mass_and_not_on_friction() {
     assert!(rate[0] > 9.5 && rate[0] < 10.5, "{text}");
 }
 
-/// Batch rollouts and a loop over single runs produce the same numbers.
-#[test]
-fn rollouts_have_the_numbers_of_a_loop() {
-    let text = printed("rollout", &["12", "150", "3"], 0);
-    assert!(text.contains("numbers the same: true; steps not solved: 0"), "{text}");
-    assert_eq!(run("rollout", &["12", "0", "3"]).status.code(), Some(2));
-}
-
-/// Two short runs of ten boxes are counted by step status, and all steps are solved.
-#[test]
-fn heaps_program_prints_its_counts() {
-    let text = printed("heaps", &["2", "400", "7", "boxes"], 0);
-    let first = numbers(text.lines().nth(1).unwrap());
-    let [bodies, friction, contact, wild, failed, ..] = first[..] else { panic!("{text}") };
-    assert_eq!((bodies, friction, wild, failed), (10.0, 0.3, 0.0, 0.0), "{text}");
-    assert!(contact > 400.0 && contact < 800.0, "{text}");
-    assert_eq!(run("heaps", &["0"]).status.code(), Some(2));
-    assert_eq!(run("heaps", &["1", "10", "1", "pyramids"]).status.code(), Some(2));
-}
-
-#[test]
-fn islands_have_the_same_numbers_on_threads() {
-    let text = printed("islands", &["3", "4"], 0);
-    assert!(text.contains("numbers the same: true; steps not solved: 0"), "{text}");
-    assert_eq!(run("islands", &["3"]).status.code(), Some(2));
-    assert_eq!(run("islands", &["0", "4"]).status.code(), Some(2));
-}
-
 /// Friction is at most μ times the normal force. The cube has no vertical speed at the start and at
 /// rest, so the normal impulse is m g T. Hence 3 m/s are not lost earlier than T = v/(μ g).
 #[test]
