@@ -11,28 +11,13 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use tumble_core::simulation::Saved;
 use tumble_core::simulation::save::{from_bytes, to_bytes};
-use tumble_core::simulation::summary::RunSummary;
-use tumble_scene::joints_summary::{JointsSummary, StiffJointReport};
 
 /// Results of the run stored together with the simulation's state.
 #[derive(Serialize, Deserialize)]
 pub struct ContinuedNotes {
     /// Rows without the final one that only has the state.
     pub rows: RowsSoFar,
-    pub summary: RunSummary,
-    pub elapsed: Duration,
-    pub overlap: Option<(u64, f64)>,
-    pub joints: Option<JointsSummary>,
-    pub stiff_joints: StiffJointReport,
-}
-
-impl ContinuedNotes {
-    /// Results of `run` with these rows.
-    pub fn new(run: &RunResults, rows: RowsSoFar) -> Self {
-        let RunResults { elapsed, overlap, joints, .. } = *run;
-        let (summary, stiff_joints) = (run.summary.clone(), run.stiff_joints.clone());
-        Self { rows, summary, elapsed, overlap, joints, stiff_joints }
-    }
+    pub run: RunResults,
 }
 
 /// Serialises the state of a run.
@@ -67,16 +52,11 @@ pub struct CheckpointWriter<'a> {
 }
 
 impl CheckpointWriter<'_> {
-    /// Writes the checkpoint of a run in the state `saved`, with its results `notes` and the
+    /// Writes the checkpoint of a run in the state `saved`, with its results and the
     /// `rows` so far.
-    pub fn write(
-        &self,
-        saved: Saved,
-        notes: ContinuedNotes,
-        rows: RowsSoFar,
-    ) -> Result<(), Failure> {
+    pub fn write(&self, saved: Saved, run: RunResults, rows: RowsSoFar) -> Result<(), Failure> {
         let run_json = self.run_json.clone();
-        let state = state_bytes(saved, &ContinuedNotes { rows, ..notes })?;
+        let state = state_bytes(saved, &ContinuedNotes { rows, run })?;
         let file = PendingFile::create(self.directory, CHECKPOINT)?;
         file.write(&to_bytes(&Checkpoint { run_json, state })?)?;
         file.publish().map(drop)

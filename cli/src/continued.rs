@@ -7,7 +7,7 @@ use super::file_names::{CHECKPOINT, RUN_JSON, STATE, directory_of, file_of};
 use super::input;
 use super::outcome::{Failure, refuse_flags};
 use super::recording::{Recording, run_file};
-use super::results::{RunOutcome, RunResults, UNFINISHED};
+use super::results::{RunResults, UNFINISHED};
 use super::scene::{Scene, on_threads};
 use super::writer::Written;
 use clap::ValueEnum;
@@ -102,17 +102,7 @@ impl<'a> Continued<'a> {
 
     /// Results of the run so far.
     pub fn into_run(self) -> RunResults {
-        let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, stiff_joints } =
-            self.notes;
-        RunResults {
-            end: RunOutcome::Complete,
-            summary,
-            elapsed,
-            overlap,
-            joints,
-            stiff_joints,
-            time_error: None,
-        }
+        self.notes.run
     }
 }
 

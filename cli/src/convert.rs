@@ -13,7 +13,7 @@ use tumble_scene::settings::Settings;
 use tumble_scene::{LARGEST_FILE, written};
 
 pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
-    let flags = Settings { robot: args.robot.settings(), ..Settings::default() };
+    let flags = Settings { robot: args.robot.clone(), ..Settings::default() };
     let (scene, report) = if converted_mesh::is_mesh(&args.file) {
         let (scene, report) = converted_mesh::scene(args, flags)?;
         (scene, Some(report))

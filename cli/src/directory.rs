@@ -94,9 +94,14 @@ impl OutputDirectory {
     ) -> Result<Self, Failure> {
         let ends = path.extension().and_then(OsStr::to_str).unwrap_or_default();
         if FILES.contains(&ends) && !path.is_dir() {
-            return Err(names_a_file(path));
+            let path = shown::path(path);
+            return Err(Failure::Input(format!("--out {path} is a file; a directory is needed")));
         }
-        fs::create_dir_all(path).map_err(|error| cannot_be_made(path, &error))?;
+        fs::create_dir_all(path).map_err(|error| {
+            let path = shown::path(path);
+            let why = format!("the output directory {path} cannot be created: {error}");
+            Failure::Input(format!("{why}; choose another --out"))
+        })?;
         // The lock is optional: some file systems have none, and a directory can be writable but
         // not readable. Files are complete in any case.
         let claim = match File::open(path).map(|directory| (lock(&directory), directory)) {
@@ -200,23 +205,11 @@ pub fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
-fn cannot_be_made(path: &Path, error: &io::Error) -> Failure {
-    Failure::Input(format!(
-        "the output directory {} cannot be created: {error}; choose another --out",
-        shown::path(path)
-    ))
-}
-
 fn cannot_be_removed(path: &Path, error: &io::Error) -> Failure {
     Failure::Other(format!(
         "{} is from an earlier run and cannot be removed: {error}",
         shown::path(path)
     ))
-}
-
-fn names_a_file(path: &Path) -> Failure {
-    let path = shown::path(path);
-    Failure::Input(format!("--out {path} is a file; a directory is needed"))
 }
 
 fn in_use(path: &Path) -> Failure {

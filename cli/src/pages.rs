@@ -1,7 +1,8 @@
 //! Buffers of records between the stepping thread and the writing thread.
 
-use super::checkpoint::{CheckpointWriter, ContinuedNotes};
+use super::checkpoint::CheckpointWriter;
 use super::outcome::Failure;
+use super::results::RunResults;
 use super::writer::RunWriter;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::{Scope, ScopedJoinHandle};
@@ -17,7 +18,7 @@ pub struct RecordBuffer {
     /// Number of filled records.
     pub count: usize,
     /// State of the run after them, if a checkpoint is due.
-    pub checkpoint: Option<(Saved, ContinuedNotes)>,
+    pub checkpoint: Option<(Saved, RunResults)>,
 }
 
 impl RecordBuffer {
@@ -74,8 +75,8 @@ fn write_all(
 ) -> Result<(), Failure> {
     for mut page in to_write {
         page.filled().iter().try_for_each(|record| writer.write(record))?;
-        if let (Some(checkpoints), Some((saved, notes))) = (checkpoints, page.checkpoint.take()) {
-            checkpoints.write(saved, notes, writer.synced_rows()?)?;
+        if let (Some(checkpoints), Some((saved, run))) = (checkpoints, page.checkpoint.take()) {
+            checkpoints.write(saved, run, writer.synced_rows()?)?;
             writer.has_checkpoint = true;
         }
         // After the last buffer the receiver is gone.

@@ -42,9 +42,7 @@ impl<'a> Recording<'a> {
             )));
         }
         // Names a table that cannot be read before a run.json that does not exist.
-        input::open(path).map_err(|error| {
-            Failure::Input(format!("{} cannot be read: {error}", shown::path(path)))
-        })?;
+        input::open(path).map_err(|error| unreadable(path, &error))?;
         let run_path = path.with_file_name("run.json");
         let run = run_file(&run_path, || {
             Failure::Input(format!(
@@ -202,9 +200,8 @@ impl<'a> Recording<'a> {
                 continue;
             }
             let shown = shown::path(&path);
-            let checksum = input::open(&path)
-                .and_then(checksum_of)
-                .map_err(|error| Failure::Input(format!("{shown} cannot be read: {error}")))?;
+            let checksum = input::open(&path).and_then(checksum_of);
+            let checksum = checksum.map_err(|error| unreadable(&path, &error))?;
             if checksum != *expected {
                 let expected = shown::line(expected);
                 found.push(format!(
@@ -227,7 +224,7 @@ pub fn run_file(path: &Path, missing: impl FnOnce() -> Failure) -> Result<RunFil
     match input::text(path, run_file::LARGEST_FILE) {
         Ok(text) => RunFile::from_text(&text, path),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Err(missing()),
-        Err(error) => Err(Failure::Input(format!("{} cannot be read: {error}", shown::path(path)))),
+        Err(error) => Err(unreadable(path, &error)),
     }
 }
 
@@ -238,8 +235,11 @@ fn invalid_tables(file: &Path, why: &dyn std::fmt::Display) -> Failure {
 
 fn table(beside: &Path, table: Table, form: TableForm) -> Result<TableSource, Failure> {
     let path = beside.with_file_name(file_of(table.name(), form));
-    TableSource::open(&path)
-        .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
+    TableSource::open(&path).map_err(|error| unreadable(&path, &error))
+}
+
+fn unreadable(path: &Path, error: &io::Error) -> Failure {
+    Failure::Input(format!("{} cannot be read: {error}", shown::path(path)))
 }
 
 /// Refuses a directory and a missing file, and names the table of the run there.

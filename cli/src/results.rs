@@ -1,6 +1,7 @@
 //! Outcome and results of a run.
 
 use super::scene::Scene;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
@@ -13,8 +14,9 @@ use tumble_scene::run_file::RunEnd;
 pub const UNFINISHED: &str = "unfinished";
 
 /// End of a run.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub enum RunOutcome {
+    #[default]
     Complete,
     /// Interrupted by Ctrl-C.
     Interrupted,
@@ -33,8 +35,10 @@ impl RunOutcome {
     }
 }
 
-/// Results of a run so far.
+/// Results of a run so far. A saved state has those that a continuation needs.
+#[derive(Clone, Default, Serialize, Deserialize)]
 pub struct RunResults {
+    #[serde(skip)]
     pub end: RunOutcome,
     pub summary: RunSummary,
     /// Time of the stepping alone.
@@ -46,24 +50,15 @@ pub struct RunResults {
     /// Joints that are too stiff for the time step.
     pub stiff_joints: StiffJointReport,
     /// Body with the largest estimated error by the time step, and the error (m).
+    #[serde(skip)]
     pub time_error: Option<(usize, f64)>,
 }
 
 impl RunResults {
     /// Creates the results of a run of `scene` before its first step.
     pub fn new(scene: &Scene) -> Self {
-        let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
-        let stiff_joints = StiffJointReport::default();
         let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
-        Self {
-            end: RunOutcome::Complete,
-            summary,
-            elapsed,
-            overlap: None,
-            joints,
-            stiff_joints,
-            time_error: None,
-        }
+        Self { joints, ..Self::default() }
     }
 
     /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.

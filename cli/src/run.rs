@@ -1,13 +1,13 @@
 //! The steps of a run.
 
-use super::checkpoint::{CheckpointWriter, ContinuedNotes};
+use super::checkpoint::CheckpointWriter;
 use super::exported::Exported;
 use super::outcome::Failure;
 use super::output::progress_bar;
 use super::pages::RecordBuffers;
 use super::results::{RunOutcome, RunResults};
 use super::scene::Scene;
-use super::writer::{RowsSoFar, RunWriter};
+use super::writer::RunWriter;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -70,8 +70,7 @@ pub fn run(
             bar.inc(page.count as u64);
             left -= page.count as u64;
             if checkpoints.is_some_and(|to| last_checkpoint.elapsed() >= to.every) {
-                page.checkpoint =
-                    Some((simulation.save(), ContinuedNotes::new(&run, RowsSoFar::default())));
+                page.checkpoint = Some((simulation.save(), run.clone()));
                 last_checkpoint = Instant::now();
             }
             pages.write(page);

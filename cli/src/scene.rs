@@ -94,15 +94,15 @@ fn settings_from_flags(args: &SetupArgs) -> Settings {
             on_failure: args.solver.on_failure,
         },
         dt: physics.dt,
-        rotation: physics.rotation.map(Into::into),
-        integrator: physics.integrator.map(Into::into),
+        rotation: physics.rotation,
+        integrator: physics.integrator,
         accuracy: physics.accuracy,
-        impacts: physics.impacts.map(Into::into),
+        impacts: physics.impacts,
         mu: physics.mu,
         restitution: physics.restitution,
         rebound_speed: physics.rebound_speed,
         gravity: physics.gravity,
-        robot: args.robot.settings(),
+        robot: args.robot.clone(),
         ..Settings::default()
     }
 }

@@ -229,7 +229,7 @@ impl<'a> RunFiles<'a> {
         run_file.files = prepared.names();
         run_file.files.extend(self.parts.iter().map(PendingFile::name));
         self.run_json.write(run_file.text()?.as_bytes())?;
-        let notes = ContinuedNotes::new(run, before_end);
+        let notes = ContinuedNotes { rows: before_end, run: run.clone() };
         self.state.write(&state_bytes(simulation.save(), &notes)?)?;
         files.extend([self.run_json, self.state]);
         files.extend(self.parts);

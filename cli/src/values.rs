@@ -1,11 +1,13 @@
 //! Parsers of flag values.
 
 use nalgebra::Vector3;
+use std::fmt::Display;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::str::FromStr;
 use tumble_core::world::Plane;
 use tumble_model::fields::Exactly;
-use tumble_scene::{AttitudeEntry, InertiaValue, LARGEST_START, Random, SolidInertia};
+use tumble_scene::{AttitudeEntry, InertiaValue, Random, SolidInertia};
 use tumble_view::animation::View;
 
 pub fn number(text: &str) -> Result<f64, String> {
@@ -17,29 +19,24 @@ pub fn number(text: &str) -> Result<f64, String> {
 
 /// Positive time limit, s.
 pub fn seconds(text: &str) -> Result<f64, String> {
-    match number(text) {
-        Ok(value) if value > 0.0 => Ok(value),
-        _ => Err("a number above 0 is needed".to_owned()),
-    }
+    let value = number(text).ok().filter(|value| *value > 0.0);
+    value.ok_or_else(|| "a number above 0 is needed".to_owned())
 }
 
 /// Time between two checkpoints, s.
 pub fn checkpoint(text: &str) -> Result<f64, String> {
-    match number(text) {
-        Ok(value) if (0.0..=1e6).contains(&value) => Ok(value),
-        _ => Err("a number from 0 to 1e6 is needed".to_owned()),
-    }
+    let value = number(text).ok().filter(|value| (0.0..=1e6).contains(value));
+    value.ok_or_else(|| "a number from 0 to 1e6 is needed".to_owned())
 }
 
-fn integer<T: std::str::FromStr + PartialOrd>(
-    text: &str,
-    low: T,
-    high: T,
-    needed: &str,
-) -> Result<T, String> {
-    match text.trim().parse::<T>() {
+/// Parser of a whole number between two others.
+pub fn whole<T>(low: T, high: T) -> impl Fn(&str) -> Result<T, String> + Clone
+where
+    T: Copy + Display + FromStr + PartialOrd + Send + Sync + 'static,
+{
+    move |text: &str| match text.trim().parse::<T>() {
         Ok(value) if low <= value && value <= high => Ok(value),
-        _ => Err(format!("a whole number from {needed} is needed")),
+        _ => Err(format!("a whole number from {low} to {high} is needed")),
     }
 }
 
@@ -49,49 +46,15 @@ pub fn table(path: PathBuf) -> PathBuf {
     inside.into_iter().find(|file| file.is_file()).unwrap_or(path)
 }
 
-pub fn rows(text: &str) -> Result<u64, String> {
-    integer(text, 1, 10_000_000, "1 to 10000000")
-}
-
-pub fn every(text: &str) -> Result<u64, String> {
-    integer(text, 1, 1_000_000, "1 to 1000000")
-}
-
-pub fn substeps(text: &str) -> Result<u64, String> {
-    integer(text, 1, 1000, "1 to 1000")
-}
-
-pub fn start_index(text: &str) -> Result<u64, String> {
-    integer(text, 0, LARGEST_START, "0 to 9000000000000000")
-}
-
-pub fn count(text: &str) -> Result<usize, String> {
-    integer(text, 0, 10_000_000, "0 to 10000000")
-}
-
-pub fn seed(text: &str) -> Result<u32, String> {
-    integer(text, 0, u32::MAX, "0 to 4294967295")
-}
-
-pub fn iterations(text: &str) -> Result<u32, String> {
-    integer(text, 1, 1_000_000, "1 to 1000000")
-}
-
 /// Number of threads within the native solver's limit.
 pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let count = integer(text, 1, 1024, "1 to 1024")?;
+    let count = whole(1, 1024)(text)?;
     Ok(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN))
 }
 
 pub fn speed(text: &str) -> Result<f64, String> {
-    match number(text) {
-        Ok(value) if (1e-4..=1e4).contains(&value) => Ok(value),
-        _ => Err("a number from 0.0001 to 10000 is needed".to_owned()),
-    }
-}
-
-pub fn pixels(text: &str) -> Result<u16, String> {
-    integer(text, 100, 2000, "100 to 2000")
+    let value = number(text).ok().filter(|value| (1e-4..=1e4).contains(value));
+    value.ok_or_else(|| "a number from 0.0001 to 10000 is needed".to_owned())
 }
 
 pub fn view(text: &str) -> Result<View, String> {

@@ -24,7 +24,6 @@ pub struct ConstantNumbers {
 
 /// Values of the constant `name` of a scene.
 #[pyfunction]
-#[pyo3(signature = (name, scene))]
 pub fn constant_numbers(name: &str, scene: PyRef<'_, PyScene>) -> PyResult<ConstantNumbers> {
     let (constant, world) = (parameter(name)?, &scene.content.world);
     Ok(ConstantNumbers {

@@ -1,6 +1,6 @@
 //! Contacts of one or many steps as columns.
 
-use crate::arrays::shaped;
+use crate::arrays::list;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::PyKeyError;
@@ -14,22 +14,11 @@ use tumble_core::simulation::StepRecord;
 use tumble_scene::output::tables::ContactRow;
 use tumble_scene::scene::Scene as Content;
 
-/// Names of the columns.
-pub const COLUMNS: [&str; 10] = [
-    "body",
-    "partner",
-    "partner_body",
-    "point",
-    "normal",
-    "force",
-    "slip",
-    "normal_force",
-    "gap",
-    "moment",
-];
+/// Columns of the pairs, which come first.
+const PAIR_COLUMNS: [&str; PAIRS] = ["body", "partner", "partner_body"];
 
-/// Number of columns of the pairs, which come first.
-const PAIRS: usize = COLUMNS.len() - NUMBERS.len();
+/// Number of columns of the pairs.
+const PAIRS: usize = 3;
 
 /// Index of a partner that is not a body.
 const NO_BODY: i64 = -1;
@@ -44,6 +33,11 @@ const NUMBERS: [(&str, usize); 7] = [
     ("gap", 1),
     ("moment", 3),
 ];
+
+/// Names of the columns.
+pub fn columns() -> impl Iterator<Item = &'static str> {
+    PAIR_COLUMNS.into_iter().chain(NUMBERS.map(|(name, _)| name))
+}
 
 /// Partner names as shared Python strings, to which a column refers.
 pub struct PartnerNames {
@@ -161,14 +155,14 @@ impl ContactColumns {
 
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let bodies = self.pairs.all.iter().map(|(body, _)| *body as i64).collect();
-        Ok(shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
+        Ok(list(py, bodies)?.into_any())
     }
 
     /// Body index of each partner.
     fn partner_bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let index = |partner: Partner| partner.body().map_or(NO_BODY, |body| body as i64);
         let bodies = self.pairs.all.iter().map(|(_, with)| index(*with)).collect();
-        Ok(shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
+        Ok(list(py, bodies)?.into_any())
     }
 
     /// View of the numeric column with this index.
@@ -192,7 +186,7 @@ impl ContactColumns {
 impl ContactColumns {
     /// Column of this name, shape (C,) or (C, 3).
     pub fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let Some(place) = COLUMNS.iter().position(|of| *of == name) else {
+        let Some(place) = columns().position(|of| of == name) else {
             return Err(PyKeyError::new_err(name.to_owned()));
         };
         let column = match place {

@@ -1,9 +1,8 @@
 //! Derivatives of a step and of a run.
 
-use crate::arrays::{Array, numbers, shaped, states_array, to_states};
+use crate::arrays::{Array, Numbers, numbers, shaped, states_array, to_states, to_wrenches};
 use crate::errors::{refused, step_error};
 use crate::scene::PyScene;
-use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use tumble_core::derivative::StateChange;
 use tumble_core::error::Error;
@@ -30,22 +29,17 @@ fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Si
     simulation.map_err(|error| refused(error.display(content)))
 }
 
-/// Wrenches from an array with six numbers per body.
-fn wrenches(numbers: &[f64]) -> impl Iterator<Item = Wrench> + '_ {
-    let part = |numbers: &[f64]| nalgebra::Vector3::from_column_slice(numbers);
-    let each = numbers.chunks_exact(6);
-    each.map(move |six| Wrench { force: part(&six[..3]), torque: part(&six[3..]) })
+/// World constant with this name. `others` are further names that are allowed here.
+pub fn constant_of(field: &str, name: &str, others: &str) -> PyResult<Constant> {
+    Constant::from_name(name).ok_or_else(|| {
+        let all = Constant::ALL.map(Constant::name).join(", ");
+        refused(format!("{field}: {name:?} is unknown; use {others}{all}"))
+    })
 }
 
 /// World constants with these names.
 pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
-    let of_name = |name: &String| {
-        Constant::from_name(name).ok_or_else(|| {
-            let all = Constant::ALL.map(Constant::name).join(", ");
-            refused(format!("by: {name:?} is unknown; use states, wrenches, {all}"))
-        })
-    };
-    names.iter().map(of_name).collect()
+    names.iter().map(|name| constant_of("by", name, "states, wrenches, ")).collect()
 }
 
 /// Smoothing with this name and size.
@@ -60,13 +54,12 @@ pub fn smoothing_of(given: Option<(String, f64)>) -> PyResult<Option<Smoothing>>
 
 /// Jacobian of one step.
 #[pyfunction]
-#[pyo3(signature = (scene, states, index, pushes, by, smoothing))]
 pub fn jacobian<'py>(
     py: Python<'py>,
     scene: PyRef<'_, PyScene>,
-    states: PyReadonlyArrayDyn<'_, f64>,
+    states: Numbers<'_>,
     index: Option<u64>,
-    pushes: Option<PyReadonlyArrayDyn<'_, f64>>,
+    pushes: Option<Numbers<'_>>,
     by: Vec<String>,
     smoothing: Option<(String, f64)>,
 ) -> PyResult<GradientArrays<'py>> {
@@ -83,7 +76,7 @@ pub fn jacobian<'py>(
     let mut simulation = begin(content, to_states("states", &states)?, index)?;
     simulation.use_middle_velocities();
     if let Some(pushes) = &pushes {
-        for (body, wrench) in wrenches(numbers("wrenches", pushes)?).enumerate() {
+        for (body, wrench) in to_wrenches(numbers("wrenches", pushes)?).enumerate() {
             simulation.set_wrench(body, wrench).map_err(|error| step_error(&error))?;
         }
     }
@@ -130,7 +123,7 @@ pub fn jacobian<'py>(
         numbers
     };
     let by_wrenches = columns(6 * bodies, &|place| {
-        let wrenches = wrenches(&unit(6 * bodies, place)).collect();
+        let wrenches = to_wrenches(&unit(6 * bodies, place)).collect();
         Change { wrenches, ..Change::default() }
     })?;
     let mut arrays = vec![
@@ -167,15 +160,14 @@ struct Change {
 /// Product of the transposed derivative of a run with derivatives with respect to its end.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
-#[pyo3(signature = (scene, states, index, controls, steps, by_end, by, smoothing, impact_times))]
 pub fn vjp<'py>(
     py: Python<'py>,
     scene: PyRef<'_, PyScene>,
-    states: PyReadonlyArrayDyn<'_, f64>,
+    states: Numbers<'_>,
     index: Option<u64>,
-    controls: Option<PyReadonlyArrayDyn<'_, f64>>,
+    controls: Option<Numbers<'_>>,
     steps: u64,
-    by_end: PyReadonlyArrayDyn<'_, f64>,
+    by_end: Numbers<'_>,
     by: Vec<String>,
     smoothing: Option<(String, f64)>,
     impact_times: bool,
@@ -196,7 +188,7 @@ pub fn vjp<'py>(
             let Some(pushes) = pushes else { return Ok(()) };
             let step = (simulation.index() - start_index) as usize;
             let now = &pushes[6 * bodies * step..][..6 * bodies];
-            wrenches(now).enumerate().try_for_each(|(body, w)| simulation.set_wrench(body, w))
+            to_wrenches(now).enumerate().try_for_each(|(body, w)| simulation.set_wrench(body, w))
         };
         let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| by_end.clone());
         let mut run = Run {

@@ -1,10 +1,9 @@
 //! Film of a recorded run, for plots, animations and pages.
 
-use crate::arrays::shaped;
+use crate::arrays::{Array, shaped};
 use crate::errors::refused;
 use crate::recording::PyRecording;
 use crate::scene::in_python;
-use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use tumble_view::{Fact, Film, Triangles};
 
@@ -33,7 +32,7 @@ impl PyRecording {
 }
 
 /// Mesh for another viewer: vertices (V, 3), triangles (F, 3), and red, green and blue.
-pub type Surface<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<u32>>, (u8, u8, u8));
+pub type Surface<'py> = (Array<'py>, Array<'py, u32>, (u8, u8, u8));
 
 /// Meshes as arrays.
 pub fn surfaces<'py>(

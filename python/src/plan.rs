@@ -1,10 +1,9 @@
 //! Trajectory optimisation: controls with which a scene meets its targets.
 
-use crate::arrays::{numbers, shaped, states_array, to_states};
+use crate::arrays::{Numbers, list, numbers, shaped, states_array, to_states};
 use crate::errors::{refused, step_error};
 use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
-use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,13 +17,12 @@ use tumble_plan::{Plan, PlanError, PlanProblem, SearchProgress, SearchWatch};
 /// Searches controls of the problem in `text` from `start`, for at most `time` (s), and returns the
 /// plan as a dictionary.
 #[pyfunction]
-#[pyo3(signature = (scene, text, start, states, time, threads))]
 pub fn plan<'py>(
     py: Python<'py>,
     scene: PyRef<'_, PyScene>,
     text: &str,
-    start: Option<PyReadonlyArrayDyn<'_, f64>>,
-    states: Option<PyReadonlyArrayDyn<'_, f64>>,
+    start: Option<Numbers<'_>>,
+    states: Option<Numbers<'_>>,
     time: Option<f64>,
     threads: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -79,9 +77,7 @@ fn plan_values<'py>(
     all.set_item("cost", replay.cost)?;
     all.set_item("effort", replay.effort)?;
     all.set_item("residual", replay.residual)?;
-    let controls = replay.controls.clone();
-    let count = controls.len();
-    all.set_item("controls", shaped(py, controls, &[count])?)?;
+    all.set_item("controls", list(py, replay.controls.clone())?)?;
     let names: Vec<_> = problem.variables().iter().map(|of| problem.name_of(of)).collect();
     all.set_item("names", names)?;
     let steps = problem.steps();
@@ -92,7 +88,7 @@ fn plan_values<'py>(
                 let knot = problem.knot(control, step);
                 problem.numbers(control, knot, &replay.controls).0[component]
             };
-            let column = shaped(py, (0..steps).map(at).collect(), &[steps])?;
+            let column = list(py, (0..steps).map(at).collect())?;
             columns.set_item(format!("{}.{name}", of.name), column)?;
         }
     }

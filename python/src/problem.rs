@@ -1,9 +1,8 @@
 //! Standalone contact problems.
 
-use crate::arrays::{Array, numbers, shaped};
+use crate::arrays::{Array, Numbers, list, numbers};
 use crate::errors::refused;
 use crate::watch::Watched;
-use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -13,9 +12,8 @@ use tumble::problem::{
     SparseMatrix, dat,
 };
 
-type ArrayNumbers<'py> = PyReadonlyArrayDyn<'py, f64>;
 /// Sparse matrix: numbers of rows and columns, then row, column and value of its entries.
-type ProblemEntries<'py> = (usize, usize, Vec<usize>, Vec<usize>, ArrayNumbers<'py>);
+type ProblemEntries<'py> = (usize, usize, Vec<usize>, Vec<usize>, Numbers<'py>);
 /// Law of a group: μ, or names of row laws with two bounds each.
 type GivenLaw = (Option<f64>, Vec<(String, f64, f64)>);
 
@@ -72,10 +70,9 @@ fn laws(dimension: usize, given: Vec<GivenLaw>) -> PyResult<Vec<Law>> {
 impl CoreProblem {
     /// Creates a local problem of W, q and the laws.
     #[staticmethod]
-    #[pyo3(signature = (w, q, dimension, groups))]
     fn local(
         w: ProblemEntries<'_>,
-        q: ArrayNumbers<'_>,
+        q: Numbers<'_>,
         dimension: usize,
         groups: Vec<GivenLaw>,
     ) -> PyResult<Self> {
@@ -86,12 +83,11 @@ impl CoreProblem {
 
     /// Creates a global problem of M, H, f, w and the laws.
     #[staticmethod]
-    #[pyo3(signature = (m, h, f, w, dimension, groups))]
     fn from_bodies(
         m: ProblemEntries<'_>,
         h: ProblemEntries<'_>,
-        f: ArrayNumbers<'_>,
-        w: ArrayNumbers<'_>,
+        f: Numbers<'_>,
+        w: Numbers<'_>,
         dimension: usize,
         groups: Vec<GivenLaw>,
     ) -> PyResult<Self> {
@@ -104,7 +100,6 @@ impl CoreProblem {
 
     /// Parses the text format of Siconos.
     #[staticmethod]
-    #[pyo3(signature = (text))]
     fn from_dat(text: &str) -> PyResult<Self> {
         dat::read(text).map(|content| Self { content }).map_err(refused)
     }
@@ -144,7 +139,6 @@ impl CoreProblem {
 
     /// Entries of W, M or H: numbers of rows and columns, then rows, columns and values of the
     /// non-zeros.
-    #[pyo3(signature = (name))]
     #[allow(clippy::type_complexity)]
     fn entries<'py>(
         &self,
@@ -160,19 +154,16 @@ impl CoreProblem {
                 return Err(refused("a global problem has only M, H, f and w"));
             }
         };
-        let values: Vec<f64> = matrix.triplets().map(|entry| entry.2).collect();
-        let count = values.len();
         Ok((
             matrix.rows(),
             matrix.columns(),
             matrix.triplets().map(|entry| entry.0).collect(),
             matrix.triplets().map(|entry| entry.1).collect(),
-            shaped(py, values, &[count])?,
+            list(py, matrix.triplets().map(|entry| entry.2).collect())?,
         ))
     }
 
     /// Vector q, f or w.
-    #[pyo3(signature = (name))]
     fn vector<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Array<'py>> {
         let vector = match (self.content.form(), name) {
             (Form::Local { free, .. }, "q") => free,
@@ -183,19 +174,18 @@ impl CoreProblem {
                 return Err(refused("a global problem has only M, H, f and w"));
             }
         };
-        shaped(py, vector.clone(), &[vector.len()])
+        list(py, vector.clone())
     }
 
     /// Solves the problem. Returns the arrays (impulses, u, v), the errors (residual, relative
     /// error), the counts (iterations, parts), the name of the start, and True if the selection
     /// rule determined the solution.
-    #[pyo3(signature = (residual, start, rule))]
     #[allow(clippy::type_complexity)]
     fn solve<'py>(
         &self,
         py: Python<'py>,
         residual: f64,
-        start: Option<ArrayNumbers<'py>>,
+        start: Option<Numbers<'py>>,
         rule: &str,
     ) -> PyResult<([Array<'py>; 3], [f64; 2], (u64, usize), &'static str, bool)> {
         let selection = match rule {
@@ -220,28 +210,21 @@ impl CoreProblem {
         };
         let solution = solution.map_err(|error| problem_error(&error))?;
         let Solution { impulses, velocities, body_velocities, .. } = solution;
-        let array = |numbers: Vec<f64>| {
-            let count = numbers.len();
-            shaped(py, numbers, &[count])
-        };
-        let arrays = [array(impulses)?, array(velocities)?, array(body_velocities)?];
+        let arrays = [list(py, impulses)?, list(py, velocities)?, list(py, body_velocities)?];
         let counts = (solution.iterations, solution.parts);
         let errors = [solution.residual, solution.relative_error];
         Ok((arrays, errors, counts, solution.start, solution.selected))
     }
 
     /// Evaluates impulses. Returns the arrays (u, v) and the errors (residual, relative error).
-    #[pyo3(signature = (impulses))]
     #[allow(clippy::type_complexity)]
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
-        impulses: ArrayNumbers<'py>,
+        impulses: Numbers<'py>,
     ) -> PyResult<([Array<'py>; 2], [f64; 2])> {
         let found = self.content.evaluate(numbers("impulses", &impulses)?);
-        let (u, v) = (found.velocities, found.body_velocities);
-        let (rows, count) = (u.len(), v.len());
-        let arrays = [shaped(py, u, &[rows])?, shaped(py, v, &[count])?];
+        let arrays = [list(py, found.velocities)?, list(py, found.body_velocities)?];
         Ok((arrays, [found.residual, found.relative_error]))
     }
 }

@@ -1,10 +1,9 @@
 //! Queries of a scene at given states, shared by scenes and simulations.
 
-use crate::arrays::{Array, numbers, shaped};
+use crate::arrays::{Array, Numbers, list, numbers, shaped};
 use crate::errors::refused;
 use crate::scene::{in_python, read};
 use nalgebra::{Matrix3, Vector3};
-use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -74,7 +73,7 @@ impl Placed<'_> {
     pub fn cast<'py>(
         &self,
         py: Python<'py>,
-        rays: [&PyReadonlyArrayDyn<'_, f64>; 2],
+        rays: [&Numbers<'_>; 2],
         most: f64,
         ignored: &[String],
         all: bool,
@@ -113,10 +112,10 @@ impl Placed<'_> {
         let owners = rows.iter().map(|hit| hit.as_ref().map(|hit| self.name(hit.owner))).collect();
         Ok((
             owners,
-            shaped(py, distances, &[count])?,
+            list(py, distances)?,
             shaped(py, column(|hit| hit.point), &[count, 3])?,
             shaped(py, column(|hit| hit.normal), &[count, 3])?,
-            shaped(py, inside, &[count])?,
+            list(py, inside)?,
         ))
     }
 
@@ -142,7 +141,7 @@ impl Placed<'_> {
         };
         let points = points.into_iter().flat_map(<[f64; 3]>::from).collect();
         let normal = <[f64; 3]>::from(normal).to_vec();
-        Ok((distance, shaped(py, points, &[2, 3])?, shaped(py, normal, &[3])?))
+        Ok((distance, shaped(py, points, &[2, 3])?, list(py, normal)?))
     }
 
     /// Names of the objects within a distance (m) of a piece, each with its signed distance (m).

@@ -1,10 +1,9 @@
 //! Recordings from tables.
 
-use crate::arrays::numbers;
+use crate::arrays::{Numbers, numbers};
 use crate::errors::refused;
 use crate::recording::{PyRecording, add_forces};
 use nalgebra::Vector3;
-use numpy::PyReadonlyArrayDyn;
 use pyo3::PyResult;
 use std::sync::Arc;
 use tumble_core::step::StepStatus;
@@ -17,7 +16,7 @@ pub fn from_tables(
     content: Arc<Content>,
     streams: Streams<&[u8]>,
     all_contacts: bool,
-    forces: Option<PyReadonlyArrayDyn<'_, f64>>,
+    forces: Option<Numbers<'_>>,
 ) -> PyResult<PyRecording> {
     let Streams { states, joints, gears, .. } = streams;
     let world = &content.world;

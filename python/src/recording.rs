@@ -1,7 +1,7 @@
 //! A recorded run as arrays, tables and pictures.
 
-use crate::arrays::{Array, shaped};
-use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
+use crate::arrays::{Array, Numbers, list, shaped};
+use crate::contacts::{ContactColumns, PartnerNames, columns};
 use crate::errors::refused;
 use crate::pictures::{Surface, surfaces};
 use crate::reading;
@@ -9,7 +9,6 @@ use crate::run_files::run_of_scene;
 use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
-use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
@@ -18,7 +17,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble_core::contact::Partner;
-use tumble_core::joint::{JointForce, JointResidual};
+use tumble_core::joint::JointForce;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
@@ -71,7 +70,7 @@ impl PyRecording {
     fn from_tables(
         scene: PyRef<'_, PyScene>,
         tables: Vec<PyBackedBytes>,
-        forces: Option<PyReadonlyArrayDyn<'_, f64>>,
+        forces: Option<Numbers<'_>>,
         run: Option<&str>,
     ) -> PyResult<Self> {
         let [states, contacts, steps, others @ ..] = &tables[..] else {
@@ -175,7 +174,7 @@ impl PyRecording {
     }
 
     /// States: (K, N, 13).
-    fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+    fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let bodies = self.content.world.bodies().len();
         let mut numbers = Vec::with_capacity(self.rows.len() * bodies * 13);
         for state in self.rows.iter().flat_map(TableStep::instant_states) {
@@ -185,7 +184,7 @@ impl PyRecording {
     }
 
     /// Sum of the contact forces on each body over each step: (K - 1, N, 3).
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let bodies = self.content.world.bodies().len();
         let steps = self.rows.len().saturating_sub(1);
         shaped(py, vectors(self.forces.iter().copied()), &[steps, bodies, 3])
@@ -214,19 +213,18 @@ impl PyRecording {
 
     /// Columns of the contacts, each (C,) or (C, 3).
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let columns = PyDict::new(py);
+        let all = PyDict::new(py);
         let of = |step: &TableStep| std::iter::repeat_n(step.row.index as i64, step.contacts.len());
         let indices: Vec<_> = self.rows.iter().flat_map(of).collect();
-        let count = indices.len();
-        columns.set_item("k", shaped(py, indices, &[count])?)?;
+        all.set_item("k", list(py, indices)?)?;
         let rows = self.rows.iter().flat_map(|step| &step.contacts);
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
         let names = Arc::new(PartnerNames::new(py, &self.content));
         let contacts = ContactColumns::new(py, pairs, rows, names);
-        for name in COLUMNS {
-            columns.set_item(name, contacts.column(py, name)?)?;
+        for name in columns() {
+            all.set_item(name, contacts.column(py, name)?)?;
         }
-        Ok(columns)
+        Ok(all)
     }
 
     /// Coordinates (K, G, 2) of the gears, and their forces (K, G).
@@ -362,21 +360,6 @@ pub const RESIDUAL_PARTS: [&str; 5] =
 
 /// Names of the vectors of [`JointRow::vectors`], in their order.
 pub const JOINT_COLUMNS: [&str; 6] = ["place", "angles", "velocity", "spin", "force", "torque"];
-
-/// Joint row without a step.
-pub const NO_STEP: JointRow = {
-    const ZERO: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
-    let residual = JointResidual { locked: 0.0, drive: 0.0 };
-    JointRow {
-        place: ZERO,
-        turns: ZERO,
-        velocity: ZERO,
-        spin: ZERO,
-        force: ZERO,
-        torque: ZERO,
-        residual,
-    }
-};
 
 /// Components of vectors, concatenated.
 pub fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {

@@ -1,10 +1,9 @@
 //! A robot of a scene: coordinates and contents of its file.
 
-use crate::arrays::{Array, numbers, shaped, states_array, to_states};
+use crate::arrays::{Array, Numbers, list, numbers, shaped, states_array, to_states};
 use crate::errors::refused;
 use crate::scene::PyScene;
 use nalgebra::{DMatrix, Vector3, Vector4};
-use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
 use tumble_robot::model::{Actuator, Moves};
@@ -43,7 +42,7 @@ impl PyRobot {
         })
     }
 
-    fn at(&self, q: &PyReadonlyArrayDyn<'_, f64>, v: Option<&[f64]>) -> PyResult<RobotMotion> {
+    fn at(&self, q: &Numbers<'_>, v: Option<&[f64]>) -> PyResult<RobotMotion> {
         let robot = self.own().robot();
         let still = vec![0.0; robot.counts().1];
         robot.motion(numbers("q", q)?, v.unwrap_or(&still)).map_err(refused)
@@ -199,40 +198,35 @@ impl PyRobot {
     /// Initial coordinates.
     #[getter]
     fn start<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let start = self.own().start().to_vec();
-        let count = start.len();
-        shaped(py, start, &[count])
+        list(py, self.own().start().to_vec())
     }
 
     /// Initial controls.
     #[getter]
     fn first_controls<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let controls = self.own().controls().to_vec();
-        let count = controls.len();
-        shaped(py, controls, &[count])
+        list(py, self.own().controls().to_vec())
     }
 
     /// Coordinates and rates for the states (N, 13). Angles are the ones nearest to `near`.
     fn coordinates<'py>(
         &self,
         py: Python<'py>,
-        states: PyReadonlyArrayDyn<'py, f64>,
-        near: PyReadonlyArrayDyn<'py, f64>,
+        states: Numbers<'py>,
+        near: Numbers<'py>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let states = to_states("states", &states)?;
         let found = self.own().coordinates(&states, numbers("near", &near)?);
         let (q, v) = found.map_err(refused)?;
-        let (positions, rates) = (q.len(), v.len());
-        Ok((shaped(py, q, &[positions])?, shaped(py, v, &[rates])?))
+        Ok((list(py, q)?, list(py, v)?))
     }
 
     /// States (N, 13) with the robot's bodies at these coordinates and rates.
     fn placed<'py>(
         &self,
         py: Python<'py>,
-        q: PyReadonlyArrayDyn<'py, f64>,
-        v: PyReadonlyArrayDyn<'py, f64>,
-        states: PyReadonlyArrayDyn<'py, f64>,
+        q: Numbers<'py>,
+        v: Numbers<'py>,
+        states: Numbers<'py>,
     ) -> PyResult<Array<'py>> {
         let mut states = to_states("states", &states)?;
         let set = self.own().set_states(numbers("q", &q)?, numbers("v", &v)?, &mut states);
@@ -241,16 +235,12 @@ impl PyRobot {
     }
 
     /// Least height of any body above the ground at states (N, 13), m. Infinite without a ground.
-    fn lowest(&self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<f64> {
+    fn lowest(&self, states: Numbers<'_>) -> PyResult<f64> {
         Ok(self.content.world.lowest_height(&to_states("states", &states)?))
     }
 
     /// Motion of its links at states (N, 13).
-    fn moving<'py>(
-        &self,
-        py: Python<'py>,
-        states: PyReadonlyArrayDyn<'py, f64>,
-    ) -> PyResult<Vec<Array<'py>>> {
+    fn moving<'py>(&self, py: Python<'py>, states: Numbers<'py>) -> PyResult<Vec<Array<'py>>> {
         let links = self.own().links_at(&to_states("states", &states)?);
         link_arrays(py, &links.map_err(refused)?)
     }
@@ -259,18 +249,14 @@ impl PyRobot {
     fn forward<'py>(
         &self,
         py: Python<'py>,
-        q: PyReadonlyArrayDyn<'py, f64>,
-        v: PyReadonlyArrayDyn<'py, f64>,
+        q: Numbers<'py>,
+        v: Numbers<'py>,
     ) -> PyResult<Vec<Array<'py>>> {
         link_arrays(py, self.at(&q, Some(numbers("v", &v)?))?.links())
     }
 
     /// Mass matrix (V, V) at coordinates.
-    fn masses<'py>(
-        &self,
-        py: Python<'py>,
-        q: PyReadonlyArrayDyn<'py, f64>,
-    ) -> PyResult<Array<'py>> {
+    fn masses<'py>(&self, py: Python<'py>, q: Numbers<'py>) -> PyResult<Array<'py>> {
         by_rows(py, &self.at(&q, None)?.mass_matrix(self.own().robot()))
     }
 
@@ -278,14 +264,12 @@ impl PyRobot {
     fn biases<'py>(
         &self,
         py: Python<'py>,
-        q: PyReadonlyArrayDyn<'py, f64>,
-        v: PyReadonlyArrayDyn<'py, f64>,
+        q: Numbers<'py>,
+        v: Numbers<'py>,
     ) -> PyResult<Array<'py>> {
         let motion = self.at(&q, Some(numbers("v", &v)?))?;
         let bias = motion.bias(self.own().robot(), self.content.world.gravity());
-        let bias = bias.as_slice().to_vec();
-        let count = bias.len();
-        shaped(py, bias, &[count])
+        list(py, bias.as_slice().to_vec())
     }
 
     /// Jacobians (3, V) of a point's position and of its link's rotation.
@@ -294,7 +278,7 @@ impl PyRobot {
         py: Python<'py>,
         link: usize,
         point: [f64; 3],
-        q: PyReadonlyArrayDyn<'py, f64>,
+        q: Numbers<'py>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         if link >= self.own().robot().links.len() {
             return Err(refused("link: it does not exist"));
@@ -308,7 +292,7 @@ impl PyRobot {
         &self,
         py: Python<'py>,
         site: LinkPlace,
-        states: PyReadonlyArrayDyn<'py, f64>,
+        states: Numbers<'py>,
     ) -> PyResult<Vec<Array<'py>>> {
         let links = self.own().links_at(&to_states("states", &states)?).map_err(refused)?;
         let moving = at_place(site)?.motion(&links).map_err(refused)?;
@@ -319,7 +303,7 @@ impl PyRobot {
             moving.spin.as_slice(),
         ]
         .into_iter()
-        .map(|numbers| shaped(py, numbers.to_vec(), &[numbers.len()]))
+        .map(|numbers| list(py, numbers.to_vec()))
         .collect()
     }
 
@@ -329,8 +313,8 @@ impl PyRobot {
         &self,
         py: Python<'py>,
         site: LinkPlace,
-        start: PyReadonlyArrayDyn<'py, f64>,
-        end: PyReadonlyArrayDyn<'py, f64>,
+        start: Numbers<'py>,
+        end: Numbers<'py>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let links = |name, states| -> PyResult<_> {
             self.own().links_at(&to_states(name, states)?).map_err(refused)
@@ -340,7 +324,7 @@ impl PyRobot {
         let gyroscope = site.gyroscope(&end).map_err(refused)?;
         let read =
             site.accelerometer([&start, &end], world.time_step(), world.gravity()).map_err(refused);
-        let three = |of: Vector3<f64>| shaped(py, vec![of[0], of[1], of[2]], &[3]);
+        let three = |of: Vector3<f64>| list(py, of.as_slice().to_vec());
         Ok((three(gyroscope)?, three(read?)?))
     }
 }

@@ -1,11 +1,11 @@
 //! Batches of rollouts.
 
-use crate::arrays::{numbers, shaped};
+use crate::arrays::{Array, Numbers, numbers, shaped};
 use crate::errors::{refused, step_error};
-use crate::gradient::{constants_of, smoothing_of};
+use crate::gradient::{constant_of, constants_of, smoothing_of};
 use crate::scene::PyScene;
 use crate::watch::Watched;
-use numpy::{Element, PyArrayDyn, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
+use numpy::{Element, PyReadwriteArrayDyn};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
@@ -35,11 +35,11 @@ pub struct RolloutInputs<'py>(
     PyRef<'py, PyScene>,
     usize,
     usize,
-    PyReadonlyArrayDyn<'py, f64>,
-    Option<PyReadonlyArrayDyn<'py, f64>>,
-    Option<PyReadonlyArrayDyn<'py, f64>>,
-    Option<PyReadonlyArrayDyn<'py, f64>>,
-    Vec<(String, PyReadonlyArrayDyn<'py, f64>)>,
+    Numbers<'py>,
+    Option<Numbers<'py>>,
+    Option<Numbers<'py>>,
+    Option<Numbers<'py>>,
+    Vec<(String, Numbers<'py>)>,
 );
 
 /// Runs `work` on the batch of `inputs` and reports to `progress`.
@@ -56,10 +56,7 @@ fn on_batch<T: Send>(
     for (name, values) in parameters {
         varied.push(Varied { constant: parameter(name)?, values: numbers(name, values)? });
     }
-    fn or_none<'a>(
-        name: &str,
-        array: &'a Option<PyReadonlyArrayDyn<'_, f64>>,
-    ) -> PyResult<&'a [f64]> {
+    fn or_none<'a>(name: &str, array: &'a Option<Numbers<'_>>) -> PyResult<&'a [f64]> {
         array.as_ref().map_or(Ok(&[][..]), |array| numbers(name, array))
     }
     let motion = |world: &World| content.motion(world);
@@ -103,7 +100,6 @@ fn thread_count(threads: usize) -> PyResult<NonZeroUsize> {
 
 /// Simulates the batch of `inputs` and fills the output arrays.
 #[pyfunction]
-#[pyo3(signature = (inputs, threads, states, ends, forces, residuals, statuses, progress))]
 #[allow(clippy::too_many_arguments)]
 pub fn rollout(
     py: Python<'_>,
@@ -138,17 +134,16 @@ pub fn rollout(
 /// each rollout: both margins (m/s), the steps of both, and four numbers of steps. These count
 /// steps that did not converge, have unknown features, kept force distributions, or partial
 /// restitution.
-type Derivatives<'py> = (Vec<Bound<'py, PyArrayDyn<f64>>>, Vec<([f64; 2], [u64; 2], [u64; 4])>);
+type Derivatives<'py> = (Vec<Array<'py>>, Vec<([f64; 2], [u64; 2], [u64; 4])>);
 
 /// Derivatives of the losses of a batch's rollouts. `cotangents` are the derivatives of the losses
 /// with respect to the states after each step, (B or 1, T, N, 12), or to the end states.
 #[pyfunction]
-#[pyo3(signature = (inputs, threads, cotangents, of_ends, by, smoothing))]
 pub fn rollout_gradients<'py>(
     py: Python<'py>,
     inputs: RolloutInputs<'_>,
     threads: usize,
-    cotangents: PyReadonlyArrayDyn<'_, f64>,
+    cotangents: Numbers<'_>,
     of_ends: bool,
     by: Vec<String>,
     smoothing: Option<(String, f64)>,
@@ -185,17 +180,12 @@ pub fn rollout_gradients<'py>(
 
 /// Shape of a parameter's values for one rollout of a scene.
 #[pyfunction]
-#[pyo3(signature = (name, scene))]
 pub fn parameter_shape(name: &str, scene: PyRef<'_, PyScene>) -> PyResult<Vec<usize>> {
     Ok(parameter(name)?.shape(&scene.content.world))
 }
 
 pub fn parameter(name: &str) -> PyResult<Constant> {
-    let found = Constant::ALL.into_iter().find(|parameter| parameter.name() == name);
-    found.ok_or_else(|| {
-        let names = Constant::ALL.map(Constant::name).join(", ");
-        refused(format!("parameters: {name:?} is unknown; use {names}"))
-    })
+    constant_of("parameters", name, "")
 }
 
 /// Memory of an output array; empty for None.

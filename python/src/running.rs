@@ -1,5 +1,6 @@
 //! A simulation with its last step, owned by one thread.
 
+use crate::arrays::to_wrenches;
 use crate::last_step::LastStep;
 use crate::recording::{PyRecording, add_forces};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,7 +8,7 @@ use std::time::Duration;
 use tumble::rollout::Driven;
 use tumble_core::contact::Contact;
 use tumble_core::error::Error;
-use tumble_core::mechanics::{State, Wrench};
+use tumble_core::mechanics::State;
 use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble_core::simulation::{self, Motion, StepRecord};
 use tumble_core::step::{StepSolution, StepStatus};
@@ -83,14 +84,8 @@ impl Running {
         if numbers.iter().any(|number| *number != 0.0) {
             self.is_of_scene = Some(false);
         }
-        numbers.chunks_exact(6).enumerate().try_for_each(|(body, six)| {
-            let (force, torque) = six.split_at(3);
-            let wrench = Wrench {
-                force: nalgebra::Vector3::from_column_slice(force),
-                torque: nalgebra::Vector3::from_column_slice(torque),
-            };
-            self.simulation.set_wrench(body, wrench)
-        })
+        let mut wrenches = to_wrenches(numbers).enumerate();
+        wrenches.try_for_each(|(body, wrench)| self.simulation.set_wrench(body, wrench))
     }
 
     /// Takes a step. `rests` is true if it begins at rest.

@@ -1,9 +1,8 @@
 //! Scenes: parsed scenario files, ready for simulation.
 
-use crate::arrays::{shaped, states_array, to_states};
+use crate::arrays::{Array, Numbers, list, shaped, states_array, to_states};
 use crate::errors::refused;
 use crate::query::{Between, Hits, Placed};
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -97,17 +96,19 @@ impl PyScene {
         point_contacts: Option<bool>,
         model: Option<&str>,
     ) -> PyResult<Self> {
-        let start_index = start_index.map(first_index).transpose()?;
+        if let Some(index) = start_index.filter(|index| *index > LARGEST_START) {
+            return Err(refused(format!("start_index is {index}; allowed: 0 to {LARGEST_START}")));
+        }
         let flags = Settings {
             seed,
             steps: steps.map(rows).transpose()?,
             // A model has its own body positions, unlike the text.
             start_index: start_index.filter(|_| model.is_none()),
             dt: time_step,
-            rotation: rotation.map(rotation_of).transpose()?,
-            integrator: integrator.map(integrator_of).transpose()?,
+            rotation: word("rotation", rotation, rotation_of, "momentum or tutorial")?,
+            integrator: word("integrator", integrator, Integrator::from_name, "leapfrog or euler")?,
             accuracy,
-            impacts: impacts.map(impacts_of).transpose()?,
+            impacts: word("impacts", impacts, Impacts::from_name, "stepped or located")?,
             mu: friction,
             restitution,
             solver: SolverTable {
@@ -284,20 +285,19 @@ impl PyScene {
 
     /// Gravity, m/s², world frame: (3,).
     #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        shaped(py, self.content.world.gravity().as_slice().to_vec(), &[3])
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        list(py, self.content.world.gravity().as_slice().to_vec())
     }
 
     /// Mass of each body, kg: (N,).
     #[getter]
-    fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let bodies = self.content.world.bodies();
-        shaped(py, bodies.iter().map(|body| body.mass()).collect(), &[bodies.len()])
+    fn masses<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        list(py, self.content.world.bodies().iter().map(|body| body.mass()).collect())
     }
 
     /// Inertia of each body, kg m², body frame: (N, 3, 3).
     #[getter]
-    fn inertias<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn inertias<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let bodies = self.content.world.bodies();
         // The matrix is symmetric, so row and column order agree.
         let numbers = bodies.iter().flat_map(|body| body.inertia().as_slice().to_vec());
@@ -306,7 +306,7 @@ impl PyScene {
 
     /// Half the extents of each body along its own axes, m: (N, 3).
     #[getter]
-    fn extents<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn extents<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let bodies = self.content.world.bodies();
         let numbers = bodies.iter().flat_map(|body| extents(body).as_slice().to_vec());
         shaped(py, numbers.collect(), &[bodies.len(), 3])
@@ -314,11 +314,7 @@ impl PyScene {
 
     /// States nearest to `states` (N, 13) at which all joints are closed, at the scene's first
     /// step.
-    fn assembled<'py>(
-        &self,
-        py: Python<'py>,
-        states: PyReadonlyArrayDyn<'_, f64>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn assembled<'py>(&self, py: Python<'py>, states: Numbers<'_>) -> PyResult<Array<'py>> {
         let world = self.content.world_at(self.content.start_index);
         let (found, _) = world
             .assemble(&to_states("states", &states)?)
@@ -328,7 +324,7 @@ impl PyScene {
 
     /// Initial states of the bodies: (N, 13).
     #[getter]
-    fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         states_array(py, &self.content.starts)
     }
 
@@ -336,8 +332,8 @@ impl PyScene {
     fn hits<'py>(
         &self,
         py: Python<'py>,
-        origins: PyReadonlyArrayDyn<'_, f64>,
-        directions: PyReadonlyArrayDyn<'_, f64>,
+        origins: Numbers<'_>,
+        directions: Numbers<'_>,
         most: f64,
         ignored: Vec<String>,
         all: bool,
@@ -382,26 +378,19 @@ fn rows(steps: u64) -> PyResult<u64> {
     }
 }
 
-fn first_index(index: u64) -> PyResult<u64> {
-    match index <= LARGEST_START {
-        true => Ok(index),
-        false => Err(refused(format!("start_index is {index}; allowed: 0 to {LARGEST_START}"))),
-    }
+fn rotation_of(name: &str) -> Option<Rotation> {
+    Rotation::ALL.into_iter().find(|rotation| rotation.name() == name)
 }
 
-fn integrator_of(name: &str) -> PyResult<Integrator> {
-    let unknown = || refused(format!("integrator: {name:?} is unknown; use leapfrog or euler"));
-    Integrator::from_name(name).ok_or_else(unknown)
-}
-
-fn impacts_of(name: &str) -> PyResult<Impacts> {
-    let unknown = || refused(format!("impacts: {name:?} is unknown; use stepped or located"));
-    Impacts::from_name(name).ok_or_else(unknown)
-}
-
-fn rotation_of(name: &str) -> PyResult<Rotation> {
-    let found = Rotation::ALL.into_iter().find(|rotation| rotation.name() == name);
-    found.ok_or_else(|| refused(format!("rotation: {name:?} is unknown; use momentum or tutorial")))
+/// Parses the word given for `field`, one of `names`.
+fn word<T>(
+    field: &str,
+    given: Option<&str>,
+    parse: fn(&str) -> Option<T>,
+    names: &str,
+) -> PyResult<Option<T>> {
+    let unknown = |name| refused(format!("{field}: {name:?} is unknown; use {names}"));
+    given.map(|name| parse(name).ok_or_else(|| unknown(name))).transpose()
 }
 
 fn solver_name(name: &str) -> PyResult<SolverName> {

@@ -1,17 +1,16 @@
 //! A running simulation.
 
-use crate::arrays::{Array, as_many, numbers, shaped, states_array, to_states};
+use crate::arrays::{Array, Numbers, as_many, list, numbers, shaped, states_array, to_states};
 use crate::coordinates::LastCoordinates;
 use crate::errors::{refused, step_error};
 use crate::last_step::LastStep;
 use crate::owned::Owned;
 use crate::query::{Between, Hits};
-use crate::recording::{JOINT_COLUMNS, NO_STEP, PyRecording};
+use crate::recording::{JOINT_COLUMNS, PyRecording};
 use crate::robot::{PyRobot, at_place};
 use crate::running::{Running, StepInputs};
 use crate::scene::{PyScene, in_python, read};
 use crate::watch::Watched;
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyBaseException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -50,7 +49,7 @@ impl PySimulation {
     #[pyo3(signature = (scene, states=None, threads=1, index=None, saved=None))]
     fn new(
         scene: PyRef<'_, PyScene>,
-        states: Option<PyReadonlyArrayDyn<'_, f64>>,
+        states: Option<Numbers<'_>>,
         threads: usize,
         index: Option<u64>,
         saved: Option<&[u8]>,
@@ -107,7 +106,7 @@ impl PySimulation {
     }
 
     /// Sets the current states (N, 13).
-    fn exchange_all(&self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+    fn exchange_all(&self, states: Numbers<'_>) -> PyResult<()> {
         let states = to_states("states", &states)?;
         let mut own = self.owned()?;
         let set = own.moved().simulation.set_states(&states);
@@ -115,7 +114,7 @@ impl PySimulation {
     }
 
     /// Sets the current state (13,) of a body.
-    fn exchange(&self, body: usize, state: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+    fn exchange(&self, body: usize, state: Numbers<'_>) -> PyResult<()> {
         let states = to_states("state", &state)?;
         let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
         let mut own = self.owned()?;
@@ -211,13 +210,13 @@ impl PySimulation {
 
     /// Current states: (N, 13).
     #[getter]
-    fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         states_array(py, self.owned()?.running.simulation.states())
     }
 
     /// States from which the next step starts: (N, 13).
     #[getter]
-    fn step_states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn step_states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         states_array(py, self.owned()?.running.simulation.step_states())
     }
 
@@ -225,8 +224,8 @@ impl PySimulation {
     fn hits<'py>(
         &self,
         py: Python<'py>,
-        origins: PyReadonlyArrayDyn<'_, f64>,
-        directions: PyReadonlyArrayDyn<'_, f64>,
+        origins: Numbers<'_>,
+        directions: Numbers<'_>,
         most: f64,
         ignored: Vec<String>,
         all: bool,
@@ -261,7 +260,7 @@ impl PySimulation {
     fn advance(
         &self,
         py: Python<'_>,
-        wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
+        wrenches: Option<Numbers<'_>>,
     ) -> PyResult<(&'static str, f64, u32)> {
         let mut own = self.owned()?;
         own.leave_lost_threads()?;
@@ -292,7 +291,6 @@ impl PySimulation {
     /// Sets the motor of a joint axis, 0, 1, 2 along x, y, z and 3, 4, 5 about them. The motor
     /// controls speed or position. Without both targets, the motor is removed.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (joint, axis, speed, position, stiffness, damping, max_force))]
     fn put_motor(
         &self,
         joint: usize,
@@ -310,7 +308,6 @@ impl PySimulation {
     }
 
     /// Sets the motor of the sum of a gear with a drive.
-    #[pyo3(signature = (gear, speed, position, stiffness, damping, max_force))]
     fn put_gear_motor(
         &self,
         gear: usize,
@@ -329,11 +326,7 @@ impl PySimulation {
     }
 
     /// Applies the controls (A,) of a robot's actuators to its joints.
-    fn put_controls(
-        &self,
-        robot: PyRef<'_, PyRobot>,
-        controls: PyReadonlyArrayDyn<'_, f64>,
-    ) -> PyResult<()> {
+    fn put_controls(&self, robot: PyRef<'_, PyRobot>, controls: Numbers<'_>) -> PyResult<()> {
         let controls = numbers("controls", &controls)?;
         let mut running = self.owned()?;
         let (own, simulation) = (robot.own(), &mut running.moved().simulation);
@@ -364,7 +357,7 @@ impl PySimulation {
 
     /// Sum of the contact forces on each body over the last step, N, world: (N, 3).
     #[getter]
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let own = self.owned()?;
         let running = &own.running;
         let bodies = running.simulation.states().len();
@@ -378,13 +371,13 @@ impl PySimulation {
         &self,
         py: Python<'py>,
         robot: PyRef<'_, PyRobot>,
-        near: PyReadonlyArrayDyn<'py, f64>,
+        near: Numbers<'py>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let mut own = self.owned()?;
         let Owned { running, coordinates, .. } = &mut *own;
         let found = coordinates.read(&robot, &running.simulation, numbers("near", &near)?);
         let (q, v) = found.map_err(refused)?;
-        Ok((shaped(py, q.to_vec(), &[q.len()])?, shaped(py, v.to_vec(), &[v.len()])?))
+        Ok((list(py, q.to_vec())?, list(py, v.to_vec())?))
     }
 
     /// Current coordinates of the joints, and their rates and forces over the last step, as columns
@@ -401,7 +394,7 @@ impl PySimulation {
         let mut before =
             JointRow::from_record(world, last.record()).filter(|_| simulation.index() > 0);
         let rows = now.map(|JointRow { place, turns, .. }| {
-            let before = before.next().unwrap_or(NO_STEP);
+            let before = before.next().unwrap_or_default();
             JointRow { place, turns, ..before }.vectors()
         });
         let rows: Vec<_> = rows.collect();
@@ -482,9 +475,9 @@ impl PySimulation {
         &self,
         py: Python<'_>,
         steps: usize,
-        wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
-        motors: Option<PyReadonlyArrayDyn<'_, f64>>,
-        joint_forces: Option<PyReadonlyArrayDyn<'_, f64>>,
+        wrenches: Option<Numbers<'_>>,
+        motors: Option<Numbers<'_>>,
+        joint_forces: Option<Numbers<'_>>,
         contacts: bool,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(PyRecording, Option<Py<PyBaseException>>)> {
@@ -492,7 +485,7 @@ impl PySimulation {
         own.leave_lost_threads()?;
         let Owned { running, interrupt, content, .. } = &mut *own;
         let world = running.simulation.world();
-        let given = |name, array: &'_ Option<PyReadonlyArrayDyn<'_, f64>>, width: usize| {
+        let given = |name, array: &'_ Option<Numbers<'_>>, width: usize| {
             let count = width.checked_mul(steps);
             array.as_ref().map(|array| as_many(name, array, count).map(<[f64]>::to_vec)).transpose()
         };

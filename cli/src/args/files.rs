@@ -1,11 +1,12 @@
 //! Arguments of the commands that read a file.
 
-use super::shared::{AnimationArgs, RobotArgs};
+use super::shared::AnimationArgs;
 use super::simulate::{CUBE, CubeArgs, SetupArgs};
 use crate::values;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::path::PathBuf;
+use tumble_scene::settings::RobotSettings;
 
 /// Parser of a table or the directory of a run.
 fn table() -> impl TypedValueParser<Value = PathBuf> {
@@ -78,7 +79,7 @@ pub struct VerifyArgs {
     #[arg(value_name = "FILE.csv|DIR", value_parser = table())]
     pub file: PathBuf,
     /// Number of steps to print, the worst first.
-    #[arg(long, value_name = "N", value_parser = values::count, default_value = "5", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<usize>(0, 10_000_000), default_value = "5", allow_hyphen_values = true)]
     pub worst: usize,
     /// Print no report; the exit code is the result.
     #[arg(short, long)]
@@ -96,7 +97,7 @@ pub struct ConvertArgs {
     #[arg(value_name = "OUT.toml")]
     pub out: PathBuf,
     #[command(flatten)]
-    pub robot: RobotArgs,
+    pub robot: RobotSettings,
     /// Print no summary.
     #[arg(short, long)]
     pub quiet: bool,

@@ -1,96 +1,51 @@
 //! Arguments shared by several commands.
 
 use crate::values;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nalgebra::Vector3;
-use std::path::PathBuf;
 use tumble_core::mechanics::Rotation;
 use tumble_core::world::{Impacts, Integrator};
-use tumble_scene::settings::RobotSettings;
 use tumble_view::animation::View;
 
-/// Update equation of the rotation, see [`Rotation`].
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum RotationName {
-    /// P⁺(ω⁺) = P⁻(ω) + h τ: conserves angular momentum to rounding, and energy without drift.
-    Momentum,
-    /// I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ, the tutorial's: conserves both to first order in h.
-    Tutorial,
-}
+/// Updates of the rotation, with their help.
+const ROTATIONS: [(Rotation, &str); 2] = [
+    (
+        Rotation::Momentum,
+        "P⁺(ω⁺) = P⁻(ω) + h τ: conserves angular momentum to rounding, and energy without drift",
+    ),
+    (
+        Rotation::Tutorial,
+        "I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ, the tutorial's: conserves both to first order in h",
+    ),
+];
 
-impl From<RotationName> for Rotation {
-    fn from(name: RotationName) -> Self {
-        match name {
-            RotationName::Momentum => Self::Momentum,
-            RotationName::Tutorial => Self::Tutorial,
-        }
-    }
-}
+/// Meanings of the velocities of a run, with their help.
+const INTEGRATORS: [(Integrator, &str); 2] = [
+    (
+        Integrator::Euler,
+        "Velocities of the ends of steps, the tutorial's: errors of first order in the time step",
+    ),
+    (
+        Integrator::Leapfrog,
+        "Velocities of the middles of steps: errors of second order in smooth motion",
+    ),
+];
 
-/// Meaning of the velocities of a run, see [`Integrator`].
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum IntegratorName {
-    /// Velocities of the ends of steps, the tutorial's: errors of first order in the time step.
-    Euler,
-    /// Velocities of the middles of steps: errors of second order in smooth motion.
-    Leapfrog,
-}
+/// Times of impacts, with their help.
+const IMPACTS: [(Impacts, &str); 2] = [
+    (Impacts::Stepped, "Within the step in which they happen"),
+    (Impacts::Located, "At their time, where a substep begins"),
+];
 
-impl From<IntegratorName> for Integrator {
-    fn from(name: IntegratorName) -> Self {
-        match name {
-            IntegratorName::Euler => Self::Euler,
-            IntegratorName::Leapfrog => Self::Leapfrog,
-        }
-    }
-}
-
-/// When impacts happen, see [`Impacts`].
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum ImpactsName {
-    /// Within the step in which they happen.
-    Stepped,
-    /// At their time, where a substep begins.
-    Located,
-}
-
-impl From<ImpactsName> for Impacts {
-    fn from(name: ImpactsName) -> Self {
-        match name {
-            ImpactsName::Stepped => Self::Stepped,
-            ImpactsName::Located => Self::Located,
-        }
-    }
-}
-
-/// Settings for the file of a robot that is simulated alone.
-#[derive(Debug, Args)]
-pub struct RobotArgs {
-    /// Folder for `package://name/rest` in a robot file: DIR/name/rest is read [default: the
-    /// nearest folder that has it, from the robot file upwards].
-    #[arg(long, value_name = "DIR")]
-    packages: Option<PathBuf>,
-    /// Part of a robot file to ignore: `tag` or `name` of elements, `tag:name` of one element, or
-    /// `@attribute` of all.
-    ///
-    /// Can be repeated.
-    #[arg(long, value_name = "WHAT")]
-    leave_out: Vec<String>,
-    /// Treat contacts of an MJCF file with torsional and rolling friction (condim 4 and 6) as
-    /// points with sliding friction only.
-    #[arg(long)]
-    point_contacts: bool,
-}
-
-impl RobotArgs {
-    /// Settings of the flags.
-    pub fn settings(&self) -> RobotSettings {
-        RobotSettings {
-            packages: self.packages.clone(),
-            leave_out: self.leave_out.clone(),
-            point_contacts: self.point_contacts,
-        }
-    }
+/// Parser of the names of values.
+fn words<T: Copy + Send + Sync + 'static>(
+    all: [(T, &'static str); 2],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let values = all.map(|(value, help)| PossibleValue::new(name(value)).help(help));
+    PossibleValuesParser::new(values)
+        .map(move |word| if word == name(all[1].0) { all[1].0 } else { all[0].0 })
 }
 
 /// Constants of the model.
@@ -100,18 +55,18 @@ pub struct PhysicsArgs {
     #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
     pub dt: Option<f64>,
     /// Update equation of the rotation [default: tutorial; in scenario files momentum].
-    #[arg(long, value_enum)]
-    pub rotation: Option<RotationName>,
+    #[arg(long, value_parser = words(ROTATIONS, Rotation::name))]
+    pub rotation: Option<Rotation>,
     /// Meaning of the velocities of a run [default: euler; in scenario files leapfrog].
-    #[arg(long, value_enum)]
-    pub integrator: Option<IntegratorName>,
+    #[arg(long, value_parser = words(INTEGRATORS, Integrator::name))]
+    pub integrator: Option<Integrator>,
     /// Error that the time step adds to the position of a body in a second, m, 1e-10 to 1: steps are
     /// taken in substeps that keep it, and that end at impacts.
     #[arg(long, value_name = "M", value_parser = values::number, allow_hyphen_values = true)]
     pub accuracy: Option<f64>,
     /// When impacts happen [default: stepped; with an accuracy located].
-    #[arg(long, value_enum)]
-    pub impacts: Option<ImpactsName>,
+    #[arg(long, value_parser = words(IMPACTS, Impacts::name))]
+    pub impacts: Option<Impacts>,
     /// Coefficient of friction, 0 to 10 [default: 0.3].
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub mu: Option<f64>,
@@ -153,7 +108,7 @@ pub struct AnimationArgs {
     #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true)]
     pub gif_speed: Option<f64>,
     /// Width and height of the animation, pixels [default: 800].
-    #[arg(long, value_name = "PIXELS", value_parser = values::pixels, allow_hyphen_values = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = values::whole::<u16>(100, 2000), allow_hyphen_values = true)]
     pub gif_size: Option<u16>,
     /// Dark background.
     #[arg(long)]

@@ -1,6 +1,6 @@
 //! Arguments of a simulation.
 
-use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
+use super::shared::{AnimationArgs, PhysicsArgs};
 use crate::outcome::Failure;
 use crate::values::{self, LoadKnot};
 use clap::Args;
@@ -14,7 +14,8 @@ use tumble_scene::choices::{DetectionName, OnFailure, Preset, SceneName, SolverN
 use tumble_scene::output::tables::Table;
 use tumble_scene::overrides::FieldOverride;
 use tumble_scene::row_selection::{RowSelection, TableForm};
-use tumble_scene::{AttitudeEntry, InertiaValue};
+use tumble_scene::settings::RobotSettings;
+use tumble_scene::{AttitudeEntry, InertiaValue, LARGEST_START};
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
@@ -51,7 +52,7 @@ pub struct SetupArgs {
     #[command(flatten, next_help_heading = "Constants, instead of the scene's")]
     pub physics: PhysicsArgs,
     #[command(flatten, next_help_heading = "Robot files")]
-    pub robot: RobotArgs,
+    pub robot: RobotSettings,
 }
 
 /// Scene, seed and number of steps.
@@ -66,16 +67,16 @@ pub struct SceneArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "file"], hide = true)]
     scenario: Option<PathBuf>,
     /// Number of rows, one more than steps, 1 to 10000000 [default: drop 1000, floating 1200].
-    #[arg(short, long, value_name = "N", value_parser = values::rows, allow_hyphen_values = true)]
+    #[arg(short, long, value_name = "N", value_parser = values::whole::<u64>(1, 10_000_000), allow_hyphen_values = true)]
     pub steps: Option<u64>,
     /// Seed of the random initial attitude, drawn as numpy.random.seed(SEED) and rand(4) do.
     ///
     /// The floating scene draws nothing and only records it [default: 42].
-    #[arg(long, value_parser = values::seed, allow_hyphen_values = true)]
+    #[arg(long, value_parser = values::whole::<u32>(0, u32::MAX), allow_hyphen_values = true)]
     pub seed: Option<u32>,
     /// Index k of the first row; its time is k h, which also shifts the times of loads [default:
     /// 0].
-    #[arg(long, value_name = "K", value_parser = values::start_index, allow_hyphen_values = true)]
+    #[arg(long, value_name = "K", value_parser = values::whole::<u64>(0, LARGEST_START), allow_hyphen_values = true)]
     pub start_index: Option<u64>,
     /// Field of the scenario file and its value, for example ground.friction=0.4 or
     /// bodies.brick.mass=2. Entries of a list have their name or their number from 0.
@@ -177,7 +178,7 @@ pub struct SolverArgs {
     ///
     /// For joints whose forces are too stiff for the time step; the summary suggests N. run.json
     /// and --continue count the short steps [default: 1].
-    #[arg(long, value_name = "N", value_parser = values::substeps, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<u64>(1, 1000), allow_hyphen_values = true)]
     pub substeps: Option<u64>,
     /// Action if Ipopt does not solve a step from its first initial point: try other initial points
     /// and finally the native solution, record the failure and continue, or stop [default: record;
@@ -188,7 +189,7 @@ pub struct SolverArgs {
     #[arg(long, value_parser = values::number, allow_hyphen_values = true)]
     pub tol: Option<f64>,
     /// Ipopt's iteration limit per step, 1 to 1000000; only with --solver ipopt [default: 300].
-    #[arg(long, value_name = "N", value_parser = values::iterations, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<u32>(1, 1_000_000), allow_hyphen_values = true)]
     pub max_iter: Option<u32>,
     /// Criterion for corners that may carry a force: those at most 5 mm high at step k (the
     /// tutorial's), or also those that free flight would bring to the ground in this step [default:
@@ -222,7 +223,7 @@ pub struct LiveArgs {
         conflicts_with_all = ["scene", "scenario", "file"])]
     pub from: Option<PathBuf>,
     /// Index k of that moment [default: the last one of the table].
-    #[arg(id = "at", long = "at", value_name = "K", value_parser = values::start_index,
+    #[arg(id = "at", long = "at", value_name = "K", value_parser = values::whole::<u64>(0, LARGEST_START),
         requires = "from", allow_hyphen_values = true)]
     pub at: Option<u64>,
     /// Address and port of the page, of one interface of this machine [default: 127.0.0.1 and a
@@ -246,7 +247,7 @@ pub struct OutputArgs {
     /// Write only every N-th step and the last state, 1 to 1000000.
     ///
     /// All steps are simulated and counted [default: 1].
-    #[arg(long, value_name = "N", value_parser = values::every, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<u64>(1, 1_000_000), allow_hyphen_values = true)]
     pub every: Option<u64>,
     /// Tables to write; `states` and `steps` are always written [default: all].
     ///
@@ -343,7 +344,7 @@ impl SetupArgs {
             ("on-failure", solver.on_failure.is_some()),
             ("substeps", solver.substeps.is_some()),
         ];
-        let robot = names_of_set(&self.robot.settings().given());
+        let robot = names_of_set(&self.robot.given());
         names_of_set(&flags).into_iter().chain(robot).chain(self.physics.given()).collect()
     }
 }

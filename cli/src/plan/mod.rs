@@ -103,7 +103,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     names.retain(|name| name != toml || scenario.is_some());
     (run_file.files, run_file.checksums) = (names, checksums);
     file(RUN_JSON, run_file.text()?.as_bytes())?;
-    let notes = ContinuedNotes::new(&run, before_end);
+    let notes = ContinuedNotes { rows: before_end, run };
     file(STATE, &state_bytes(simulation.save(), &notes)?)?;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;

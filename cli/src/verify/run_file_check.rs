@@ -6,7 +6,7 @@ use crate::recording::Recording;
 use crate::results::RunOutcome;
 use std::collections::BTreeMap;
 use tumble_core::mechanics::State;
-use tumble_core::simulation::summary::{RunSummary, StatusCount};
+use tumble_core::simulation::summary::RunSummary;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_model::shown;
@@ -51,22 +51,9 @@ impl StatusCounts {
         self.rows += 1;
         let (first, _) = self.indices.unwrap_or((row.index, 0));
         self.indices = Some((first, row.index));
-        self.summary.count(&StatusCount {
-            index: row.index,
-            status: row.status,
-            iterations: row.iterations,
-            residual: row.residual,
-            part: "",
-            restitution_share: row.restitution_share,
-        });
+        self.summary.count(&row.count());
         self.overlap = self.overlap.max(row.overlap);
-        self.joints.add_stiffness(row.stiffness);
-        for joint in &step.joints {
-            self.joints.add_residual(joint.residual.locked, joint.residual.drive);
-        }
-        for (gear, of) in step.gears.iter().zip(world.gears()) {
-            self.joints.add_gear(of, gear.residual);
-        }
+        self.joints.add_rows(world, step);
         let start = &row.start;
         let is_step = row.status != StepStatus::End && !start.is_empty();
         if is_step && (self.rungs.contains_key(start) || self.rungs.len() < MOST_STARTS) {

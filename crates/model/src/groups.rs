@@ -1,9 +1,9 @@
 //! Collision groups by name.
 
-use super::model::Model;
+use super::model::{Model, PartnerModel};
 use crate::failure::Failure;
 use serde::{Deserialize, Serialize};
-use tumble_core::contact::Partner;
+use strsim::levenshtein as edits;
 use tumble_core::world::{Groups, World};
 
 /// Group of bodies and fixed pieces without groups. It is bit 0 of the masks.
@@ -75,31 +75,30 @@ impl Model {
         Ok(Groups { members, collides_with })
     }
 
+    /// All objects with their names and groups: bodies, fixed geometry, terrains.
+    pub fn grouped_objects(&self) -> impl Iterator<Item = (PartnerModel, &str, &GroupsModel)> {
+        let bodies = self.bodies.iter().enumerate();
+        let bodies = bodies.map(|(at, of)| (PartnerModel::Body(at), &*of.name, &of.groups));
+        let fixed = self.fixed.iter().enumerate();
+        let fixed = fixed.map(|(at, of)| (PartnerModel::Fixed(at), &*of.name, &of.groups));
+        let terrains = self.terrains.iter().enumerate();
+        let terrains = terrains.map(|(at, of)| (PartnerModel::Terrain(at), &*of.name, &of.groups));
+        bodies.chain(fixed).chain(terrains)
+    }
+
     /// Sets the groups of all objects in `world`.
     pub(crate) fn grouped(&self, mut world: World) -> Result<World, Failure> {
-        for (index, body) in self.bodies.iter().enumerate() {
-            if !body.groups.are_usual() {
-                let invalid =
-                    |why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name));
-                let masks = self.masks(&body.groups).map_err(invalid)?;
-                world = world.with_groups(Partner::Body(index), masks)?;
-            }
-        }
-        for (index, fixed) in self.fixed.iter().enumerate() {
-            if !fixed.groups.are_usual() {
-                let invalid =
-                    |why| Failure::Input(format!("fixed[{index}] ({}): {why}", fixed.name));
-                let masks = self.masks(&fixed.groups).map_err(invalid)?;
-                world = world.with_groups(Partner::Fixed(index), masks)?;
-            }
-        }
-        for (index, terrain) in self.terrains.iter().enumerate() {
-            if !terrain.groups.are_usual() {
-                let invalid =
-                    |why| Failure::Input(format!("terrain[{index}] ({}): {why}", terrain.name));
-                let masks = self.masks(&terrain.groups).map_err(invalid)?;
-                world = world.with_groups(Partner::Fixed(self.fixed.len() + index), masks)?;
-            }
+        for (of, name, groups) in self.grouped_objects().filter(|(.., of)| !of.are_usual()) {
+            let masks = self.masks(groups).map_err(|why| {
+                let (table, index) = match of {
+                    PartnerModel::Body(index) => ("bodies", index),
+                    PartnerModel::Fixed(index) => ("fixed", index),
+                    PartnerModel::Terrain(index) => ("terrain", index),
+                    PartnerModel::Ground => ("ground", 0),
+                };
+                Failure::Input(format!("{table}[{index}] ({name}): {why}"))
+            });
+            world = world.with_groups(self.partner(of), masks?)?;
         }
         Ok(world)
     }
@@ -130,21 +129,6 @@ fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a s
     let most = name.chars().count().div_ceil(3);
     let ranked = known.map(|other| (edits(name, other), other));
     ranked.filter(|(edits, _)| *edits <= most).min_by_key(|(edits, _)| *edits).map(|(_, near)| near)
-}
-
-/// Number of letters to insert, remove or replace (Levenshtein's distance).
-fn edits(from: &str, to: &str) -> usize {
-    let to: Vec<char> = to.chars().collect();
-    let mut row: Vec<usize> = (0..=to.len()).collect();
-    for (i, letter) in from.chars().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, other) in to.iter().enumerate() {
-            let replaced = diagonal + usize::from(letter != *other);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[to.len()]
 }
 
 #[cfg(test)]

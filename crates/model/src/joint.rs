@@ -206,9 +206,7 @@ impl JointModel {
         };
         if self.collide { joint.colliding() } else { joint }
     }
-}
 
-impl JointModel {
     /// Index into the joint's drives of the axis `axis_name`; without a name, of the only axis.
     ///
     /// # Errors

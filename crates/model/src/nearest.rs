@@ -3,42 +3,28 @@
 /// Smallest similarity of a suggested name, by Jaro and Winkler.
 const SIMILAR: f64 = 0.7;
 
-/// Names in other simulators and earlier versions, and tumble's names for the same thing. They only
-/// serve suggestions.
-const OTHERS: [(&str, &str); 33] = [
-    ("angvel", "spin"),
-    ("angular_velocity", "spin"),
-    ("omega", "spin"),
-    ("ball", "sphere"),
-    ("center", "centre"),
-    ("com", "centre"),
-    ("color", "colour"),
-    ("rgba", "colour"),
-    ("cube", "box"),
-    ("size", "box"),
-    ("dt", "time_step"),
-    ("timestep", "time_step"),
-    ("elasticity", "restitution"),
-    ("floor", "ground"),
-    ("plane", "ground"),
-    ("most", "max_force"),
-    ("effort", "max_force"),
-    ("max_torque", "max_force"),
-    ("weld", "fixed"),
-    ("hinge", "revolute"),
-    ("slide", "prismatic"),
-    ("slider", "prismatic"),
-    ("linvel", "velocity"),
-    ("speed", "velocity"),
-    ("vel", "velocity"),
-    ("mu", "friction"),
-    ("mu", "coefficient"),
-    ("orientation", "attitude"),
-    ("quat", "attitude"),
-    ("rotation", "attitude"),
-    ("pos", "position"),
-    ("range", "limits"),
-    ("weight", "mass"),
+/// Tumble's names, and those for the same thing in other simulators and earlier versions, separated by
+/// spaces. They only serve suggestions.
+const OTHERS: [(&str, &str); 19] = [
+    ("spin", "angvel angular_velocity omega"),
+    ("sphere", "ball"),
+    ("centre", "center com"),
+    ("colour", "color rgba"),
+    ("box", "cube size"),
+    ("time_step", "dt timestep"),
+    ("restitution", "elasticity"),
+    ("ground", "floor plane"),
+    ("max_force", "most effort max_torque"),
+    ("fixed", "weld"),
+    ("revolute", "hinge"),
+    ("prismatic", "slide slider"),
+    ("velocity", "linvel speed vel"),
+    ("friction", "mu"),
+    ("coefficient", "mu"),
+    ("attitude", "orientation quat rotation"),
+    ("position", "pos"),
+    ("limits", "range"),
+    ("mass", "weight"),
 ];
 
 /// Loss of similarity by a slip. It ranks a few slips above the same letters in another order.
@@ -54,7 +40,10 @@ fn slips(word: &str, name: &str) -> Option<usize> {
 /// Name among `names` for the unknown `word`: the one for the same thing in another simulator, or
 /// else the most similar one, if it is similar enough.
 pub fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let of_other = |name: &str| OTHERS.contains(&(word, name));
+    let of_other = |name: &str| {
+        let known = OTHERS.iter().find(|(own, _)| *own == name);
+        known.is_some_and(|(_, others)| others.split(' ').any(|other| other == word))
+    };
     let similarity = |name: &str| {
         let slipped = slips(word, name).map_or(0.0, |slips| 1.0 - SLIP * slips as f64);
         if of_other(name) { f64::INFINITY } else { strsim::jaro_winkler(word, name).max(slipped) }

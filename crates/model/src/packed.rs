@@ -28,6 +28,16 @@ fn unpacked(text: &str) -> Result<Vec<u8>, String> {
     Ok(numbers)
 }
 
+/// Little-endian numbers of `N` bytes of a text.
+fn unpack<T, const N: usize>(text: &str, number: fn([u8; N]) -> T) -> Result<Vec<T>, String> {
+    let bytes = unpacked(text)?;
+    let (numbers, rest) = bytes.as_chunks::<N>();
+    if !rest.is_empty() {
+        return Err(format!("it does not have whole numbers of {N} bytes"));
+    }
+    Ok(numbers.iter().copied().map(number).collect())
+}
+
 /// Text of numbers.
 pub(crate) fn pack_floats(numbers: impl Iterator<Item = f64>) -> Result<String, String> {
     packed(&numbers.flat_map(f64::to_le_bytes).collect::<Vec<_>>())
@@ -35,12 +45,7 @@ pub(crate) fn pack_floats(numbers: impl Iterator<Item = f64>) -> Result<String, 
 
 /// Numbers of a text.
 pub(crate) fn unpack_floats(text: &str) -> Result<Vec<f64>, String> {
-    let bytes = unpacked(text)?;
-    let (numbers, rest) = bytes.as_chunks::<8>();
-    if !rest.is_empty() {
-        return Err("it does not have whole numbers of 8 bytes".to_owned());
-    }
-    Ok(numbers.iter().map(|eight| f64::from_le_bytes(*eight)).collect())
+    unpack(text, f64::from_le_bytes)
 }
 
 /// Text of indices.
@@ -50,10 +55,5 @@ pub(crate) fn pack_indices(numbers: impl Iterator<Item = u32>) -> Result<String,
 
 /// Indices of a text.
 pub(crate) fn unpack_indices(text: &str) -> Result<Vec<u32>, String> {
-    let bytes = unpacked(text)?;
-    let (numbers, rest) = bytes.as_chunks::<4>();
-    if !rest.is_empty() {
-        return Err("it does not have whole numbers of 4 bytes".to_owned());
-    }
-    Ok(numbers.iter().map(|four| u32::from_le_bytes(*four)).collect())
+    unpack(text, u32::from_le_bytes)
 }

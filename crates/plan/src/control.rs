@@ -1,6 +1,7 @@
 //! Controls of a problem: forces, torques, pushes, motors, starts and constants.
 
 use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
 use tumble_core::derivative::StateChange;
 use tumble_core::joint::JointAxis;
 use tumble_core::mechanics::quaternion::rotation;
@@ -57,7 +58,8 @@ pub enum ControlKind {
 }
 
 /// A part of a state at the start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum StartPart {
     /// Centre of mass, m, world.
     Position,
@@ -67,6 +69,18 @@ pub enum StartPart {
     Velocity,
     /// Spin, rad/s, body.
     Spin,
+}
+
+impl StartPart {
+    /// Value in `state`; a turn is relative to it.
+    pub(super) fn value(self, state: &State) -> Vector3<f64> {
+        match self {
+            Self::Position => state.position,
+            Self::Turn => Vector3::zeros(),
+            Self::Velocity => state.velocity,
+            Self::Spin => state.spin,
+        }
+    }
 }
 
 /// A push at a point of a body.

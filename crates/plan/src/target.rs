@@ -129,6 +129,13 @@ impl TargetKind {
             };
             wanted.filter_map(row).collect()
         };
+        let turning = |values: &Vector3<f64>, by: &nalgebra::Matrix3<f64>| {
+            let row = |k: usize| TargetResidual {
+                value: values[k],
+                by: StateChange { turn: by.row(k).transpose(), ..zero },
+            };
+            (0..3).map(row).collect()
+        };
         match self {
             Self::Position(wanted) => each(wanted, &state.position, |k| StateChange {
                 position: Vector3::ith(k, 1.0),
@@ -145,12 +152,7 @@ impl TargetKind {
             Self::Attitude(wanted) => {
                 let there = State { attitude: *wanted, ..*state };
                 let turn = StateChange::between(&there, state).turn;
-                let by = right_jacobian_inverse(&turn);
-                let row = |k: usize| TargetResidual {
-                    value: turn[k],
-                    by: StateChange { turn: by.row(k).transpose(), ..zero },
-                };
-                (0..3).map(row).collect()
+                turning(&turn, &right_jacobian_inverse(&turn))
             }
             Self::Turn { axis, angle, from } => {
                 let q = quaternion::left(&state.attitude) * conjugated(from);
@@ -175,12 +177,7 @@ impl TargetKind {
             Self::Direction { of, to } => {
                 let rotation = rotation(&state.attitude);
                 let apart = rotation * of - to;
-                let by = -(rotation * of.cross_matrix());
-                let row = |k: usize| TargetResidual {
-                    value: apart[k],
-                    by: StateChange { turn: by.row(k).transpose(), ..zero },
-                };
-                (0..3).map(row).collect()
+                turning(&apart, &-(rotation * of.cross_matrix()))
             }
         }
     }

@@ -5,7 +5,7 @@
 //! in the unit of the file. The up axis is ignored, following ROS. Textures are ignored.
 
 use super::meshes::{Facet, Painted, colour_of};
-use super::xml::check_attributes;
+use super::xml::{Parsed, check_attributes};
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3, Vector4};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::HashMap;
@@ -19,13 +19,13 @@ const MOST_NODES: usize = 10_000;
 const MOST_POINTS: usize = 2_000_000;
 
 /// All points (m) shown by the scene of a file.
-pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
+pub fn points(text: &str) -> Parsed<Vec<Vector3<f64>>> {
     let points = scene(text)?.points;
     if points.is_empty() { Err("it shows no points".to_owned()) } else { Ok(points) }
 }
 
 /// All triangles (m) shown by the scene of a file, in groups of one colour.
-pub fn triangles(text: &str) -> Result<Vec<Painted>, String> {
+pub fn triangles(text: &str) -> Parsed<Vec<Painted>> {
     let groups = scene(text)?.groups;
     if groups.is_empty() { Err("it shows no triangles".to_owned()) } else { Ok(groups) }
 }
@@ -36,7 +36,7 @@ struct ColladaScene {
     groups: Vec<Painted>,
 }
 
-fn scene(text: &str) -> Result<ColladaScene, String> {
+fn scene(text: &str) -> Parsed<ColladaScene> {
     check_attributes(text)?;
     let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
@@ -90,16 +90,16 @@ fn below<'a, 'd: 'a>(node: Node<'a, 'd>, tag: &'static str) -> Option<Node<'a, '
     all(node, tag).next()
 }
 
-fn number(word: &str) -> Result<f64, String> {
+fn number(word: &str) -> Parsed<f64> {
     let number = word.parse::<f64>().ok().filter(|number| number.is_finite());
     number.ok_or_else(|| format!("{:?} is not a number", tumble_model::shown::line(word)))
 }
 
-fn numbers(node: Node<'_, '_>) -> Result<Vec<f64>, String> {
+fn numbers(node: Node<'_, '_>) -> Parsed<Vec<f64>> {
     node.text().unwrap_or("").split_ascii_whitespace().map(number).collect()
 }
 
-fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
+fn exactly<const N: usize>(node: Node<'_, '_>) -> Parsed<[f64; N]> {
     let wrong = |given: Vec<f64>| {
         format!("<{}>: {} numbers are given; {N} are needed", node.tag_name().name(), given.len())
     };
@@ -116,19 +116,14 @@ struct ColladaReader<'a> {
 
 impl<'a> ColladaReader<'a> {
     /// The element `tag` that another element refers to.
-    fn named(&self, by: Node<'a, 'a>, tag: &str) -> Result<Node<'a, 'a>, String> {
+    fn named(&self, by: Node<'a, 'a>, tag: &str) -> Parsed<Node<'a, 'a>> {
         let reference = by.attribute("url").or_else(|| by.attribute("source")).unwrap_or("");
         let id = reference.strip_prefix('#').unwrap_or(reference);
         let found = self.named.get(id).copied().filter(|node| node.has_tag_name_of(tag));
         found.ok_or_else(|| format!("there is no <{tag}> {:?}", tumble_model::shown::line(id)))
     }
 
-    fn add_node(
-        &mut self,
-        node: Node<'a, 'a>,
-        outer: &Matrix4<f64>,
-        depth: usize,
-    ) -> Result<(), String> {
+    fn add_node(&mut self, node: Node<'a, 'a>, outer: &Matrix4<f64>, depth: usize) -> Parsed<()> {
         self.nodes += 1;
         if depth > DEEPEST || self.nodes > MOST_NODES {
             return Err(format!("more than {MOST_NODES} nodes, or more than {DEEPEST} deep"));
@@ -168,7 +163,7 @@ impl<'a> ColladaReader<'a> {
         geometry: Node<'a, 'a>,
         place: &Matrix4<f64>,
         instance: Option<Node<'a, 'a>>,
-    ) -> Result<(), String> {
+    ) -> Parsed<()> {
         for mesh in all(geometry, "mesh") {
             for vertices in all(mesh, "vertices") {
                 let points = self.positions(vertices, place)?;
@@ -187,11 +182,7 @@ impl<'a> ColladaReader<'a> {
     }
 
     /// Points of `<vertices>`: their `POSITION` input.
-    fn positions(
-        &self,
-        vertices: Node<'a, 'a>,
-        place: &Matrix4<f64>,
-    ) -> Result<Vec<Vector3<f64>>, String> {
+    fn positions(&self, vertices: Node<'a, 'a>, place: &Matrix4<f64>) -> Parsed<Vec<Vector3<f64>>> {
         let is_place = |input: &Node<'_, '_>| input.attribute("semantic") == Some("POSITION");
         let mut points = Vec::new();
         for input in all(vertices, "input").filter(is_place) {
@@ -214,7 +205,7 @@ impl<'a> ColladaReader<'a> {
         faces: Node<'a, 'a>,
         place: &Matrix4<f64>,
         instance: Option<Node<'a, 'a>>,
-    ) -> Result<(), String> {
+    ) -> Parsed<()> {
         let offset = |input: Node<'_, '_>| -> usize {
             input.attribute("offset").and_then(|offset| offset.parse().ok()).unwrap_or(0)
         };
@@ -224,7 +215,7 @@ impl<'a> ColladaReader<'a> {
         let stride = inputs.iter().map(|input| offset(*input)).max().unwrap_or(0) + 1;
         let points = self.positions(self.named(*corner, "vertices")?, place)?;
         let indices = numbers(list)?;
-        let corners: Result<Vec<_>, String> = indices
+        let corners: Parsed<Vec<_>> = indices
             .chunks_exact(stride)
             .map(|each| {
                 let index = each[offset(*corner)];

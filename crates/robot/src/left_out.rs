@@ -1,21 +1,15 @@
 //! Removal of the parts of a file that the user excludes.
 
-use super::xml::Element;
+use super::xml::{Element, Parsed};
 use std::collections::BTreeSet;
 use tumble_model::shown;
 
-/// Attributes that refer to another element, and the kind of that element.
-const REFERENCES: [(&str, &str); 11] = [
-    ("joint", "joint"),
-    ("joint1", "joint"),
-    ("joint2", "joint"),
-    ("jointinparent", "joint"),
-    ("tendon", "tendon"),
-    ("tendon1", "tendon"),
-    ("body1", "body"),
-    ("body2", "body"),
-    ("geom1", "geom"),
-    ("geom2", "geom"),
+/// Kinds of elements, and the attributes that refer to one, separated by spaces.
+const REFERENCES: [(&str, &str); 5] = [
+    ("joint", "joint joint1 joint2 jointinparent"),
+    ("tendon", "tendon tendon1"),
+    ("body", "body1 body2"),
+    ("geom", "geom1 geom2"),
     ("hfield", "hfield"),
 ];
 
@@ -42,7 +36,7 @@ type Gone = BTreeSet<(&'static str, String)>;
 ///
 /// # Errors
 /// An entry that matches nothing.
-pub fn pruned(root: &Element, left_out: &[String]) -> Result<Element, String> {
+pub fn pruned(root: &Element, left_out: &[String]) -> Parsed<Element> {
     let mut root = root.clone();
     for requested in left_out {
         let mut gone = Gone::new();
@@ -59,8 +53,9 @@ pub fn pruned(root: &Element, left_out: &[String]) -> Result<Element, String> {
             };
             let has_joint = gone.iter().any(|(kind, _)| *kind == "joint");
             let refers = |element: &Element| {
-                let to = |(field, kind): &(&str, &str)| {
-                    element.own(field).is_some_and(|name| is_gone(kind, name))
+                let to = |(kind, fields): &(&str, &str)| {
+                    let mut names = fields.split(' ').filter_map(|field| element.own(field));
+                    names.any(|name| is_gone(kind, name))
                 };
                 REFERENCES.iter().any(to) || element.tag == "key" && has_joint
             };

@@ -4,6 +4,7 @@ use super::coarsening::coarsened;
 use super::mass::enclosed;
 use super::model::{LinkMass, LookForm, RobotLook, Surface};
 use super::{Reading, collada, gltf, msh};
+use crate::xml::Parsed;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -71,7 +72,7 @@ pub fn colour_of(numbers: &[f64]) -> Option<[u8; 3]> {
 }
 
 /// Triangles of a file, scaled along x, y and z.
-fn painted(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Vec<Painted>, String> {
+fn painted(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Parsed<Vec<Painted>> {
     let bad_mesh = |why: &dyn std::fmt::Display| bad_mesh(name, why);
     let plain = |facets| vec![Painted { colour: None, facets }];
     let facets = match &*extension(name) {
@@ -109,7 +110,7 @@ fn bad_mesh(name: &str, why: &dyn std::fmt::Display) -> String {
 }
 
 /// Reads a mesh file and computes its hull.
-pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled, String> {
+pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Parsed<Hulled> {
     if extension(name) == "dae" {
         let points = collada::points(&reading.text(name, LARGEST_MESH)?);
         let points = points.map_err(|why| bad_mesh(name, &why))?.into_iter();
@@ -130,7 +131,7 @@ pub fn decomposed(
     name: &str,
     scale: [f64; 3],
     settings: &DecompositionSettings,
-) -> Result<Vec<Vec<[f64; 3]>>, String> {
+) -> Parsed<Vec<Vec<[f64; 3]>>> {
     let groups = painted(reading, name, scale)?;
     let facets: Vec<_> = groups.into_iter().flat_map(|group| group.facets).collect();
     let pieces = Mesh::from_facets(&facets).and_then(|mesh| decompose(&mesh, settings));
@@ -141,7 +142,7 @@ pub fn decomposed(
 }
 
 /// Hull of triangles that are counter-clockwise seen from outside. Lengths are in m.
-pub fn hull_from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
+pub fn hull_from_facets(facets: &[[Vector3<f64>; 3]]) -> Parsed<Hulled> {
     let hulled = hull(facets.iter().flatten().map(|corner| (*corner).into()))?;
     if hulled.thickened > 0.0 {
         return Ok(hulled);
@@ -161,11 +162,7 @@ pub struct PaintedSurface {
 }
 
 /// Triangles of a mesh file, simplified to the limit of a robot, by colour.
-pub fn surfaces(
-    reading: &Reading<'_>,
-    name: &str,
-    scale: [f64; 3],
-) -> Result<Vec<PaintedSurface>, String> {
+pub fn surfaces(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Parsed<Vec<PaintedSurface>> {
     let mut groups: Vec<Painted> = Vec::new();
     for group in painted(reading, name, scale)? {
         match groups.iter_mut().find(|known| known.colour == group.colour) {
@@ -238,7 +235,7 @@ fn bits(point: &[f64; 3]) -> [u64; 3] {
 }
 
 /// Convex hull of points (m).
-pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
+pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Parsed<Hulled> {
     let mut known = HashSet::new();
     let points = points.filter(|point| known.insert(bits(point)));
     let mut points: Vec<_> = points.map(Vector3::from).collect();

@@ -202,23 +202,20 @@ impl RobotJoint {
 
     /// A joint without limits, damping, friction, armature or spring.
     pub(crate) fn bare(name: String, link: usize, moves: Moves, at: String) -> Self {
-        let (anchor, axis) = (Vector3::zeros(), Vector3::z());
-        let (range, effort) = (None, None);
-        let [reference, damping, friction, armature, stiffness, rest] = [0.0; 6];
         Self {
             name,
             link,
             moves,
-            anchor,
-            axis,
-            reference,
-            range,
-            damping,
-            friction,
-            armature,
-            stiffness,
-            rest,
-            effort,
+            anchor: Vector3::zeros(),
+            axis: Vector3::z(),
+            reference: 0.0,
+            range: None,
+            damping: 0.0,
+            friction: 0.0,
+            armature: 0.0,
+            stiffness: 0.0,
+            rest: 0.0,
+            effort: None,
             at,
         }
     }
@@ -479,6 +476,14 @@ pub struct RobotOptions {
     pub neighbours_touch: bool,
     /// True if the format describes a world with ground, gravity and fixed bodies, as MJCF does.
     pub has_world: bool,
+}
+
+impl RobotOptions {
+    /// Options of a file that gives none.
+    pub(crate) fn usual(has_world: bool) -> Self {
+        let gravity = Vector3::new(0.0, 0.0, -9.81);
+        Self { time_step: 0.002, gravity, contacts: true, neighbours_touch: false, has_world }
+    }
 }
 
 impl Robot {

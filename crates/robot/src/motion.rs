@@ -44,6 +44,13 @@ pub struct LinkMotion {
     pub velocity: Vector3<f64>,
 }
 
+impl LinkMotion {
+    /// Rest at a pose.
+    pub(crate) fn still(frame: LinkFrame) -> Self {
+        Self { frame, spin: Vector3::zeros(), velocity: Vector3::zeros() }
+    }
+}
+
 /// Kinematics of all links at given coordinates and rates.
 #[derive(Debug, Clone)]
 pub struct RobotMotion {
@@ -126,13 +133,8 @@ impl Robot {
             }
         }
         let places = self.places();
-        let still = LinkMotion {
-            frame: self.links[0].frame,
-            spin: Vector3::zeros(),
-            velocity: Vector3::zeros(),
-        };
         let mut motion = RobotMotion {
-            links: vec![still],
+            links: vec![LinkMotion::still(self.links[0].frame)],
             turning: vec![[Vector3::zeros(); 2]],
             screws: Vec::with_capacity(rates),
             movers: vec![Vec::new()],
@@ -272,8 +274,8 @@ struct MovingFrame {
 
 impl MovingFrame {
     fn still() -> Self {
-        let [spin, velocity, turn, pull] = [Vector3::zeros(); 4];
-        Self { motion: LinkMotion { frame: LinkFrame::identity(), spin, velocity }, turn, pull }
+        let motion = LinkMotion::still(LinkFrame::identity());
+        Self { motion, turn: Vector3::zeros(), pull: Vector3::zeros() }
     }
 
     /// Moves the origin by `arm` (world) to another point of the same rigid body.

@@ -14,6 +14,9 @@ const DEEPEST: usize = 200;
 /// Maximum number of numbers in one attribute.
 const MOST_NUMBERS: usize = 1_000_000;
 
+/// A value, or one sentence about the fault in a file and its place.
+pub type Parsed<T> = Result<T, String>;
+
 /// Message for a Xacro file.
 const XACRO: &str = "this is Xacro, not URDF; run `xacro FILE > robot.urdf` first";
 
@@ -74,7 +77,7 @@ fn line_of_many_attributes(text: &str) -> Option<usize> {
 ///
 /// # Errors
 /// The line of the element.
-pub fn check_attributes(text: &str) -> Result<(), String> {
+pub fn check_attributes(text: &str) -> Parsed<()> {
     line_of_many_attributes(text).map_or(Ok(()), |line| {
         Err(format!("line {line}: an element has more than {MOST_ATTRIBUTES} attributes"))
     })
@@ -82,7 +85,7 @@ pub fn check_attributes(text: &str) -> Result<(), String> {
 
 impl Element {
     /// Parses `text` and returns its root element. `file` is the name of an included file.
-    pub fn parse(text: &str, file: Option<&str>) -> Result<Self, String> {
+    pub fn parse(text: &str, file: Option<&str>) -> Parsed<Self> {
         let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
         let text = without_late_declaration(text);
         let text = &*with_name_spaces(&text);
@@ -102,7 +105,7 @@ impl Element {
         node: Node<'_, '_>,
         file: Option<&Rc<str>>,
         depth: usize,
-    ) -> Result<Self, String> {
+    ) -> Parsed<Self> {
         let line = lines.line(node.range().start);
         let name = node.tag_name();
         if name.namespace().is_some_and(|space| space.contains("xacro")) {
@@ -154,7 +157,7 @@ impl Element {
     }
 
     /// The only child with this tag. More than one is an error.
-    pub fn one(&self, tag: &str) -> Result<Option<&Self>, String> {
+    pub fn one(&self, tag: &str) -> Parsed<Option<&Self>> {
         let mut all = self.children.iter().filter(|child| child.tag == tag);
         let first = all.next();
         match all.next() {
@@ -169,7 +172,7 @@ impl Element {
     }
 
     /// Parses the numbers in the value of an attribute.
-    pub fn numbers_of(&self, name: &str, value: &str) -> Result<Vec<f64>, String> {
+    pub fn numbers_of(&self, name: &str, value: &str) -> Parsed<Vec<f64>> {
         let number = |word: &str| match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
             _ if word.contains("${") => Err(self.wrong(format!("{name}: {XACRO}"))),
@@ -231,6 +234,11 @@ fn within(file: Option<&str>) -> String {
     file.map_or(String::new(), |file| format!("{}, ", shown::line(file)))
 }
 
+/// True if a list of names, separated by spaces, has this one.
+pub fn is_listed(name: &str, list: &str) -> bool {
+    list.split_ascii_whitespace().any(|known| known == name)
+}
+
 /// Attributes of an element, including defaults.
 pub trait Attributes {
     /// The element, for messages.
@@ -240,12 +248,12 @@ pub trait Attributes {
     fn get(&self, name: &str) -> Option<&str>;
 
     /// All numbers of an attribute.
-    fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, String> {
+    fn numbers(&self, name: &str) -> Parsed<Option<Vec<f64>>> {
         self.get(name).map(|value| self.element().numbers_of(name, value)).transpose()
     }
 
     /// Exactly `N` numbers of an attribute.
-    fn exactly<const N: usize>(&self, name: &str) -> Result<Option<[f64; N]>, String> {
+    fn exactly<const N: usize>(&self, name: &str) -> Parsed<Option<[f64; N]>> {
         let Some(numbers) = self.numbers(name)? else { return Ok(None) };
         <[f64; N]>::try_from(numbers).map(Some).map_err(|given| {
             let count = given.len();
@@ -254,12 +262,12 @@ pub trait Attributes {
     }
 
     /// Number of an attribute.
-    fn number(&self, name: &str) -> Result<Option<f64>, String> {
+    fn number(&self, name: &str) -> Parsed<Option<f64>> {
         Ok(self.exactly::<1>(name)?.map(|[number]| number))
     }
 
     /// Number of an attribute within bounds. `usual` is the default.
-    fn bounded(&self, name: &str, usual: f64, [low, high]: [f64; 2]) -> Result<f64, String> {
+    fn bounded(&self, name: &str, usual: f64, [low, high]: [f64; 2]) -> Parsed<f64> {
         let number = self.number(name)?.unwrap_or(usual);
         if (low..=high).contains(&number) {
             Ok(number)
@@ -269,7 +277,7 @@ pub trait Attributes {
     }
 
     /// Integer of an attribute.
-    fn whole(&self, name: &str) -> Result<Option<i64>, String> {
+    fn whole(&self, name: &str) -> Parsed<Option<i64>> {
         let Some(number) = self.number(name)? else { return Ok(None) };
         if number.fract() != 0.0 || number.abs() > 2_147_483_648.0 {
             return Err(self.element().wrong(format!("{name}: a whole number is needed")));
@@ -278,7 +286,7 @@ pub trait Attributes {
     }
 
     /// Attribute whose value is one of several words.
-    fn word<T: Copy>(&self, name: &str, words: &[(&str, T)]) -> Result<Option<T>, String> {
+    fn word<T: Copy>(&self, name: &str, words: &[(&str, T)]) -> Parsed<Option<T>> {
         let Some(value) = self.get(name) else { return Ok(None) };
         let found = words.iter().find(|(word, _)| *word == value.trim());
         found.map(|(_, meaning)| Some(*meaning)).ok_or_else(|| {
@@ -289,17 +297,18 @@ pub trait Attributes {
     }
 
     /// Value of a required attribute.
-    fn needed(&self, name: &str) -> Result<&str, String> {
+    fn needed(&self, name: &str) -> Parsed<&str> {
         self.get(name).ok_or_else(|| self.element().wrong(format!("{name} is needed")))
     }
 
-    /// Rejects attributes that are listed neither in `read` nor in `idle`.
-    fn refuse_others(&self, read: &[&str], idle: &[&str]) -> Result<(), String> {
-        let known = |name: &str| read.contains(&name) || idle.contains(&name);
+    /// Rejects attributes that are listed neither in `read` nor in `idle`, separated by spaces.
+    fn refuse_others(&self, read: &str, idle: &str) -> Parsed<()> {
+        let known = |name: &str| is_listed(name, read) || is_listed(name, idle);
         match self.element().attributes.iter().find(|(name, _)| !known(name)) {
             None => Ok(()),
             Some((name, _)) => {
-                let hint = nearest::hint(name, read.iter().chain(idle).copied());
+                let names = read.split_ascii_whitespace().chain(idle.split_ascii_whitespace());
+                let hint = nearest::hint(name, names);
                 let name = shown::line(name);
                 Err(self.element().wrong(format!("{name}: this attribute is unknown{hint}")))
             }

@@ -1,8 +1,9 @@
 //! Summary of the joints of a run.
 
+use crate::output::tables::TableStep;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use tumble_core::joint::{Gear, JointForce};
+use tumble_core::joint::JointForce;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::Stiffness;
 use tumble_core::world::World;
@@ -44,11 +45,18 @@ impl JointsSummary {
         self.largest_law_residual_m_s = larger(self.largest_law_residual_m_s, drive);
     }
 
-    /// Adds the residual of a gear: of its constraint, or of its drive.
-    pub fn add_gear(&mut self, gear: &Gear, residual: f64) {
-        match gear.drive() {
-            None => self.add_residual(residual, 0.0),
-            Some(_) => self.add_residual(0.0, residual),
+    /// Adds the stiffness and the residuals of a step of `world`. The residual of a gear is that of
+    /// its constraint, or of its drive.
+    pub fn add_rows(&mut self, world: &World, step: &TableStep) {
+        self.add_stiffness(step.row.stiffness);
+        for joint in &step.joints {
+            self.add_residual(joint.residual.locked, joint.residual.drive);
+        }
+        for (row, gear) in step.gears.iter().zip(world.gears()) {
+            match gear.drive() {
+                None => self.add_residual(row.residual, 0.0),
+                Some(_) => self.add_residual(0.0, row.residual),
+            }
         }
     }
 

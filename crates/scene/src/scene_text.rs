@@ -51,8 +51,7 @@ impl Scene {
         }
         let (changed, seed_given) = (flags.changed(&below), flags.seed.is_some());
         let settings = flags.over(below);
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let scene = bodies::scene(name, floats, &settings, entries, Files { folder, read });
+        let scene = bodies::scene(name, floats, &settings, entries, Files::beside(path, read));
         let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
         let idle_seed = seed_given && !scene.drawn;
         refuse_flags("a scene without random values", &[("--seed", idle_seed)])?;
@@ -87,8 +86,7 @@ impl Scene {
     /// The first invalid value.
     pub fn with_body(&self, text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
         let entry = super::parse(text).map_err(Failure::Input)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        bodies::with_body(self, entry, Files { folder, read })
+        bodies::with_body(self, entry, Files::beside(path, read))
     }
 
     /// Convex piece that the fields of a piece in `pieces` describe, for queries. Its mesh is
@@ -98,8 +96,7 @@ impl Scene {
     /// The first invalid value.
     pub fn piece_from_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Piece, Failure> {
         let entry = super::parse(text).map_err(Failure::Input)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        bodies::piece(entry, Files { folder, read })
+        bodies::piece(entry, Files::beside(path, read))
     }
 
     /// This scene without the body `index` and its joints. The indices of later bodies decrease by

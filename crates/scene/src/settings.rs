@@ -60,13 +60,22 @@ pub struct Settings {
 }
 
 /// Import settings of a single robot file; `[[robots]]` has the same fields in a scenario.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct RobotSettings {
-    /// Folder that `package://` paths refer to.
+    /// Folder for `package://name/rest` in a robot file: DIR/name/rest is read [default: the
+    /// nearest folder that has it, from the robot file upwards].
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIR"))]
     pub packages: Option<PathBuf>,
-    /// Elements and attributes of the file to ignore.
+    /// Part of a robot file to ignore: `tag` or `name` of elements, `tag:name` of one element, or
+    /// `@attribute` of all.
+    ///
+    /// Can be repeated.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WHAT"))]
     pub leave_out: Vec<String>,
-    /// True if torsional and rolling friction are ignored.
+    /// Treat contacts of an MJCF file with torsional and rolling friction (condim 4 and 6) as
+    /// points with sliding friction only.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub point_contacts: bool,
 }
 
@@ -124,9 +133,7 @@ impl Settings {
             robot: self.robot,
         }
     }
-}
 
-impl Settings {
     /// Names of the flags that change a value of `below`.
     ///
     /// Only settings that affect the motion count. The seed and the solver are part of every title.

@@ -244,11 +244,6 @@ impl GroundTable {
 }
 
 impl LoadTable {
-    /// True if a point of application is given without a force.
-    pub fn has_idle_point(&self) -> bool {
-        self.at.is_some() && self.force.is_none()
-    }
-
     /// Table of a load.
     pub fn from_load(load: &Load) -> Self {
         let knots = |line: &Polyline| {
@@ -262,6 +257,9 @@ impl LoadTable {
 
     /// Converts the load.
     pub fn load(self) -> Result<Load, String> {
+        if self.at.is_some() && self.force.is_none() {
+            return Err("load.at has no meaning without load.force; leave it out".to_owned());
+        }
         let force = self.force.map(|value| value.polyline("load.force")).transpose()?;
         let torque = self.torque.map(|value| value.polyline("load.torque")).transpose()?;
         let at = self.at.map(vector).unwrap_or_default();

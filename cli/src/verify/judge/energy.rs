@@ -1,8 +1,7 @@
 //! Energy of a step: comparison with its columns, and gains that no step may have.
 
-use super::{RELATIVE_TOLERANCE, StepContacts, StepJudge};
-use tumble_core::contact::certificate::Claim;
-use tumble_core::mechanics::{State, Wrench};
+use super::{JudgedStep, RELATIVE_TOLERANCE, StepJudge};
+use tumble_core::mechanics::State;
 use tumble_core::simulation::unphysical::LARGEST_GAIN;
 use tumble_core::simulation::{EnergyBalance, energy};
 use tumble_scene::output::tables::TableStep;
@@ -21,14 +20,9 @@ pub(super) const OTHER_ENERGY: &str = "its energy differs";
 impl StepJudge {
     /// True if the energy terms equal their columns. The rounding error is relative to the largest
     /// term and to the energies whose difference is D.
-    pub(super) fn has_its_works(
-        &self,
-        step: &TableStep,
-        next: &[State],
-        wrenches: &[Wrench],
-        touching: &StepContacts,
-    ) -> bool {
-        let found = self.balance((&step.states, next), wrenches, touching).terms();
+    pub(super) fn has_its_works(&self, judged: &JudgedStep<'_>) -> bool {
+        let found = self.balance(judged).terms();
+        let JudgedStep { step, next, .. } = *judged;
         let ends = [&step.states[..], next].map(|states| self.energy_scale(states));
         let scale = found.iter().fold(ends[0] + ends[1], |scale, term| scale + term.abs());
         let mut pairs = found.iter().zip(&step.row.works);
@@ -36,14 +30,9 @@ impl StepJudge {
     }
 
     /// True if a step gains more energy than loads and drives supply.
-    pub(super) fn makes_energy(
-        &self,
-        states: &[State],
-        next: &[State],
-        wrenches: &[Wrench],
-        touching: &StepContacts,
-    ) -> bool {
-        let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
+    pub(super) fn makes_energy(&self, judged: &JudgedStep<'_>) -> bool {
+        let EnergyBalance { loads, drives, .. } = self.balance(judged);
+        let (states, next) = (&judged.step.states[..], judged.next);
         let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
         let scale = self.energy_scale(states) + self.energy_scale(next);
         let kinetic = |states: &[State]| -> f64 {
@@ -52,7 +41,7 @@ impl StepJudge {
         };
         let allowed = LARGEST_GAIN * kinetic(states).max(kinetic(next)) + ENERGY_MADE * scale;
         // Constant forces do this work on any path.
-        let ends = states.iter().zip(next).zip(wrenches);
+        let ends = states.iter().zip(next).zip(&judged.wrenches);
         let along =
             ends.map(|((from, to), wrench)| wrench.force.dot(&(to.position - from.position)));
         let loads = loads.abs().max(along.sum::<f64>().abs());
@@ -62,14 +51,8 @@ impl StepJudge {
         !is_small
     }
 
-    fn balance(
-        &self,
-        (states, next): (&[State], &[State]),
-        wrenches: &[Wrench],
-        StepContacts { contacts, loads, joints, gears, .. }: &StepContacts,
-    ) -> EnergyBalance {
-        let claim = Claim { states, next, wrenches, contacts, joints, gears };
-        EnergyBalance::new(&self.world, &claim, loads.iter().copied())
+    fn balance(&self, judged: &JudgedStep<'_>) -> EnergyBalance {
+        EnergyBalance::new(&self.world, &judged.claim(), judged.loads.iter().copied())
     }
 
     pub(super) fn has_its_energy(&self, step: &TableStep) -> bool {

@@ -1,6 +1,6 @@
 //! Rounding errors of a recomputed step.
 
-use super::{ROUNDED, StepContacts, StepJudge};
+use super::{JudgedStep, ROUNDED, StepJudge};
 use tumble_core::contact::{Contact, ContactLoad, rounding};
 use tumble_core::joint::{Gear, GearAxis, Joint, JointForce};
 use tumble_core::mechanics::State;
@@ -32,13 +32,9 @@ impl StepJudge {
     /// joint's length. δx is the distance of a touching point from that of its row, above rounding where
     /// the end of a cylinder lies nearly flat. Two computations of one residual may differ by this much;
     /// it never makes a step exact.
-    pub(super) fn lost_of_forces(
-        &self,
-        touching: &StepContacts,
-        rows: &[ContactRow],
-        states: &[State],
-    ) -> f64 {
-        let StepContacts { contacts, loads, joints, gears, .. } = touching;
+    pub(super) fn lost_of_forces(&self, judged: &JudgedStep<'_>) -> f64 {
+        let JudgedStep { contacts, loads, joints, gears, step, .. } = judged;
+        let (rows, states) = (&step.contacts, &step.states);
         let gives = self.world.bodies().iter().zip(states).map(|(body, state)| {
             let reach = body.reach();
             let turning = body.inertia_inverse().norm() * (state.position.norm() + reach) * reach;

@@ -91,15 +91,25 @@ pub struct StepJudge {
     pub stiff_joints: StiffJointReport,
 }
 
-/// Contacts of a step and their forces and moments.
-#[derive(Default)]
-struct StepContacts {
+/// A step of the tables with its contacts and their forces and moments.
+struct JudgedStep<'a> {
+    step: &'a TableStep,
+    /// States at its end.
+    next: &'a [State],
+    wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
     loads: Vec<ContactLoad>,
     joints: Vec<JointForce>,
     gears: Vec<f64>,
     /// Error in the first row that cannot be a contact.
     wrong: Option<String>,
+}
+
+impl JudgedStep<'_> {
+    fn claim(&self) -> Claim<'_> {
+        let Self { step, next, wrenches, contacts, joints, gears, .. } = self;
+        Claim { states: &step.states, next, wrenches, contacts, joints, gears }
+    }
 }
 
 /// True if a recomputed number equals its column within the tolerances. A column is finite.
@@ -160,10 +170,9 @@ impl StepJudge {
         self.begin(step);
         self.world.follow(&self.courses, self.world.time_after(row.index));
         self.count(step);
-        let wrenches = self.wrenches(row.index, states);
-        let touching = self.compare_rows(step, next, &wrenches);
-        let StepContacts { contacts, loads, joints, gears, wrong } = &touching;
-        let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
+        let judged = self.compare_rows(step, next, self.wrenches(row.index, states));
+        let JudgedStep { contacts, loads, joints, wrong, .. } = &judged;
+        let claim = judged.claim();
         let certificate = if self.floating {
             certify_rk4_step(&self.world, &claim)
         } else {
@@ -171,8 +180,8 @@ impl StepJudge {
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(contacts, states, next);
-        let status = self.another_status(step, next, &wrenches, &touching, lost);
-        let (differs, overlap) = self.compare(step, next, &wrenches, &touching, &certificate, lost);
+        let status = self.another_status(&judged, lost);
+        let (differs, overlap) = self.compare(&judged, &certificate, lost);
         let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();
         // Free flight is exact for every solver of contacts.
@@ -238,25 +247,23 @@ impl StepJudge {
     /// the rounding error of a slip, m/s.
     fn compare(
         &mut self,
-        step: &TableStep,
-        next: &[State],
-        wrenches: &[Wrench],
-        touching: &StepContacts,
+        judged: &JudgedStep<'_>,
         certificate: &Certificate,
         slip_lost: f64,
     ) -> (Option<String>, f64) {
-        let (states, row, contacts) = (&step.states[..], &step.row, &touching.contacts);
-        let (complete, mut differs) = (touching.wrong.is_none(), touching.wrong.clone());
+        let JudgedStep { step, next, contacts, joints, gears, wrong, .. } = judged;
+        let (states, row) = (&step.states[..], &step.row);
+        let (complete, mut differs) = (wrong.is_none(), wrong.clone());
         let mut differ = |what: String| differs = differs.take().or(Some(what));
-        if self.has_another_rebound(touching, states, next, wrenches, row.restitution_share) {
+        if self.has_another_rebound(judged) {
             differ("a contact rebounds differently from the restitution law".to_owned());
         }
         let negligible = NEGLIGIBLE * self.world.speed_scale();
-        let lost = slip_lost + self.lost_of_forces(touching, &step.contacts, states) + negligible;
-        if let Some(other) = self.another_joint(step, Some((next, &touching.joints))) {
+        let lost = slip_lost + self.lost_of_forces(judged) + negligible;
+        if let Some(other) = self.another_joint(step, Some((next, joints))) {
             differ(other);
         }
-        if let Some(other) = self.another_gear(step, Some((next, &touching.joints))) {
+        if let Some(other) = self.another_gear(step, Some((next, joints))) {
             differ(other);
         }
         if complete && !is_near(certificate.residual(), row.residual, lost) {
@@ -273,9 +280,9 @@ impl StepJudge {
             }
         }
         if complete {
-            let missing = self.missing_contact(step, next, contacts, slip_lost);
+            let missing = self.missing_contact(judged, slip_lost);
             missing.into_iter().for_each(&mut differ);
-            let misplaced = self.placement_error(states, next, touching);
+            let misplaced = self.placement_error(judged);
             if !is_near(misplaced, row.placement, OVERLAP_FOUND_TO * self.world.reach()) {
                 let column = row.placement;
                 differ(format!(
@@ -291,9 +298,8 @@ impl StepJudge {
         if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach() + kept) {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
         }
-        let stiffness =
-            self.stiffness.largest_in_step(&self.world, states, &touching.joints, &touching.gears);
-        self.stiff_joints.add(&self.world, states, &touching.joints, &touching.gears, stiffness);
+        let stiffness = self.stiffness.largest_in_step(&self.world, states, joints, gears);
+        self.stiff_joints.add(&self.world, states, joints, gears, stiffness);
         if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
             differ(format!(
                 "its stiffness in the table is {:.3e}, not {stiffness:.3e}",
@@ -303,7 +309,7 @@ impl StepJudge {
         if !self.has_its_energy(step) {
             differ(OTHER_ENERGY.to_owned());
         }
-        if !self.has_gaps && !self.has_its_works(step, next, wrenches, touching) {
+        if !self.has_gaps && !self.has_its_works(judged) {
             differ("its energy terms differ".to_owned());
         }
         (differs, overlap)
@@ -312,13 +318,8 @@ impl StepJudge {
     /// Contact without a row that ends a solved step deeper than its residual and the rotation of its
     /// bodies allow. The search is that of the simulation, which may have found another plane. Two planes
     /// of one pair differ by the square of the rotation.
-    fn missing_contact(
-        &mut self,
-        TableStep { row, states, .. }: &TableStep,
-        next: &[State],
-        contacts: &[Contact],
-        lost: f64,
-    ) -> Option<String> {
+    fn missing_contact(&mut self, judged: &JudgedStep<'_>, lost: f64) -> Option<String> {
+        let JudgedStep { step: TableStep { row, states, .. }, next, contacts, .. } = judged;
         let depth = self.accepted.max(lost) * self.world.time_step();
         self.candidates.clear();
         self.candidates.extend(contacts.iter().copied());
@@ -340,30 +341,20 @@ impl StepJudge {
     }
 
     /// Largest error of the placement of a contact with a force (eq. 18g), m.
-    fn placement_error(
-        &mut self,
-        states: &[State],
-        next: &[State],
-        touching: &StepContacts,
-    ) -> f64 {
-        let StepContacts { contacts, loads, .. } = touching;
+    fn placement_error(&mut self, judged: &JudgedStep<'_>) -> f64 {
+        let JudgedStep { step, next, contacts, loads, .. } = judged;
         self.candidates.clear();
         self.candidates.extend(contacts.iter().copied());
         let forces = loads.iter().map(|load| load.force);
-        self.candidates.placement_error(&self.world, states, next, forces)
+        self.candidates.placement_error(&self.world, &step.states, next, forces)
     }
 
     /// True if a contact's rebound speed is not between the step's share of the restitution and
     /// full restitution.
-    fn has_another_rebound(
-        &self,
-        StepContacts { contacts, loads, .. }: &StepContacts,
-        states: &[State],
-        next: &[State],
-        wrenches: &[Wrench],
-        share: f64,
-    ) -> bool {
-        let world = &self.world;
+    fn has_another_rebound(&self, judged: &JudgedStep<'_>) -> bool {
+        let JudgedStep { step, next, wrenches, contacts, loads, .. } = judged;
+        let TableStep { states, row, .. } = step;
+        let (world, share) = (&self.world, row.restitution_share);
         if !world.has_restitution() {
             return share != 1.0 || contacts.iter().any(Contact::bounces);
         }

@@ -1,6 +1,6 @@
 //! Contacts rebuilt from rows of tables.
 
-use super::{StepContacts, StepJudge};
+use super::{JudgedStep, StepJudge};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use tumble_core::contact::{ContactKey, ContactLoad, InstantMotions, PairFeatures};
@@ -11,12 +11,12 @@ use tumble_scene::output::tables::{Misplaced, TableStep};
 
 impl StepJudge {
     /// Contacts and joint forces in the tables.
-    pub(super) fn compare_rows(
+    pub(super) fn compare_rows<'a>(
         &self,
-        step: &TableStep,
-        next: &[State],
-        wrenches: &[Wrench],
-    ) -> StepContacts {
+        step: &'a TableStep,
+        next: &'a [State],
+        wrenches: Vec<Wrench>,
+    ) -> JudgedStep<'a> {
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
             let at = joint.coordinates(next);
             let unknown = Vector3::repeat(f64::NAN);
@@ -24,13 +24,14 @@ impl StepJudge {
             JointForce { force: row.force, torque: row.torque, angles }
         });
         let gears = step.gears.iter().map(|gear| gear.force).collect();
+        let (contacts, loads, joints) = (Vec::new(), Vec::new(), joints.collect());
         let mut touching =
-            StepContacts { joints: joints.collect(), gears, ..StepContacts::default() };
+            JudgedStep { step, next, wrenches, contacts, loads, joints, gears, wrong: None };
         let mut planes = BTreeMap::new();
         if step.contacts.is_empty() {
             return touching;
         }
-        let free = self.free_flight(&step.states, wrenches);
+        let free = self.free_flight(&step.states, &touching.wrenches);
         let moved = self.moved(step, next, &free);
         let mut motions = InstantMotions::default();
         if self.turns_friction {

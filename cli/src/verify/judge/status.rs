@@ -1,8 +1,7 @@
 //! Statuses that a step cannot have.
 
-use super::{StepContacts, StepJudge};
+use super::{JudgedStep, StepJudge};
 use tumble::solver::Rung;
-use tumble_core::mechanics::{State, Wrench};
 use tumble_core::solver::native::STARTS;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
@@ -15,15 +14,8 @@ fn is_start(word: &str) -> bool {
 
 impl StepJudge {
     /// Reason why a step, correct otherwise, cannot have the status in its row.
-    pub(super) fn another_status(
-        &self,
-        step: &TableStep,
-        next: &[State],
-        wrenches: &[Wrench],
-        touching: &StepContacts,
-        lost: f64,
-    ) -> Option<String> {
-        let TableStep { row, states, .. } = step;
+    pub(super) fn another_status(&self, judged: &JudgedStep<'_>, lost: f64) -> Option<String> {
+        let TableStep { row, joints, .. } = judged.step;
         let status = row.status;
         if !is_start(&row.start) {
             let start = shown::line(&row.start);
@@ -32,8 +24,8 @@ impl StepJudge {
         let is_solved =
             matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
         let has_start = !row.start.is_empty();
-        let touches = row.contacts > 0 || !step.joints.is_empty();
-        let pushed = touching.loads.iter().any(|load| load.force.amax() > 0.0);
+        let touches = row.contacts > 0 || !joints.is_empty();
+        let pushed = judged.loads.iter().any(|load| load.force.amax() > 0.0);
         let why = if status == StepStatus::Free && pushed {
             "it has forces"
         } else if status == StepStatus::Free && (row.iterations > 0 || has_start) {
@@ -44,9 +36,7 @@ impl StepJudge {
             "nothing can touch, and no problem was solved"
         } else if is_solved && row.residual > self.accepted.max(lost) {
             "its residual is above the limit of a solved step"
-        } else if status == StepStatus::Substepped
-            && self.makes_energy(states, next, wrenches, touching)
-        {
+        } else if status == StepStatus::Substepped && self.makes_energy(judged) {
             "its energy rises by more than loads and drives supply"
         } else {
             return None;

@@ -1,6 +1,6 @@
 //! Controls from their tables.
 
-use super::tables::{ControlTable, JointNames, KindName, PartName, Range};
+use super::tables::{ControlTable, JointNames, KindName, Range};
 use super::{body_of, unit};
 use crate::control::{Control, ControlKind, PushControl, StartPart};
 use nalgebra::{Matrix3, Vector3};
@@ -55,17 +55,10 @@ impl ControlTable {
             }
             KindName::Start => {
                 let body = body()?;
-                let (part, word) = match self.of {
-                    Some(PartName::Position) => (StartPart::Position, "position"),
-                    Some(PartName::Turn) => (StartPart::Turn, "turn"),
-                    Some(PartName::Velocity) => (StartPart::Velocity, "velocity"),
-                    Some(PartName::Spin) => (StartPart::Spin, "spin"),
-                    None => {
-                        let why = "of: position, turn, velocity or spin is needed";
-                        return Err(why.to_owned());
-                    }
-                };
+                let needed = "of: position, turn, velocity or spin is needed";
+                let part = self.of.ok_or(needed)?;
                 let bounds = self.start_bounds(&scene.starts[body], part);
+                let word = format!("{part:?}").to_lowercase();
                 let name = format!("{}.{word}", scene.bodies[body]);
                 (ControlKind::Start { body, part }, bounds, name)
             }
@@ -152,10 +145,7 @@ impl ControlTable {
                 (at.map_or(centre, |at| at.0.into()), -out)
             }
             (None, Some(at), Some(direction)) => (at.0.into(), unit("direction", direction)?),
-            _ => {
-                let why = "face, or at and direction, are needed";
-                return Err(why.to_owned());
-            }
+            _ => return Err("face, or at and direction, are needed".to_owned()),
         };
         // The first tangent is along y, or along x for a push along y or z.
         let along = if into[0].abs() > 0.9 { Vector3::y() } else { Vector3::x() };
@@ -166,13 +156,8 @@ impl ControlTable {
 
     /// Bounds of a start; a component without a range keeps the scene's value.
     fn start_bounds(&self, own: &tumble_core::mechanics::State, part: StartPart) -> Vec<[f64; 2]> {
-        let own = match part {
-            StartPart::Position => own.position,
-            StartPart::Turn => Vector3::zeros(),
-            StartPart::Velocity => own.velocity,
-            StartPart::Spin => own.spin,
-        };
-        let ranges = [self.x, self.y, self.z].into_iter().zip(own.iter());
+        let own = part.value(own);
+        let ranges = [self.x, self.y, self.z].into_iter().zip(&own);
         ranges.map(|(range, own)| range.map_or([*own; 2], |of| Range::bounds(Some(of)))).collect()
     }
 }

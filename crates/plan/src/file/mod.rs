@@ -191,10 +191,8 @@ fn body_of(scene: &Scene, name: Option<&str>) -> Result<usize, String> {
         None if scene.bodies.len() == 1 => Ok(0),
         None => Err("body: a name is needed, because the scene has several bodies".to_owned()),
         Some(name) => scene.bodies.iter().position(|known| known == name).ok_or_else(|| {
-            format!("body: unknown body {name:?}; the scene has {}", {
-                let known: Vec<_> = scene.bodies.iter().take(8).cloned().collect();
-                known.join(", ")
-            })
+            let known = &scene.bodies[..scene.bodies.len().min(8)];
+            format!("body: unknown body {name:?}; the scene has {}", known.join(", "))
         }),
     }
 }

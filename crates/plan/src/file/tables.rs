@@ -1,6 +1,7 @@
 //! Tables of a problem file.
 
 use super::StageName;
+use crate::control::StartPart;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -88,15 +89,6 @@ pub(super) enum KindName {
     Constant,
 }
 
-#[derive(Deserialize, Clone, Copy)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum PartName {
-    Position,
-    Turn,
-    Velocity,
-    Spin,
-}
-
 /// Direction along an axis of a body.
 #[derive(Deserialize, Clone, Copy)]
 pub(super) enum FaceSide {
@@ -150,7 +142,7 @@ pub(super) struct ControlTable {
     pub(super) joint: Option<JointNames>,
     pub(super) axis: Option<String>,
     pub(super) force: Option<Range>,
-    pub(super) of: Option<PartName>,
+    pub(super) of: Option<StartPart>,
     pub(super) constant: Option<String>,
     pub(super) value: Option<Range>,
 }
@@ -188,6 +180,21 @@ pub(super) struct Each {
     pub(super) attitude: Option<f64>,
     pub(super) turn: Option<f64>,
     pub(super) down: Option<f64>,
+}
+
+impl Each {
+    /// Fields with their names.
+    pub(super) fn fields(&self) -> [(&'static str, Option<f64>); 7] {
+        [
+            ("position", self.position),
+            ("velocity", self.velocity),
+            ("speed", self.speed),
+            ("spin", self.spin),
+            ("attitude", self.attitude),
+            ("turn", self.turn),
+            ("down", self.down),
+        ]
+    }
 }
 
 #[derive(Deserialize)]

@@ -1,6 +1,6 @@
 //! Targets and path constraints from their tables.
 
-use super::tables::{PathConstraintTable, PointTable, TargetTable, WallTable};
+use super::tables::{Each, PathConstraintTable, PointTable, TargetTable, WallTable};
 use super::{body_of, unit};
 use crate::path_constraint::{PathConstraint, PathConstraintKind};
 use crate::target::{Target, TargetKind};
@@ -11,17 +11,12 @@ use tumble_scene::scene::Scene;
 /// Default tolerances in m, m/s, rad/s and degrees.
 const USUAL: (f64, f64, f64, f64) = (1e-3, 1e-2, 1e-2, 0.5);
 
-/// A quantity of a table: name, target, tolerance, weight, and default tolerance.
-type TargetField = (&'static str, TargetKind, Option<f64>, Option<f64>, f64);
-
 impl TargetTable {
     /// Targets of a table, one for each quantity.
     pub(super) fn targets(self, scene: &Scene, steps: usize) -> Result<Vec<Target>, String> {
         let body = body_of(scene, self.body.as_deref())?;
         let after = self.after.map_or(steps, |after| after as usize);
-        let mut kinds: Vec<TargetField> = Vec::new();
-        let (tolerance, weight) = (&self.tolerance, &self.weight);
-        let (m, m_s, rad_s, degrees) = USUAL;
+        let mut kinds: Vec<(&str, TargetKind)> = Vec::new();
         let mut position = [self.x, self.y, self.z];
         if let Some(values) = &self.position {
             if position.iter().any(Option::is_some) || !(1..=3).contains(&values.len()) {
@@ -31,12 +26,10 @@ impl TargetTable {
             position.iter_mut().zip(values).for_each(|(of, value)| *of = Some(*value));
         }
         if position.iter().any(Option::is_some) {
-            let kind = TargetKind::Position(position);
-            kinds.push(("position", kind, tolerance.position, weight.position, m));
+            kinds.push(("position", TargetKind::Position(position)));
         }
         if let Some(Exactly(velocity)) = self.velocity {
-            let kind = TargetKind::Velocity(velocity.map(Some));
-            kinds.push(("velocity", kind, tolerance.velocity, weight.velocity, m_s));
+            kinds.push(("velocity", TargetKind::Velocity(velocity.map(Some))));
         }
         for (name, value) in [("speed", self.speed), ("spin", self.spin)] {
             if value.is_some_and(|value| value != 0.0) {
@@ -45,58 +38,55 @@ impl TargetTable {
             }
         }
         if self.speed.is_some() {
-            let kind = TargetKind::Velocity([Some(0.0); 3]);
-            kinds.push(("speed", kind, tolerance.speed, weight.speed, m_s));
+            kinds.push(("speed", TargetKind::Velocity([Some(0.0); 3])));
         }
         if self.spin.is_some() {
-            let kind = TargetKind::Spin([Some(0.0); 3]);
-            kinds.push(("spin", kind, tolerance.spin, weight.spin, rad_s));
+            kinds.push(("spin", TargetKind::Spin([Some(0.0); 3])));
         }
-        let radians = |of: Option<f64>| of.map(f64::to_radians);
         if let Some(Exactly(attitude)) = self.attitude {
             let attitude = nalgebra::Vector4::from(attitude);
             let norm = attitude.norm();
             if !(norm > 1e-6 && norm < 1e6) {
                 return Err("attitude: a length from 1e-6 to 1e6 is needed".to_owned());
             }
-            let kind = TargetKind::Attitude(attitude / norm);
-            kinds.push(("attitude", kind, radians(tolerance.attitude), weight.attitude, degrees));
+            kinds.push(("attitude", TargetKind::Attitude(attitude / norm)));
         }
         if let Some(turn) = self.turn {
             let axis = self.axis.as_ref().map_or(Ok(Vector3::z()), |axis| unit("axis", axis))?;
             let from = scene.starts[body].attitude;
-            let kind = TargetKind::Turn { axis, angle: turn.to_radians(), from };
-            kinds.push(("turn", kind, radians(tolerance.turn), weight.turn, degrees));
+            kinds.push(("turn", TargetKind::Turn { axis, angle: turn.to_radians(), from }));
         } else if self.axis.is_some() {
             return Err("axis: it has no meaning without turn; leave it out".to_owned());
         }
         if let Some(down) = self.down {
             let kind = TargetKind::Direction { of: down.direction(), to: -Vector3::z() };
-            kinds.push(("down", kind, radians(tolerance.down), weight.down, degrees));
+            kinds.push(("down", kind));
         }
         if kinds.is_empty() {
             let all = "position, velocity, speed, spin, attitude, turn, down";
             return Err(format!("the target is empty; one or more of {all} are needed"));
         }
-        let each = [
-            ("position", tolerance.position, weight.position),
-            ("velocity", tolerance.velocity, weight.velocity),
-            ("speed", tolerance.speed, weight.speed),
-            ("spin", tolerance.spin, weight.spin),
-            ("attitude", tolerance.attitude, weight.attitude),
-            ("turn", tolerance.turn, weight.turn),
-            ("down", tolerance.down, weight.down),
-        ];
-        for (name, tolerance, weight) in each {
+        let settings = self.tolerance.fields().into_iter().zip(self.weight.fields());
+        for ((name, tolerance), (_, weight)) in settings {
             let idle = tolerance.or(weight).is_some() && kinds.iter().all(|kind| kind.0 != name);
             if idle {
                 return Err(format!("tolerance and weight: {name} is not among the targets"));
             }
         }
-        let target = |(name, kind, tolerance, weight, usual): TargetField| {
-            let usual = if kind.unit() == "rad" { usual.to_radians() } else { usual };
-            let tolerance = tolerance.unwrap_or(usual);
-            let weight = weight.unwrap_or(1.0 / (tolerance * tolerance));
+        let given = |each: &Each, name: &str| {
+            each.fields().into_iter().find(|(field, _)| *field == name).and_then(|(_, given)| given)
+        };
+        let target = |(name, kind): (&str, TargetKind)| {
+            let usual = match kind.unit() {
+                "m" => USUAL.0,
+                "m/s" => USUAL.1,
+                "rad/s" => USUAL.2,
+                _ => USUAL.3,
+            };
+            let tolerance = given(&self.tolerance, name).unwrap_or(usual);
+            let is_angle = kind.unit() == "rad";
+            let tolerance = if is_angle { tolerance.to_radians() } else { tolerance };
+            let weight = given(&self.weight, name).unwrap_or(1.0 / (tolerance * tolerance));
             let mut name = format!("{}.{name}", scene.bodies[body]);
             if after != steps {
                 name += &format!("@{after}");

@@ -27,40 +27,38 @@ pub(super) fn sets_alike(a: &Control, b: &Control) -> bool {
 }
 
 pub(super) fn has_body(of: &str, name: &str, body: usize, bodies: usize) -> Result<(), PlanError> {
+    check_body(body, bodies).or_else(|why| bad_input(format!("{of} {name:?}: {why}")))
+}
+
+fn check_body(body: usize, bodies: usize) -> Result<(), String> {
     if body < bodies {
         return Ok(());
     }
-    bad_input(format!("{of} {name:?}: body {body} does not exist; allowed: 0 to {}", bodies - 1))
+    Err(format!("body {body} does not exist; allowed: 0 to {}", bodies - 1))
 }
 
-pub(super) fn check_control(
-    control: &Control,
-    world: &World,
-    steps: usize,
-) -> Result<(), PlanError> {
-    let Control { name, kind, bounds, knots, effort } = control;
+pub(super) fn check_control(control: &Control, world: &World, steps: usize) -> Result<(), String> {
+    let Control { kind, bounds, knots, effort, .. } = control;
     if let Some(body) = kind.body() {
-        has_body("control", name, body, world.bodies().len())?;
+        check_body(body, world.bodies().len())?;
     }
     let components = kind.components();
     if bounds.len() != components.len() {
         let (count, wanted) = (bounds.len(), components.len());
-        return bad_input(format!(
-            "control {name:?}: {count} bounds are given; {wanted} are needed"
-        ));
+        return Err(format!("{count} bounds are given; {wanted} are needed"));
     }
     for (component, [low, high]) in components.iter().zip(bounds) {
         if !(low.is_finite() && high.is_finite() && low <= high) {
             let why = format!("the bounds are {low} to {high}; two numbers in order are needed");
-            return bad_input(format!("control {name:?}: {component}: {why}"));
+            return Err(format!("{component}: {why}"));
         }
     }
     let most = if kind.is_of_the_run() { 1 } else { steps };
     if !(1..=most).contains(knots) {
-        return bad_input(format!("control {name:?}: knots is {knots}; allowed: 1 to {most}"));
+        return Err(format!("knots is {knots}; allowed: 1 to {most}"));
     }
     if !(*effort >= 0.0 && effort.is_finite()) {
-        return bad_input(format!("control {name:?}: effort is {effort}; allowed: 0 or more"));
+        return Err(format!("effort is {effort}; allowed: 0 or more"));
     }
     match kind {
         ControlKind::Push(push) => {
@@ -68,74 +66,58 @@ pub(super) fn check_control(
                 && low < 0.0
             {
                 let why = format!("normal: its lower end is {low}; allowed: 0 N or more");
-                return bad_input(format!("control {name:?}: {why}"));
+                return Err(why.to_owned());
             }
             let frame = &push.frame;
             let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
             if !(apart < 1e-9 && frame.determinant() > 0.0) {
                 let why = "its frame is not a rotation; three orthogonal, right-handed unit \
                            vectors are needed";
-                return bad_input(format!("control {name:?}: {why}"));
+                return Err(why.to_owned());
             }
             if !push.point.iter().all(|x| x.abs() <= FARTHEST) {
                 let [x, y, z]: [f64; 3] = push.point.into();
                 let why = format!("at is [{x:?}, {y:?}, {z:?}]; allowed: -1e6 to 1e6 m");
-                return bad_input(format!("control {name:?}: {why}"));
+                return Err(why.to_owned());
             }
-            check_reach(name, push, &bounds[3..], world)?;
+            check_reach(push, &bounds[3..], world)?;
             let friction = push.friction.unwrap_or(0.0);
             if !(0.0..=10.0).contains(&friction) {
                 let why = format!("friction is {friction}; allowed: 0 to 10");
-                return bad_input(format!("control {name:?}: {why}"));
+                return Err(why.to_owned());
             }
             Ok(())
         }
         ControlKind::Motor { axes } => {
             let driven = world.driven_axes();
             if let Some((joint, _)) = axes.iter().find(|axis| !driven.contains(axis)) {
-                return bad_input(format!("control {name:?}: joint {joint} has no such free axis"));
+                return Err(format!("joint {joint} has no such free axis"));
             }
             let of_a_place = |(_, axis): &(usize, JointAxis)| matches!(axis, JointAxis::Linear(_));
             let along = axes.iter().filter(|axis| of_a_place(axis)).count();
             if axes.is_empty() || along > 0 && along < axes.len() {
-                let why = "axes that slide, or axes that turn, are needed, not both";
-                return bad_input(format!("control {name:?}: {why}"));
+                return Err("axes that slide, or axes that turn, are needed, not both".to_owned());
             }
             let twice = (1..axes.len()).any(|k| axes[..k].contains(&axes[k]));
-            if twice {
-                bad_input(format!("control {name:?}: a joint is named twice"))
-            } else {
-                Ok(())
-            }
+            if twice { Err("a joint is named twice".to_owned()) } else { Ok(()) }
         }
         ControlKind::Constant(constant) if !CONSTANTS.contains(constant) => {
             let names: Vec<_> = CONSTANTS.iter().map(|constant| constant.name()).collect();
             let why =
                 format!("{} cannot be a control; allowed: {}", constant.name(), names.join(", "));
-            bad_input(format!("control {name:?}: {why}"))
+            Err(why.to_owned())
         }
-        ControlKind::Constant(constant) => {
-            for number in bounds[0] {
-                let numbers = constant.from_one_number(world, number);
-                if let Err(error) = world.with_constants(&[(*constant, &numbers)]) {
-                    return bad_input(format!(
-                        "control {name:?}: value {number} is not allowed: {error}"
-                    ));
-                }
-            }
-            Ok(())
-        }
+        ControlKind::Constant(constant) => bounds[0].into_iter().try_for_each(|number| {
+            let numbers = constant.from_one_number(world, number);
+            let changed = world.with_constants(&[(*constant, &numbers)]).map(drop);
+            changed.map_err(|error| format!("value {number} is not allowed: {error}"))
+        }),
         _ => Ok(()),
     }
 }
 
 /// Refuses a push whose point, with any of its offsets, lies outside the box around the body.
-fn check_reach(
-    name: &str,
-    push: &PushControl,
-    offsets: &[[f64; 2]],
-    world: &World,
-) -> Result<(), PlanError> {
+fn check_reach(push: &PushControl, offsets: &[[f64; 2]], world: &World) -> Result<(), String> {
     let reach = extents(&world.bodies()[push.body]);
     let slack = REACH_SLACK * reach.max();
     for first in offsets[0] {
@@ -148,7 +130,7 @@ fn check_reach(
                     "with its offsets it pushes at [{x:?}, {y:?}, {z:?}], outside the body; \
                      allowed: up to ±[{a:?}, {b:?}, {c:?}] m"
                 );
-                return bad_input(format!("control {name:?}: {why}"));
+                return Err(why.to_owned());
             }
         }
     }

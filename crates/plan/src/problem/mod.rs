@@ -102,7 +102,8 @@ impl PlanProblem {
             return bad_input(format!("steps is {steps}; allowed: 1 to {MOST_STEPS}"));
         }
         for (index, control) in controls.iter().enumerate() {
-            check_control(control, &scene.world, steps)?;
+            check_control(control, &scene.world, steps)
+                .or_else(|why| bad_input(format!("control {:?}: {why}", control.name)))?;
             if controls[..index].iter().any(|other| other.name == control.name) {
                 return bad_input(format!("controls: {:?} is named twice", control.name));
             }
@@ -232,14 +233,7 @@ impl PlanProblem {
         let value = |variable: &Variable| {
             let own = match &self.controls[variable.control].kind {
                 ControlKind::Start { body, part } => {
-                    use super::control::StartPart as Part;
-                    let start = &self.scene.starts[*body];
-                    match part {
-                        Part::Position => start.position[variable.component],
-                        Part::Turn => 0.0,
-                        Part::Velocity => start.velocity[variable.component],
-                        Part::Spin => start.spin[variable.component],
-                    }
+                    part.value(&self.scene.starts[*body])[variable.component]
                 }
                 ControlKind::Constant(constant) => constant.one_number(&self.scene.world),
                 _ => 0.0,
@@ -285,7 +279,7 @@ impl PlanProblem {
     /// Piece of `control` in `step`.
     #[must_use]
     pub fn knot(&self, control: usize, step: usize) -> usize {
-        knot_of(step, self.controls[control].knots, self.steps)
+        step * self.controls[control].knots / self.steps
     }
 
     /// Steps of the piece `knot` of `control`.
@@ -491,11 +485,6 @@ pub(super) fn motor_wrenches(
     let sides = [Some(joint.body()), joint.other()].into_iter();
     let wrenches = joint.wrenches(states, axis, size).unwrap_or([Wrench::zero(); 2]);
     sides.zip(wrenches).filter_map(|(body, wrench)| body.map(|body| (body, wrench)))
-}
-
-/// Piece of `step`, for `knots` pieces of `steps`.
-fn knot_of(step: usize, knots: usize, steps: usize) -> usize {
-    step * knots / steps
 }
 
 /// Steps k of the piece `knot`: those with ⌊k knots/steps⌋ = knot.

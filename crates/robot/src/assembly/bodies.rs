@@ -195,9 +195,7 @@ impl Assembled {
         let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
         Ok((ModelShape::Pieces(pieces), None, false))
     }
-}
 
-impl Assembled {
     /// Visual geometry of a body whose links have any.
     fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PlacedForm>> {
         let is_own = |link: usize| self.links[link].0 == Some(place);

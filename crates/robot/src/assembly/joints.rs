@@ -239,10 +239,6 @@ impl Assembled {
     /// Sets the collision flag of every joint of the robot, and removes redundant exclusions.
     pub(super) fn join_pairs(&self, placing: &Placing, model: &mut Model) {
         let touching = placing.touches_itself && self.robot.options.neighbours_touch;
-        let own = |body: usize| {
-            let is_of = |one: &Carried| (one.body..one.body + one.parts.len()).contains(&body);
-            self.bodies.iter().any(is_of)
-        };
         // An explicit pair of shapes lets their bodies collide. All shapes of a body have the same
         // contact rules.
         let body_of = |shape: usize| {
@@ -252,7 +248,7 @@ impl Assembled {
         };
         let paired: Vec<_> =
             self.robot.pairs.keys().map(|(a, b)| [body_of(*a), body_of(*b)]).collect();
-        for joint in model.joints.iter_mut().filter(|joint| own(joint.body)) {
+        for joint in model.joints.iter_mut().filter(|joint| self.has_body(joint.body)) {
             let ends = [Some(joint.body), joint.other];
             joint.collide |=
                 touching || paired.contains(&ends) || paired.contains(&[ends[1], ends[0]]);

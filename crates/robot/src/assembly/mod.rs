@@ -239,10 +239,15 @@ impl Assembled {
     /// Fixed pieces of the scene that belong to a link held by the world or to links fixed to it.
     #[must_use]
     pub fn pieces(&self, link: usize) -> Vec<usize> {
-        let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
-        let belongs = |own: usize| std::iter::successors(Some(own), parent).any(|at| at == link);
+        let belongs = |own: usize| self.upwards(own).any(|at| at == link);
         let pieces = self.fixed.clone().zip(&self.fixed_links);
         pieces.filter(|(_, own)| belongs(**own)).map(|(piece, _)| piece).collect()
+    }
+
+    /// A link and the links above it, up to the world.
+    fn upwards(&self, link: usize) -> impl Iterator<Item = usize> {
+        let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
+        std::iter::successors(Some(link), parent)
     }
 
     /// Name of a link in the scene.
@@ -263,11 +268,9 @@ impl Assembled {
 
     /// True if the body belongs to the robot and is attached to the world by joints.
     pub(crate) fn hangs(&self, body: usize) -> bool {
-        let is_of = |one: &&Carried| (one.body..one.body + one.parts.len()).contains(&body);
-        let Some(Carried { link, .. }) = self.bodies.iter().find(is_of) else { return false };
-        let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
-        let mut above = std::iter::successors(Some(*link), parent);
-        !above.any(|link| self.robot.joints_of(link).iter().any(|joint| joint.moves == Moves::Free))
+        let Some(own) = self.bodies.iter().find(|one| one.has(body)) else { return false };
+        let is_free = |joint: &RobotJoint| joint.moves == Moves::Free;
+        !self.upwards(own.link).any(|link| self.robot.joints_of(link).iter().any(is_free))
     }
 
     /// True if the robot's file is the whole scene.
@@ -285,12 +288,11 @@ impl Assembled {
     pub(crate) fn trees(&self) -> Vec<(Option<usize>, Vec<usize>)> {
         let mut trees: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
         for Carried { link, body, parts, .. } in &self.bodies {
-            let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
             let free = |link: usize| {
                 let (first, count) = self.robot.links[link].joints;
                 (first..first + count).find(|joint| self.robot.joints[*joint].moves == Moves::Free)
             };
-            let flying = std::iter::successors(Some(*link), parent).find_map(free);
+            let flying = self.upwards(*link).find_map(free);
             let own = *body..body + parts.len();
             match trees.iter_mut().find(|(known, _)| *known == flying) {
                 Some((_, bodies)) => bodies.extend(own),
@@ -382,9 +384,12 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     let mut q = robot.reference();
     let mut v = vec![0.0; robot.counts().1];
     let mut controls = vec![0.0; robot.actuators.len()];
-    if let Some(name) = &placing.key {
+    let find = |name: &String| {
         let key = robot.keys.iter().find(|key| key.name == *name);
-        let key = key.ok_or_else(|| format!("pose: there is no pose {name:?} in the file"))?;
+        key.ok_or_else(|| format!("pose: there is no pose {name:?} in the file"))
+    };
+    let key = placing.key.as_ref().map(find).transpose()?;
+    if let Some(key) = key {
         for (all, said) in
             [(&mut q, &key.positions), (&mut v, &key.rates), (&mut controls, &key.controls)]
         {
@@ -395,7 +400,6 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     }
     let places = robot.places();
     // Keyframes are relative to the world of the file.
-    let key = placing.key.as_ref().and_then(|name| robot.keys.iter().find(|key| key.name == *name));
     let is_said = |said: fn(&Key) -> bool| key.is_some_and(said);
     let free = robot.joints.iter().zip(&places).filter(|(joint, _)| joint.moves == Moves::Free);
     for (_, &(at, rate)) in free {

@@ -3,7 +3,6 @@
 use super::{Assembled, Carried};
 use crate::frame::LinkFrame;
 use crate::motion::LinkMotion;
-use nalgebra::Vector3;
 use tumble_core::mechanics::State;
 
 impl Assembled {
@@ -59,13 +58,10 @@ impl Assembled {
     /// # Errors
     /// Too few states.
     pub fn links_at(&self, states: &[State]) -> Result<Vec<LinkMotion>, String> {
-        let still = |frame: LinkFrame| LinkMotion {
-            frame,
-            spin: Vector3::zeros(),
-            velocity: Vector3::zeros(),
-        };
         let link = |(place, offset): &(Option<usize>, LinkFrame)| {
-            let Some(place) = place else { return Ok(still(self.world().then(offset))) };
+            let Some(place) = place else {
+                return Ok(LinkMotion::still(self.world().then(offset)));
+            };
             let Carried { body: index, centre, .. } = self.bodies[*place];
             let State { position, attitude, velocity, spin } =
                 *states.get(index).ok_or_else(missing)?;

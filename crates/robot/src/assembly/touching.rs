@@ -16,18 +16,7 @@ use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel, Terra
 pub(super) struct ContactRules {
     /// Index of the shape.
     shape: usize,
-    owner: ShapeOwner,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum ShapeOwner {
-    /// Index of a body of the scene.
-    Body(usize),
-    /// Index of a fixed piece.
-    Fixed(usize),
-    /// Index of a terrain.
-    Terrain(usize),
-    Ground,
+    owner: PartnerModel,
 }
 
 impl Assembled {
@@ -44,7 +33,7 @@ impl Assembled {
                 Some(place) => {
                     let Carried { body, parts, .. } = &self.bodies[place];
                     let part = parts.iter().position(|part| part.contains(&index));
-                    ShapeOwner::Body(body + part.unwrap_or(0))
+                    PartnerModel::Body(body + part.unwrap_or(0))
                 }
                 None if shape.form == RobotForm::Plane => {
                     if !placing.has_ground {
@@ -62,7 +51,7 @@ impl Assembled {
                     let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
                     model.plane = Some(plane_parameters(&plane));
                     model.mu = friction_of(shape).unwrap_or(model.mu);
-                    ShapeOwner::Ground
+                    PartnerModel::Ground
                 }
                 None if let RobotForm::Field(field) = &shape.form => {
                     let frame = self.world().then(&self.in_body(shape));
@@ -76,7 +65,7 @@ impl Assembled {
                         friction: friction_of(shape),
                         groups: GroupsModel::default(),
                     });
-                    ShapeOwner::Terrain(model.terrains.len() - 1)
+                    PartnerModel::Terrain(model.terrains.len() - 1)
                 }
                 None => {
                     let Some(form) = form_of(shape, placing.sides)? else { continue };
@@ -88,7 +77,7 @@ impl Assembled {
                     let friction = friction_of(shape);
                     let groups = GroupsModel::default();
                     model.fixed.push(FixedModel { name, piece, friction, groups });
-                    ShapeOwner::Fixed(model.fixed.len() - 1)
+                    PartnerModel::Fixed(model.fixed.len() - 1)
                 }
             };
             touching.push(ContactRules { shape: index, owner });
@@ -119,16 +108,16 @@ impl Assembled {
         model: &mut Model,
     ) {
         // First shape of each owner. All shapes of an owner have the same contact rules.
-        let mut owners: Vec<(ShapeOwner, usize)> = Vec::new();
+        let mut owners: Vec<(PartnerModel, usize)> = Vec::new();
         for ContactRules { shape, owner } in touching {
             if !owners.iter().any(|(known, _)| known == owner) {
                 owners.push((*owner, *shape));
             }
         }
         for (index, (owner, shape)) in owners.iter().enumerate() {
-            let ShapeOwner::Body(body) = *owner else { continue };
+            let PartnerModel::Body(body) = *owner else { continue };
             for (other_index, (other, theirs)) in owners.iter().enumerate() {
-                let is_later = other_index > index || !matches!(other, ShapeOwner::Body(_));
+                let is_later = other_index > index || !matches!(other, PartnerModel::Body(_));
                 if !is_later {
                     continue;
                 }
@@ -138,22 +127,15 @@ impl Assembled {
                         self.robot.shapes[shape].own_friction(model.mu);
                     [torsional, rolling]
                 });
-                let (partner, theirs) = match *other {
-                    ShapeOwner::Ground => (PartnerModel::Ground, model.mu),
-                    ShapeOwner::Fixed(fixed) => (
-                        PartnerModel::Fixed(fixed),
-                        model.fixed[fixed].friction.unwrap_or(model.mu),
-                    ),
-                    ShapeOwner::Terrain(terrain) => (
-                        PartnerModel::Terrain(terrain),
-                        model.terrains[terrain].friction.unwrap_or(model.mu),
-                    ),
-                    ShapeOwner::Body(other) => (
-                        PartnerModel::Body(other),
-                        model.bodies[other].friction.unwrap_or(model.mu),
-                    ),
+                let partner = *other;
+                let theirs = match partner {
+                    PartnerModel::Ground => None,
+                    PartnerModel::Fixed(fixed) => model.fixed[fixed].friction,
+                    PartnerModel::Terrain(terrain) => model.terrains[terrain].friction,
+                    PartnerModel::Body(other) => model.bodies[other].friction,
                 };
-                let ours = model.bodies[body].friction.unwrap_or(model.mu);
+                let [ours, theirs] =
+                    [model.bodies[body].friction, theirs].map(|own| own.unwrap_or(model.mu));
                 let Some(PairFriction { sliding, torsional, rolling }) = friction else {
                     model.apart.push(ApartModel { body, partner });
                     continue;
@@ -170,27 +152,19 @@ impl Assembled {
                 }
             }
         }
-        let ground = owners.iter().find(|(owner, _)| *owner == ShapeOwner::Ground);
+        let ground = owners.iter().find(|(owner, _)| *owner == PartnerModel::Ground);
         let ground = ground.map(|(_, shape)| self.robot.shapes[*shape].own_friction(model.mu));
         let has_ground = ground.map_or([false; 2], |own| [own.torsional > 0.0, own.rolling > 0.0]);
         for (owner, shape) in owners {
-            let owner = match owner {
-                ShapeOwner::Ground => None,
-                ShapeOwner::Fixed(fixed) => Some(PartnerModel::Fixed(fixed)),
-                ShapeOwner::Terrain(terrain) => Some(PartnerModel::Terrain(terrain)),
-                ShapeOwner::Body(body) => Some(PartnerModel::Body(body)),
-            };
             let own = self.robot.shapes[shape].own_friction(model.mu);
             let turning =
                 [(own.torsional, &mut model.torsional), (own.rolling, &mut model.rolling)];
             // Bodies without their own coefficients would have the ground's.
             for (k, (friction, law)) in turning.into_iter().enumerate() {
-                match owner {
-                    Some(owner) if friction > 0.0 || has_ground[k] => {
-                        law.owners.push((owner, friction));
-                    }
-                    None if friction > 0.0 => law.friction = Some(friction),
-                    _ => {}
+                if owner != PartnerModel::Ground && (friction > 0.0 || has_ground[k]) {
+                    law.owners.push((owner, friction));
+                } else if friction > 0.0 {
+                    law.friction = Some(friction);
                 }
             }
         }

@@ -4,38 +4,19 @@ use super::MjcfReader;
 use super::defaults::Defaulted;
 use super::tendons::{self, Tendon};
 use crate::model::{Actuator, Moves};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 
 /// Attributes of every kind of actuator.
-const READ: [&str; 20] = [
-    "name",
-    "class",
-    "group",
-    "ctrllimited",
-    "forcelimited",
-    "ctrlrange",
-    "forcerange",
-    "gear",
-    "joint",
-    "jointinparent",
-    "tendon",
-    "site",
-    "refsite",
-    "body",
-    "slidersite",
-    "cranksite",
-    "cranklength",
-    "actlimited",
-    "actrange",
-    "user",
-];
+const READ: &str = "\
+    name class group ctrllimited forcelimited ctrlrange forcerange gear joint jointinparent \
+    tendon site refsite body slidersite cranksite cranklength actlimited actrange user";
 
 impl MjcfReader<'_> {
     pub(super) fn read_actuators(
         &mut self,
         section: &Element,
         tendons: &mut [Tendon],
-    ) -> Result<(), String> {
+    ) -> Parsed<()> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
             let (gain, mut bias) = match &*element.tag {
@@ -52,16 +33,13 @@ impl MjcfReader<'_> {
                     ));
                 }
             };
-            let own: &[&str] = match &*element.tag {
-                "position" => &["kp", "kv", "dampratio", "timeconst", "inheritrange"],
-                "velocity" => &["kv"],
-                "general" => &[
-                    "dyntype", "gaintype", "biastype", "dynprm", "gainprm", "biasprm", "actdim",
-                    "actearly",
-                ],
-                _ => &[],
+            let own = match &*element.tag {
+                "position" => "kp kv dampratio timeconst inheritrange",
+                "velocity" => "kv",
+                "general" => "dyntype gaintype biastype dynprm gainprm biasprm actdim actearly",
+                _ => "",
             };
-            read.refuse_others(&[&READ[..], own].concat(), &["lengthrange", "nsample", "interp"])?;
+            read.refuse_others(&format!("{READ} {own}"), "lengthrange nsample interp")?;
             let (tendon, joints) = match read.get("tendon") {
                 Some(name) => {
                     let (place, joints) = tendons::find(tendons, element, "tendon", name)?;
@@ -125,11 +103,9 @@ impl MjcfReader<'_> {
         }
         Ok(())
     }
-}
 
-impl MjcfReader<'_> {
     /// Hinge or slide that an actuator drives.
-    fn driven(&self, read: &Defaulted<'_>) -> Result<usize, String> {
+    fn driven(&self, read: &Defaulted<'_>) -> Parsed<usize> {
         let element = read.element();
         let Some(joint) = read.get("joint").or(read.get("jointinparent")) else {
             return Err(element.wrong(
@@ -147,7 +123,7 @@ impl MjcfReader<'_> {
 }
 
 /// Parameter of an actuator shortcut: the attribute itself, else the first number of `gainprm`.
-fn first(read: &Defaulted<'_>, field: &str, usual: f64) -> Result<f64, String> {
+fn first(read: &Defaulted<'_>, field: &str, usual: f64) -> Parsed<f64> {
     if let Some(given) = read.number(field)? {
         return Ok(given);
     }
@@ -156,7 +132,7 @@ fn first(read: &Defaulted<'_>, field: &str, usual: f64) -> Result<f64, String> {
 }
 
 /// Gain and bias of kp (u − x) − kv ẋ.
-fn position(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
+fn position(read: &Defaulted<'_>) -> Parsed<(f64, [f64; 3])> {
     if read.number("timeconst")?.unwrap_or(0.0) != 0.0 {
         return Err(read.element().wrong("timeconst is not supported; give kp and kv"));
     }
@@ -169,7 +145,7 @@ fn position(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
 }
 
 /// Gain and bias of a stateless `<general>` actuator with fixed gain and affine bias.
-fn general(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
+fn general(read: &Defaulted<'_>) -> Parsed<(f64, [f64; 3])> {
     let only = |field: &str, allowed: &[&str]| match read.get(field).map(str::trim) {
         Some(given) if !allowed.contains(&given) => {
             let allowed = allowed.join(" or ");

@@ -3,12 +3,12 @@
 use super::MjcfReader;
 use super::compiler::Compiler;
 use crate::meshes::{self, Hulled, Volume, colour_of, stem, turned_back};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 
 impl MjcfReader<'_> {
     /// Reads meshes. Notes assets that only affect drawing.
-    pub(super) fn read_assets(&mut self, section: &Element) -> Result<(), String> {
+    pub(super) fn read_assets(&mut self, section: &Element) -> Parsed<()> {
         for asset in &section.children {
             match &*asset.tag {
                 "mesh" => self.read_mesh(asset)?,
@@ -30,21 +30,11 @@ impl MjcfReader<'_> {
         self.notes.idle(&element.tag);
     }
 
-    fn read_mesh(&mut self, element: &Element) -> Result<(), String> {
-        const READ: [&str; 7] = ["name", "class", "file", "vertex", "face", "scale", "inertia"];
-        const IDLE: [&str; 10] = [
-            "normal",
-            "texcoord",
-            "smoothnormal",
-            "maxhullvert",
-            "content_type",
-            "material",
-            "needsdf",
-            "octree_maxdepth",
-            "refpos",
-            "refquat",
-        ];
-        element.refuse_others(&READ, &IDLE)?;
+    fn read_mesh(&mut self, element: &Element) -> Parsed<()> {
+        const IDLE: &str = "\
+            normal texcoord smoothnormal maxhullvert content_type material needsdf \
+            octree_maxdepth refpos refquat";
+        element.refuse_others("name class file vertex face scale inertia", IDLE)?;
         let read = self.defaulted(element, "")?;
         let scale = read.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
         if let Some(name) =
@@ -104,7 +94,7 @@ impl MjcfReader<'_> {
 
     /// Notes the faults of meshes that no shape uses.
     pub(super) fn note_unused(&mut self) {
-        let invalid = |(name, mesh): (&String, &Result<Hulled, String>)| {
+        let invalid = |(name, mesh): (&String, &Parsed<Hulled>)| {
             let why = mesh.as_ref().err().filter(|_| !self.flat.contains(name));
             why.map(|why| format!("an unused mesh: {why}"))
         };
@@ -119,7 +109,7 @@ fn faces(
     element: &Element,
     points: &[[f64; 3]],
     scale: [f64; 3],
-) -> Result<Option<Vec<[Vector3<f64>; 3]>>, String> {
+) -> Parsed<Option<Vec<[Vector3<f64>; 3]>>> {
     let Some(indices) = element.numbers("face")? else { return Ok(None) };
     let corner = |index: &f64| {
         let place = (*index >= 0.0 && index.fract() == 0.0).then_some(*index as usize);

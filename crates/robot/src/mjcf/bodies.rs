@@ -5,7 +5,7 @@ use super::compiler::{LIMITED, SWITCH};
 use crate::frame::LinkFrame;
 use crate::mass::symmetric;
 use crate::model::{LinkMass, Moves, RobotJoint, RobotLink};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed, is_listed};
 use nalgebra::{Matrix3, Vector3};
 use tumble_model::nearest;
 
@@ -13,9 +13,9 @@ use tumble_model::nearest;
 const MOST_LINKS: usize = 2000;
 
 /// Elements that do not affect the motion.
-const IDLE: [&str; 2] = ["camera", "light"];
+const IDLE: &str = "camera light";
 /// Elements of a body that are read.
-const READ: [&str; 7] = ["geom", "body", "joint", "freejoint", "site", "inertial", "frame"];
+const READ: &str = "geom body joint freejoint site inertial frame";
 
 /// Context of child elements: link, their frame in it, and their default class.
 #[derive(Clone)]
@@ -27,7 +27,7 @@ pub(super) struct Within<'e> {
 
 impl MjcfReader<'_> {
     /// Reads all bodies.
-    pub(super) fn read_world(&mut self, root: &Element) -> Result<(), String> {
+    pub(super) fn read_world(&mut self, root: &Element) -> Parsed<()> {
         self.matter.push(None);
         let mut below = Vec::new();
         for world in root.all("worldbody") {
@@ -38,28 +38,17 @@ impl MjcfReader<'_> {
     }
 
     /// Reads bodies in order, each with its descendants.
-    fn read_bodies<'e>(&mut self, bodies: Vec<(&'e Element, Within<'e>)>) -> Result<(), String> {
+    fn read_bodies<'e>(&mut self, bodies: Vec<(&'e Element, Within<'e>)>) -> Parsed<()> {
         for (body, within) in bodies {
             self.read_body(body, &within)?;
         }
         Ok(())
     }
 
-    fn read_body<'e>(&mut self, body: &'e Element, within: &Within<'e>) -> Result<(), String> {
-        const READ: [&str; 11] = [
-            "name",
-            "childclass",
-            "pos",
-            "quat",
-            "axisangle",
-            "euler",
-            "xyaxes",
-            "zaxis",
-            "gravcomp",
-            "mocap",
-            "class",
-        ];
-        body.refuse_others(&READ, &["user", "sleep"])?;
+    fn read_body<'e>(&mut self, body: &'e Element, within: &Within<'e>) -> Parsed<()> {
+        const READ: &str = "\
+            name childclass pos quat axisangle euler xyaxes zaxis gravcomp mocap class";
+        body.refuse_others(READ, "user sleep")?;
         let is_mocap = body.word("mocap", &SWITCH)? == Some(true);
         if is_mocap {
             self.notes.say(format!("{}: mocap bodies stay fixed", body.at()));
@@ -97,7 +86,7 @@ impl MjcfReader<'_> {
         self.read_bodies(below)
     }
 
-    fn childclass<'e>(&self, element: &'e Element, outer: &'e str) -> Result<&'e str, String> {
+    fn childclass<'e>(&self, element: &'e Element, outer: &'e str) -> Parsed<&'e str> {
         match element.own("childclass") {
             Some(class) if self.classes.knows(class) => Ok(class),
             Some(class) => {
@@ -114,7 +103,7 @@ impl MjcfReader<'_> {
         element: &'e Element,
         within: &Within<'e>,
         below: &mut Vec<(&'e Element, Within<'e>)>,
-    ) -> Result<(), String> {
+    ) -> Parsed<()> {
         for child in &element.children {
             match &*child.tag {
                 "geom" => self.read_shape(child, within)?,
@@ -123,27 +112,16 @@ impl MjcfReader<'_> {
                 "site" => self.read_site(child, within)?,
                 "inertial" if within.link > 0 && element.tag == "body" => {}
                 "frame" => {
-                    child.refuse_others(
-                        &[
-                            "pos",
-                            "quat",
-                            "axisangle",
-                            "euler",
-                            "xyaxes",
-                            "zaxis",
-                            "childclass",
-                            "name",
-                        ],
-                        &[],
-                    )?;
+                    let read = "pos quat axisangle euler xyaxes zaxis childclass name";
+                    child.refuse_others(read, "")?;
                     let own = self.defaulted(child, "")?;
                     let frame = within.frame.then(&self.compiler.frame(&own)?);
                     let class = self.childclass(child, within.class)?;
                     self.read_contents(child, &Within { frame, class, ..*within }, below)?;
                 }
-                tag if IDLE.contains(&tag) => self.notes.idle(tag),
+                tag if is_listed(tag, IDLE) => self.notes.idle(tag),
                 tag => {
-                    let hint = nearest::hint(tag, READ.iter().chain(&IDLE).copied());
+                    let hint = nearest::hint(tag, READ.split(' ').chain(IDLE.split(' ')));
                     let why = format!("this element is not supported in a body{hint}");
                     return Err(child.wrong(why));
                 }
@@ -152,30 +130,12 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    fn read_joint(&mut self, element: &Element, within: &Within<'_>) -> Result<(), String> {
-        const READ: [&str; 18] = [
-            "name",
-            "class",
-            "type",
-            "pos",
-            "axis",
-            "springdamper",
-            "stiffness",
-            "range",
-            "limited",
-            "actuatorfrclimited",
-            "actuatorfrcrange",
-            "actuatorgravcomp",
-            "ref",
-            "springref",
-            "armature",
-            "damping",
-            "frictionloss",
-            "align",
-        ];
-        const SOFT: [&str; 5] =
-            ["solreflimit", "solimplimit", "solreffriction", "solimpfriction", "margin"];
-        element.refuse_others(&READ, &[&SOFT[..], &["group", "user"]].concat())?;
+    fn read_joint(&mut self, element: &Element, within: &Within<'_>) -> Parsed<()> {
+        const READ: &str = "\
+            name class type pos axis springdamper stiffness range limited actuatorfrclimited \
+            actuatorfrcrange actuatorgravcomp ref springref armature damping frictionloss align";
+        const SOFT: &str = "solreflimit solimplimit solreffriction solimpfriction margin";
+        element.refuse_others(READ, &format!("{SOFT} group user"))?;
         let link = within.link;
         if link == 0 {
             return Err(element.wrong("the world cannot have joints"));
@@ -189,9 +149,7 @@ impl MjcfReader<'_> {
         if element.tag == "freejoint" {
             read = self.defaulted(element, "")?;
         }
-        if SOFT.iter().any(|soft| read.get(soft).is_some()) {
-            self.notes.soft();
-        }
+        self.note_soft(&read, SOFT);
         let kinds = [
             ("hinge", Moves::Hinge),
             ("slide", Moves::Slide),
@@ -258,19 +216,9 @@ impl MjcfReader<'_> {
     }
 
     /// Reads `<inertial>`.
-    fn inertial(&self, element: &Element) -> Result<LinkMass, String> {
-        const READ: [&str; 9] = [
-            "pos",
-            "quat",
-            "axisangle",
-            "euler",
-            "xyaxes",
-            "zaxis",
-            "mass",
-            "diaginertia",
-            "fullinertia",
-        ];
-        element.refuse_others(&READ, &[])?;
+    fn inertial(&self, element: &Element) -> Parsed<LinkMass> {
+        const READ: &str = "pos quat axisangle euler xyaxes zaxis mass diaginertia fullinertia";
+        element.refuse_others(READ, "")?;
         element.needed("mass")?;
         let mass = element.bounded("mass", 0.0, [0.0, 1e9])?;
         let attitude = self.compiler.attitude(element)?;
@@ -297,7 +245,7 @@ impl MjcfReader<'_> {
     }
 
     /// Sums the masses of shapes and applies the mass options of the compiler.
-    pub(super) fn set_masses(&mut self) -> Result<(), String> {
+    pub(super) fn set_masses(&mut self) -> Parsed<()> {
         for (link, matter) in self.robot.links.iter_mut().zip(&self.matter) {
             let Some(matter) = matter.as_ref().filter(|matter| !matter.is_empty()) else {
                 continue;
@@ -345,7 +293,7 @@ impl MjcfReader<'_> {
 
     /// Effective mass or moment of inertia of each joint at the reference with all others free:
     /// 1/(M⁻¹)ⱼⱼ of the mass matrix M.
-    pub(super) fn moved_alone(&self) -> Result<Vec<f64>, String> {
+    pub(super) fn moved_alone(&self) -> Parsed<Vec<f64>> {
         let still = vec![0.0; self.robot.counts().1];
         let motion = self.robot.motion(&self.robot.reference(), &still)?;
         let inverse = motion.mass_matrix(&self.robot).cholesky().map(|parts| parts.inverse());
@@ -359,7 +307,7 @@ impl MjcfReader<'_> {
     /// ```text
     /// k = M/(T ζ)²,   d = 2 M/T
     /// ```
-    pub(super) fn set_springs(&mut self) -> Result<(), String> {
+    pub(super) fn set_springs(&mut self) -> Parsed<()> {
         if self.timed.is_empty() {
             return Ok(());
         }
@@ -379,10 +327,5 @@ impl MjcfReader<'_> {
             joint.damping = if self.flags.dampers { damping } else { 0.0 };
         }
         Ok(())
-    }
-
-    /// Adds the mass of a shape.
-    pub(super) fn add_matter(&mut self, link: usize, mass: LinkMass) {
-        self.matter[link].iter_mut().for_each(|matter| matter.push(mass));
     }
 }

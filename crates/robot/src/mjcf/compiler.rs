@@ -2,7 +2,7 @@
 
 use super::defaults::Defaulted;
 use crate::frame::{LinkFrame, about, attitude_from_matrix, from_z, left_times};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// State of a limit. `None` stands for `auto`.
@@ -40,11 +40,11 @@ pub struct Compiler {
 }
 
 /// Attributes for orientations, besides `quat`.
-const ALTERNATIVES: [&str; 4] = ["axisangle", "euler", "xyaxes", "zaxis"];
+const ALTERNATIVES: &str = "axisangle euler xyaxes zaxis";
 
 impl Compiler {
     /// Conventions of a file. Later elements override earlier ones.
-    pub fn from_root(root: &Element) -> Result<Self, String> {
+    pub fn from_root(root: &Element) -> Parsed<Self> {
         let mut compiler = Self {
             degrees: true,
             sequence: ['x', 'y', 'z'],
@@ -64,38 +64,16 @@ impl Compiler {
         Ok(compiler)
     }
 
-    fn set(&mut self, element: &Element) -> Result<(), String> {
-        const READ: [&str; 16] = [
-            "angle",
-            "coordinate",
-            "eulerseq",
-            "inertiafromgeom",
-            "inertiagrouprange",
-            "autolimits",
-            "meshdir",
-            "assetdir",
-            "strippath",
-            "settotalmass",
-            "boundmass",
-            "boundinertia",
-            "balanceinertia",
-            "exactmeshinertia",
-            "alignfree",
-            "fitaabb",
-        ];
-        const IDLE: [&str; 7] = [
-            "texturedir",
-            "discardvisual",
-            "usethread",
-            "fusestatic",
-            "convexhull",
-            "saveinertial",
-            "conflict",
-        ];
-        element.refuse_others(&READ, &IDLE)?;
-        if let Some(degrees) = element.word("angle", &[("degree", true), ("radian", false)])? {
-            self.degrees = degrees;
-        }
+    fn set(&mut self, element: &Element) -> Parsed<()> {
+        const READ: &str = "\
+            angle coordinate eulerseq inertiafromgeom inertiagrouprange autolimits meshdir \
+            assetdir strippath settotalmass boundmass boundinertia balanceinertia \
+            exactmeshinertia alignfree fitaabb";
+        const IDLE: &str = "\
+            texturedir discardvisual usethread fusestatic convexhull saveinertial conflict";
+        element.refuse_others(READ, IDLE)?;
+        let units = [("degree", true), ("radian", false)];
+        self.degrees = element.word("angle", &units)?.unwrap_or(self.degrees);
         element.word("coordinate", &[("local", ())])?;
         if element.word("alignfree", &SWITCH)? == Some(true) {
             return Err(element.wrong("alignfree: moving the frame is not supported"));
@@ -107,33 +85,23 @@ impl Compiler {
                 .filter(|letters| letters.iter().all(|letter| "xyzXYZ".contains(*letter)))
                 .ok_or_else(|| element.wrong("eulerseq: three of x, y, z, X, Y, Z are needed"))?;
         }
-        if let Some(word) = element.word("inertiafromgeom", &LIMITED)? {
-            self.inertia_from_shapes = word;
-        }
-        if let Some(range) = element.exactly::<2>("inertiagrouprange")? {
-            self.inertia_groups = range;
-        }
-        if let Some(on) = element.word("autolimits", &SWITCH)? {
-            self.autolimits = on;
-        }
+        let from_shapes = element.word("inertiafromgeom", &LIMITED)?;
+        self.inertia_from_shapes = from_shapes.unwrap_or(self.inertia_from_shapes);
+        let groups = element.exactly::<2>("inertiagrouprange")?;
+        self.inertia_groups = groups.unwrap_or(self.inertia_groups);
+        self.autolimits = element.word("autolimits", &SWITCH)?.unwrap_or(self.autolimits);
         if let Some(folder) = element.get("meshdir").or(element.get("assetdir")) {
             self.meshes = folder.to_owned();
         }
-        if let Some(on) = element.word("strippath", &SWITCH)? {
-            self.strip = on;
-        }
+        self.strip = element.word("strippath", &SWITCH)?.unwrap_or(self.strip);
         if let Some(mass) = element.number("settotalmass")? {
             self.total_mass = Some(mass).filter(|mass| *mass > 0.0);
         }
         for (least, field) in self.least.iter_mut().zip(["boundmass", "boundinertia"]) {
             *least = element.bounded(field, *least, [0.0, 1e9])?;
         }
-        if let Some(on) = element.word("balanceinertia", &SWITCH)? {
-            self.balanced = on;
-        }
-        if let Some(on) = element.word("exactmeshinertia", &SWITCH)? {
-            self.exact_meshes = on;
-        }
+        self.balanced = element.word("balanceinertia", &SWITCH)?.unwrap_or(self.balanced);
+        self.exact_meshes = element.word("exactmeshinertia", &SWITCH)?.unwrap_or(self.exact_meshes);
         Ok(())
     }
 
@@ -148,7 +116,7 @@ impl Compiler {
         element: &impl Attributes,
         field: &str,
         limited: &str,
-    ) -> Result<Option<[f64; 2]>, String> {
+    ) -> Parsed<Option<[f64; 2]>> {
         let range = element.exactly::<2>(field)?;
         let own = element.element();
         let holds = match element.word(limited, &LIMITED)?.flatten() {
@@ -170,7 +138,7 @@ impl Compiler {
     }
 
     /// Pose from `pos` and an orientation attribute.
-    pub fn frame(&self, element: &Defaulted<'_>) -> Result<LinkFrame, String> {
+    pub fn frame(&self, element: &Defaulted<'_>) -> Parsed<LinkFrame> {
         let position = element.exactly::<3>("pos")?.unwrap_or_default().into();
         let attitude = match self.attitude(element.element())? {
             Some(own) => own,
@@ -180,9 +148,9 @@ impl Compiler {
     }
 
     /// Orientation from the attributes of an element.
-    pub fn attitude(&self, element: &Element) -> Result<Option<Vector4<f64>>, String> {
+    pub fn attitude(&self, element: &Element) -> Parsed<Option<Vector4<f64>>> {
         let given: Vec<_> = ALTERNATIVES
-            .into_iter()
+            .split(' ')
             .chain(["quat"])
             .filter(|name| element.own(name).is_some())
             .collect();

@@ -3,11 +3,11 @@
 use super::MjcfReader;
 use super::defaults::Defaulted;
 use crate::model::{PairFriction, RobotForm};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use tumble_model::shown;
 
 impl MjcfReader<'_> {
-    pub(super) fn read_contact(&mut self, section: &Element) -> Result<(), String> {
+    pub(super) fn read_contact(&mut self, section: &Element) -> Parsed<()> {
         for element in &section.children {
             match &*element.tag {
                 "exclude" => self.read_exclusion(element)?,
@@ -18,8 +18,8 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    fn read_exclusion(&mut self, element: &Element) -> Result<(), String> {
-        element.refuse_others(&["name", "body1", "body2"], &[])?;
+    fn read_exclusion(&mut self, element: &Element) -> Parsed<()> {
+        element.refuse_others("name body1 body2", "")?;
         let links =
             ["body1", "body2"].map(|field| self.link(element, field, element.needed(field)?));
         let [first, second] = links;
@@ -28,14 +28,11 @@ impl MjcfReader<'_> {
     }
 
     /// Reads an explicit contact pair with its own friction.
-    fn read_pair(&mut self, element: &Element) -> Result<(), String> {
-        const READ: [&str; 6] = ["name", "class", "geom1", "geom2", "condim", "friction"];
-        const SOFT: [&str; 5] = ["solref", "solreffriction", "solimp", "margin", "gap"];
-        element.refuse_others(&READ, &SOFT)?;
+    fn read_pair(&mut self, element: &Element) -> Parsed<()> {
+        const SOFT: &str = "solref solreffriction solimp margin gap";
+        element.refuse_others("name class geom1 geom2 condim friction", SOFT)?;
         let read = self.defaulted(element, "")?;
-        if SOFT.iter().any(|soft| read.get(soft).is_some()) {
-            self.notes.soft();
-        }
+        self.note_soft(&read, SOFT);
         let find = |field: &str| {
             let name = element.needed(field)?;
             let found =
@@ -90,11 +87,7 @@ impl MjcfReader<'_> {
     /// Number of directions that the contacts of an element resist, with the coefficients `turning` of
     /// torsional and rolling friction. With the option
     /// [`Reading::points_rub`](crate::Reading::points_rub) at most 3, with a note.
-    pub(super) fn condim(
-        &mut self,
-        read: &Defaulted<'_>,
-        turning: [f64; 2],
-    ) -> Result<i64, String> {
+    pub(super) fn condim(&mut self, read: &Defaulted<'_>, turning: [f64; 2]) -> Parsed<i64> {
         let condim = read.whole("condim")?.unwrap_or(3);
         if ![1, 3, 4, 6].contains(&condim) {
             return Err(read.element().wrong("condim: 1, 3, 4 or 6 is needed"));

@@ -1,6 +1,6 @@
 //! Default classes: default attributes of elements.
 
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed, is_listed};
 use std::collections::HashMap;
 use tumble_model::shown;
 
@@ -24,7 +24,7 @@ fn kind(tag: &str) -> Option<&'static str> {
 }
 
 /// Elements with irrelevant defaults.
-const IDLE: [&str; 4] = ["camera", "light", "material", "skin"];
+const IDLE: &str = "camera light material skin";
 
 /// Name of the unnamed class.
 const MAIN: &str = "main";
@@ -35,18 +35,18 @@ pub struct Classes(HashMap<String, Values>);
 
 impl Classes {
     /// Classes of the `<default>` sections.
-    pub fn from_root(root: &Element) -> Result<Self, String> {
+    pub fn from_root(root: &Element) -> Parsed<Self> {
         let mut classes = Self(HashMap::new());
         classes.0.insert(MAIN.to_owned(), Values::new());
         for section in root.all("default") {
-            section.refuse_others(&["class"], &[])?;
+            section.refuse_others("class", "")?;
             classes.add(section, section.own("class").unwrap_or(MAIN), None)?;
         }
         Ok(classes)
     }
 
     /// Adds a class, which inherits from `parent`, and its nested classes.
-    fn add(&mut self, element: &Element, name: &str, parent: Option<&str>) -> Result<(), String> {
+    fn add(&mut self, element: &Element, name: &str, parent: Option<&str>) -> Parsed<()> {
         if parent.is_some() && self.0.contains_key(name) {
             return Err(element.wrong("this class name is used twice; each class needs its own"));
         }
@@ -54,7 +54,7 @@ impl Classes {
         let mut values = inherited.cloned().unwrap_or_default();
         for child in element.children.iter().filter(|child| child.tag != "default") {
             let Some(kind) = kind(&child.tag) else {
-                if IDLE.contains(&&*child.tag) {
+                if is_listed(&child.tag, IDLE) {
                     continue;
                 }
                 return Err(child.wrong("defaults of this element are unknown"));
@@ -71,18 +71,14 @@ impl Classes {
         }
         self.0.insert(name.to_owned(), values);
         for child in element.all("default") {
-            child.refuse_others(&["class"], &[])?;
+            child.refuse_others("class", "")?;
             self.add(child, child.needed("class")?, Some(name))?;
         }
         Ok(())
     }
 
     /// Element with the defaults of its class. The fallbacks are `childclass`, then the main class.
-    pub fn apply<'e>(
-        &self,
-        element: &'e Element,
-        childclass: &str,
-    ) -> Result<Defaulted<'e>, String> {
+    pub fn apply<'e>(&self, element: &'e Element, childclass: &str) -> Parsed<Defaulted<'e>> {
         let name = match element.own("class") {
             Some(own) => own,
             None if childclass.is_empty() => MAIN,

@@ -3,7 +3,7 @@
 use super::MjcfReader;
 use super::defaults::Defaulted;
 use crate::meshes::stem;
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use tumble_core::geometry::terrain::{HeightField, MOST_HEIGHTS};
@@ -15,9 +15,8 @@ const LARGEST_FILE: u64 = 1 << 29;
 
 impl MjcfReader<'_> {
     /// Reads the asset `<hfield>`. An error is kept until a shape with contacts uses the field.
-    pub(super) fn read_field(&mut self, element: &Element) -> Result<(), String> {
-        const READ: [&str; 6] = ["name", "file", "nrow", "ncol", "elevation", "size"];
-        element.refuse_others(&READ, &["content_type"])?;
+    pub(super) fn read_field(&mut self, element: &Element) -> Parsed<()> {
+        element.refuse_others("name file nrow ncol elevation size", "content_type")?;
         let name = match (element.own("name"), element.get("file")) {
             (Some(name), _) => name.to_owned(),
             (None, Some(file)) => stem(file),
@@ -29,7 +28,7 @@ impl MjcfReader<'_> {
     }
 
     /// Field in the frame of its shape: its middle is over the origin, and its lowest height is 0.
-    fn field(&self, element: &Element) -> Result<HeightField, String> {
+    fn field(&self, element: &Element) -> Parsed<HeightField> {
         let size = element.numbers("size")?.unwrap_or_default();
         let &[half_x, half_y, high, _] = &size[..] else {
             return Err("size: four numbers are needed".to_owned());
@@ -89,7 +88,7 @@ impl MjcfReader<'_> {
     }
 
     /// Field that a shape names.
-    pub(super) fn field_of(&self, read: &Defaulted<'_>) -> Result<Arc<HeightField>, String> {
+    pub(super) fn field_of(&self, read: &Defaulted<'_>) -> Parsed<Arc<HeightField>> {
         let name = read.needed("hfield")?;
         let known = self.fields.get(name).cloned();
         known.unwrap_or_else(|| {
@@ -101,7 +100,7 @@ impl MjcfReader<'_> {
 
 /// Heights of a file with the numbers of rows and columns as 4-byte integers and the heights as
 /// 4-byte numbers.
-fn grid_from_binary(bytes: &[u8]) -> Result<HeightGrid, String> {
+fn grid_from_binary(bytes: &[u8]) -> Parsed<HeightGrid> {
     let none = || "it is neither a PNG image nor a binary file of heights".to_owned();
     let (head, rest) = bytes.split_at_checked(8).ok_or_else(none)?;
     let (counts, _) = head.as_chunks::<4>();

@@ -1,7 +1,7 @@
 //! `<include>`: replaces the element by the content of another file.
 
 use crate::Reading;
-use crate::xml::{Attributes, Element, LARGEST_FILE};
+use crate::xml::{Attributes, Element, LARGEST_FILE, Parsed};
 
 /// Maximum number of included files.
 const MOST_FILES: usize = 100;
@@ -9,7 +9,7 @@ const MOST_FILES: usize = 100;
 const MOST_ELEMENTS: usize = 200_000;
 
 /// Copy of `root` with all includes expanded.
-pub fn spliced(root: &Element, reading: &Reading<'_>) -> Result<Element, String> {
+pub fn spliced(root: &Element, reading: &Reading<'_>) -> Parsed<Element> {
     let mut included = Included { reading, files: Vec::new(), elements: root.count() };
     let mut root = root.clone();
     root.children = included.children(std::mem::take(&mut root.children))?;
@@ -23,7 +23,7 @@ struct Included<'a> {
 }
 
 impl Included<'_> {
-    fn children(&mut self, children: Vec<Element>) -> Result<Vec<Element>, String> {
+    fn children(&mut self, children: Vec<Element>) -> Parsed<Vec<Element>> {
         let mut all = Vec::with_capacity(children.len());
         for mut child in children {
             if child.tag == "include" {
@@ -36,8 +36,8 @@ impl Included<'_> {
         Ok(all)
     }
 
-    fn file(&mut self, include: &Element) -> Result<Vec<Element>, String> {
-        include.refuse_others(&["file"], &[])?;
+    fn file(&mut self, include: &Element) -> Parsed<Vec<Element>> {
+        include.refuse_others("file", "")?;
         let name = include.needed("file")?;
         if self.files.iter().any(|known| known == name) {
             return Err(include.wrong("this file is already included; include it once"));

@@ -20,36 +20,20 @@ mod tendons;
 use super::Reading;
 use super::left_out::pruned;
 use super::meshes::Hulled;
-use super::model::{LinkMass, Robot, RobotOptions};
+use super::model::{LinkMass, Robot};
 use super::notes::RobotNotes;
-use super::xml::{Attributes, Element};
+use super::xml::{Attributes, Element, Parsed, is_listed};
 use compiler::Compiler;
 use defaults::{Classes, Defaulted};
-use nalgebra::Vector3;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 use tumble_core::geometry::terrain::HeightField;
 use tumble_model::{nearest, shown};
 
 /// Elements allowed in the root of a file.
-const SECTIONS: [&str; 16] = [
-    "compiler",
-    "option",
-    "size",
-    "visual",
-    "statistic",
-    "default",
-    "custom",
-    "asset",
-    "worldbody",
-    "contact",
-    "equality",
-    "tendon",
-    "actuator",
-    "sensor",
-    "keyframe",
-    "extension",
-];
+const SECTIONS: &str = "\
+    compiler option size visual statistic default custom asset worldbody contact equality \
+    tendon actuator sensor keyframe extension";
 
 /// State of the reader of one file.
 struct MjcfReader<'a> {
@@ -57,13 +41,13 @@ struct MjcfReader<'a> {
     compiler: Compiler,
     classes: Classes,
     /// Meshes by name. A mesh without a hull is an error only if it collides or has mass.
-    meshes: HashMap<String, Result<Hulled, String>>,
+    meshes: HashMap<String, Parsed<Hulled>>,
     /// Colours of materials by name.
     materials: HashMap<String, [u8; 3]>,
     /// File of each mesh, and its scale along x, y and z.
     files: HashMap<String, (String, [f64; 3])>,
     /// Height fields by name. A fault is an error only if the field collides.
-    fields: HashMap<String, Result<Arc<HeightField>, String>>,
+    fields: HashMap<String, Parsed<Arc<HeightField>>>,
     /// Meshes without a hull that are used for drawing only.
     flat: BTreeSet<String>,
     /// Links whose visual geometry could not be read.
@@ -84,12 +68,12 @@ struct MjcfReader<'a> {
 ///
 /// # Errors
 /// The first fault or unsupported content that affects the motion, with its line.
-pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
+pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
     let root = pruned(&includes::spliced(root, reading)?, reading.left_out)?;
-    if let Some(other) = root.children.iter().find(|section| !SECTIONS.contains(&&*section.tag)) {
+    if let Some(other) = root.children.iter().find(|section| !is_listed(&section.tag, SECTIONS)) {
         return Err(other.wrong("this element is unknown or not supported"));
     }
-    root.refuse_others(&["model"], &["xmlns", "schemaLocation"])?;
+    root.refuse_others("model", "xmlns schemaLocation")?;
     let compiler = Compiler::from_root(&root)?;
     let root = replicated::replicated(&root, &compiler)?;
     let sections = |tag: &'static str| root.all(tag);
@@ -151,22 +135,25 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
 
 impl MjcfReader<'_> {
     /// Element with the defaults of its class, or of the class of its body.
-    fn defaulted<'e>(
-        &self,
-        element: &'e Element,
-        childclass: &str,
-    ) -> Result<Defaulted<'e>, String> {
+    fn defaulted<'e>(&self, element: &'e Element, childclass: &str) -> Parsed<Defaulted<'e>> {
         self.classes.apply(element, childclass)
     }
 
+    /// Notes that an element has one of the attributes `soft` of soft contacts.
+    fn note_soft(&mut self, read: &Defaulted<'_>, soft: &str) {
+        if soft.split(' ').any(|name| read.get(name).is_some()) {
+            self.notes.soft();
+        }
+    }
+
     /// Index of the link with this name.
-    fn link(&self, element: &Element, field: &str, name: &str) -> Result<usize, String> {
+    fn link(&self, element: &Element, field: &str, name: &str) -> Parsed<usize> {
         let names = self.robot.links.iter().map(|link| &*link.name);
         self.robot.link(name).ok_or_else(|| unknown(element, field, "body", name, names))
     }
 
     /// Index of the joint with this name.
-    fn joint(&self, element: &Element, field: &str, name: &str) -> Result<usize, String> {
+    fn joint(&self, element: &Element, field: &str, name: &str) -> Parsed<usize> {
         let names = self.robot.joints.iter().map(|joint| &*joint.name);
         self.robot.joint(name).ok_or_else(|| unknown(element, field, "joint", name, names))
     }
@@ -182,15 +169,4 @@ fn unknown<'n>(
 ) -> String {
     let (hint, name) = (nearest::hint(name, names), shown::line(name));
     element.wrong(format!("{field}: there is no {kind} {name:?}{hint}"))
-}
-
-/// Options of a file without `<option>`.
-fn usual_options() -> RobotOptions {
-    RobotOptions {
-        time_step: 0.002,
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        contacts: true,
-        neighbours_touch: false,
-        has_world: true,
-    }
 }

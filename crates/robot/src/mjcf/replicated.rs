@@ -2,14 +2,14 @@
 
 use super::compiler::Compiler;
 use crate::frame::LinkFrame;
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 
 /// Maximum number of generated elements.
 const MOST_ELEMENTS: usize = 200_000;
 
 /// Copy of `root` with each `<replicate>` expanded to a list of `<frame>`s.
-pub fn replicated(root: &Element, compiler: &Compiler) -> Result<Element, String> {
+pub fn replicated(root: &Element, compiler: &Compiler) -> Parsed<Element> {
     let mut root = root.clone();
     let mut copies = Copies { compiler, made: 0 };
     for world in root.children.iter_mut().filter(|section| section.tag == "worldbody") {
@@ -24,7 +24,7 @@ struct Copies<'a> {
 }
 
 impl Copies<'_> {
-    fn children(&mut self, children: Vec<Element>) -> Result<Vec<Element>, String> {
+    fn children(&mut self, children: Vec<Element>) -> Parsed<Vec<Element>> {
         let mut all = Vec::with_capacity(children.len());
         for mut child in children {
             child.children = self.children(std::mem::take(&mut child.children))?;
@@ -44,8 +44,8 @@ impl Copies<'_> {
     /// ```
     ///
     /// The number k is appended to names.
-    fn frames(&mut self, element: &Element) -> Result<Vec<Element>, String> {
-        element.refuse_others(&["count", "offset", "euler", "sep", "childclass"], &[])?;
+    fn frames(&mut self, element: &Element) -> Parsed<Vec<Element>> {
+        element.refuse_others("count offset euler sep childclass", "")?;
         element.needed("count")?;
         let count = element.bounded("count", 0.0, [1.0, MOST_ELEMENTS as f64])?;
         let size = element.count();

@@ -7,11 +7,10 @@ use super::MjcfReader;
 use super::compiler::SWITCH;
 use super::defaults::Defaulted;
 use super::tendons::{Tendon, coefficients};
-use super::usual_options;
 use crate::frame::LinkFrame;
 use crate::model::{Key, MimicJoint, Moves, RobotOptions, RobotTie};
 use crate::notes::RobotNotes;
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed, is_listed};
 use nalgebra::{Vector3, Vector4};
 use tumble_model::shown;
 
@@ -35,78 +34,31 @@ pub struct Flags {
 }
 
 /// Flags of MuJoCo 3 and 4. Some have no effect here.
-const FLAGS: [&str; 29] = [
-    "constraint",
-    "equality",
-    "frictionloss",
-    "limit",
-    "contact",
-    "passive",
-    "spring",
-    "damper",
-    "gravity",
-    "clampctrl",
-    "warmstart",
-    "filterparent",
-    "actuation",
-    "refsafe",
-    "sensor",
-    "midphase",
-    "eulerdamp",
-    "autoreset",
-    "nativeccd",
-    "island",
-    "override",
-    "energy",
-    "fwdinv",
-    "invdiscrete",
-    "multiccd",
-    "sleep",
-    "diagexact",
-    "ipc",
-    "speculative",
-];
+const FLAGS: &str = "\
+    constraint equality frictionloss limit contact passive spring damper gravity clampctrl \
+    warmstart filterparent actuation refsafe sensor midphase eulerdamp autoreset nativeccd \
+    island override energy fwdinv invdiscrete multiccd sleep diagexact ipc speculative";
 
 /// Values of a flag.
 const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
 
 /// Attributes of `<option>` that are read, or rejected with a message of their own.
-const READ: [&str; 5] = ["timestep", "gravity", "density", "viscosity", "actuatorgroupdisable"];
+const READ: &str = "timestep gravity density viscosity actuatorgroupdisable";
 
 /// Attributes of `<option>` without effect here. They configure MuJoCo's solver and contacts, a
 /// medium around the bodies, or a magnetic field.
-const IDLE: [&str; 26] = [
-    "apirate",
-    "impratio",
-    "tolerance",
-    "ls_tolerance",
-    "noslip_tolerance",
-    "ccd_tolerance",
-    "mpr_tolerance",
-    "sleep_tolerance",
-    "wind",
-    "magnetic",
-    "o_margin",
-    "o_solref",
-    "o_solimp",
-    "o_friction",
-    "integrator",
-    "collision",
-    "cone",
-    "jacobian",
-    "solver",
-    "iterations",
-    "ls_iterations",
-    "noslip_iterations",
-    "ccd_iterations",
-    "mpr_iterations",
-    "sdf_iterations",
-    "sdf_initpoints",
-];
+const IDLE: &str = "\
+    apirate impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance mpr_tolerance \
+    sleep_tolerance wind magnetic o_margin o_solref o_solimp o_friction integrator collision \
+    cone jacobian solver iterations ls_iterations noslip_iterations ccd_iterations \
+    mpr_iterations sdf_iterations sdf_initpoints";
+
+/// Attributes of a constraint between two bodies.
+const TIED: &str = "name class active body1 body2 anchor site1 site2 solref";
 
 /// Reads all `<option>` elements in `root` and their flags.
-pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, Flags), String> {
-    let mut options = usual_options();
+pub fn options(root: &Element, notes: &mut RobotNotes) -> Parsed<(RobotOptions, Flags)> {
+    let mut options = RobotOptions::usual(true);
     let mut flags = Flags {
         limits: true,
         friction: true,
@@ -134,8 +86,8 @@ pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, 
                 element.wrong("actuatorgroupdisable is not supported; remove the actuators")
             );
         }
-        element.refuse_others(&READ, &IDLE)?;
-        if element.attributes.iter().any(|(name, _)| IDLE.contains(&&**name)) {
+        element.refuse_others(READ, IDLE)?;
+        if element.attributes.iter().any(|(name, _)| is_listed(name, IDLE)) {
             notes.say("integrator, solver and cone of <option> have no effect".to_owned());
         }
         for flag in &element.children {
@@ -146,17 +98,13 @@ pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, 
 }
 
 /// Reads one `<flag>` element. Flags without effect here are ignored.
-fn set_flags(
-    element: &Element,
-    options: &mut RobotOptions,
-    flags: &mut Flags,
-) -> Result<(), String> {
+fn set_flags(element: &Element, options: &mut RobotOptions, flags: &mut Flags) -> Parsed<()> {
     if element.tag != "flag" {
         return Err(element.wrong("this element is unknown in <option>"));
     }
     for (name, _) in &element.attributes {
         let on = element.word(name, &ABLE)?.unwrap_or(true);
-        if !FLAGS.contains(&&**name) {
+        if !is_listed(name, FLAGS) {
             return Err(element.wrong(format!("the flag {name} is not known; leave it out")));
         }
         match (&**name, on) {
@@ -184,11 +132,7 @@ fn set_flags(
 impl MjcfReader<'_> {
     /// Reads the constraints in `<equality>`. Inactive ones are skipped. MuJoCo's constraints are
     /// soft, these are rigid, and a note says so.
-    pub(super) fn read_equality(
-        &mut self,
-        section: &Element,
-        tendons: &[Tendon],
-    ) -> Result<(), String> {
+    pub(super) fn read_equality(&mut self, section: &Element, tendons: &[Tendon]) -> Parsed<()> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
             let is_active = read.word("active", &SWITCH)?.unwrap_or(true) && self.flags.ties;
@@ -213,7 +157,7 @@ impl MjcfReader<'_> {
     }
 
     /// Indices of both links of a constraint. Without a second body it is link 0, the world.
-    fn tied(&self, read: &Defaulted<'_>) -> Result<[usize; 2], String> {
+    fn tied(&self, read: &Defaulted<'_>) -> Parsed<[usize; 2]> {
         let element = read.element();
         if read.get("site1").is_some() || read.get("site2").is_some() {
             return Err(element
@@ -225,10 +169,8 @@ impl MjcfReader<'_> {
     }
 
     /// Reads `<connect>`: a common point of two links.
-    fn connected(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
-        const READ: [&str; 9] =
-            ["name", "class", "active", "body1", "body2", "anchor", "site1", "site2", "solref"];
-        read.refuse_others(&READ, &["solimp"])?;
+    fn connected(&self, read: &Defaulted<'_>) -> Parsed<RobotTie> {
+        read.refuse_others(TIED, "solimp")?;
         let anchor = read.exactly::<3>("anchor")?;
         let anchor = anchor.ok_or_else(|| read.element().wrong("anchor is needed"))?;
         let links = self.tied(read)?;
@@ -236,21 +178,8 @@ impl MjcfReader<'_> {
     }
 
     /// Reads `<weld>`: a fixed relative pose of two links.
-    fn welded(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
-        const READ: [&str; 11] = [
-            "name",
-            "class",
-            "active",
-            "body1",
-            "body2",
-            "anchor",
-            "site1",
-            "site2",
-            "solref",
-            "relpose",
-            "torquescale",
-        ];
-        read.refuse_others(&READ, &["solimp"])?;
+    fn welded(&self, read: &Defaulted<'_>) -> Parsed<RobotTie> {
+        read.refuse_others(&format!("{TIED} relpose torquescale"), "solimp")?;
         let links = self.tied(read)?;
         // Pose of the second body in the first. Without it, or with a zero quaternion, the pose is
         // that of the reference configuration.
@@ -277,7 +206,7 @@ impl MjcfReader<'_> {
     /// ```
     ///
     /// Without a second joint, the first one is fixed at q₁₀ + c₀ by equal limits.
-    fn tie_joints(&mut self, element: &Element) -> Result<(), String> {
+    fn tie_joints(&mut self, element: &Element) -> Parsed<()> {
         let find = |field: &str, name: &str| {
             let joint = self.joint(element, field, name)?;
             match self.robot.joints[joint].moves {
@@ -306,7 +235,7 @@ impl MjcfReader<'_> {
         element: &Element,
         joints: [usize; 2],
         [ratio, offset]: [f64; 2],
-    ) -> Result<(), String> {
+    ) -> Parsed<()> {
         if self.robot.follows.iter().any(|known| known.joints[0] == joints[0]) {
             let name = shown::line(&self.robot.joints[joints[0]].name);
             return Err(element
@@ -320,12 +249,10 @@ impl MjcfReader<'_> {
     }
 
     /// Reads the keyframes: named sets of coordinates, velocities and controls.
-    pub(super) fn read_keys(&mut self, section: &Element) -> Result<(), String> {
+    pub(super) fn read_keys(&mut self, section: &Element) -> Parsed<()> {
         let (positions, rates) = self.robot.counts();
         for key in section.all("key") {
-            const READ: [&str; 8] =
-                ["name", "time", "qpos", "qvel", "act", "ctrl", "mpos", "mquat"];
-            key.refuse_others(&READ, &[])?;
+            key.refuse_others("name time qpos qvel act ctrl mpos mquat", "")?;
             let numbers = |field: &str, count: usize| match key.numbers(field)? {
                 Some(all) if all.len() != count => {
                     let given = all.len();

@@ -8,7 +8,7 @@ use crate::frame::LinkFrame;
 use crate::mass::solid;
 use crate::meshes::{self, Volume, colour_of};
 use crate::model::{LinkMass, LookForm, RobotForm, RobotLook, RobotShape};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use tumble_model::shown;
@@ -44,47 +44,16 @@ const KINDS: [(&str, GeomKind); 9] = [
 
 impl MjcfReader<'_> {
     /// Reads a shape in `frame` of the link.
-    pub(super) fn read_shape(
-        &mut self,
-        element: &Element,
-        within: &Within<'_>,
-    ) -> Result<(), String> {
+    pub(super) fn read_shape(&mut self, element: &Element, within: &Within<'_>) -> Parsed<()> {
         let &Within { link, ref frame, class } = within;
-        const READ: [&str; 24] = [
-            "name",
-            "class",
-            "type",
-            "contype",
-            "conaffinity",
-            "condim",
-            "group",
-            "priority",
-            "size",
-            "friction",
-            "mass",
-            "density",
-            "shellinertia",
-            "fromto",
-            "pos",
-            "quat",
-            "axisangle",
-            "xyaxes",
-            "zaxis",
-            "euler",
-            "mesh",
-            "fitscale",
-            "fluidshape",
-            "hfield",
-        ];
-        const SOFT: [&str; 5] = ["solmix", "solref", "solimp", "margin", "gap"];
-        element.refuse_others(
-            &READ,
-            &[&SOFT[..], &["material", "rgba", "user", "fluidcoef"]].concat(),
-        )?;
+        const READ: &str = "\
+            name class type contype conaffinity condim group priority size friction mass \
+            density shellinertia fromto pos quat axisangle xyaxes zaxis euler mesh fitscale \
+            fluidshape hfield";
+        const SOFT: &str = "solmix solref solimp margin gap";
+        element.refuse_others(READ, &format!("{SOFT} material rgba user fluidcoef"))?;
         let read = self.defaulted(element, class)?;
-        if SOFT.iter().any(|soft| read.get(soft).is_some()) {
-            self.notes.soft();
-        }
+        self.note_soft(&read, SOFT);
         let usual = if read.get("mesh").is_some() { GeomKind::Mesh } else { GeomKind::Sphere };
         let kind = read.word("type", &KINDS)?.unwrap_or(usual);
         let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
@@ -198,11 +167,7 @@ impl MjcfReader<'_> {
     }
 
     /// Geometry, its pose, and the source of its mass properties.
-    fn form(
-        &self,
-        read: &Defaulted<'_>,
-        kind: GeomKind,
-    ) -> Result<(RobotForm, LinkFrame, Volume), String> {
+    fn form(&self, read: &Defaulted<'_>, kind: GeomKind) -> Parsed<(RobotForm, LinkFrame, Volume)> {
         let element = read.element();
         let sizes = read.numbers("size")?.unwrap_or_default();
         let size = |index: usize| match sizes.get(index) {
@@ -256,7 +221,7 @@ impl MjcfReader<'_> {
     }
 
     /// True if the shape contributes to the mass of its link.
-    fn weighs(&self, read: &Defaulted<'_>, link: usize) -> Result<bool, String> {
+    fn weighs(&self, read: &Defaulted<'_>, link: usize) -> Parsed<bool> {
         let [low, high] = self.compiler.inertia_groups;
         let group = read.number("group")?.unwrap_or(0.0);
         let counts = self.matter[link].is_some() && (low..=high).contains(&group);
@@ -271,7 +236,7 @@ impl MjcfReader<'_> {
         frame: &LinkFrame,
         form: &RobotForm,
         volume: &Volume,
-    ) -> Result<(), String> {
+    ) -> Parsed<()> {
         let element = read.element();
         let (given, density) = (mass_of(read)?, density_of(read)?);
         if read.word("shellinertia", &super::compiler::SWITCH)? == Some(true) {
@@ -299,23 +264,23 @@ impl MjcfReader<'_> {
             Volume::Hull | Volume::Triangles(_) => given.unwrap_or(density * unit.mass),
         };
         let own = LinkMass { mass, centre: unit.centre, inertia: unit.inertia * factor };
-        self.add_matter(link, own.placed(frame));
+        self.matter[link].iter_mut().for_each(|matter| matter.push(own.placed(frame)));
         Ok(())
     }
 }
 
 /// Attribute `mass` of a shape (kg).
-fn mass_of(read: &Defaulted<'_>) -> Result<Option<f64>, String> {
+fn mass_of(read: &Defaulted<'_>) -> Parsed<Option<f64>> {
     read.get("mass").is_some().then(|| read.bounded("mass", 0.0, [0.0, 1e9])).transpose()
 }
 
 /// Density of a shape (kg/m³).
-fn density_of(read: &Defaulted<'_>) -> Result<f64, String> {
+fn density_of(read: &Defaulted<'_>) -> Parsed<f64> {
     read.bounded("density", 1000.0, [0.0, 1e9])
 }
 
 /// Bit mask of collision groups.
-fn group(read: &Defaulted<'_>, field: &str) -> Result<u32, String> {
+fn group(read: &Defaulted<'_>, field: &str) -> Parsed<u32> {
     match read.whole(field)?.unwrap_or(1) {
         bits if (0..=i64::from(u32::MAX)).contains(&bits) => Ok(bits as u32),
         _ => Err(read

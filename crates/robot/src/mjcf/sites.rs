@@ -5,20 +5,15 @@ use super::bodies::Within;
 use super::defaults::Defaulted;
 use crate::frame::{LinkFrame, from_z};
 use crate::model::{NamedSite, RobotSite};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 
 impl MjcfReader<'_> {
     /// Reads a site in `frame` of a link. A site without a name is skipped.
-    pub(super) fn read_site(
-        &mut self,
-        element: &Element,
-        within: &Within<'_>,
-    ) -> Result<(), String> {
+    pub(super) fn read_site(&mut self, element: &Element, within: &Within<'_>) -> Parsed<()> {
         let &Within { link, ref frame, class } = within;
-        const READ: [&str; 9] =
-            ["name", "class", "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "fromto"];
-        element.refuse_others(&READ, &["type", "size", "group", "material", "rgba", "user"])?;
+        const READ: &str = "name class pos quat axisangle euler xyaxes zaxis fromto";
+        element.refuse_others(READ, "type size group material rgba user")?;
         let read = self.defaulted(element, class)?;
         let own = match ends(&read)? {
             Some((own, _)) => own,
@@ -39,7 +34,7 @@ impl MjcfReader<'_> {
 
 /// Midpoint frame of `fromto` with z from the second point to the first, and half the distance
 /// between the points (m). `None` without `fromto`.
-pub fn ends(read: &Defaulted<'_>) -> Result<Option<(LinkFrame, f64)>, String> {
+pub fn ends(read: &Defaulted<'_>) -> Parsed<Option<(LinkFrame, f64)>> {
     let Some([a, b, c, d, e, f]) = read.exactly::<6>("fromto")? else {
         return Ok(None);
     };

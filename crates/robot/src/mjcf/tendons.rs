@@ -3,7 +3,7 @@
 use super::MjcfReader;
 use super::defaults::Defaulted;
 use crate::model::{MimicJoint, Moves, TieForces};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use tumble_core::joint::Drive;
 use tumble_model::shown;
 
@@ -25,7 +25,7 @@ pub fn find<'t>(
     element: &Element,
     field: &str,
     name: &str,
-) -> Result<(usize, &'t Summands), String> {
+) -> Parsed<(usize, &'t Summands)> {
     let found = tendons.iter().position(|tendon| tendon.name.as_deref() == Some(name));
     let name = shown::line(name);
     match found.map(|place| (place, tendons[place].joints.as_deref())) {
@@ -77,7 +77,7 @@ fn sorted([a, b]: [f64; 2]) -> [f64; 2] {
 impl MjcfReader<'_> {
     /// Reads all tendons. Passive forces and limits are supported on two joints. On one joint only
     /// a limit is supported. Others are rejected.
-    pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Vec<Tendon>, String> {
+    pub(super) fn read_tendons(&mut self, root: &Element) -> Parsed<Vec<Tendon>> {
         let mut tendons = Vec::new();
         for element in root.all("tendon").flat_map(|section| &section.children) {
             let read = self.defaulted(element, "")?;
@@ -150,7 +150,7 @@ impl MjcfReader<'_> {
     }
 
     /// Passive forces of a tendon of these joints.
-    fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Result<TendonPull, String> {
+    fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Parsed<TendonPull> {
         let number = |field: &str, acts: bool| {
             let value = read.number(field)?.unwrap_or(0.0);
             if (0.0..=1e12).contains(&value) {
@@ -179,7 +179,7 @@ impl MjcfReader<'_> {
     }
 
     /// Joints and coefficients of a fixed tendon.
-    fn summed(&self, element: &Element) -> Result<Vec<(usize, f64)>, String> {
+    fn summed(&self, element: &Element) -> Parsed<Vec<(usize, f64)>> {
         let mut joints: Vec<(usize, f64)> = Vec::new();
         for part in &element.children {
             if part.tag != "joint" {
@@ -203,7 +203,7 @@ impl MjcfReader<'_> {
     }
 
     /// Restricts the range of a joint.
-    fn limit(&mut self, element: &Element, joint: usize, [a, b]: [f64; 2]) -> Result<(), String> {
+    fn limit(&mut self, element: &Element, joint: usize, [a, b]: [f64; 2]) -> Parsed<()> {
         let joint = &mut self.robot.joints[joint];
         let [low, high] = joint.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         let within = [a.min(b).max(low), a.max(b).min(high)];
@@ -220,11 +220,7 @@ impl MjcfReader<'_> {
     /// ```text
     /// L₁ − L₁₀ = c₀ + c₁ (L₂ − L₂₀),   L = Σ f q
     /// ```
-    pub(super) fn tie_tendons(
-        &mut self,
-        element: &Element,
-        tendons: &[Tendon],
-    ) -> Result<(), String> {
+    pub(super) fn tie_tendons(&mut self, element: &Element, tendons: &[Tendon]) -> Parsed<()> {
         let [constant, ratio] = coefficients(element, element.get("tendon2").is_some())?;
         let (_, own) = find(tendons, element, "tendon1", element.needed("tendon1")?)?;
         let other = element.get("tendon2").map(|name| find(tendons, element, "tendon2", name));
@@ -266,7 +262,7 @@ impl MjcfReader<'_> {
 
 /// Constant and ratio of `polycoef`. Higher terms are rejected if the constraint `goes` with
 /// another joint or tendon.
-pub(super) fn coefficients(element: &Element, goes: bool) -> Result<[f64; 2], String> {
+pub(super) fn coefficients(element: &Element, goes: bool) -> Parsed<[f64; 2]> {
     let given = element.numbers("polycoef")?.unwrap_or_default();
     if given.len() > 5 {
         return Err(element.wrong("polycoef: up to 5 numbers are needed"));

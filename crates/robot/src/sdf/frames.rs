@@ -6,7 +6,7 @@
 use super::is_true;
 use crate::frame::LinkFrame;
 use crate::urdf::attitude_from_angles;
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector4;
 use std::collections::HashMap;
 use tumble_model::shown;
@@ -50,7 +50,7 @@ pub struct Frames<'e> {
 
 impl<'e> Frames<'e> {
     /// Frames of a `<world>`, or of the models of an `<sdf>`.
-    pub fn new(world: &'e Element) -> Result<Self, String> {
+    pub fn new(world: &'e Element) -> Parsed<Self> {
         let models = vec![SdfModel { key: String::new(), element: world, is_static: false }];
         let mut own = Self {
             frames: HashMap::new(),
@@ -63,7 +63,7 @@ impl<'e> Frames<'e> {
         Ok(own)
     }
 
-    fn add_contents(&mut self, model: usize) -> Result<(), String> {
+    fn add_contents(&mut self, model: usize) -> Parsed<()> {
         let element = self.models[model].element;
         let scope = self.models[model].key.clone();
         for child in &element.children {
@@ -106,7 +106,7 @@ impl<'e> Frames<'e> {
         Ok(())
     }
 
-    fn add_model(&mut self, scoped: Scoped<'e>) -> Result<(), String> {
+    fn add_model(&mut self, scoped: Scoped<'e>) -> Parsed<()> {
         let Scoped { element, model } = scoped;
         let outer = &self.models[model];
         let own = key(&outer.key, element.needed("name")?);
@@ -127,7 +127,7 @@ impl<'e> Frames<'e> {
         self.add_contents(self.models.len() - 1)
     }
 
-    fn frame(&self, key: &str, asks: &Element) -> Result<&Frame<'e>, String> {
+    fn frame(&self, key: &str, asks: &Element) -> Parsed<&Frame<'e>> {
         self.frames.get(key).ok_or_else(|| {
             let name = shown::line(if key.is_empty() { "world" } else { key });
             asks.wrong(format!(
@@ -138,7 +138,7 @@ impl<'e> Frames<'e> {
 
     /// Pose of a frame in `outer`, one of the frames that its pose builds on. `asks` is the element
     /// for messages.
-    fn pose_within(&self, key: &str, outer: &str, asks: &Element) -> Result<LinkFrame, String> {
+    fn pose_within(&self, key: &str, outer: &str, asks: &Element) -> Parsed<LinkFrame> {
         let mut at = key;
         let mut asks = asks;
         let mut pose = LinkFrame::identity();
@@ -158,12 +158,12 @@ impl<'e> Frames<'e> {
     }
 
     /// Pose of a frame in the world.
-    pub fn world(&self, key: &str, asks: &Element) -> Result<LinkFrame, String> {
+    pub fn world(&self, key: &str, asks: &Element) -> Parsed<LinkFrame> {
         self.pose_within(key, "", asks)
     }
 
     /// Pose of an element of a link, in the frame of the link.
-    pub fn in_link(&self, element: &Element, scope: &str, link: &str) -> Result<LinkFrame, String> {
+    pub fn in_link(&self, element: &Element, scope: &str, link: &str) -> Parsed<LinkFrame> {
         let (base, pose) = pose_of(element, scope, link)?;
         if base == link {
             return Ok(pose);
@@ -173,7 +173,7 @@ impl<'e> Frames<'e> {
     }
 
     /// Key of the link that a frame moves with; empty for the world.
-    pub fn link_of(&self, key: &str, asks: &Element) -> Result<String, String> {
+    pub fn link_of(&self, key: &str, asks: &Element) -> Parsed<String> {
         let mut at = key;
         let mut asks = asks;
         for _ in 0..=self.frames.len() {
@@ -201,7 +201,7 @@ pub fn key(scope: &str, name: &str) -> String {
 }
 
 /// Name in the element `tag` of a joint.
-pub fn end<'e>(joint: &'e Element, tag: &str) -> Result<&'e str, String> {
+pub fn end<'e>(joint: &'e Element, tag: &str) -> Parsed<&'e str> {
     let end = joint.one(tag)?.ok_or_else(|| joint.wrong(format!("<{tag}> is needed")))?;
     // Files before 1.4 have an attribute.
     Ok(end.own("link").unwrap_or(&end.text))
@@ -209,7 +209,7 @@ pub fn end<'e>(joint: &'e Element, tag: &str) -> Result<&'e str, String> {
 
 /// Key of the frame in which the pose of an element is given, and the pose. `usual` is the key
 /// without `relative_to`.
-pub fn pose_of(element: &Element, scope: &str, usual: &str) -> Result<(String, LinkFrame), String> {
+pub fn pose_of(element: &Element, scope: &str, usual: &str) -> Parsed<(String, LinkFrame)> {
     let Some(pose) = element.one("pose")? else {
         return Ok((usual.to_owned(), LinkFrame::identity()));
     };

@@ -2,7 +2,7 @@
 
 use crate::Reading;
 use crate::notes::RobotNotes;
-use crate::xml::{Element, LARGEST_FILE};
+use crate::xml::{Element, LARGEST_FILE, Parsed};
 
 /// Maximum number of included files.
 const MOST_FILES: usize = 200;
@@ -24,7 +24,7 @@ impl<'a> Includes<'a> {
 
     /// Replaces all includes below an `<sdf>`, a `<world>` or a `<model>`. Files that cannot be
     /// read become notes.
-    pub fn expand(&mut self, element: &mut Element) -> Result<(), String> {
+    pub fn expand(&mut self, element: &mut Element) -> Parsed<()> {
         for mut child in std::mem::take(&mut element.children) {
             if child.tag == "include" {
                 element.children.extend(self.model(&child)?);
@@ -38,7 +38,7 @@ impl<'a> Includes<'a> {
         Ok(())
     }
 
-    fn model(&mut self, include: &Element) -> Result<Option<Element>, String> {
+    fn model(&mut self, include: &Element) -> Parsed<Option<Element>> {
         let uri = include.one("uri")?.ok_or_else(|| include.wrong("<uri> is needed"))?;
         let uri = uri.text.trim_end_matches('/');
         if matches!(include.own("merge"), Some("true" | "1")) {

@@ -4,7 +4,7 @@ use super::frames::{Scoped, end, key, pose_of};
 use super::{SdfReader, is_true, made, number, text_of, valued, vector};
 use crate::frame::LinkFrame;
 use crate::urdf::extra;
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -19,7 +19,7 @@ impl SdfReader<'_> {
         &mut self,
         joint: Scoped<'_>,
         carried: &mut HashSet<String>,
-    ) -> Result<Vec<Element>, String> {
+    ) -> Parsed<Vec<Element>> {
         let Scoped { element, model } = joint;
         let scope = &self.frames.models[model].key;
         let name = key(scope, element.needed("name")?);
@@ -91,12 +91,7 @@ impl SdfReader<'_> {
     }
 
     /// Direction of an axis in the world. `own` is the frame of the joint.
-    fn axis(
-        &self,
-        axis: Option<&Element>,
-        scope: &str,
-        own: &LinkFrame,
-    ) -> Result<Vector3<f64>, String> {
+    fn axis(&self, axis: Option<&Element>, scope: &str, own: &LinkFrame) -> Parsed<Vector3<f64>> {
         let Some(axis) = axis else { return Ok(own.rotation() * Vector3::z()) };
         let xyz = axis.one("xyz")?;
         let direction = xyz.map(vector).transpose()?.unwrap_or(Vector3::z());
@@ -110,7 +105,7 @@ impl SdfReader<'_> {
     }
 
     /// `<mimic>` of Drake, or of an axis: q = multiplier (q' − reference) + offset.
-    fn mimic(&self, mimic: &Element, scope: &str) -> Result<Element, String> {
+    fn mimic(&self, mimic: &Element, scope: &str) -> Parsed<Element> {
         let mut made = valued(mimic);
         let value = |field: &str, usual: f64| Ok::<_, String>(made.number(field)?.unwrap_or(usual));
         let offset = value("offset", 0.0)? - value("multiplier", 1.0)? * value("reference", 0.0)?;
@@ -121,7 +116,7 @@ impl SdfReader<'_> {
 }
 
 /// `<limit>` and `<dynamics>` of an axis.
-fn resistance(joint: &Element, axis: Option<&Element>) -> Result<[Element; 2], String> {
+fn resistance(joint: &Element, axis: Option<&Element>) -> Parsed<[Element; 2]> {
     let dynamics = axis.and_then(|axis| axis.all("dynamics").next());
     let mut dynamics = dynamics.map_or_else(|| made("dynamics", joint), valued);
     let springs = dynamics.attributes.iter_mut().filter(|(name, _)| name.starts_with("spring_"));
@@ -133,7 +128,7 @@ fn resistance(joint: &Element, axis: Option<&Element>) -> Result<[Element; 2], S
 }
 
 /// `<limit>` of URDF. Limits may be missing or infinite.
-fn limits(joint: &Element, limit: Option<&Element>) -> Result<Element, String> {
+fn limits(joint: &Element, limit: Option<&Element>) -> Parsed<Element> {
     let mut made = made("limit", limit.unwrap_or(joint));
     let usual = [("lower", -NO_LIMIT), ("upper", NO_LIMIT), ("effort", -1.0), ("velocity", -1.0)];
     for (tag, usual) in usual {

@@ -16,7 +16,7 @@ use crate::model::{NamedSite, Robot, RobotOptions, RobotSite};
 use crate::notes::RobotNotes;
 use crate::urdf::names::check;
 use crate::urdf::{extra, refuse_point_contacts, robot_of};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use frames::{Frames, Scoped, SdfModel, key};
 use nalgebra::Vector3;
 use std::collections::HashSet;
@@ -28,7 +28,7 @@ const MOST_FRICTION: f64 = 10.0;
 ///
 /// # Errors
 /// The first fault, with its line.
-pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
+pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
     refuse_point_contacts(root, reading)?;
     let mut notes = RobotNotes::default();
     let mut root = root.clone();
@@ -44,9 +44,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let options = RobotOptions {
         time_step: step.unwrap_or(0.002),
         gravity: gravity.unwrap_or(usual),
-        contacts: true,
-        neighbours_touch: false,
-        has_world: world.is_some(),
+        ..RobotOptions::usual(world.is_some())
     };
     let frames = Frames::new(scene)?;
     let prefix = match &frames.models[..] {
@@ -97,7 +95,7 @@ struct SdfReader<'a> {
 
 impl<'a> SdfReader<'a> {
     /// URDF of the file.
-    fn tree(&mut self, scene: &Element) -> Result<Element, String> {
+    fn tree(&mut self, scene: &Element) -> Parsed<Element> {
         let mut carried = HashSet::new();
         let mut joints = Vec::new();
         for joint in &self.frames.joints {
@@ -195,7 +193,7 @@ impl<'a> SdfReader<'a> {
         masks
     }
 
-    fn link(&mut self, link: &Scoped<'_>, masks: [u32; 2]) -> Result<Element, String> {
+    fn link(&mut self, link: &Scoped<'_>, masks: [u32; 2]) -> Parsed<Element> {
         let element = link.element;
         let own = self.link_key(link);
         let scope = &self.frames.models[link.model].key;
@@ -244,7 +242,7 @@ impl<'a> SdfReader<'a> {
     }
 
     /// `<inertial>` of URDF. A link without mass has 1 kg and 1 kg m², as the format states.
-    fn inertial(&self, link: &Element, scope: &str, own: &str) -> Result<Element, String> {
+    fn inertial(&self, link: &Element, scope: &str, own: &str) -> Parsed<Element> {
         let at = link.one("inertial")?.unwrap_or(link);
         let given = |tag: &'static str| at.all(tag).next().filter(|_| at.tag == "inertial");
         if matches!(at.own("auto"), Some("true" | "1")) {
@@ -275,7 +273,7 @@ impl<'a> SdfReader<'a> {
     }
 
     /// Friction coefficient of a collision: Drake's, or that of Gazebo's ODE.
-    fn friction(&mut self, collision: &Element) -> Result<Option<f64>, String> {
+    fn friction(&mut self, collision: &Element) -> Parsed<Option<f64>> {
         let drake = collision.all("proximity_properties").next();
         let below =
             |tags: [&'static str; 3]| tags.iter().try_fold(collision, |at, tag| at.all(tag).next());
@@ -305,7 +303,7 @@ fn is_true(element: &Element, tag: &str) -> bool {
 }
 
 /// Number in the child `tag`.
-fn number(element: &Element, tag: &str) -> Result<Option<f64>, String> {
+fn number(element: &Element, tag: &str) -> Parsed<Option<f64>> {
     let Some(child) = element.one(tag)? else { return Ok(None) };
     match child.numbers_of(tag, &child.text)?[..] {
         [number] => Ok(Some(number)),
@@ -314,7 +312,7 @@ fn number(element: &Element, tag: &str) -> Result<Option<f64>, String> {
 }
 
 /// Three numbers in the text of an element.
-fn vector(element: &Element) -> Result<Vector3<f64>, String> {
+fn vector(element: &Element) -> Parsed<Vector3<f64>> {
     let numbers = element.numbers_of(&element.tag, &element.text)?;
     let three =
         <[f64; 3]>::try_from(numbers).map_err(|_| element.wrong("three numbers are needed"))?;

@@ -5,14 +5,14 @@ use crate::between::carried;
 use crate::frame::{LinkFrame, about, left_times};
 use crate::mass::solid;
 use crate::model::LinkMass;
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Minimum mass of a link (kg), equal to that of a scene body. Files use smaller masses for frames.
 pub(super) const LEAST_MASS: f64 = 1e-9;
 
 /// Mass properties of `<inertial>`. Zero if it is absent or its mass is below [`LEAST_MASS`].
-pub(super) fn inertial(link: &Element) -> Result<LinkMass, String> {
+pub(super) fn inertial(link: &Element) -> Parsed<LinkMass> {
     let Some(inertial) = link.one("inertial")? else { return Ok(LinkMass::NONE) };
     if density(link)?.is_some() {
         return Ok(LinkMass::NONE);
@@ -37,14 +37,14 @@ pub(super) fn inertial(link: &Element) -> Result<LinkMass, String> {
 }
 
 /// True if the link has a positive mass below [`LEAST_MASS`].
-pub(super) fn is_faint(link: &Element) -> Result<bool, String> {
+pub(super) fn is_faint(link: &Element) -> Parsed<bool> {
     let Some(inertial) = link.one("inertial")? else { return Ok(false) };
     let mass = inertial.one("mass")?.map(|mass| mass.number("value")).transpose()?.flatten();
     Ok(mass.is_some_and(|mass| 0.0 < mass && mass < LEAST_MASS))
 }
 
 /// `<density>` (kg/m³) of an `<inertial>` without mass. It applies to the collision shapes.
-pub(super) fn density(link: &Element) -> Result<Option<f64>, String> {
+pub(super) fn density(link: &Element) -> Parsed<Option<f64>> {
     let Some(inertial) = link.one("inertial")? else { return Ok(None) };
     let given = inertial.one("density")?.filter(|_| inertial.all("mass").next().is_none());
     given
@@ -64,7 +64,7 @@ impl UrdfReader<'_> {
     /// - links with a density,
     /// - moving links that have no mass, including all links fixed to them,
     /// - links without inertia.
-    pub(super) fn fill_masses(&mut self) -> Result<(), String> {
+    pub(super) fn fill_masses(&mut self) -> Parsed<()> {
         let carriers = self.robot.carriers();
         for link in 1..self.robot.links.len() {
             let element = self.tree.links[&*self.robot.links[link].name];
@@ -107,19 +107,19 @@ impl UrdfReader<'_> {
     }
 
     /// Mass properties of the collision shapes of a link at 1 kg/m³.
-    fn solid(&self, link: usize) -> Result<LinkMass, String> {
+    fn solid(&self, link: usize) -> Parsed<LinkMass> {
         let own = self.robot.shapes.iter().filter(|shape| shape.link == link);
         let parts = own.map(|shape| {
             let solid = solid(&shape.form).map_err(|why| format!("{}: {why}", shape.at))?;
             Ok(solid.placed(&shape.frame))
         });
-        Ok(LinkMass::sum(&parts.collect::<Result<Vec<_>, String>>()?))
+        Ok(LinkMass::sum(&parts.collect::<Parsed<Vec<_>>>()?))
     }
 }
 
 /// Pose of `<origin>`: position, and rotations about the fixed axes x, y and z in this order or a
 /// quaternion.
-pub(super) fn origin(element: &Element) -> Result<LinkFrame, String> {
+pub(super) fn origin(element: &Element) -> Parsed<LinkFrame> {
     let Some(origin) = element.one("origin")? else { return Ok(LinkFrame::identity()) };
     let position = origin.exactly::<3>("xyz")?.unwrap_or_default();
     let attitude = match origin.exactly::<4>(extra::ATTITUDE)? {

@@ -11,7 +11,7 @@ use super::left_out::pruned;
 use super::meshes::share_triangles;
 use super::model::{MimicJoint, Moves, Robot, RobotJoint, RobotLink, RobotOptions};
 use super::notes::RobotNotes;
-use super::xml::{Attributes, Element};
+use super::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 use std::collections::{BTreeSet, HashMap};
 use tumble_model::shown;
@@ -43,7 +43,7 @@ pub mod extra {
 ///
 /// # Errors
 /// The first fault, with its line.
-pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
+pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
     refuse_point_contacts(root, reading)?;
     let mut notes = RobotNotes::default();
     let mut root = pruned(root, reading.left_out)?;
@@ -54,18 +54,11 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         ));
     }
     names::check(&root, &names::NAMES, &mut notes)?;
-    let options = RobotOptions {
-        time_step: 0.002,
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        contacts: true,
-        neighbours_touch: false,
-        has_world: false,
-    };
-    robot_of(&root, options, notes, reading)
+    robot_of(&root, RobotOptions::usual(false), notes, reading)
 }
 
 /// Refuses an option that only MJCF has.
-pub fn refuse_point_contacts(root: &Element, reading: &Reading<'_>) -> Result<(), String> {
+pub fn refuse_point_contacts(root: &Element, reading: &Reading<'_>) -> Parsed<()> {
     if !reading.points_rub {
         return Ok(());
     }
@@ -80,7 +73,7 @@ pub fn robot_of(
     options: RobotOptions,
     notes: RobotNotes,
     reading: &Reading<'_>,
-) -> Result<Robot, String> {
+) -> Parsed<Robot> {
     let tree = LinkTree::from_root(root)?;
     let robot = Robot::new(root.own("name").unwrap_or(""), options);
     let (hulls, placed) = (HashMap::new(), vec![LinkFrame::identity()]);
@@ -155,7 +148,7 @@ struct UrdfReader<'a> {
 
 impl<'a> UrdfReader<'a> {
     /// Reads the root and all links below, depth first in the order of the file.
-    fn read_root(&mut self) -> Result<(), String> {
+    fn read_root(&mut self) -> Parsed<()> {
         let root = self.tree.root;
         let name = root.needed("name")?;
         let mut todo = Vec::new();
@@ -172,7 +165,8 @@ impl<'a> UrdfReader<'a> {
                         "{name}, the root link, has no mass and is fixed to the world"
                     ));
                 }
-                let free = (weighs && !self.reading.is_fixed).then(|| self.free_root(root));
+                let free = (weighs && !self.reading.is_fixed)
+                    .then(|| RobotJoint::bare("root".to_owned(), 0, Moves::Free, root.at()));
                 self.add_link(root, 0, LinkFrame::identity(), free.into_iter().collect())?
             }
         };
@@ -215,11 +209,7 @@ impl<'a> UrdfReader<'a> {
 
     /// Joint below a link that merely connects two joints. Such a link has no mass and no collision
     /// shapes. All its joints are slides or hinges.
-    fn passes_on(
-        &self,
-        name: &'a str,
-        joints: &[RobotJoint],
-    ) -> Result<Option<&'a Element>, String> {
+    fn passes_on(&self, name: &'a str, joints: &[RobotJoint]) -> Parsed<Option<&'a Element>> {
         let is_one = |joint: &RobotJoint| matches!(joint.moves, Moves::Hinge | Moves::Slide);
         let Some([below]) = self.tree.below.get(name).map(Vec::as_slice) else { return Ok(None) };
         let touches = self.tree.links[name].all("collision").next().is_some();
@@ -233,7 +223,7 @@ impl<'a> UrdfReader<'a> {
     }
 
     /// True if the link, or one fixed to it, has a mass.
-    fn weighs(&self, name: &'a str) -> Result<bool, String> {
+    fn weighs(&self, name: &'a str) -> Parsed<bool> {
         let mut todo = vec![name];
         // Each link is visited once, since it has one parent.
         while let Some(name) = todo.pop() {
@@ -251,7 +241,7 @@ impl<'a> UrdfReader<'a> {
     }
 
     /// Notes links with a mass below [`LEAST_MASS`].
-    fn note_faint(&mut self, root: &Element) -> Result<(), String> {
+    fn note_faint(&mut self, root: &Element) -> Parsed<()> {
         let mut names = Vec::new();
         for link in root.all("link") {
             if is_faint(link)? {
@@ -271,7 +261,7 @@ impl<'a> UrdfReader<'a> {
 
     /// True if a link below [`LEAST_MASS`] is a frame at the end of its branch. Neither the link
     /// nor its descendants have a mass or collision shapes.
-    fn is_frame(&self, name: &'a str) -> Result<bool, String> {
+    fn is_frame(&self, name: &'a str) -> Parsed<bool> {
         if !is_faint(self.tree.links[name])? {
             return Ok(false);
         }
@@ -289,17 +279,13 @@ impl<'a> UrdfReader<'a> {
         Ok(true)
     }
 
-    fn free_root(&self, root: &Element) -> RobotJoint {
-        RobotJoint::bare("root".to_owned(), 0, Moves::Free, root.at())
-    }
-
     fn add_link(
         &mut self,
         element: &Element,
         parent: usize,
         frame: LinkFrame,
         joints: Vec<RobotJoint>,
-    ) -> Result<usize, String> {
+    ) -> Parsed<usize> {
         let index = self.robot.links.len();
         self.robot.links.push(RobotLink {
             name: element.needed("name")?.to_owned(),
@@ -329,10 +315,7 @@ impl<'a> UrdfReader<'a> {
 
     /// Pose of the child link in the parent, and its joints in its own frame. They include the
     /// joints of massless links above.
-    fn read_joint(
-        &mut self,
-        hanging: &Hanging<'_>,
-    ) -> Result<(LinkFrame, Vec<RobotJoint>), String> {
+    fn read_joint(&mut self, hanging: &Hanging<'_>) -> Parsed<(LinkFrame, Vec<RobotJoint>)> {
         let element = hanging.joint;
         let name = element.needed("name")?.to_owned();
         let frame = origin(element)?;
@@ -389,7 +372,7 @@ impl<'a> UrdfReader<'a> {
     }
 
     /// Reads a `<mimic>` element. The other joint may come later in the file.
-    fn read_mimic(&mut self, element: &Element) -> Result<(), String> {
+    fn read_mimic(&mut self, element: &Element) -> Parsed<()> {
         let Some(mimic) = element.one("mimic")? else { return Ok(()) };
         let is_held = element.own("name").is_some_and(|name| self.held.contains(name));
         if is_held || element.own("type") == Some("fixed") {
@@ -429,7 +412,7 @@ impl<'a> UrdfReader<'a> {
         element: &Element,
         joint: RobotJoint,
         limited: bool,
-    ) -> Result<RobotJoint, String> {
+    ) -> Parsed<RobotJoint> {
         let mut joint = joint;
         if let Some(dynamics) = element.one("dynamics")? {
             joint.damping = dynamics.bounded("damping", 0.0, [0.0, 1e12])?;

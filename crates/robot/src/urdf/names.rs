@@ -1,7 +1,7 @@
 //! Names of elements and attributes of a format, to find misspelt ones.
 
 use crate::notes::RobotNotes;
-use crate::xml::Element;
+use crate::xml::{Element, Parsed};
 use tumble_model::nearest;
 use tumble_model::shown;
 
@@ -52,11 +52,7 @@ pub const FORMS: &str = "box sphere cylinder capsule cone ellipsoid plane mesh";
 ///
 /// # Errors
 /// A misspelt name, with its line.
-pub fn check(
-    element: &Element,
-    table: &[ElementNames],
-    notes: &mut RobotNotes,
-) -> Result<(), String> {
+pub fn check(element: &Element, table: &[ElementNames], notes: &mut RobotNotes) -> Parsed<()> {
     let names = table.iter().find(|names| names[0] == element.tag);
     let Some([tag, elements, idle, attributes]) = names else { return Ok(()) };
     let [elements, idle, attributes] =
@@ -82,7 +78,7 @@ pub fn check(
 }
 
 /// Rejects a `name` at an element that is a slip of one of the `known` names.
-fn refuse_misspelt(name: &str, known: &[&str], at: &Element) -> Result<(), String> {
+fn refuse_misspelt(name: &str, known: &[&str], at: &Element) -> Parsed<()> {
     match nearest::misspelt(name, known.iter().copied()) {
         Some(meant) => {
             let name = shown::line(name);

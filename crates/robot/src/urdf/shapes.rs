@@ -5,7 +5,7 @@ use super::{UrdfReader, extra};
 use crate::PiecesOfMesh;
 use crate::meshes::{self, PaintedSurface, colour_of};
 use crate::model::{LookForm, RobotForm, RobotLook, RobotShape};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 
 /// Message for other geometry.
@@ -15,7 +15,7 @@ const FORMS: &str =
 impl UrdfReader<'_> {
     /// Reads the collision geometry of the link with index `link`. Shapes of size 0 are dropped
     /// with a note.
-    pub(super) fn read_shapes(&mut self, element: &Element, link: usize) -> Result<(), String> {
+    pub(super) fn read_shapes(&mut self, element: &Element, link: usize) -> Parsed<()> {
         for collision in element.all("collision") {
             let geometry = collision.one("geometry")?;
             let geometry = geometry.ok_or_else(|| collision.wrong("<geometry> is needed"))?;
@@ -64,7 +64,7 @@ impl UrdfReader<'_> {
     }
 
     /// Visual geometry of one `<visual>` by colour; none for a shape of size 0.
-    fn look(&self, visual: &Element, link: usize) -> Result<Vec<RobotLook>, String> {
+    fn look(&self, visual: &Element, link: usize) -> Parsed<Vec<RobotLook>> {
         let geometry = visual.one("geometry")?;
         let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
         let [form] = &geometry.children[..] else {
@@ -93,7 +93,7 @@ impl UrdfReader<'_> {
     }
 
     /// Colour of the material of a `<visual>`, given there or by name in the robot.
-    fn colour(&self, visual: &Element) -> Result<Option<[u8; 3]>, String> {
+    fn colour(&self, visual: &Element) -> Parsed<Option<[u8; 3]>> {
         let Some(material) = visual.all("material").next() else { return Ok(None) };
         let own = material.all("color").next();
         let known = || {
@@ -109,7 +109,7 @@ impl UrdfReader<'_> {
     ///
     /// If the caller has chosen convex pieces for the mesh, it is one hull per piece. Hulls are
     /// computed once per file and scale.
-    fn forms(&mut self, element: &Element) -> Result<Vec<RobotForm>, String> {
+    fn forms(&mut self, element: &Element) -> Parsed<Vec<RobotForm>> {
         if element.tag != "mesh" {
             return Ok(vec![self.form(element)?]);
         }
@@ -137,14 +137,14 @@ impl UrdfReader<'_> {
     }
 
     /// Vertices of the convex hull of a mesh, and a note if they are not all.
-    fn hull(&mut self, name: &str, scale: [f64; 3]) -> Result<Vec<[f64; 3]>, String> {
+    fn hull(&mut self, name: &str, scale: [f64; 3]) -> Parsed<Vec<[f64; 3]>> {
         let hulled = meshes::read(self.reading, name, scale)?;
         self.notes.hull(name, &hulled);
         Ok(hulled.corners)
     }
 
     /// Primitive geometry. Boxes have half sides, cylinders and capsules a half length (m).
-    fn form(&self, element: &Element) -> Result<RobotForm, String> {
+    fn form(&self, element: &Element) -> Parsed<RobotForm> {
         let length = |field: &str| {
             element.needed(field)?;
             element.bounded(field, 0.0, [1e-9, 1e6])
@@ -179,7 +179,7 @@ impl UrdfReader<'_> {
 }
 
 /// True if the geometry has size 0 and cannot collide.
-fn is_empty(form: &Element) -> Result<bool, String> {
+fn is_empty(form: &Element) -> Parsed<bool> {
     let fields: &[&str] = match &*form.tag {
         "box" => &["size"],
         "mesh" => &["scale"],

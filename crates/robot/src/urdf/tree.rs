@@ -1,6 +1,6 @@
 //! Tree of the links and joints of a URDF file.
 
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, Parsed};
 use std::collections::HashMap;
 use tumble_model::shown;
 
@@ -16,7 +16,7 @@ pub(super) struct LinkTree<'e> {
 }
 
 impl<'e> LinkTree<'e> {
-    pub(super) fn from_root(root: &'e Element) -> Result<Self, String> {
+    pub(super) fn from_root(root: &'e Element) -> Parsed<Self> {
         let mut links = HashMap::new();
         for link in root.all("link") {
             if links.insert(link.needed("name")?, link).is_some() {
@@ -61,7 +61,7 @@ impl<'e> LinkTree<'e> {
 }
 
 /// Link named by the only element `tag` of a joint.
-pub(super) fn end<'e>(joint: &'e Element, tag: &str) -> Result<&'e str, String> {
+pub(super) fn end<'e>(joint: &'e Element, tag: &str) -> Parsed<&'e str> {
     let element = joint.one(tag)?.ok_or_else(|| joint.wrong(format!("<{tag}> is needed")))?;
     element.needed("link")
 }

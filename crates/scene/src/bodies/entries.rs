@@ -5,6 +5,7 @@ use crate::tables::{InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
+use tumble_core::error::Error;
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::quaternion::unit;
@@ -24,9 +25,9 @@ macro_rules! with_form {
             pub cuboid: Option<Sides>,
             pub sphere: Option<f64>,
             #[serde(default, deserialize_with = "table_if_any")]
-            pub capsule: Option<CapsuleTable>,
+            pub capsule: Option<TubeTable>,
             #[serde(default, deserialize_with = "table_if_any")]
-            pub cylinder: Option<CylinderTable>,
+            pub cylinder: Option<TubeTable>,
             #[serde(default, deserialize_with = "table_if_any")]
             pub cone: Option<ConeTable>,
             pub ellipsoid: Option<Numbers<3>>,
@@ -180,16 +181,10 @@ pub struct ApartEntry {
     pub between: Exactly<String, 2>,
 }
 
+/// Capsule or cylinder.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
-pub struct CapsuleTable {
-    length: f64,
-    radius: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
-pub struct CylinderTable {
+pub struct TubeTable {
     length: f64,
     radius: f64,
 }
@@ -287,12 +282,19 @@ pub struct Files<'a> {
     pub read: tumble_model::ReadFile<'a>,
 }
 
+impl<'a> Files<'a> {
+    /// Meshes in the folder of the file `path`.
+    pub fn beside(path: &'a Path, read: tumble_model::ReadFile<'a>) -> Self {
+        Self { folder: path.parent().unwrap_or(Path::new("")), read }
+    }
+}
+
 /// Fields of a convex form.
 pub struct FormFields {
     cuboid: Option<Sides>,
     sphere: Option<f64>,
-    capsule: Option<CapsuleTable>,
-    cylinder: Option<CylinderTable>,
+    capsule: Option<TubeTable>,
+    cylinder: Option<TubeTable>,
     cone: Option<ConeTable>,
     ellipsoid: Option<Numbers<3>>,
     hull: Option<Vec<Numbers<3>>>,
@@ -321,10 +323,9 @@ impl FormFields {
         let (radius, sides) = (self.radius.unwrap_or(0.0), self.sides.unwrap_or(USUAL_SIDES));
         forms.extend(self.cuboid.map(|cuboid| ModelForm::Box { sides: cuboid.vector().into() }));
         forms.extend(self.sphere.map(|radius| ModelForm::Sphere { radius }));
-        let capsule = |CapsuleTable { length, radius }| ModelForm::Capsule { length, radius };
+        let capsule = |TubeTable { length, radius }| ModelForm::Capsule { length, radius };
         forms.extend(self.capsule.map(capsule));
-        let cylinder =
-            |CylinderTable { length, radius }| ModelForm::Cylinder { length, radius, sides };
+        let cylinder = |TubeTable { length, radius }| ModelForm::Cylinder { length, radius, sides };
         forms.extend(self.cylinder.map(cylinder));
         let cone = |ConeTable { height, radius }| ModelForm::Cone { height, radius, sides };
         forms.extend(self.cone.map(cone));
@@ -377,15 +378,21 @@ pub fn in_mesh(files: &Files<'_>, name: &str, why: &dyn std::fmt::Display) -> St
 }
 
 /// Remedy for a mesh in another format.
-pub const NEEDED_MESH: &str =
+const NEEDED_MESH: &str =
     "a file name that ends in .obj or .stl is needed; export the part in one of these formats";
 
-/// Closed mesh of a file.
-pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, String> {
+/// Content of an OBJ or STL file of at most `most` bytes, parsed by its ending.
+pub fn read_triangles<T>(
+    files: &Files<'_>,
+    name: &str,
+    most: u64,
+    parse_obj: fn(&str) -> Result<T, Error>,
+    parse_stl: fn(&[u8]) -> Result<T, Error>,
+) -> Result<T, String> {
     let path = &files.folder.join(name);
     let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
-    let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| invalid(&error))?;
-    let mesh = match &*crate::ending(path) {
+    let bytes = (files.read)(path, most).map_err(|error| invalid(&error))?;
+    let parsed = match &*crate::ending(path) {
         "obj" => {
             let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
             parse_obj(&text)
@@ -393,5 +400,11 @@ pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, Stri
         "stl" => parse_stl(&bytes),
         _ => return Err(invalid(&NEEDED_MESH)),
     };
-    mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| invalid(&error))
+    parsed.map_err(|error| invalid(&error))
+}
+
+/// Closed mesh of a file.
+pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, String> {
+    let mesh = read_triangles(files, name, LARGEST_MESH, parse_obj, parse_stl)?;
+    mesh.scaled(scale).map_err(|error| in_mesh(files, name, &error))
 }

@@ -57,15 +57,14 @@ impl GearEntry {
 
     /// Drive of a gear without a rigid constraint.
     fn drive(&self) -> Result<Option<Drive>, String> {
-        let fields = self.drive.as_ref().map(DriveEntry::drive);
-        if fields.as_ref().is_some_and(|fields| fields.start.is_some()) {
+        if self.drive.is_some_and(|drive| drive.start.is_some()) {
             return Err(
                 "drive.start: it follows from the positions of the joints; leave it out".to_owned()
             );
         }
         let motor = self.motor.as_ref().map(MotorFields::motor).transpose();
         let motor = motor.map_err(|why| format!("motor.{why}"))?;
-        let drive = fields.map(|fields| fields.drive());
+        let drive = self.drive.as_ref().map(DriveEntry::drive);
         let driven = drive.or(motor.map(|_| Drive::NONE));
         Ok(driven.map(|drive| Drive { motor, ..drive }))
     }

@@ -1,6 +1,6 @@
 //! Tables `[[terrain]]`: height fields and surfaces of triangles.
 
-use super::entries::{AttitudeEntry, Files, NEEDED_MESH, in_mesh};
+use super::entries::{AttitudeEntry, Files, in_mesh, read_triangles};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -103,13 +103,12 @@ impl TerrainEntry {
         let terrain = match (&self.heights, &self.mesh, &self.surface) {
             (Some(heights), None, None) => self.field(heights, scale, &turn, &place, files)?,
             (None, Some(name), None) => {
-                let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
-                let facets = facets_of(files, name)?;
-                let facets: Vec<_> =
-                    facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
+                let mut facets =
+                    read_triangles(files, name, LARGEST_FILE, facets_of_obj, facets_of_stl)?;
+                facets.iter_mut().flatten().for_each(|corner| *corner *= scale);
                 let mesh = Surface::from_facets(&facets);
                 let mesh = mesh.and_then(|mesh| mesh.moved_by(&turn, &place));
-                mesh.map(Terrain::from).map_err(|error| invalid(&error))?
+                mesh.map(Terrain::from).map_err(|error| in_mesh(files, name, &error))?
             }
             (None, None, Some(table)) => {
                 let vertices = table.vertices.iter().map(|at| Vector3::from(at.0) * scale);
@@ -185,20 +184,4 @@ fn field_at_origin(
     let wide = (field.columns() - 1) as f64 * spacing[0];
     let deep = (field.rows() - 1) as f64 * spacing[1];
     field.moved_by(&Matrix3::identity(), &Vector3::new(-0.5 * wide, -0.5 * deep, 0.0))
-}
-
-/// Facets of an OBJ or STL file.
-fn facets_of(files: &Files<'_>, name: &str) -> Result<Vec<[Vector3<f64>; 3]>, String> {
-    let path = &files.folder.join(name);
-    let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
-    let bytes = (files.read)(path, LARGEST_FILE).map_err(|error| invalid(&error))?;
-    let facets = match &*crate::ending(path) {
-        "obj" => {
-            let text = String::from_utf8(bytes).map_err(|_| invalid(&"it is not text"))?;
-            facets_of_obj(&text)
-        }
-        "stl" => facets_of_stl(&bytes),
-        _ => return Err(invalid(&NEEDED_MESH)),
-    };
-    facets.map_err(|error| invalid(&error))
 }

@@ -98,10 +98,11 @@ impl<R: Read> Read for Bounded<R> {
 /// Expected index k of the next row in a table of steps.
 pub struct Steps {
     /// Index k of the last row; before the first row, the expected k of the first.
-    at: u64,
-    every: u64,
+    pub at: u64,
+    /// Distance of rows in steps.
+    pub every: u64,
     /// True if the first row may have any k.
-    anywhere: bool,
+    pub anywhere: bool,
     begun: bool,
 }
 
@@ -112,21 +113,6 @@ impl Default for Steps {
 }
 
 impl Steps {
-    /// Sets the expected first k to `index`.
-    pub fn begin_at(&mut self, index: u64) {
-        self.at = index;
-    }
-
-    /// Accepts any first k.
-    pub fn begin_anywhere(&mut self) {
-        self.anywhere = true;
-    }
-
-    /// Expects rows of every `every`-th step and of the last state.
-    pub fn every(&mut self, every: u64) {
-        self.every = every.max(1);
-    }
-
     /// Checks and returns the k of the row just read, which has the given status.
     pub fn next<R: Read>(
         &mut self,

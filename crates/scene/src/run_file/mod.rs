@@ -11,11 +11,11 @@ use super::joints_summary::{JointsSummary, StiffJoint, StiffJointReport};
 use super::row_selection::RowSelection;
 use super::scene::Scene;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
-use crate::output::tables::{JointRow, StepRow, Table, TableStep};
+use crate::output::tables::{JointRow, Table, TableStep};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tumble_core::simulation::scene as tutorial;
-use tumble_core::simulation::summary::{RunSummary, StatusCount};
+use tumble_core::simulation::summary::RunSummary;
 use tumble_core::world::Impacts;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
@@ -248,28 +248,14 @@ impl RunFile {
         let (mut largest_overlap, mut world) = (0.0_f64, scene.world.clone());
         let mut stiff_joints = StiffJointReport::default();
         for (place, step) in rows.iter().enumerate() {
-            let StepRow { index, status, iterations, residual, restitution_share, .. } = step.row;
-            let part = "";
-            summary.count(&StatusCount {
-                index,
-                status,
-                iterations,
-                residual,
-                part,
-                restitution_share,
-            });
+            let index = step.row.index;
+            summary.count(&step.row.count());
             largest_overlap = largest_overlap.max(step.row.overlap);
             if place > 0 {
                 world.follow(&scene.courses, index as f64 * world.whole_step());
                 joints.add_errors(&world, &step.states);
             }
-            joints.add_stiffness(step.row.stiffness);
-            for joint in &step.joints {
-                joints.add_residual(joint.residual.locked, joint.residual.drive);
-            }
-            for (gear, of) in step.gears.iter().zip(world.gears()) {
-                joints.add_gear(of, gear.residual);
-            }
+            joints.add_rows(&world, step);
             let length = step.row.substep_length;
             world.set_substep((length > 0.0).then_some([0.0, length]));
             world.follow(&scene.courses, world.time_after(index));
@@ -279,17 +265,9 @@ impl RunFile {
         }
         let joints = (!scene.joints.is_empty()).then_some(joints);
         let (outcome, summary, seconds) = ("complete", &summary, 0.0);
-        let mut file = Self::new(
-            scene,
-            &RunEnd {
-                outcome,
-                summary,
-                seconds,
-                largest_overlap,
-                joints,
-                stiff_joints: &stiff_joints,
-            },
-        )?;
+        let stiff_joints = &stiff_joints;
+        let end = RunEnd { outcome, summary, seconds, largest_overlap, joints, stiff_joints };
+        let mut file = Self::new(scene, &end)?;
         file.trajectory = false;
         if scene.world.impacts() == Impacts::Located {
             file.kept = file.kept.without(Table::Ends);

@@ -29,11 +29,8 @@ impl Builder<'_> {
 
     /// Rejects `collides_with` of groups that no table has.
     pub(super) fn refuse_unknown_groups(&self) -> Result<(), String> {
-        let bodies = self.model.bodies.iter().map(|body| (&body.name, &body.groups));
-        let fixed = self.model.fixed.iter().map(|fixed| (&fixed.name, &fixed.groups));
-        let terrains = self.model.terrains.iter().map(|terrain| (&terrain.name, &terrain.groups));
-        let all = bodies.chain(fixed).chain(terrains);
-        for (name, groups) in all.filter(|(_, groups)| !groups.are_usual()) {
+        let all = self.model.grouped_objects();
+        for (_, name, groups) in all.filter(|(.., groups)| !groups.are_usual()) {
             self.model.masks(groups).map_err(|why| format!("{name}: {why}"))?;
         }
         Ok(())

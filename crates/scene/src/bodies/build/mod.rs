@@ -95,17 +95,8 @@ pub fn build(
     settings: &Settings,
     files: Files<'_>,
 ) -> Result<BuiltScene, String> {
-    let plane = settings.plane.clone();
-    let mut builder = Builder {
-        files,
-        plane,
-        draws: Draws::new(settings.seed.unwrap_or(USUAL_SEED)),
-        drawn: false,
-        names: Vec::new(),
-        merged: BTreeMap::new(),
-        notes: Vec::new(),
-        model: empty_model(settings, 0.0),
-    };
+    let (seed, model) = (settings.seed.unwrap_or(USUAL_SEED), empty_model(settings, 0.0));
+    let mut builder = Builder::new(files, settings.plane.clone(), seed, model);
     if file.bodies.is_empty() && file.robots.is_empty() {
         return Err("bodies: at least one table [[bodies]] is needed".to_owned());
     }
@@ -114,8 +105,7 @@ pub fn build(
         builder.add_bodies(&at, entry)?;
     }
     for (index, entry) in file.fixed.into_iter().enumerate() {
-        let at = format!("fixed[{index}]");
-        builder.add_fixed(&at, entry)?;
+        builder.add_fixed(&format!("fixed[{index}]"), entry)?;
     }
     for (index, entry) in file.terrain.into_iter().enumerate() {
         let named = |why: String| format!("terrain[{index}].{why}");
@@ -145,23 +135,14 @@ pub fn build(
     builder.refuse_equal_names()?;
     builder.refuse_unknown_groups()?;
     builder.name_links(&robots);
-    for (index, entry) in file.friction.iter().enumerate() {
-        let pairs = builder.coefficients(entry, 10.0);
-        let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
-        builder.model.frictions.extend(pairs);
-    }
+    builder.model.frictions.extend(builder.coefficients("friction", &file.friction, 10.0)?);
     for (law, entries) in file.coefficients.iter().enumerate() {
-        for (index, entry) in entries.iter().enumerate() {
-            let pairs = builder.coefficients(entry, 10.0);
-            let (name, model) = &mut builder.model.coefficients_mut()[law];
-            model.pairs.extend(pairs.map_err(|why| format!("{name}[{index}].{why}"))?);
-        }
+        let name = builder.model.coefficients()[law].0;
+        let pairs = builder.coefficients(name, entries, 10.0)?;
+        builder.model.coefficients_mut()[law].1.pairs.extend(pairs);
     }
-    for (index, entry) in file.restitution.iter().enumerate() {
-        let pairs = builder.coefficients(entry, 1.0);
-        let pairs = pairs.map_err(|why| format!("restitution[{index}].{why}"))?;
-        builder.model.restitutions.extend(pairs);
-    }
+    let pairs = builder.coefficients("restitution", &file.restitution, 1.0)?;
+    builder.model.restitutions.extend(pairs);
     for (index, entry) in file.apart.iter().enumerate() {
         let pairs = builder.pairs(&entry.between).map_err(|why| format!("apart[{index}].{why}"))?;
         let apart = pairs.into_iter().map(|(body, partner)| ApartModel { body, partner });
@@ -216,9 +197,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
     let free = (number..).map(|number| format!("body-{number}")).find(is_free);
     entry.name = entry.name.or(free);
-    let (draws, names, merged) = (Draws::new(USUAL_SEED), Vec::new(), BTreeMap::new());
-    let notes = Vec::new();
-    let mut builder = Builder { files, plane, draws, drawn: false, names, merged, notes, model };
+    let mut builder = Builder::new(files, plane, USUAL_SEED, model);
     builder.add_bodies("body", entry)?;
     if builder.drawn {
         return Err("body: random starts are not supported here; give numbers".to_owned());
@@ -248,7 +227,13 @@ struct Builder<'a> {
     model: Model,
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    fn new(files: Files<'a>, plane: Option<Plane>, seed: u32, model: Model) -> Self {
+        let (names, merged, notes) = (Vec::new(), BTreeMap::new(), Vec::new());
+        let draws = Draws::new(seed);
+        Self { files, plane, draws, drawn: false, names, merged, notes, model }
+    }
+
     /// Adds the bodies of one `[[bodies]]` table: one body per copy.
     fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
@@ -327,9 +312,9 @@ impl Builder<'_> {
             let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
             start.checked().map_err(|error| named(field_of(&error)))?;
             let start = BodyStart::from_state(&start);
-            let usual = ("body", self.model.bodies.len());
-            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
-            partners.push(PartnerModel::Body(self.model.bodies.len()));
+            let index = self.model.bodies.len();
+            let name = name_of(entry.name.as_deref(), "body", index, number, count);
+            partners.push(PartnerModel::Body(index));
             self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
         let own = [entry.static_friction, entry.rolling_friction, entry.torsional_friction];
@@ -357,10 +342,7 @@ impl Builder<'_> {
         let copies =
             copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "fixed pieces");
         let copies = copies.map_err(named)?;
-        if entry.friction.is_some_and(|friction| !(0.0..=10.0).contains(&friction)) {
-            let friction = entry.friction.unwrap_or_default();
-            return Err(named(format!("friction is {friction:?}; allowed: 0 to 10")));
-        }
+        refuse_friction(entry.friction).map_err(named)?;
         let groups = self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?;
         let count = copies.len();
         let mut partners = Vec::new();
@@ -369,8 +351,8 @@ impl Builder<'_> {
             let start = self.start(entry.frame, &copied.place, zero, zero, &zero).map_err(named)?;
             let outer =
                 ModelPlace { position: start.position.into(), attitude: start.attitude.into() };
-            let usual = ("fixed", self.model.fixed.len());
-            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
+            let index = self.model.fixed.len();
+            let name = name_of(entry.name.as_deref(), "fixed", index, number, count);
             for piece in &pieces {
                 let piece =
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
@@ -411,9 +393,7 @@ impl Builder<'_> {
     /// Adds the terrain of one `[[terrain]]` table.
     fn add_terrain(&mut self, index: usize, mut entry: TerrainEntry) -> Result<(), String> {
         let terrain = entry.terrain(&self.files)?;
-        if let Some(invalid) = entry.friction.filter(|friction| !(0.0..=10.0).contains(friction)) {
-            return Err(format!("friction is {invalid:?}; allowed: 0 to 10"));
-        }
+        refuse_friction(entry.friction)?;
         let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
         let friction = entry.friction;
@@ -450,15 +430,10 @@ impl Builder<'_> {
             (None, Some(true)) => Some(vec![[0.0; 3]]),
             (points, _) => points.map(plain),
         };
-        match points {
-            None if form.is_none() && entry.pieces.is_none() => {
-                Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}"))
-            }
-            None => Ok(ModelShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
-            Some(points) if form.is_none() && entry.pieces.is_none() => {
-                Ok(ModelShape::Points(points))
-            }
-            Some(_) => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
+        match (points, form.is_some() || entry.pieces.is_some()) {
+            (None, true) => Ok(ModelShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
+            (Some(points), false) => Ok(ModelShape::Points(points)),
+            _ => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
         }
     }
 
@@ -483,26 +458,20 @@ impl Builder<'_> {
         form: Option<ModelForm>,
         pieces: Option<Vec<PieceEntry>>,
     ) -> Result<Vec<PlacedForm>, String> {
-        let found = match (form, pieces) {
+        match (form, pieces) {
             (Some(form), None) => {
                 let form = PlacedForm { form, place: ModelPlace::ORIGIN };
                 refuse_piece(at, &form)?;
-                vec![form]
+                Ok(vec![form])
             }
             (None, Some(entries)) if !entries.is_empty() => {
-                let mut pieces = Vec::new();
-                for (index, entry) in entries.into_iter().enumerate() {
-                    pieces.push(placed_piece(
-                        &format!("{at}.pieces[{index}]"),
-                        entry,
-                        &self.files,
-                    )?);
-                }
-                pieces
+                let piece = |(index, entry)| {
+                    placed_piece(&format!("{at}.pieces[{index}]"), entry, &self.files)
+                };
+                entries.into_iter().enumerate().map(piece).collect()
             }
-            _ => return Err(format!("{at}: {ONE_SHAPE}, or pieces of these")),
-        };
-        Ok(found)
+            _ => Err(format!("{at}: {ONE_SHAPE}, or pieces of these")),
+        }
     }
 
     /// Visual shape of a body.
@@ -590,11 +559,16 @@ const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cy
      points or point_mass = true";
 
 fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
-    if table.has_idle_point() {
-        return Err("load.at has no meaning without load.force; leave it out".to_owned());
-    }
     let load = table.load()?;
     Ok((!load.is_none()).then(|| LoadParameters::from_load(&load)))
+}
+
+/// Rejects a coefficient of friction out of range.
+fn refuse_friction(friction: Option<f64>) -> Result<(), String> {
+    match friction.filter(|friction| !(0.0..=10.0).contains(friction)) {
+        Some(invalid) => Err(format!("friction is {invalid:?}; allowed: 0 to 10")),
+        None => Ok(()),
+    }
 }
 
 /// Piece of a table at the place `at` of the file.

@@ -87,18 +87,24 @@ impl Builder<'_> {
             && self.model.bodies.iter().all(|body| body.name != name)
     }
 
-    /// Pairs of an entry with their coefficient, which is at most `largest`.
+    /// Pairs of the entries of a `table` with their coefficients, which are at most `largest`.
     pub(super) fn coefficients(
         &self,
-        entry: &PairEntry,
+        table: &str,
+        entries: &[PairEntry],
         largest: f64,
     ) -> Result<Vec<PairModel>, String> {
-        let coefficient = entry.coefficient;
-        if !(0.0..=largest).contains(&coefficient) {
-            return Err(format!("coefficient is {coefficient:?}; allowed: 0 to {largest}"));
+        let mut all = Vec::new();
+        for (index, PairEntry { between, coefficient }) in entries.iter().enumerate() {
+            let (at, coefficient) = (format!("{table}[{index}]"), *coefficient);
+            if !(0.0..=largest).contains(&coefficient) {
+                let why = format!("coefficient is {coefficient:?}; allowed: 0 to {largest}");
+                return Err(format!("{at}.{why}"));
+            }
+            let pairs = self.pairs(between).map_err(|why| format!("{at}.{why}"))?.into_iter();
+            all.extend(pairs.map(|(body, partner)| PairModel { body, partner, coefficient }));
         }
-        let pairs = self.pairs(&entry.between)?.into_iter();
-        Ok(pairs.map(|(body, partner)| PairModel { body, partner, coefficient }).collect())
+        Ok(all)
     }
 
     /// Pairs of bodies with one name and partners with the other.

@@ -8,11 +8,13 @@ use tumble_model::joint::JointKind;
 
 /// Defines a table that has the fields of a drive and others.
 macro_rules! with_drive {
-    ($name:ident, $expected:literal { $($(#[$attribute:meta])* $field:ident: $type:ty,)* }) => {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields, expecting = $expected)]
+    ($(#[$meta:meta])* $name:ident {
+        $($(#[$attribute:meta])* $field:ident: $type:ty,)*
+    }) => {
+        $(#[$meta])*
+        #[serde(deny_unknown_fields)]
         pub struct $name {
-            pub(super) start: Option<f64>,
+            pub start: Option<f64>,
             pub(super) limits: Option<Numbers<2>>,
             pub(super) friction: Option<f64>,
             pub(super) static_friction: Option<f64>,
@@ -23,67 +25,47 @@ macro_rules! with_drive {
             pub(super) armature: Option<f64>,
             $($(#[$attribute])* pub(super) $field: $type,)*
         }
-
-        impl $name {
-            pub fn drive(&self) -> DriveFields {
-                DriveFields {
-                    start: self.start,
-                    limits: self.limits.map(|limits| limits.0),
-                    friction: self.friction,
-                    static_friction: self.static_friction,
-                    stiffness: self.stiffness,
-                    rest: self.rest,
-                    damping: self.damping,
-                    force: self.force,
-                    armature: self.armature,
-                }
-            }
-        }
     };
 }
 
-with_drive!(DriveEntry, "{ limits = [low, high], friction = …, … }" {});
+with_drive!(
+    /// Fields of a drive.
+    #[derive(Clone, Copy, Default, Deserialize)]
+    #[serde(expecting = "{ limits = [low, high], friction = …, … }")]
+    DriveEntry {}
+);
 
-with_drive!(JointEntry, "a table [[joints]]" {
-    name: Option<String>,
-    #[serde(rename = "type")]
-    kind: JointKind,
-    bodies: BodyNames,
-    anchor: Option<Numbers<3>>,
-    axis: Option<Numbers<3>>,
-    attitude: Option<AttitudeEntry>,
-    anchor_a: Option<Numbers<3>>,
-    axis_a: Option<Numbers<3>>,
-    attitude_a: Option<AttitudeEntry>,
-    anchor_b: Option<Numbers<3>>,
-    axis_b: Option<Numbers<3>>,
-    attitude_b: Option<AttitudeEntry>,
-    length: Option<f64>,
-    cone: Option<f64>,
-    middle: Option<Middle>,
-    collide: Option<bool>,
-    slide: Option<DriveEntry>,
-    turn: Option<DriveEntry>,
-    x: Option<DriveEntry>,
-    y: Option<DriveEntry>,
-    z: Option<DriveEntry>,
-    turn_x: Option<DriveEntry>,
-    turn_y: Option<DriveEntry>,
-    turn_z: Option<DriveEntry>,
-});
-
-/// Fields of a drive.
-pub struct DriveFields {
-    pub start: Option<f64>,
-    pub(super) limits: Option<[f64; 2]>,
-    pub(super) friction: Option<f64>,
-    pub(super) static_friction: Option<f64>,
-    pub(super) stiffness: Option<f64>,
-    pub(super) rest: Option<f64>,
-    pub(super) damping: Option<f64>,
-    pub(super) force: Option<f64>,
-    pub(super) armature: Option<f64>,
-}
+with_drive!(
+    #[derive(Deserialize)]
+    #[serde(expecting = "a table [[joints]]")]
+    JointEntry {
+        name: Option<String>,
+        #[serde(rename = "type")]
+        kind: JointKind,
+        bodies: BodyNames,
+        anchor: Option<Numbers<3>>,
+        axis: Option<Numbers<3>>,
+        attitude: Option<AttitudeEntry>,
+        anchor_a: Option<Numbers<3>>,
+        axis_a: Option<Numbers<3>>,
+        attitude_a: Option<AttitudeEntry>,
+        anchor_b: Option<Numbers<3>>,
+        axis_b: Option<Numbers<3>>,
+        attitude_b: Option<AttitudeEntry>,
+        length: Option<f64>,
+        cone: Option<f64>,
+        middle: Option<Middle>,
+        collide: Option<bool>,
+        slide: Option<DriveEntry>,
+        turn: Option<DriveEntry>,
+        x: Option<DriveEntry>,
+        y: Option<DriveEntry>,
+        z: Option<DriveEntry>,
+        turn_x: Option<DriveEntry>,
+        turn_y: Option<DriveEntry>,
+        turn_z: Option<DriveEntry>,
+    }
+);
 
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "one name of a body or two, [\"…\", \"…\"], are needed")]
@@ -92,7 +74,26 @@ pub(super) enum BodyNames {
     List(Vec<String>),
 }
 
-impl DriveFields {
+impl JointEntry {
+    /// Drive of the only axis.
+    pub(super) fn drive(&self) -> DriveEntry {
+        let Self { start, limits, friction, static_friction, stiffness, .. } = *self;
+        let Self { rest, damping, force, armature, .. } = *self;
+        DriveEntry {
+            start,
+            limits,
+            friction,
+            static_friction,
+            stiffness,
+            rest,
+            damping,
+            force,
+            armature,
+        }
+    }
+}
+
+impl DriveEntry {
     /// Name of the first given field.
     pub(super) fn first(&self) -> Option<&'static str> {
         let given = [
@@ -112,7 +113,7 @@ impl DriveFields {
     pub fn drive(&self) -> Drive {
         let or_none = |value: Option<f64>| value.unwrap_or(0.0);
         Drive {
-            limits: self.limits,
+            limits: self.limits.map(|limits| limits.0),
             friction: or_none(self.friction),
             static_friction: self.static_friction,
             stiffness: or_none(self.stiffness),

@@ -9,7 +9,7 @@ pub use motor::{MotorEntry, MotorFields};
 pub use placed::{JointSide, JointStartFrame, anchor_in_range};
 
 use super::copies::name_of;
-use entries::{BodyNames, DriveFields};
+use entries::BodyNames;
 use nalgebra::{Vector3, Vector4};
 use placed::turned;
 use std::f64::consts::PI;
@@ -54,8 +54,7 @@ impl JointEntries {
         let mut made = Vec::with_capacity(count);
         for (number, (body, other)) in pairs.into_iter().enumerate() {
             let index = self.models.len();
-            let usual = ("joint", index);
-            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
+            let name = name_of(entry.name.as_deref(), "joint", index, number, count);
             let sides =
                 [Some(&bodies[body]), other.map(|other| &bodies[other])].map(JointSide::new);
             self.push(JointModel {
@@ -68,7 +67,7 @@ impl JointEntries {
                 cone: entry.cone,
                 middle: entry.middle,
                 collide: entry.collide.unwrap_or(false),
-                drives: entry.drives().iter().map(DriveFields::drive).collect(),
+                drives: entry.drives().iter().map(DriveEntry::drive).collect(),
                 course: None,
             })?;
             made.push(index);
@@ -226,13 +225,12 @@ impl JointEntry {
         }
         let turns = self.tables().into_iter().filter(|(name, _)| name.starts_with("turn_"));
         for (name, table) in turns.filter(|_| kind.turns_freely()) {
-            let given = table.as_ref().map(DriveEntry::drive);
-            let given =
-                given.map_or((false, false), |of| (of.start.is_some(), of.limits.is_some()));
-            match given {
-                (true, _) => return idle(&format!("{name}.start")),
-                (_, true) => return idle(&format!("{name}.limits")),
-                _ => {}
+            let given = table.unwrap_or_default();
+            if given.start.is_some() {
+                return idle(&format!("{name}.start"));
+            }
+            if given.limits.is_some() {
+                return idle(&format!("{name}.limits"));
             }
         }
         if let Some(field) = self.drive().first()
@@ -252,40 +250,30 @@ impl JointEntry {
     }
 
     /// Drives of the driven axes, in their order.
-    fn drives(&self) -> Vec<DriveFields> {
+    fn drives(&self) -> Vec<DriveEntry> {
         let driven = self.kind.driven();
         if driven.len() == 1 {
             return vec![self.drive()];
         }
         let tables = self.tables();
-        let of = |axis_name: &str| {
-            tables.iter().find(|(name, _)| *name == axis_name).and_then(|(_, table)| table.as_ref())
+        let of = |(axis_name, _): &(&str, usize)| {
+            let table = tables.iter().find(|(name, _)| name == axis_name);
+            table.and_then(|(_, table)| *table).unwrap_or_default()
         };
-        let none = DriveEntry {
-            start: None,
-            limits: None,
-            friction: None,
-            static_friction: None,
-            stiffness: None,
-            rest: None,
-            damping: None,
-            force: None,
-            armature: None,
-        };
-        driven.iter().map(|(name, _)| of(name).unwrap_or(&none).drive()).collect()
+        driven.iter().map(of).collect()
     }
 
     /// Tables of drives with their names.
-    fn tables(&self) -> [(&'static str, &Option<DriveEntry>); 8] {
+    fn tables(&self) -> [(&'static str, Option<DriveEntry>); 8] {
         [
-            ("slide", &self.slide),
-            ("turn", &self.turn),
-            ("x", &self.x),
-            ("y", &self.y),
-            ("z", &self.z),
-            ("turn_x", &self.turn_x),
-            ("turn_y", &self.turn_y),
-            ("turn_z", &self.turn_z),
+            ("slide", self.slide),
+            ("turn", self.turn),
+            ("x", self.x),
+            ("y", self.y),
+            ("z", self.z),
+            ("turn_x", self.turn_x),
+            ("turn_y", self.turn_y),
+            ("turn_z", self.turn_z),
         ]
     }
 

@@ -187,8 +187,8 @@ columns! {
 }
 
 columns! {
-    /// Row of the table `joints`.
-    #[derive(Debug, Clone, Copy, PartialEq)]
+    /// Row of the table `joints`; by default without a step.
+    #[derive(Debug, Clone, Copy, Default, PartialEq)]
     JointRow {
         /// Position of A's anchor at k along the axes of B's frame (m).
         place: Vector3<f64> = ["x_m", "y_m", "z_m"],

@@ -30,22 +30,120 @@ const ELSEWHERE: &str = "is not at the features of its key";
 /// Pieces of a contact; the point's owner is first.
 pub(super) type ContactPieces<'a> = (&'a Piece, &'a Piece);
 
-/// Features in the key: of the point's owner and of the plane's owner. A vertex contact has only
-/// one.
-fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<CorePart>, Option<CorePart>) {
-    let (of_a, of_b) = match pair.feature {
-        Feature::Vertex(PieceSide::A, vertex) => (Some(CorePart::Vertex(vertex)), None),
-        Feature::Vertex(PieceSide::B, vertex) => (None, Some(CorePart::Vertex(vertex))),
-        Feature::Edges(a, b) => (Some(CorePart::Edge(a)), Some(CorePart::Edge(b))),
-        Feature::Vertices(a, b) => (Some(CorePart::Vertex(a)), Some(CorePart::Vertex(b))),
-        Feature::Round(a, b) => (Some(a), Some(b)),
-        Feature::Ellipsoid(PieceSide::A, one) => (Some(CorePart::End(one)), None),
-        Feature::Ellipsoid(PieceSide::B, one) => (None, Some(CorePart::End(one))),
-    };
-    // The pieces of a pair are in the order of the bodies; fixed pieces are last.
-    match key.partner {
-        Partner::Body(other) if other < key.body => (of_b, of_a),
-        _ => (of_a, of_b),
+/// Key of a contact of two pieces.
+#[derive(Clone, Copy)]
+pub(super) struct NamedContact<'a> {
+    pub key: ContactKey,
+    pub pair: PairFeatures,
+    pub pieces: ContactPieces<'a>,
+}
+
+impl NamedContact<'_> {
+    /// Features in the key: of the point's owner and of the plane's owner. A vertex contact has only
+    /// one.
+    fn parts(&self) -> (Option<CorePart>, Option<CorePart>) {
+        let (of_a, of_b) = match self.pair.feature {
+            Feature::Vertex(PieceSide::A, vertex) => (Some(CorePart::Vertex(vertex)), None),
+            Feature::Vertex(PieceSide::B, vertex) => (None, Some(CorePart::Vertex(vertex))),
+            Feature::Edges(a, b) => (Some(CorePart::Edge(a)), Some(CorePart::Edge(b))),
+            Feature::Vertices(a, b) => (Some(CorePart::Vertex(a)), Some(CorePart::Vertex(b))),
+            Feature::Round(a, b) => (Some(a), Some(b)),
+            Feature::Ellipsoid(PieceSide::A, one) => (Some(CorePart::End(one)), None),
+            Feature::Ellipsoid(PieceSide::B, one) => (None, Some(CorePart::End(one))),
+        };
+        // The pieces of a pair are in the order of the bodies; fixed pieces are last.
+        match self.key.partner {
+            Partner::Body(other) if other < self.key.body => (of_b, of_a),
+            _ => (of_a, of_b),
+        }
+    }
+
+    /// True if the plane may belong to the body and the point may be the projection of a fixed corner.
+    ///
+    /// In this case the roles are exchanged: the key's second feature is the corner.
+    pub fn may_be_turned(&self) -> bool {
+        matches!(self.key.partner, Partner::Fixed(_)) && self.parts().1.is_some()
+    }
+
+    /// Checks the point, the plane and the contact point against the features in the key.
+    pub fn check(&self, features: &Features, body: &RigidBody) -> Result<(), Misplaced> {
+        let ((own, theirs), (of_own, of_theirs)) = (self.pieces, self.parts());
+        let turned = self.may_be_turned();
+        self.check_point(body, turned)?;
+        // For curved features everything follows from these checks.
+        if features.curved.is_some() {
+            return Ok(());
+        }
+        // A projected corner is off the edge by the tilt of the face, so it is not checked.
+        let off = |part| !turned && distance(own, part, &features.point) > EXACT * size(own);
+        let off_plane = |part| is_off_plane(theirs, part, features, turned);
+        if of_own.is_some_and(off) || of_theirs.is_some_and(off_plane) {
+            return Err(ELSEWHERE);
+        }
+        Ok(())
+    }
+
+    /// Checks the contact point of a key against the feature of its own piece.
+    ///
+    /// With `may_be_first` the first contact point of the piece also passes.
+    fn check_point(&self, body: &RigidBody, may_be_first: bool) -> Result<(), Misplaced> {
+        let Self { key, pair, pieces: (own, _) } = self;
+        let point_of = |vertex: u32| body.point_of(pair.pieces.0, vertex as usize);
+        let first = |part| match part {
+            CorePart::Vertex(vertex) => Some(point_of(vertex)),
+            CorePart::Edge(edge) => {
+                own.core().edges().get(edge as usize).map(|edge| point_of(edge.vertices[0]))
+            }
+            CorePart::Lateral => Some(body.ellipsoid_point(pair.pieces.0, 0)),
+            CorePart::End(end) => Some(body.ellipsoid_point(pair.pieces.0, end as usize)),
+        };
+        let named = self.parts().0.map_or(Some(point_of(0)), first);
+        if named == Some(key.point) || may_be_first && key.point == point_of(0) {
+            Ok(())
+        } else {
+            Err("has a key with a different contact point than its features")
+        }
+    }
+
+    /// Checks a contact with a round piece: its features exist, and its contact point is theirs. A plane that
+    /// may be the body's must contain the corner or edge of the fixed piece.
+    pub fn check_round(&self, features: &Features, body: &RigidBody) -> Result<(), Misplaced> {
+        let ((own, theirs), (of_own, of_theirs)) = (self.pieces, self.parts());
+        let has =
+            |piece: &Piece, part: Option<CorePart>| part.is_none_or(|part| exists(piece, part));
+        if !has(own, of_own) || !has(theirs, of_theirs) {
+            return Err("refers to features that its pieces do not have");
+        }
+        self.check_point(body, matches!(self.key.partner, Partner::Fixed(_)))?;
+        // A plane that may be the body's contains the corner or edge of the fixed piece.
+        let is_corner = |part: &CorePart| matches!(part, CorePart::Vertex(_) | CorePart::Edge(_));
+        let corner = of_theirs.filter(is_corner).filter(|_| self.may_be_turned());
+        if corner.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
+            Err(ELSEWHERE)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Checks the feature of the plane's owner against the touching point at the start of the step.
+    ///
+    /// `local` is the touching point in the frame of the plane's owner (m). `moved` is the motion of the
+    /// bodies in the step (m).
+    pub fn check_start(
+        &self,
+        features: &Features,
+        local: &Vector3<f64>,
+        moved: f64,
+    ) -> Result<(), Misplaced> {
+        let (own, theirs) = self.pieces;
+        let near = BAND * size(own).min(size(theirs)) + moved;
+        let normal = features.frame.column(2);
+        let foot = local - normal * (normal.dot(local) - features.offset + theirs.radius());
+        if self.parts().1.is_some_and(|part| distance(theirs, part, &foot) > near) {
+            Err(ELSEWHERE)
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -89,37 +187,6 @@ fn heights(piece: &Piece, part: CorePart, features: &Features) -> [f64; 2] {
     ends(piece, part).map_or([f64::INFINITY; 2], |ends| ends.map(height))
 }
 
-/// True if the plane may belong to the body and the point may be the projection of a fixed corner.
-///
-/// In this case the roles are exchanged: the key's second feature is the corner.
-pub(super) fn may_be_turned(key: &ContactKey, pair: &PairFeatures) -> bool {
-    matches!(key.partner, Partner::Fixed(_)) && parts(key, pair).1.is_some()
-}
-
-/// Checks the point, the plane and the contact point against the features in the key.
-pub(super) fn check(
-    key: &ContactKey,
-    pair: &PairFeatures,
-    features: &Features,
-    (own, theirs): ContactPieces<'_>,
-    body: &RigidBody,
-) -> Result<(), Misplaced> {
-    let (of_own, of_theirs) = parts(key, pair);
-    let turned = may_be_turned(key, pair);
-    check_point(key, pair, own, body, turned)?;
-    // For curved features everything follows from these checks.
-    if features.curved.is_some() {
-        return Ok(());
-    }
-    // A projected corner is off the edge by the tilt of the face, so it is not checked.
-    let off = |part| !turned && distance(own, part, &features.point) > EXACT * size(own);
-    let off_plane = |part| is_off_plane(theirs, part, features, turned);
-    if of_own.is_some_and(off) || of_theirs.is_some_and(off_plane) {
-        return Err(ELSEWHERE);
-    }
-    Ok(())
-}
-
 /// True if a vertex or edge does not lie in the plane, which is offset by the piece's radius.
 ///
 /// An edge needs one end in the plane. With `turned`, an edge that crosses the plane also passes.
@@ -127,58 +194,6 @@ fn is_off_plane(piece: &Piece, part: CorePart, features: &Features, turned: bool
     let [a, b] = heights(piece, part, features);
     let through = turned && a * b <= 0.0;
     !through && a.abs().min(b.abs()) > EXACT * size(piece)
-}
-
-/// Checks the contact point of a key against the feature of its own piece.
-///
-/// With `may_be_first` the first contact point of the piece also passes.
-fn check_point(
-    key: &ContactKey,
-    pair: &PairFeatures,
-    own: &Piece,
-    body: &RigidBody,
-    may_be_first: bool,
-) -> Result<(), Misplaced> {
-    let point_of = |vertex: u32| body.point_of(pair.pieces.0, vertex as usize);
-    let first = |part| match part {
-        CorePart::Vertex(vertex) => Some(point_of(vertex)),
-        CorePart::Edge(edge) => {
-            own.core().edges().get(edge as usize).map(|edge| point_of(edge.vertices[0]))
-        }
-        CorePart::Lateral => Some(body.ellipsoid_point(pair.pieces.0, 0)),
-        CorePart::End(end) => Some(body.ellipsoid_point(pair.pieces.0, end as usize)),
-    };
-    let named = parts(key, pair).0.map_or(Some(point_of(0)), first);
-    if named == Some(key.point) || may_be_first && key.point == point_of(0) {
-        Ok(())
-    } else {
-        Err("has a key with a different contact point than its features")
-    }
-}
-
-/// Checks a contact with a round piece: its features exist, and its contact point is theirs. A plane that
-/// may be the body's must contain the corner or edge of the fixed piece.
-pub(super) fn check_round(
-    key: &ContactKey,
-    pair: &PairFeatures,
-    features: &Features,
-    (own, theirs): ContactPieces<'_>,
-    body: &RigidBody,
-) -> Result<(), Misplaced> {
-    let (of_own, of_theirs) = parts(key, pair);
-    let has = |piece: &Piece, part: Option<CorePart>| part.is_none_or(|part| exists(piece, part));
-    if !has(own, of_own) || !has(theirs, of_theirs) {
-        return Err("refers to features that its pieces do not have");
-    }
-    check_point(key, pair, own, body, matches!(key.partner, Partner::Fixed(_)))?;
-    // A plane that may be the body's contains the corner or edge of the fixed piece.
-    let is_corner = |part: &CorePart| matches!(part, CorePart::Vertex(_) | CorePart::Edge(_));
-    let corner = of_theirs.filter(is_corner).filter(|_| may_be_turned(key, pair));
-    if corner.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
-        Err(ELSEWHERE)
-    } else {
-        Ok(())
-    }
 }
 
 /// True if a piece has a part.
@@ -192,26 +207,4 @@ fn exists(piece: &Piece, part: CorePart) -> bool {
 /// True if a piece has flat faces only.
 pub(super) fn is_sharp(piece: &Piece) -> bool {
     piece.radius() == 0.0 && piece.smooth().is_none()
-}
-
-/// Checks the feature of the plane's owner against the touching point at the start of the step.
-///
-/// `local` is the touching point in the frame of the plane's owner (m). `moved` is the motion of the
-/// bodies in the step (m).
-pub(super) fn check_start(
-    key: &ContactKey,
-    pair: &PairFeatures,
-    features: &Features,
-    (own, theirs): ContactPieces<'_>,
-    local: &Vector3<f64>,
-    moved: f64,
-) -> Result<(), Misplaced> {
-    let near = BAND * size(own).min(size(theirs)) + moved;
-    let normal = features.frame.column(2);
-    let foot = local - normal * (normal.dot(local) - features.offset + theirs.radius());
-    if parts(key, pair).1.is_some_and(|part| distance(theirs, part, &foot) > near) {
-        Err(ELSEWHERE)
-    } else {
-        Ok(())
-    }
 }

@@ -93,21 +93,21 @@ impl<R: Read> TablesReader<R> {
     /// Requires `index` as the first k.
     #[must_use]
     pub fn from_index(mut self, index: u64) -> Self {
-        self.order.begin_at(index);
+        self.order.at = index;
         self
     }
 
     /// Accepts any first k, for a part of a run.
     #[must_use]
     pub fn from_any_index(mut self) -> Self {
-        self.order.begin_anywhere();
+        self.order.anywhere = true;
         self
     }
 
     /// Expects rows of every `every`-th step and of the last state.
     #[must_use]
     pub fn every(mut self, every: u64) -> Self {
-        self.order.every(every);
+        self.order.every = every.max(1);
         self
     }
 

@@ -14,7 +14,7 @@
 //! ([`Candidates::placement_error`](tumble_core::contact::Candidates::placement_error)).
 
 use super::ContactRow;
-use super::named::{self, BAND, EXACT, Misplaced, size};
+use super::named::{self, BAND, EXACT, Misplaced, NamedContact, size};
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::contact::{
     Contact, Curved, Features, PairFeatures, Partner, Plane, ellipsoid, round,
@@ -110,7 +110,8 @@ impl ContactRow {
         }
         let local = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
         let point = local(pose.position + contact.arm);
-        named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
+        let named = NamedContact { key: contact.key, pair, pieces };
+        named.check_start(&contact.features, &point, moved)
     }
 
     /// Contact point of the key, in contact with the ground, with the bodies at `states`.
@@ -188,14 +189,16 @@ impl ContactRow {
     ) -> Result<Features, Misplaced> {
         let pair = self.key.pair.ok_or("has a key without pieces")?;
         let (own, theirs) = self.pieces(world, &pair)?;
-        let other_pose = other.unwrap_or(&FIXED);
+        let key = self.key.between(self.body, self.partner);
+        let named = NamedContact { key, pair, pieces: (own, theirs) };
+        let (other_pose, body) = (other.unwrap_or(&FIXED), &world.bodies()[self.body]);
         if let Feature::Round(part, other) = pair.feature
             && pair.plane == 0
         {
             let normal = other_pose.rotation.tr_mul(&self.normal);
             if let Some(features) = round([own, theirs], [part, other], &normal) {
                 return if features.radius == self.radius {
-                    self.named(world, features, (own, theirs))
+                    named.check(&features, body).map(|()| features)
                 } else {
                     Err("refers to features that its pieces do not have")
                 };
@@ -212,8 +215,8 @@ impl ContactRow {
         let centre = self.point + self.normal * self.radius;
         let point = pose.rotation.tr_mul(&(centre - pose.position));
         let normal = other.rotation.tr_mul(&self.normal);
-        let key = self.key.between(self.body, self.partner);
-        let one = ellipsoid(own, pair.feature).filter(|_| !named::may_be_turned(&key, &pair));
+        let turned = named.may_be_turned();
+        let one = ellipsoid(own, pair.feature).filter(|_| !turned);
         // The gap of an ellipsoid is that of its nearest point, where the force need not act.
         let lowest = one.map_or(centre, |one| {
             let nearest = one.centre - one.farthest(&pose.rotation.tr_mul(&self.normal));
@@ -221,7 +224,6 @@ impl ContactRow {
         });
         let local = other.rotation.tr_mul(&(lowest - other.position));
         let offset = normal.dot(&local) - self.radius - self.gap;
-        let turned = named::may_be_turned(&key, &pair);
         if matches!(pair.feature, Feature::Ellipsoid(..)) && one.is_none() && !turned {
             return Err("refers to features that its pieces do not have");
         }
@@ -237,7 +239,7 @@ impl ContactRow {
                 features.offset =
                     normal.dot(&other.rotation.tr_mul(&centre)) - width - self.radius - self.gap;
             }
-            return self.named(world, features, (own, theirs));
+            return named.check(&features, body).map(|()| features);
         }
         let is_sharp = named::is_sharp(own) && named::is_sharp(theirs);
         let near = BAND * size(theirs).min(size(own));
@@ -255,25 +257,12 @@ impl ContactRow {
         if theirs.smooth().is_none() && (support(theirs, &normal) - offset).abs() > band {
             return Err("has a plane that its partner does not have");
         }
-        if is_sharp {
-            return self.named(world, features, (own, theirs));
-        }
-        let body = &world.bodies()[self.body];
-        named::check_round(&key, &pair, &features, (own, theirs), body)?;
-        Ok(features)
-    }
-
-    /// Returns `features` if they match the key.
-    fn named(
-        &self,
-        world: &World,
-        features: Features,
-        pieces: named::ContactPieces<'_>,
-    ) -> Result<Features, Misplaced> {
-        let pair = self.key.pair.ok_or("has a key without pieces")?;
-        let (key, body) = (self.key.between(self.body, self.partner), &world.bodies()[self.body]);
-        named::check(&key, &pair, &features, pieces, body)?;
-        Ok(features)
+        let checked = if is_sharp {
+            named.check(&features, body)
+        } else {
+            named.check_round(&features, body)
+        };
+        checked.map(|()| features)
     }
 }
 

@@ -11,6 +11,7 @@ use tumble_core::contact::Contact;
 use tumble_core::contact::certificate::Claim;
 use tumble_core::joint::{Gear, Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::State;
+use tumble_core::simulation::summary::StatusCount;
 use tumble_core::simulation::{EnergyBalance, StepRecord, energy};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Integrator, World};
@@ -273,6 +274,19 @@ impl TableStep {
 }
 
 impl StepRow {
+    /// Entry of the step in the summary of its run.
+    #[must_use]
+    pub fn count(&self) -> StatusCount {
+        StatusCount {
+            index: self.index,
+            status: self.status,
+            iterations: self.iterations,
+            residual: self.residual,
+            part: "",
+            restitution_share: self.restitution_share,
+        }
+    }
+
     /// Adds the status, the error and the energy terms (J) of a step between this row and the next.
     fn add(&mut self, record: &StepRecord, works: &[f64; 6]) {
         self.error += record.substeps.error;
