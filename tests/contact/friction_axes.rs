@@ -293,7 +293,8 @@ impl RandomScene {
         };
         let factor = 10.0_f64.powf(2.0 * draws.next() - 0.5 * (number % 4) as f64);
         let axis = draws.vector().normalize();
-        let owner = if number % 2 == 0 { Partner::Ground } else { Partner::Body(number % 4) };
+        let owner =
+            if number.is_multiple_of(2) { Partner::Ground } else { Partner::Body(number % 4) };
         let world =
             World::new(parameters).unwrap().with_friction_axis(owner, axis, factor).unwrap();
         let starts = (0..4)
