@@ -70,25 +70,6 @@ fn tower_tilt_depends_on_push_and_mass_and_not_on_friction() {
     assert!(rate[0] > 9.5 && rate[0] < 10.5, "{text}");
 }
 
-/// Friction is at most μ times the normal force. The cube has no vertical speed at the start and at
-/// rest, so the normal impulse is m g T. Hence 3 m/s are not lost earlier than T = v/(μ g).
-#[test]
-fn swept_cubes_rest_on_a_face_not_earlier_than_friction_allows() {
-    let text = printed("friction_sweep", &["1"], 0);
-    let rows: Vec<_> = text.lines().skip(1).map(numbers).collect();
-    assert_eq!(rows.len(), 12);
-    for row in &rows {
-        let [friction, _, _, z, time, slid, certificate, failed] = row[..] else {
-            panic!("{row:?}")
-        };
-        assert!((z - 0.1).abs() < 1e-6, "{row:?}");
-        assert!(time >= 3.0 / (friction * 9.81) - 1e-3, "{row:?}");
-        assert!(slid > 0.0 && certificate < 1e-9 && failed == 0.0, "{row:?}");
-    }
-    assert_eq!(printed("friction_sweep", &["5"], 0), text);
-    assert_eq!(printed("friction_sweep", &[], 0), text);
-}
-
 /// Counts of `react_to_failure`: contact steps, failures by law, repeated steps, failed steps, and
 /// the largest residual [m/s].
 fn reaction(text: &str) -> (f64, f64, f64, f64, f64) {
@@ -163,9 +144,7 @@ fn the_program_at_a_point_has_casadis_values() {
 
 #[test]
 fn examples_reject_bad_numbers_in_one_sentence() {
-    for (example, argument) in
-        [("friction_sweep", "0"), ("friction_sweep", "x"), ("react_to_failure", "-1")]
-    {
+    for (example, argument) in [("react_to_failure", "-1")] {
         let output = run(example, &[argument]);
         assert_eq!(output.status.code(), Some(2), "{example} {argument}");
         assert!(output.stdout.is_empty());
