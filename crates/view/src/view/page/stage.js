@@ -57,8 +57,10 @@ class Stage {
       const { name, data } = this.members[0];
       notes.push(data.ground ? `the ground is that of ${name}` : `${name} has no ground to show`);
     }
-    if (show.forces && this.members.every((run) => run.frame(time) === run.count - 1)) {
-      notes.push("the last row: no step follows, so it has no forces");
+    const ended = this.members.filter((run) => run.count > 1 && run.frame(time) === run.count - 1);
+    if (show.forces && ended.length > 0) {
+      const isPart = ended.length < this.members.length;
+      notes.push(`${isPart ? `${ended[0].name}: ` : ""}forces of the last step`);
     }
     return notes.join("; ");
   }
@@ -278,7 +280,7 @@ class Stage {
     const isWanted = show.forces || show.contacts || show.cones;
     this.actors.forEach(({ run }, i) => {
       if (!isWanted) return;
-      const frame = run.frame(time);
+      const frame = run.forceFrame(time);
       const since = Math.min(run.frame(before), frame - 1);
       const found = shownForces(run, run.forces(frame, since), show);
       const ofJoints = show.joints ? shownForces(run, run.forcesOfJoints(frame, since), show) : [];
