@@ -325,4 +325,6 @@ new ResizeObserver(([{ contentRect }]) => {
   width = contentRect.width;
   requestAnimationFrame(redraw);
 }).observe($("sheets"));
-new ResizeObserver(repaint).observe($("stages"));
+// The picture of a new size is drawn in the same frame. A later one would first stretch the old picture.
+const resized = new ResizeObserver(() => stages.some((stage) => isShown(stage) && !stage.isFitting) && paint());
+for (const stage of stages) resized.observe(stage.figure);

@@ -70,6 +70,11 @@ class Stage {
     return [clientWidth, clientHeight];
   }
 
+  // True if the last picture has the size displayed.
+  get isFitting() {
+    return this.paintedSize === String(this.size);
+  }
+
   // Creates all three.js objects, at first use.
   prepare() {
     this.renderer = this.former?.renderer ?? this.newRenderer();
@@ -199,6 +204,7 @@ class Stage {
     put(this.remark, this.remarks(time, show));
     put(this.time, `t = ${clock(time)} s`);
     const [width, height] = this.size;
+    this.paintedSize = String([width, height]);
     if (!hasGraphics || width === 0 || height === 0) return;
     if (!this.renderer) this.prepare();
     if (this.isStale) this.recolour(show);
