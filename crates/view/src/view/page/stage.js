@@ -164,14 +164,15 @@ class Stage {
     this.scene.add(this.cones.group);
   }
 
-  // Sets the colours of the page and of the bodies.
-  recolour(show) {
-    const chosen = new Set(show.chosen);
+  // Sets the colours of the page and of the bodies, and which are `marked` with an outline.
+  recolour(marked) {
+    this.marked = marked;
+    const outlined = new Set(marked);
     this.floor?.recolour();
     this.outline.recolour();
     this.cones.recolour();
     for (const { run, bodies, collision, fixed, faded, behind, ahead, rods, edge } of this.actors) {
-      for (const part of [bodies, collision]) part.paint((body) => hueOf(run, body), (body) => chosen.has(body));
+      for (const part of [bodies, collision]) part.paint((body) => hueOf(run, body), (body) => outlined.has(body));
       for (const part of [fixed, faded]) part.paint(() => colours.still, () => false);
       const colour = isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail;
       behind.look({ colour, width: 1.8 });
@@ -207,7 +208,8 @@ class Stage {
     this.paintedSize = String([width, height]);
     if (!hasGraphics || width === 0 || height === 0) return;
     if (!this.renderer) this.prepare();
-    if (this.isStale) this.recolour(show);
+    const marked = show.marked ?? show.chosen;
+    if (this.isStale || String(this.marked) !== String(marked)) this.recolour(marked);
     this.resize(width, height, detail);
     this.aim(camera, time, show, width, height);
     const occluders = new Occluders();
@@ -216,19 +218,19 @@ class Stage {
     this.light.castShadows(drawn, this.actors.flatMap(({ balls }) => balls), this.floor);
     const isAbove = this.floor?.look(this.eye.position.toArray()) ?? true;
     this.light.sun.castShadow = isAbove && detail.shadows;
-    this.render(show, isAbove && detail.ambience);
+    this.render(isAbove && detail.ambience);
     this.compass.turn(camera);
     this.write(time, show);
   }
 
-  render(show, hasAmbience) {
+  render(hasAmbience) {
     const { renderer, eye } = this;
     const { width, height } = this.canvas;
     if (hasAmbience) this.ambience.render(renderer, eye, width, height);
     else this.ambience.skip();
     renderer.setClearColor(colours.sky, 1);
     renderer.render(this.scene, eye);
-    if (show.chosen.length > 0) this.outline.render(renderer, eye, width, height, this.ratio);
+    if (this.marked.length > 0) this.outline.render(renderer, eye, width, height, this.ratio);
   }
 
   // Places bodies, fixed objects, trails and joints. Returns what casts shadows.
