@@ -141,10 +141,10 @@ fn page_orbits_zooms_and_shows_selected_layers() {
     let followed = browser.pixels(0);
     browser.press("c", None);
     assert_ne!(browser.pixels(0), followed);
-    // The last row has no step, and the page explains the missing forces.
+    // No step follows the last row, which shows the forces of the last step.
     browser.press(END, None);
     let said = browser.run("return document.querySelector('.stage .remark').textContent");
-    assert!(said.as_str().unwrap().contains("no step follows"), "{said}");
+    assert!(said.as_str().unwrap().contains("forces of the last step"), "{said}");
     let residual = "return document.querySelector('#state .residual dd').textContent";
     assert_eq!(browser.run(residual), "no step follows");
 

@@ -11,10 +11,13 @@ const NEAR = 0.02;
 // width of a picture with three rows instead of two (pixels).
 const WIDEST_SCALE = 0.4;
 const SCALE_TEXT = 72;
+// Smallest width of the scale, which holds its heading (pixels).
+const NARROWEST_SCALE = 100;
 const ALL_ROWS = 500;
 const scaleRows = (width) => (width < ALL_ROWS ? 2 : 3);
+const scaleHeight = (width) => 19 + 16 * scaleRows(width);
 // Largest size of the scale with its gap to the rim.
-const scaleRoom = (width) => [WIDEST_SCALE * width + SCALE_TEXT + 8, 14 + 16 * scaleRows(width)];
+const scaleRoom = (width) => [WIDEST_SCALE * width + SCALE_TEXT + 8, 8 + scaleHeight(width)];
 
 const radians = (degrees) => (degrees * Math.PI) / 180;
 

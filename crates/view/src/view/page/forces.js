@@ -186,6 +186,9 @@ class ForceScale {
       this.picture.append(shaft, head, text);
       return { y, shaft, head, text };
     });
+    this.law = svg("text", { class: "law", x: 8 });
+    this.law.textContent = "length not linear";
+    this.picture.append(this.law);
   }
 
   // Shows arrows as long as those in the middle of a picture of a `width`, where a metre has
@@ -195,10 +198,12 @@ class ForceScale {
     const sizes = forces.map((force) => pixels * length(run.arrow([force, 0, 0])));
     const longest = largest(sizes);
     this.picture.style.display = isShown && longest <= WIDEST_SCALE * width ? "" : "none";
-    const [wide, high] = [longest + SCALE_TEXT, 6 + 16 * scaleRows(width)];
+    const [wide, high] = [Math.max(longest + SCALE_TEXT, NARROWEST_SCALE), scaleHeight(width)];
+    this.law.setAttribute("y", 9 - high);
     Object.assign(this.picture.style, { width: `${wide}px`, height: `${high}px` });
     this.picture.setAttribute("viewBox", `0 ${-high} ${wide} ${high}`);
     this.rows.forEach(({ y, shaft, head, text }, i) => {
+      for (const part of [shaft, head, text]) part.style.display = i < scaleRows(width) ? "" : "none";
       const tip = 8 + sizes[i];
       const neck = tip - Math.min(11, 0.6 * sizes[i]);
       const half = 0.42 * (tip - neck);

@@ -38,8 +38,12 @@ const show = {
   only: false,
   // Display state of fixed objects by name: shown, faded or hidden.
   fixed: new Map(),
-  // Chosen bodies: outlined, with trail and plots. The state panel shows the last one.
+  // Chosen bodies, with trail and plots. The state panel shows the last one.
   chosen: [],
+  // Bodies with an outline: without a choice the one in the panels, which a slide does not show.
+  get marked() {
+    return isCrowd && !isSlide() ? plotted() : this.chosen;
+  },
   // True if a selection extends the list.
   several: false,
 };
@@ -325,4 +329,6 @@ new ResizeObserver(([{ contentRect }]) => {
   width = contentRect.width;
   requestAnimationFrame(redraw);
 }).observe($("sheets"));
-new ResizeObserver(repaint).observe($("stages"));
+// The picture of a new size is drawn in the same frame. A later one would first stretch the old picture.
+const resized = new ResizeObserver(() => stages.some((stage) => isShown(stage) && !stage.isFitting) && paint());
+for (const stage of stages) resized.observe(stage.figure);

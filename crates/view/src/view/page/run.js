@@ -186,6 +186,12 @@ class Run {
     return Math.max(0, Math.floor(row / this.every));
   }
 
+  // Frame whose forces are shown at `time`. No step follows the last frame, which shows those of the step
+  // before.
+  forceFrame(time) {
+    return Math.max(0, Math.min(this.frame(time), this.count - 2));
+  }
+
   position(frame, body) {
     const at = 3 * body * this.count + frame;
     return this.origin.map((start, axis) => start + this.positions[at + axis * this.count]);

@@ -31,8 +31,8 @@ function takeOver() {
 // Saves the views side by side as one picture, with the time.
 function savePicture() {
   const shown = stages.filter(isShown);
-  // Full detail, also during playback.
-  for (const stage of shown) stage.paint(camera, time, time, show, FULL);
+  // Full detail, also during playback. Only a choice is outlined.
+  for (const stage of shown) stage.paint(camera, time, time, { ...show, marked: show.chosen }, FULL);
   const room = Math.round(34 * devicePixelRatio);
   const made = document.createElement("canvas");
   made.width = shown.reduce((sum, { canvas }) => sum + canvas.width, 0);
@@ -49,6 +49,7 @@ function savePicture() {
     context.fillText(`${name}t = ${clock(time)} s`, left + 0.4 * room, room / 2);
     left += canvas.width;
   }
+  repaint();
   const link = element("a", { download: `tumble-${clock(time)}s.png` });
   made.toBlob((blob) => {
     link.href = URL.createObjectURL(blob);

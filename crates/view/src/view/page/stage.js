@@ -57,8 +57,10 @@ class Stage {
       const { name, data } = this.members[0];
       notes.push(data.ground ? `the ground is that of ${name}` : `${name} has no ground to show`);
     }
-    if (show.forces && this.members.every((run) => run.frame(time) === run.count - 1)) {
-      notes.push("the last row: no step follows, so it has no forces");
+    const ended = this.members.filter((run) => run.count > 1 && run.frame(time) === run.count - 1);
+    if (show.forces && ended.length > 0) {
+      const isPart = ended.length < this.members.length;
+      notes.push(`${isPart ? `${ended[0].name}: ` : ""}forces of the last step`);
     }
     return notes.join("; ");
   }
@@ -66,6 +68,11 @@ class Stage {
   get size() {
     const { clientWidth, clientHeight } = hasGraphics ? this.canvas : this.figure;
     return [clientWidth, clientHeight];
+  }
+
+  // True if the last picture has the size displayed.
+  get isFitting() {
+    return this.paintedSize === String(this.size);
   }
 
   // Creates all three.js objects, at first use.
@@ -157,14 +164,15 @@ class Stage {
     this.scene.add(this.cones.group);
   }
 
-  // Sets the colours of the page and of the bodies.
-  recolour(show) {
-    const chosen = new Set(show.chosen);
+  // Sets the colours of the page and of the bodies, and which are `marked` with an outline.
+  recolour(marked) {
+    this.marked = marked;
+    const outlined = new Set(marked);
     this.floor?.recolour();
     this.outline.recolour();
     this.cones.recolour();
     for (const { run, bodies, collision, fixed, faded, behind, ahead, rods, edge } of this.actors) {
-      for (const part of [bodies, collision]) part.paint((body) => hueOf(run, body), (body) => chosen.has(body));
+      for (const part of [bodies, collision]) part.paint((body) => hueOf(run, body), (body) => outlined.has(body));
       for (const part of [fixed, faded]) part.paint(() => colours.still, () => false);
       const colour = isPair ? colours[run.index ? "run-b" : "run-a"] : colours.trail;
       behind.look({ colour, width: 1.8 });
@@ -197,9 +205,11 @@ class Stage {
     put(this.remark, this.remarks(time, show));
     put(this.time, `t = ${clock(time)} s`);
     const [width, height] = this.size;
+    this.paintedSize = String([width, height]);
     if (!hasGraphics || width === 0 || height === 0) return;
     if (!this.renderer) this.prepare();
-    if (this.isStale) this.recolour(show);
+    const marked = show.marked ?? show.chosen;
+    if (this.isStale || String(this.marked) !== String(marked)) this.recolour(marked);
     this.resize(width, height, detail);
     this.aim(camera, time, show, width, height);
     const occluders = new Occluders();
@@ -208,19 +218,19 @@ class Stage {
     this.light.castShadows(drawn, this.actors.flatMap(({ balls }) => balls), this.floor);
     const isAbove = this.floor?.look(this.eye.position.toArray()) ?? true;
     this.light.sun.castShadow = isAbove && detail.shadows;
-    this.render(show, isAbove && detail.ambience);
+    this.render(isAbove && detail.ambience);
     this.compass.turn(camera);
     this.write(time, show);
   }
 
-  render(show, hasAmbience) {
+  render(hasAmbience) {
     const { renderer, eye } = this;
     const { width, height } = this.canvas;
     if (hasAmbience) this.ambience.render(renderer, eye, width, height);
     else this.ambience.skip();
     renderer.setClearColor(colours.sky, 1);
     renderer.render(this.scene, eye);
-    if (show.chosen.length > 0) this.outline.render(renderer, eye, width, height, this.ratio);
+    if (this.marked.length > 0) this.outline.render(renderer, eye, width, height, this.ratio);
   }
 
   // Places bodies, fixed objects, trails and joints. Returns what casts shadows.
@@ -278,7 +288,7 @@ class Stage {
     const isWanted = show.forces || show.contacts || show.cones;
     this.actors.forEach(({ run }, i) => {
       if (!isWanted) return;
-      const frame = run.frame(time);
+      const frame = run.forceFrame(time);
       const since = Math.min(run.frame(before), frame - 1);
       const found = shownForces(run, run.forces(frame, since), show);
       const ofJoints = show.joints ? shownForces(run, run.forcesOfJoints(frame, since), show) : [];
