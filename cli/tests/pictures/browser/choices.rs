@@ -170,8 +170,7 @@ fn the_certificate_and_the_contacts_are_shown() {
     assert_eq!(browser.run("return document.querySelector('.time').textContent"), "t = 0.472 s");
     let first = browser.pixels(0);
     // The drop lands on an edge or a face: single forces are others than resultants.
-    let scale =
-        "return [...document.querySelectorAll('.force-scale text:not(.law)')].map((e) => e.textContent)";
+    let scale = "return [...document.querySelectorAll('.force-scale text:not(.law)')].map((e) => e.textContent)";
     assert_eq!(browser.run(scale), serde_json::json!(["1 kN", "100 N", "10 N"]));
     for (id, key) in [("contacts", "m"), ("points", "e"), ("cones", "k")] {
         assert!(!browser.is_pressed(id));
