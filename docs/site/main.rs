@@ -1,12 +1,9 @@
 //! What `scripts/site` needs beside mdBook, rustdoc and pdoc. In the root of the repository,
-//!
-//! - `site pages OUT RUST RUNS` writes the documents to OUT as a book's sources: formulas as MathML, links to
-//!   source files as links to rustdoc's pages, which are in RUST; and a gallery of the scenarios, with their
-//!   runs' pictures from the folder RUNS, each in one of its name;
-//! - `site check SITE` names every link of the finished site that leads nowhere.
+//! `site pages OUT RUST RUNS` writes the documents to OUT as a book's sources: formulas as MathML, links to
+//! source files as links to rustdoc's pages, which are in RUST; and a gallery of the scenarios, with their
+//! runs' pictures from the folder RUNS, each in one of its name. `links.py` checks the links of the finished site.
 
 mod formulas;
-mod links;
 mod pages;
 
 use std::error::Error;
@@ -20,8 +17,7 @@ fn main() -> ExitCode {
         ["pages", out, rust, runs] => {
             pages::write(Path::new(out), Path::new(rust), Path::new(runs))
         }
-        ["check", site] => links::check(Path::new(site)),
-        _ => Err("site pages OUT RUST RUNS, or site check SITE".into()),
+        _ => Err("site pages OUT RUST RUNS".into()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

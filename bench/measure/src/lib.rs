@@ -1,6 +1,6 @@
 //! Scenes of several boxes on level ground in the format of `bench/scenes/*.json`.
 //!
-//! The programs of `scripts/bench` and `benches/several.rs` use them.
+//! The programs of `scripts/bench` use them.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;

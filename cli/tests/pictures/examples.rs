@@ -2,11 +2,6 @@
 
 use crate::ROOT;
 use crate::example::built;
-use flate2::read::GzDecoder;
-use serde_json::{Value, json};
-use std::fs;
-use std::io::Read;
-use std::path::Path;
 use std::process::{Command, Output};
 
 /// Runs an example.
@@ -102,44 +97,6 @@ fn without_an_iteration_every_step_that_needs_one_is_repeated() {
     assert!(contact > 50.0 && repeated > 30.0 && repeated <= contact, "{text}");
     assert_eq!((by_law, unsolved), (repeated, 0.0), "{text}");
     assert!(worst < 1e-9, "{text}");
-}
-
-/// Values and derivatives at two points of `data/derivatives.jsonl.gz`. `tests/ipopt/derivatives.rs`
-/// compares the program with CasADi at all points, and by entry.
-#[test]
-fn the_program_at_a_point_has_casadis_values() {
-    let file = fs::File::open(Path::new(ROOT).join("data/derivatives.jsonl.gz")).unwrap();
-    let mut text = String::new();
-    GzDecoder::new(file).read_to_string(&mut text).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("point.json");
-    let path = path.to_str().unwrap();
-    // A point with the tutorial's constants, and one with others.
-    for line in [text.lines().next().unwrap(), text.lines().last().unwrap()] {
-        let point: Value = serde_json::from_str(line).unwrap();
-        fs::write(path, point["input"].to_string()).unwrap();
-        let found: Value = serde_json::from_str(&printed("inspect", &[path], 0)).unwrap();
-        let known = &point["output"];
-        assert_eq!(found["gradient"], known["gradient"]);
-        let sum = |values: &Value| -> f64 {
-            values.as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).sum()
-        };
-        for part in [["constraints", ""], ["jacobian", "/values"], ["hessian", "/values"]] {
-            let [found, known] = [&found, known]
-                .map(|all| sum(all.pointer(&format!("/{}{}", part[0], part[1])).unwrap()));
-            assert!(
-                (found - known).abs() <= 1e-12 * known.abs().max(1.0),
-                "{part:?}: {found} {known}"
-            );
-        }
-        let mut short = point["input"].clone();
-        short["x"] = json!([1.0]);
-        fs::write(path, short.to_string()).unwrap();
-        let output = run("inspect", &[path]);
-        assert_eq!(output.status.code(), Some(2));
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "x has 1 numbers; 61 are needed\n");
-    }
-    assert_eq!(run("inspect", &["absent.json"]).status.code(), Some(2));
 }
 
 #[test]
