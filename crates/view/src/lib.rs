@@ -23,6 +23,7 @@ pub mod page;
 mod palette;
 pub mod plot;
 #[cfg(test)]
+#[path = "tests/samples.rs"]
 mod samples;
 mod shape;
 mod skeleton;
