@@ -26,7 +26,14 @@ from tumble import referee
 Floats = npt.NDArray[np.float64]
 
 POLICIES = Path(__file__).parent / "policies"
-MODELS = {"hopper": "Hopper-v5"}
+MODELS = {"hopper": "Hopper-v5", "walker2d": "Walker2d-v5"}
+
+
+def environment(robot: str) -> Any:
+    """Environment of Gymnasium, with Euler steps."""
+    env: Any = gymnasium.make(MODELS[robot]).unwrapped
+    env.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    return env
 
 
 class Run(NamedTuple):
@@ -39,9 +46,8 @@ class Run(NamedTuple):
 
 def in_mujoco(policy: Policy, start: tuple[Floats, Floats], actions: int, title: str) -> Run:
     """Run in Gymnasium's environment, with its model and its test of health."""
-    env: Any = gymnasium.make(MODELS[policy.robot]).unwrapped
+    env = environment(policy.robot)
     env.reset()
-    env.model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     env.set_state(*start)
     model, data, states, taken = env.model, env.data, [], 0
     while taken < actions and env.is_healthy:
@@ -58,7 +64,7 @@ def in_tumble(policy: Policy, start: tuple[Floats, Floats], actions: int, title:
     """Run in tumble's environment."""
     env = ROBOTS[policy.robot]()
     env.robot.set(*start)
-    gears = gymnasium.make(MODELS[policy.robot]).unwrapped.model.actuator_gear[:, 0]
+    gears = environment(policy.robot).model.actuator_gear[:, 0]
     driven = env.robot.joints[-len(gears) :]
     steps, recording, taken = RobotSteps(env.simulation), [], 0
     while taken < actions and env.is_healthy():
@@ -68,7 +74,9 @@ def in_tumble(policy: Policy, start: tuple[Floats, Floats], actions: int, title:
         recording += [steps.step(torques) for _ in range(env.frame_skip)]
         taken += 1
     audited = [{**step, "time": (k + 1) * steps.h} for k, step in enumerate(recording) if step is not None]
-    return Run(float(env.robot.q[0] - start[0][0]), taken, referee.audit(audited, title=title))
+    names = [f"{body} {axis}" for body in env.scene.bodies for axis in ("vx", "vy", "vz", "wx", "wy", "wz")]
+    audit = referee.audit(audited, title=title, velocity_names=names)
+    return Run(float(env.robot.q[0] - start[0][0]), taken, audit)
 
 
 def row(robot: str, engine: str, runs: list[Run]) -> str:
@@ -80,8 +88,8 @@ def row(robot: str, engine: str, runs: list[Run]) -> str:
     broken = int((column("residual_m_s") > runs[0].audit.tolerance).sum())
     distance = " ".join(f"{run.distance:.2f}" for run in runs)
     largest = [max(0.0, float(column(name).max())) for name in ("overlap_m", "cone_slip_m_s", "creep_m_s", "energy_J")]
-    numbers = "".join(f"{value:11.1e}" for value in largest)
-    return f"{robot:<9} {engine:<7} {distance:>12} {numbers} {column('residual_m_s').max():10.1e} {broken:6d} of {len(column('k'))}"
+    numbers = "".join(f"{value:11.1e}" for value in (*largest, column("residual_m_s").max()))
+    return f"{robot:<9} {engine:<7} {distance:>14} {numbers} {broken:6d} of {len(column('k'))}"
 
 
 def main() -> None:

@@ -1,13 +1,16 @@
 """A hopper or a walker learns to move by random search for a linear policy; its learning curve is drawn.
 
 python python/examples/learn_locomotion.py [--robot hopper] [--moves 30] [--workers 2] [--seed 0]
-    [--out learning.svg] [--policy policy.json]
+    [--out learning.svg] [--start FILE.json] [--policy FILE.json]
 
 Augmented random search (Mania, Guy and Recht, 2018) moves a policy a = M (o - mean)/deviation
 along random directions. The weight of a direction is the difference of the rewards along it and
 against it. M has 33 numbers for the hopper and 102 for the walker. The search needs only numpy.
-The model files come from gymnasium. ``--policy`` writes the policy with the best test;
-audit_policies.py plays it.
+The model files come from gymnasium.
+
+The walker learns to fall forward if it begins with M = 0. With --start policies/hopper.json it
+begins with the hopper's policy on both legs. --policy writes the policy with the best test, which
+audit_policies.py plays.
 """
 
 from __future__ import annotations
@@ -32,6 +35,8 @@ STEP = 0.03
 TESTS = 6
 TESTED = 3
 """Number of moves between tests of the policy. The mean reward of the tests is on the curve."""
+KNOWN = 20_000
+"""Weight of the first policy's mean and deviation, as a number of observations."""
 ROBOTS: dict[str, type[Hopper]] = {"hopper": Hopper, "walker2d": Walker2d}
 
 _envs: dict[str, Hopper] = {}
@@ -61,6 +66,16 @@ class Policy(NamedTuple):
         """Policy of a JSON file."""
         read = json.loads(Path(path).read_text(encoding="utf-8"))
         return cls(read["robot"], *(np.array(read[name]) for name in ("matrix", "mean", "deviation")))
+
+    def on_two_legs(self) -> Policy:
+        """Policy of the walker that gives each leg half the action of the hopper's leg."""
+        trunk, rates = [0, 1], [8, 9, 10]
+        legs = [[*trunk, 2, 3, 4, *rates, 11, 12, 13], [*trunk, 5, 6, 7, *rates, 14, 15, 16]]
+        matrix, mean, deviation = np.zeros((6, 17)), np.zeros(17), np.ones(17)
+        for number, observed in enumerate(legs):
+            matrix[3 * number : 3 * number + 3, observed] = 0.5 * self.matrix
+            mean[observed], deviation[observed] = self.mean, self.deviation
+        return Policy("walker2d", matrix, mean, deviation)
 
 
 def episode(task: tuple[Policy, int, float]) -> tuple[float, int, int, Floats, Floats]:
@@ -102,6 +117,12 @@ class Search:
         self.count, self.sums, self.squares = 0, np.zeros(self.shape[1]), np.zeros(self.shape[1])
         self.steps = self.unsolved = 0
 
+    def begin_with(self, policy: Policy) -> None:
+        """Continues from a policy. Its mean and deviation count as those of ``KNOWN`` observations."""
+        self.matrix, self.count = policy.matrix, KNOWN
+        self.sums = KNOWN * policy.mean
+        self.squares = KNOWN * (policy.deviation**2 + policy.mean**2)
+
     def scaling(self) -> tuple[Floats, Floats]:
         """Mean and deviation of the observations."""
         if self.count == 0:
@@ -118,7 +139,8 @@ class Search:
         """Sum of rewards of an episode with each matrix."""
         scaling = self.scaling()
         seeds = self.rng.integers(2**31, size=len(matrices))
-        tasks = [(Policy(self.robot, matrix, *scaling), int(seed), bonus) for matrix, seed in zip(matrices, seeds)]
+        policies = [Policy(self.robot, matrix, *scaling) for matrix in matrices]
+        tasks = [(policy, int(seed), bonus) for policy, seed in zip(policies, seeds)]
         totals = []
         for total, count, unsolved, sums, squares in pool.map(episode, tasks):
             totals.append(total)
@@ -129,14 +151,14 @@ class Search:
             self.squares += squares
         return np.array(totals)
 
-    def move(self, pool: ProcessPoolExecutor, bonus: float) -> None:
+    def move(self, pool: ProcessPoolExecutor) -> None:
         """One step of the search.
 
-        By default healthy steps have no value in it, so that standing still is not an optimum.
+        Healthy steps have no value in it, so that standing still is not an optimum.
         """
         directions = self.rng.standard_normal((DIRECTIONS, *self.shape))
         matrices = [self.matrix + sign * NOISE * one for one in directions for sign in (1, -1)]
-        totals = self.run(pool, matrices, bonus).reshape(DIRECTIONS, 2)
+        totals = self.run(pool, matrices, 0.0).reshape(DIRECTIONS, 2)
         best = np.argsort(-totals.max(axis=1))[:BEST]
         spread = totals[best].std() + 1e-9
         slope = np.tensordot(totals[best, 0] - totals[best, 1], directions[best], axes=1)
@@ -193,13 +215,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--robot", choices=list(ROBOTS), default="hopper")
     parser.add_argument("--moves", type=int, default=30)
-    parser.add_argument("--bonus", type=float, default=0.0, help="value of a healthy step in the search")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", default="learning.svg")
+    parser.add_argument("--start", help="JSON file of the first policy; a hopper's policy begins a walker's on both legs")
     parser.add_argument("--policy", help="JSON file of the policy with the best test")
     args = parser.parse_args()
     search = Search(args.robot, args.seed)
+    if args.start:
+        start = Policy.load(args.start)
+        search.begin_with(start.on_two_legs() if (start.robot, args.robot) == ("hopper", "walker2d") else start)
     curve: list[tuple[int, float, float, float]] = []
     began, moves = time.monotonic(), 0
     with ProcessPoolExecutor(args.workers) as pool:
@@ -217,7 +242,7 @@ def main() -> None:
                     f"answer: reward {totals.mean():7.1f} ({totals.min():.1f} to {totals.max():.1f})",
                     flush=True,
                 )
-            search.move(pool, args.bonus)
+            search.move(pool)
             moves += 1
     with open(args.out, "w", encoding="utf-8") as file:
         file.write(svg(curve))
