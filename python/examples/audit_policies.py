@@ -1,6 +1,6 @@
 """A hopper and a walker move in MuJoCo and in tumble by the same policies; the referee audits both.
 
-python python/examples/audit_policies.py [--actions 250] [--starts 2] [--out audits]
+python python/examples/audit_policies.py [--actions 250] [--starts 1] [--out audits]
 
 The policies are linear. learn_locomotion.py trained them in tumble and wrote policies/*.json. Both engines get the
 same starts and the model files of gymnasium. MuJoCo takes its own steps with the contact settings of the file, but
@@ -95,7 +95,7 @@ def row(robot: str, engine: str, runs: list[Run]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--actions", type=int, default=250, help="actions of 8 ms, four steps each")
-    parser.add_argument("--starts", type=int, default=2)
+    parser.add_argument("--starts", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("audits"))
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)

@@ -218,7 +218,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", default="learning.svg")
-    parser.add_argument("--start", help="JSON file of the first policy; a hopper's policy begins a walker's on both legs")
+    parser.add_argument("--start", help="JSON file of the first policy; a hopper's serves both legs of a walker")
     parser.add_argument("--policy", help="JSON file of the policy with the best test")
     args = parser.parse_args()
     search = Search(args.robot, args.seed)
