@@ -20,7 +20,7 @@ import numpy.typing as npt
 import torch
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
-from learn_hopper import svg
+from learn_locomotion import svg
 from PIL import Image
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback

@@ -76,6 +76,51 @@ def test_the_cubes_are_pushed_to_their_targets():
     assert ended >= 64 and reached >= 0.95 * ended
 
 
+@pytest.mark.parametrize("robot, controls, start", [("hopper", 3, None), ("walker2d", 6, "hopper"), ("walker2d", 6, None)])
+def test_a_robot_learns_and_its_policy_is_read(robot, controls, start, tmp_path, monkeypatch):
+    pytest.importorskip("gymnasium")
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    import learn_locomotion
+
+    out, written = tmp_path / "learning.svg", tmp_path / "policy.json"
+    begin = ["--start", str(EXAMPLES / "policies" / f"{start}.json")] if start else []
+    end = subprocess.run(
+        [sys.executable, str(EXAMPLES / "learn_locomotion.py"), "--robot", robot, "--moves", "0", "--workers", "1"]
+        + ["--out", str(out), "--policy", str(written), *begin],
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert end.returncode == 0 and len(end.stdout.splitlines()) == 1, end.stdout + end.stderr
+    policy = learn_locomotion.Policy.load(written)
+    assert policy.robot == robot and policy.action(policy.mean + policy.deviation).shape == (controls,)
+    assert out.read_text().startswith("<svg") and learn_locomotion.episode((policy, 0, 1.0))[1] > 10
+
+
+def test_policies_are_audited_in_both_engines(tmp_path):
+    for module in ("gymnasium", "mujoco"):
+        pytest.importorskip(module)
+    end = subprocess.run(
+        [sys.executable, str(EXAMPLES / "audit_policies.py"), "--actions", "60", "--starts", "1"]
+        + ["--out", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert end.returncode == 0, end.stderr
+    rows = [line.split() for line in end.stdout.splitlines()[2:]]
+    assert [row[:2] for row in rows] == [[robot, of] for robot in ("hopper", "walker2d") for of in ("MuJoCo", "tumble")]
+    for _, engine, distance, inside, cone_slip, creep, energy, residual, broken, _, steps in rows:
+        assert float(distance) > 0.0 and 150 <= int(steps) <= 240
+        if engine == "tumble":
+            # The joints of the robot are rows of the referee as well.
+            assert float(residual) < 1e-9 and int(broken) == 0
+            assert max(float(inside), float(cone_slip), float(creep), float(energy)) < 1e-9
+        else:
+            assert float(inside) > 1e-3 and int(broken) > 0
+    assert len(list(tmp_path.glob("*.html"))) == 4
+
+
 def test_a_trot_without_a_policy_goes_as_far_as_in_mujoco(root, monkeypatch):
     for module in ("gymnasium", "mujoco"):
         pytest.importorskip(module)

@@ -42,6 +42,7 @@ def certify(
     w: Any = None,
     lengths: Any = None,
     dimension: int = 3,
+    motion: Any = None,
     names: Sequence[str] | None = None,
     notes: Sequence[str] = (),
 ) -> Certificate:
@@ -62,6 +63,8 @@ def certify(
     :param w: offset of every row (R,), m/s: gap / h for a contact's normal row. Zero by default.
     :param lengths: length by which each velocity is multiplied in the residual of dynamics (n,). One by default.
     :param dimension: rows of a contact.
+    :param motion: mean velocity of every row over the step (R,), m/s, without the gap, for the energy. By default that
+        of the end of the step.
     :param names: name of each group.
     :param notes: parts of the model that the rows do not cover.
     :raises TumbleError: if an argument has a wrong shape or value.
@@ -78,6 +81,7 @@ def certify(
         w=w,
         lengths=lengths,
         dimension=dimension,
+        motion=motion,
         names=names,
         notes=notes,
     ).certificate()
