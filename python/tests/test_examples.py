@@ -76,7 +76,9 @@ def test_the_cubes_are_pushed_to_their_targets():
     assert ended >= 64 and reached >= 0.95 * ended
 
 
-@pytest.mark.parametrize("robot, controls, start", [("hopper", 3, None), ("walker2d", 6, "hopper"), ("walker2d", 6, None)])
+@pytest.mark.parametrize(
+    "robot, controls, start", [("hopper", 3, None), ("walker2d", 6, "hopper"), ("walker2d", 6, None)]
+)
 def test_a_robot_learns_and_its_policy_is_read(robot, controls, start, tmp_path, monkeypatch):
     pytest.importorskip("gymnasium")
     monkeypatch.syspath_prepend(str(EXAMPLES))
