@@ -228,8 +228,8 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     for camera in ["1", "1,2,3", "0,-1", "0,91", "nan,1", "400,3"] {
         gif(&["--camera", camera], "--camera");
     }
-    for out in ["x.mp4", "new/x.webm", "x.png"] {
-        gif(&["--out", out], "a file name that ends in .gif");
+    for out in ["x.avi", "new/x.mov", "x.png"] {
+        gif(&["--out", out], "a file name that ends in .gif or .mp4 or .webm");
     }
     // 0.02 s at a speed of 1/10000.
     gif(&["--gif-speed", "0.0001"], "--gif-speed");

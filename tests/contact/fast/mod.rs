@@ -251,14 +251,18 @@ fn turn_of_two_radians_within_reach_of_something_is_unphysical() {
 ///
 /// No pair passes undetected. A pair that passes and is marked turns by more than 0.14 rad in the
 /// step. No contact lies behind its point. Some steps are far too long for the motion: a needle
-/// that is hit off its middle turns many times within a step. Others have solutions that make energy,
-/// also in shorter steps. Of the unsolved frictionless single contacts one has a
-/// solution: an impulse six times the one that stops both bodies, which no start of the solver reaches.
+/// that is hit off its middle turns many times within a step. Others have solutions that make
+/// energy, also in shorter steps. Of the unsolved steps with a single frictionless contact one has
+/// a solution, none of them among the first thousand pairs. Its impulse is six times the one that
+/// stops both bodies, and no start of the solver reaches it.
 #[test]
 #[ignore = "slow"]
 fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     let (speeds, steps) = ([3.0, 99.0], [0.0005, 0.01]);
-    let found = Pairs { seed: 2024, most_turn: 0.9, speeds, steps, count: 3000 }.run();
+    let pairs = Pairs { seed: 2024, most_turn: 0.9, speeds, steps, count: 1000 };
+    let found = pairs.run();
+    assert!(found.failed <= 10 && found.marked.len() <= 20 && found.solvable == 0, "{found:#?}");
+    let found = Pairs { count: 3000, ..pairs }.run();
     assert!(found.met > 2700, "{}", found.met);
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
     // Pairs that passed and were marked as unphysical.

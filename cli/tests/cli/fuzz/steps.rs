@@ -16,9 +16,9 @@ use tumble_core::world::World;
 #[derive(Debug, Default)]
 pub struct Seen {
     solved: Cell<u32>,
-    /// Failed steps that [`is_excused`] allows.
+    /// Failed steps that [`is_excused`] allows, without a solution.
     excused: Cell<u32>,
-    /// Failed steps whose solutions make energy.
+    /// The same, with a solution that makes energy.
     gaining: Cell<u32>,
     /// Other failed steps.
     failed: Cell<u32>,
@@ -26,15 +26,12 @@ pub struct Seen {
 
 impl Seen {
     fn count(&self, world: &World, record: &StepRecord, accepted: f64) {
+        let makes_energy = matches!(record.unphysical, Some(UnphysicalCause::Gain { .. }));
         let count = match record.report.status {
             StepStatus::Free | StepStatus::End => return,
-            StepStatus::Failed
-                if matches!(record.unphysical, Some(UnphysicalCause::Gain { .. })) =>
-            {
-                &self.gaining
-            }
-            StepStatus::Failed if is_excused(world, record, accepted) => &self.excused,
-            StepStatus::Failed => &self.failed,
+            StepStatus::Failed if !is_excused(world, record, accepted) => &self.failed,
+            StepStatus::Failed if makes_energy => &self.gaining,
+            StepStatus::Failed => &self.excused,
             _ => &self.solved,
         };
         count.set(count.get() + 1);
