@@ -88,8 +88,8 @@ pub use tumble_core::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 pub use tumble_core::world::{
-    Constant, ContactLaw, Fixed, Groups, Integrator, Parameters, Partner, Plane, Touching, Turning,
-    TurningFriction, World,
+    Coefficient, Constant, ContactLaw, Fixed, Groups, Integrator, Parameters, Partner, Plane,
+    Touching, TurningFriction, World,
 };
 
 pub mod problem;

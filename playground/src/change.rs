@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
 use tumble_core::mechanics::RigidBody;
-use tumble_core::world::Integrator;
+use tumble_core::world::{Coefficient, Integrator};
+use tumble_model::BodyModel;
 use tumble_model::failure::Failure;
-use tumble_model::{BodyModel, CoefficientsModel};
 use tumble_scene::scene::Scene;
 
 /// A change of a scene.
@@ -108,7 +108,7 @@ fn changed(mut scene: Scene, change: Change) -> Result<Scene, Failure> {
             model.bodies.iter_mut().for_each(|body| body.friction = None);
             model.fixed.iter_mut().for_each(|fixed| fixed.friction = None);
             model.frictions.clear();
-            model.statics = CoefficientsModel::default();
+            model.coefficients.remove(&Coefficient::StaticFriction);
         }
         Change::Restitution(restitution) => {
             model.restitution = restitution;

@@ -9,7 +9,7 @@ use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, Turning, World};
+use tumble_core::world::{Coefficient, Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 const FRICTION: f64 = 0.4;
@@ -382,12 +382,12 @@ fn random_steps_with_all_laws_are_solved() {
         let RandomScene { world, starts, .. } = RandomScene::new(number, &mut draws);
         let friction = world.friction();
         let world = world
-            .with_static_friction(friction * (1.5 + draws.next()))
+            .with_coefficient(Coefficient::StaticFriction, friction * (1.5 + draws.next()))
             .and_then(|world| {
-                world.with_turning_friction(Turning::Rolling, 0.01 * (0.5 + draws.next()))
+                world.with_coefficient(Coefficient::RollingFriction, 0.01 * (0.5 + draws.next()))
             })
             .and_then(|world| {
-                world.with_turning_friction(Turning::Torsional, 0.02 * (0.5 + draws.next()))
+                world.with_coefficient(Coefficient::TorsionalFriction, 0.02 * (0.5 + draws.next()))
             })
             .and_then(|world| world.with_restitution((0.8 * draws.next()).max(0.0)))
             .unwrap()

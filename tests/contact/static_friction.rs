@@ -7,7 +7,7 @@ use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Constant, Integrator, Parameters, World};
+use tumble_core::world::{Coefficient, Constant, Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 const KINETIC: f64 = 0.3;
@@ -26,7 +26,7 @@ fn block(angle: f64, time_step: f64, integrator: Integrator) -> World {
         rotation: Rotation::Momentum,
     };
     let world = World::new(parameters).unwrap().with_integrator(integrator);
-    world.with_static_friction(STATIC).unwrap()
+    world.with_coefficient(Coefficient::StaticFriction, STATIC).unwrap()
 }
 
 fn start(angle: f64, speed: f64) -> State {
@@ -103,17 +103,25 @@ fn a_slope_between_the_angles_of_friction_has_two_motions() {
 fn static_coefficients_combine() {
     let world = block(0.0, 0.002, Integrator::Euler);
     assert_eq!(world.static_friction_between(0, Partner::Ground), Some(STATIC));
-    let own = world.clone().with_static_friction_of(Partner::Body(0), 0.4).unwrap();
+    let own = world
+        .clone()
+        .with_coefficient_of(Coefficient::StaticFriction, Partner::Body(0), 0.4)
+        .unwrap();
     let mean = (0.4 * STATIC).sqrt();
     assert_eq!(own.static_friction_between(0, Partner::Ground), Some(mean));
-    let pair = own.with_static_friction_between(0, Partner::Ground, 0.5).unwrap();
+    let pair =
+        own.with_coefficient_between(Coefficient::StaticFriction, 0, Partner::Ground, 0.5).unwrap();
     assert_eq!(pair.static_friction_between(0, Partner::Ground), Some(0.5));
     let pair = pair.with_friction_between(0, Partner::Ground, 0.7).unwrap();
     assert_eq!(pair.static_friction_between(0, Partner::Ground), None);
-    assert_eq!(Constant::StaticFriction.values(&pair), [STATIC, 0.4, 0.5]);
-    let error = world.clone().with_static_friction(0.2).unwrap_err().to_string();
+    assert_eq!(
+        Constant::Coefficient(Coefficient::StaticFriction).values(&pair),
+        [STATIC, 0.4, 0.5]
+    );
+    let error =
+        world.clone().with_coefficient(Coefficient::StaticFriction, 0.2).unwrap_err().to_string();
     assert!(error.contains("static friction"), "{error}");
-    assert!(world.with_static_friction_of(Partner::Ground, 0.5).is_err());
+    assert!(world.with_coefficient_of(Coefficient::StaticFriction, Partner::Ground, 0.5).is_err());
 }
 
 /// In the step that breaks loose, v⁺ = h (f − μ_s m g)/m.
@@ -139,7 +147,8 @@ fn derivatives_by_the_static_coefficient() {
         derivative.jvp(&change, &mut found).unwrap();
         found[0].velocity[0]
     };
-    let [of_static, of_kinetic] = [Constant::StaticFriction, Constant::Friction].map(&mut by);
+    let [of_static, of_kinetic] =
+        [Constant::Coefficient(Coefficient::StaticFriction), Constant::Friction].map(&mut by);
     assert!((of_static + h * G).abs() < 1e-9, "{of_static}");
     assert!(of_kinetic.abs() < 1e-15, "{of_kinetic}");
 }

@@ -8,15 +8,15 @@ use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, Turning, TurningFriction, World};
+use tumble_core::world::{Coefficient, Integrator, Parameters, TurningFriction, World};
 
 const G: f64 = 9.81;
 const RADIUS: f64 = 0.1;
 const FRICTION: TurningFriction = TurningFriction { rolling: 0.01, torsional: 0.01 };
 
 fn with_both(world: World, friction: TurningFriction) -> World {
-    let world = world.with_turning_friction(Turning::Rolling, friction.rolling).unwrap();
-    world.with_turning_friction(Turning::Torsional, friction.torsional).unwrap()
+    let world = world.with_coefficient(Coefficient::RollingFriction, friction.rolling).unwrap();
+    world.with_coefficient(Coefficient::TorsionalFriction, friction.torsional).unwrap()
 }
 
 fn solid_ball(mass: f64, radius: f64) -> RigidBody {
@@ -128,7 +128,7 @@ fn a_ball_that_cannot_roll_slides_like_a_block() {
     for integrator in [Integrator::Euler, Integrator::Leapfrog] {
         let h = 0.001;
         let world = ball(0.0, h, integrator);
-        let world = world.with_turning_friction(Turning::Rolling, 1.0).unwrap();
+        let world = world.with_coefficient(Coefficient::RollingFriction, 1.0).unwrap();
         let mut simulation = simulate(&world, Vector3::x(), Vector3::zeros());
         run(&mut simulation, 400);
         let State { position, attitude, velocity, .. } = *simulation.state();
@@ -294,12 +294,15 @@ fn moments_act_on_both_bodies() {
     let world =
         World::new(parameters).unwrap().with_friction_between(1, Partner::Body(0), 0.8).unwrap();
     let (body, partner) = (1, Partner::Body(0));
-    let world = [(Turning::Rolling, FRICTION.rolling), (Turning::Torsional, FRICTION.torsional)]
-        .into_iter()
-        .try_fold(world, |world, (turning, friction)| {
-            world.with_turning_friction_between(turning, body, partner, friction)
-        })
-        .unwrap();
+    let world = [
+        (Coefficient::RollingFriction, FRICTION.rolling),
+        (Coefficient::TorsionalFriction, FRICTION.torsional),
+    ]
+    .into_iter()
+    .try_fold(world, |world, (turning, friction)| {
+        world.with_coefficient_between(turning, body, partner, friction)
+    })
+    .unwrap();
     let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
     let still = State {
         position: Vector3::z() * 0.05,

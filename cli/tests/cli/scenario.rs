@@ -440,14 +440,14 @@ fn flags_without_effect_on_a_scenario_are_rejected() {
 fn the_description_names_every_field_and_file() {
     let root = Path::new(ROOT);
     let page = fs::read_to_string(root.join("scenarios/README.md")).unwrap();
-    let source = ["file.rs", "tables.rs"].map(|file| root.join("crates/scene/src").join(file));
+    let files = ["file.rs", "tables.rs", "coefficients.rs", "bodies/entries.rs"];
+    let source = files.map(|file| root.join("crates/scene/src").join(file));
     let source = source.map(|file| fs::read_to_string(file).unwrap()).concat();
-    let several = fs::read_to_string(root.join("crates/scene/src/bodies/entries.rs")).unwrap();
-    let several = several.replace(", expecting", ")]\n#[serde(expecting");
-    let tables = source.split("#[serde(deny_unknown_fields)]\n").skip(1);
-    let forms = several.split("\nwith_form!").skip(1);
+    let source = source.replace(", expecting", ")]\n#[serde(expecting");
     let tables =
-        tables.chain(several.split("#[serde(deny_unknown_fields)]\n").skip(1)).chain(forms);
+        ["#[serde(deny_unknown_fields)]\n", "with_form!(", "with_coefficients!(", "$table!("]
+            .into_iter()
+            .flat_map(|begin| source.split(begin).skip(1));
     let mut fields = 0;
     for table in tables {
         let body = table.split('}').next().unwrap();

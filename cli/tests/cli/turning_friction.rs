@@ -59,8 +59,9 @@ fn moments_are_in_the_table_and_verify() {
     assert!((moments[0] + 0.01 * 2.0 * 9.81).abs() < 1e-9, "{}", moments[0]);
     let model = fs::read_to_string(out.join("run.json")).unwrap();
     let model = &serde_json::from_str::<Value>(&model).unwrap()["model"];
-    assert_eq!(model["rolling"]["friction"], 0.01);
-    assert_eq!(model["rolling"]["owners"], json!([[{ "body": 2 }, 0.0], [{ "fixed": 0 }, 0.02]]));
+    let rolling = &model["coefficients"]["rolling_friction"];
+    assert_eq!(rolling["world"], 0.01);
+    assert_eq!(rolling["owners"], json!([[{ "body": 2 }, 0.0], [{ "fixed": 0 }, 0.02]]));
     let verified = run(&["verify", out.to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
     let again = directory.path().join("again.toml");

@@ -57,18 +57,49 @@ pub struct FrictionAxis {
     pub factor: f64,
 }
 
-/// Part of the relative turning that a contact resists.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Turning {
-    /// Rolling: about axes in the tangent plane.
-    Rolling,
-    /// Spinning: about the normal.
-    Torsional,
+/// Coefficient of contact laws that the world, bodies, fixed geometry and pairs can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Coefficient {
+    /// μ of contacts that do not slip at the start of the step.
+    StaticFriction,
+    /// μ_r (m): resistance to turning about axes in the tangent plane.
+    RollingFriction,
+    /// μ_s (m): resistance to turning about the normal.
+    TorsionalFriction,
 }
 
-impl Turning {
-    /// Both parts.
-    pub const ALL: [Self; 2] = [Self::Rolling, Self::Torsional];
+impl Coefficient {
+    /// All coefficients.
+    pub const ALL: [Self; 3] =
+        [Self::StaticFriction, Self::RollingFriction, Self::TorsionalFriction];
+
+    /// Name in files and in arrays.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::StaticFriction => "static_friction",
+            Self::RollingFriction => "rolling_friction",
+            Self::TorsionalFriction => "torsional_friction",
+        }
+    }
+
+    /// Name in error messages, with the unit.
+    #[must_use]
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Self::StaticFriction => "coefficient of static friction",
+            Self::RollingFriction => "coefficient of rolling friction (m)",
+            Self::TorsionalFriction => "coefficient of torsional friction (m)",
+        }
+    }
+
+    /// Coefficient with this name in error messages.
+    #[must_use]
+    pub fn from_quantity(quantity: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|of| of.quantity() == quantity)
+    }
 }
 
 /// Coefficients of the moment of a contact: its limits per newton of normal force.

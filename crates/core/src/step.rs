@@ -136,7 +136,7 @@ pub struct StepSolution {
     /// [`KeyIndex`](crate::contact::KeyIndex) finds a force by its key.
     pub contacts: Vec<ContactForce>,
     /// Moment of each contact on body A about the contact point (N m), world frame; body B receives the
-    /// opposite. Empty without [turning friction](World::with_turning_friction).
+    /// opposite. Empty without [turning friction](World::with_coefficient).
     pub moments: Vec<Vector3<f64>>,
     /// Joint forces, one per joint of the world.
     pub joints: Vec<JointForce>,

@@ -19,12 +19,15 @@ use crate::parameters::{
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
-use tumble_core::world::{Fixed, FixedTerrain, Impacts, Integrator, Parameters, World};
+use tumble_core::world::{
+    Coefficient, Fixed, FixedTerrain, Impacts, Integrator, Parameters, World,
+};
 
 /// Constants of a run and its initial state, in SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -47,18 +50,12 @@ pub struct Model {
     pub gravity: [f64; 3],
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
     pub mu: f64,
-    /// Static coefficients of friction.
-    #[serde(default, skip_serializing_if = "CoefficientsModel::is_empty")]
-    pub statics: CoefficientsModel,
+    /// Coefficients of laws.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub coefficients: BTreeMap<Coefficient, CoefficientsModel>,
     /// Slip up to which contacts have their static coefficients (m/s); null for the core's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stick_speed: Option<f64>,
-    /// Coefficients of rolling friction (m).
-    #[serde(default, skip_serializing_if = "CoefficientsModel::is_empty")]
-    pub rolling: CoefficientsModel,
-    /// Coefficients of torsional friction (m).
-    #[serde(default, skip_serializing_if = "CoefficientsModel::is_empty")]
-    pub torsional: CoefficientsModel,
     /// Coefficient of restitution of the world; default for bodies without their own.
     #[serde(default)]
     pub restitution: f64,
@@ -402,7 +399,7 @@ impl Model {
         for pairs in [&mut self.frictions, &mut self.restitutions] {
             *pairs = pairs.iter().filter_map(pair).collect();
         }
-        for coefficients in [&mut self.statics, &mut self.rolling, &mut self.torsional] {
+        for coefficients in self.coefficients.values_mut() {
             coefficients.renumber(partner, pair);
         }
         let pair = |pair: &ApartModel| {

@@ -1,6 +1,7 @@
 //! Names of settings on the command line, in scenario files and in run.json.
 
 use tumble_core::error::Error;
+use tumble_core::world::Coefficient;
 
 /// Kind of a file with settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,13 +16,10 @@ pub enum FileKind {
 type SettingNames = (&'static str, &'static str, &'static str);
 
 /// Settings whose names differ between these places.
-const NAMES: [SettingNames; 30] = [
+const NAMES: [SettingNames; 27] = [
     ("dt", "time_step", "parameters.dt"),
     ("rotation", "rotation", "parameters.rotation"),
     ("mu", "ground.friction", "parameters.mu"),
-    ("static-friction", "ground.static_friction", "parameters.statics"),
-    ("rolling-friction", "ground.rolling_friction", "parameters.rolling"),
-    ("torsional-friction", "ground.torsional_friction", "parameters.torsional"),
     ("stick-speed", "ground.stick_speed", "parameters.stick_speed"),
     ("restitution", "ground.restitution", "parameters.restitution"),
     ("rebound-speed", "ground.rebound_speed", "parameters.rebound_speed"),
@@ -76,12 +74,18 @@ pub fn flags(name: &str) -> String {
 }
 
 /// Name of the setting in a file of this kind.
-pub fn in_file(name: &str, kind: FileKind) -> &str {
+pub fn in_file(name: &str, kind: FileKind) -> String {
     let find = |name: &str| NAMES.iter().find(|(flag, ..)| *flag == name);
     let entry = find(name).or_else(|| find(flag_of(name)));
     match (entry, kind) {
-        (Some((_, field, _)), FileKind::Scenario) | (Some((_, _, field)), FileKind::Run) => field,
-        (None, _) => name,
+        (Some((_, field, _)), FileKind::Scenario) | (Some((_, _, field)), FileKind::Run) => {
+            (*field).to_owned()
+        }
+        (None, _) if Coefficient::ALL.iter().any(|of| of.name() == name) => match kind {
+            FileKind::Scenario => format!("ground.{name}"),
+            FileKind::Run => format!("parameters.coefficients.{name}"),
+        },
+        (None, _) => name.to_owned(),
     }
 }
 
@@ -94,9 +98,6 @@ pub fn behind(error: &Error) -> Option<&'static str> {
         Error::OutOfRange { field, .. } => match *field {
             "time step (s)" => Some("dt"),
             "coefficient of friction" => Some("mu"),
-            "coefficient of static friction" => Some("static-friction"),
-            "coefficient of rolling friction (m)" => Some("rolling-friction"),
-            "coefficient of torsional friction (m)" => Some("torsional-friction"),
             "stick speed (m/s)" => Some("stick-speed"),
             "coefficient of restitution" => Some("restitution"),
             "rebound speed (m/s)" => Some("rebound-speed"),
@@ -115,7 +116,7 @@ pub fn behind(error: &Error) -> Option<&'static str> {
             "point of the load (m)" => Some("force-at"),
             "velocity (m/s)" => Some("velocity"),
             "spin (rad/s)" => Some("spin"),
-            _ => None,
+            other => Coefficient::from_quantity(other).map(Coefficient::name),
         },
         _ => None,
     }

@@ -8,6 +8,7 @@ use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::robots::RobotEntry;
 use super::bodies::scene_entries::SceneEntries;
 use super::bodies::terrain::TerrainEntry;
+use super::coefficients::{table, with_coefficients};
 use super::settings::{LARGEST_START, Settings};
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
 use super::tutorial::BODY;
@@ -17,12 +18,8 @@ use tumble_core::mechanics::Rotation;
 use tumble_core::world::{Impacts, Integrator};
 use tumble_model::fields::{Gravity, table_if_any};
 
-/// Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one
-/// body.
-#[derive(Deserialize)]
-#[serde(expecting = "a scenario")]
-#[serde(deny_unknown_fields)]
-pub struct ScenarioFile {
+// Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one body.
+with_coefficients!(table, Vec<PairEntry>, ScenarioFile, "a scenario" {
     pub name: Option<String>,
     steps: Option<u64>,
     start_index: Option<u64>,
@@ -47,9 +44,6 @@ pub struct ScenarioFile {
     fixed: Option<Vec<FixedEntry>>,
     terrain: Option<Vec<TerrainEntry>>,
     friction: Option<Vec<PairEntry>>,
-    static_friction: Option<Vec<PairEntry>>,
-    rolling_friction: Option<Vec<PairEntry>>,
-    torsional_friction: Option<Vec<PairEntry>>,
     restitution: Option<Vec<PairEntry>>,
     joints: Option<Vec<JointEntry>>,
     motors: Option<Vec<MotorEntry>>,
@@ -58,7 +52,7 @@ pub struct ScenarioFile {
     surfaces: Option<Vec<SurfaceEntry>>,
     apart: Option<Vec<ApartEntry>>,
     robots: Option<Vec<RobotEntry>>,
-}
+});
 
 /// Content of a file without its name.
 pub struct ParsedScene {
@@ -72,8 +66,9 @@ pub struct ParsedScene {
 
 impl ScenarioFile {
     /// Converts the fields. Settings of the ground stay `None` without a `[ground]` table.
-    pub fn into_parsed(self) -> Result<ParsedScene, String> {
+    pub fn into_parsed(mut self) -> Result<ParsedScene, String> {
         self.refuse_idle_and_missing()?;
+        let coefficients = self.take_coefficients().map(Option::unwrap_or_default);
         let steps = self.steps.unwrap_or(1000);
         if !(1..=10_000_000).contains(&steps) {
             return Err(format!("steps is {steps}; allowed: 1 to 10000000"));
@@ -109,8 +104,7 @@ impl ScenarioFile {
             fixed: self.fixed.unwrap_or_default(),
             terrain: self.terrain.unwrap_or_default(),
             friction: self.friction.unwrap_or_default(),
-            coefficients: [self.static_friction, self.rolling_friction, self.torsional_friction]
-                .map(Option::unwrap_or_default),
+            coefficients,
             restitution: self.restitution.unwrap_or_default(),
             joints: self.joints.unwrap_or_default(),
             motors: self.motors.unwrap_or_default(),

@@ -2,7 +2,7 @@
 
 use super::scene::Scene;
 use tumble_core::joint::JointAxis;
-use tumble_core::world::{Constant, Partner, Turning};
+use tumble_core::world::{Constant, Partner};
 
 /// Names of the coordinates.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -51,9 +51,7 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         }
         Constant::PairFriction => pair(world.pair_frictions()),
         Constant::PairRestitution => pair(world.pair_restitutions()),
-        Constant::StaticFriction => owner(world.static_owner(component)),
-        Constant::RollingFriction => owner(world.turning_owner(Turning::Rolling, component)),
-        Constant::TorsionalFriction => owner(world.turning_owner(Turning::Torsional, component)),
+        Constant::Coefficient(of) => owner(world.coefficient_owner(of, component)),
         Constant::FrictionFactor => {
             owner(world.friction_axis_owner(component).map(|of| (of, None)))
         }

@@ -14,6 +14,7 @@
 
 mod bodies;
 pub mod choices;
+mod coefficients;
 mod file;
 pub mod joints_summary;
 pub mod label;

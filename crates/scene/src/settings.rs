@@ -1,8 +1,10 @@
 //! Settings of a simulation, from flags, scenario files or the tutorial's scenes.
 
 use super::choices::SolverName;
+use super::coefficients::Each;
 pub use super::tables::SolverTable;
 use nalgebra::Vector3;
+use std::array::from_fn;
 use std::path::PathBuf;
 use tumble_core::error::Error;
 use tumble_core::mechanics::Rotation;
@@ -37,12 +39,8 @@ pub struct Settings {
     pub impacts: Option<Impacts>,
     /// Coefficient of friction μ.
     pub mu: Option<f64>,
-    /// Static coefficient of friction of the world.
-    pub static_friction: Option<f64>,
-    /// Coefficient of rolling friction of the world (m).
-    pub rolling_friction: Option<f64>,
-    /// Coefficient of torsional friction of the world (m).
-    pub torsional_friction: Option<f64>,
+    /// Other coefficients of the world.
+    pub coefficients: Each<f64>,
     /// Slip up to which contacts have their static coefficient (m/s).
     pub stick_speed: Option<f64>,
     /// Coefficient of restitution e of the world.
@@ -121,9 +119,7 @@ impl Settings {
             accuracy: self.accuracy.or(below.accuracy),
             impacts: self.impacts.or(below.impacts),
             mu: self.mu.or(below.mu),
-            static_friction: self.static_friction.or(below.static_friction),
-            rolling_friction: self.rolling_friction.or(below.rolling_friction),
-            torsional_friction: self.torsional_friction.or(below.torsional_friction),
+            coefficients: from_fn(|of| self.coefficients[of].or(below.coefficients[of])),
             stick_speed: self.stick_speed.or(below.stick_speed),
             restitution: self.restitution.or(below.restitution),
             rebound_speed: self.rebound_speed.or(below.rebound_speed),

@@ -2,6 +2,7 @@
 
 use crate::bodies::entries::{AttitudeEntry, BodyEntry};
 use crate::choices::{DetectionName, OnFailure, Preset, SolverName, StartFrame};
+use crate::coefficients::{table, with_coefficients};
 use crate::settings::Settings;
 use crate::tutorial::BODY;
 use nalgebra::{Matrix3, Vector3};
@@ -56,14 +57,8 @@ pub enum SolidInertia {
     Solid,
 }
 
-#[derive(Deserialize)]
-#[serde(expecting = "a table [ground]")]
-#[serde(deny_unknown_fields)]
-pub struct GroundTable {
+with_coefficients!(table, f64, GroundTable, "a table [ground]" {
     friction: f64,
-    static_friction: Option<f64>,
-    rolling_friction: Option<f64>,
-    torsional_friction: Option<f64>,
     stick_speed: Option<f64>,
     restitution: Option<f64>,
     rebound_speed: Option<f64>,
@@ -71,7 +66,7 @@ pub struct GroundTable {
     normal: Option<Numbers<3>>,
     offset: Option<f64>,
     none: Option<bool>,
-}
+});
 
 #[derive(Deserialize)]
 #[serde(expecting = "a table [start]")]
@@ -201,11 +196,9 @@ impl BodyTable {
 }
 
 impl GroundTable {
-    pub fn set(self, settings: &mut Settings) -> Result<(), String> {
+    pub fn set(mut self, settings: &mut Settings) -> Result<(), String> {
         settings.mu = Some(self.friction);
-        settings.static_friction = self.static_friction;
-        settings.rolling_friction = self.rolling_friction;
-        settings.torsional_friction = self.torsional_friction;
+        settings.coefficients = self.take_coefficients();
         settings.stick_speed = self.stick_speed;
         settings.restitution = self.restitution;
         settings.rebound_speed = self.rebound_speed;

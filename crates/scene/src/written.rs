@@ -75,8 +75,8 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
         }
     }
     writeln!(out, "friction = {:?}", model.mu)?;
-    let coefficients = model.coefficients().map(|(field, of)| (field, of.friction));
-    for (field, value) in coefficients.into_iter().chain([("stick_speed", model.stick_speed)]) {
+    let coefficients = model.coefficients.iter().map(|(of, all)| (of.name(), all.world));
+    for (field, value) in coefficients.chain([("stick_speed", model.stick_speed)]) {
         if let Some(value) = value {
             writeln!(out, "{field} = {value:?}")?;
         }
@@ -174,10 +174,10 @@ fn body_table(out: &mut String, index: usize, model: &Model) -> Result<(), Strin
     }
     lines.push(format!("mass = {:?}\ninertia = {:?}", body.mass, body.inertia));
     let own = own(model, PartnerModel::Body(index));
-    let restitution = ("restitution", body.restitution);
-    for (field, value) in [("friction", body.friction)].into_iter().chain(own).chain([restitution])
-    {
-        lines.extend(value.map(|value| format!("{field} = {value:?}")));
+    let restitution = body.restitution.map(|value| ("restitution", value));
+    let friction = body.friction.map(|value| ("friction", value));
+    for (field, value) in friction.into_iter().chain(own).chain(restitution) {
+        lines.push(format!("{field} = {value:?}"));
     }
     if !body.touches {
         lines.push("touches = false".to_owned());
@@ -226,7 +226,7 @@ fn group_lines(groups: &GroupsModel) -> impl Iterator<Item = String> {
 
 /// Tables of fixed geometry. Consecutive pieces with the same name form one object.
 fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
-    type Own<'a> = (&'a FixedModel, [(&'static str, Option<f64>); 3]);
+    type Own<'a> = (&'a FixedModel, Vec<(&'static str, f64)>);
     let of_each: Vec<Own<'_>> = (0..model.fixed.len())
         .map(|index| (&model.fixed[index], own(model, PartnerModel::Fixed(index))))
         .collect();
@@ -234,7 +234,7 @@ fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
         a.name == b.name && a.friction == b.friction && of_a == of_b && a.groups == b.groups
     };
     for thing in of_each.chunk_by(one) {
-        let (first, own) = thing[0];
+        let (first, own) = &thing[0];
         let name = quoted(&first.name);
         let pieces = pieces(thing.iter().map(|(fixed, _)| &fixed.piece))?;
         let _ = writeln!(out, "\n[[fixed]]\nname = {name}\n{pieces}");
@@ -247,11 +247,11 @@ fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
 fn coefficient_lines(
     out: &mut String,
     friction: Option<f64>,
-    own: [(&'static str, Option<f64>); 3],
+    own: &[(&'static str, f64)],
     groups: &GroupsModel,
 ) {
-    for (field, value) in [("friction", friction)].into_iter().chain(own) {
-        let _ = value.map(|value| writeln!(out, "{field} = {value:?}"));
+    for (field, value) in friction.map(|value| ("friction", value)).iter().chain(own) {
+        let _ = writeln!(out, "{field} = {value:?}");
     }
     for line in group_lines(groups) {
         let _ = writeln!(out, "{line}");
@@ -281,7 +281,7 @@ fn terrain_tables(out: &mut String, model: &Model) -> Result<(), String> {
         };
         let _ = writeln!(out, "\n[[terrain]]\nname = {}\n{form}", quoted(&thing.name));
         let own = own(model, PartnerModel::Terrain(index));
-        coefficient_lines(out, thing.friction, own, &thing.groups);
+        coefficient_lines(out, thing.friction, &own, &thing.groups);
     }
     Ok(())
 }
@@ -299,8 +299,9 @@ fn name_of(partner: PartnerModel, model: &Model) -> &str {
 }
 
 /// Own coefficients of a body or fixed piece, with their fields.
-fn own(model: &Model, owner: PartnerModel) -> [(&'static str, Option<f64>); 3] {
-    model.coefficients().map(|(field, of)| (field, of.own(owner)))
+fn own(model: &Model, owner: PartnerModel) -> Vec<(&'static str, f64)> {
+    let all = model.coefficients.iter();
+    all.filter_map(|(of, all)| Some((of.name(), all.own(owner)?))).collect()
 }
 
 fn pair_tables(out: &mut String, model: &Model) {
@@ -308,7 +309,7 @@ fn pair_tables(out: &mut String, model: &Model) {
         let names = [PartnerModel::Body(body), partner].map(|of| quoted(name_of(of, model)));
         format!("between = [{}, {}]", names[0], names[1])
     };
-    let coefficients = model.coefficients().map(|(table, of)| (table, &of.pairs));
+    let coefficients = model.coefficients.iter().map(|(of, all)| (of.name(), &all.pairs));
     let of_laws = [("friction", &model.frictions), ("restitution", &model.restitutions)];
     for (table, pairs) in of_laws.into_iter().chain(coefficients) {
         for pair in pairs {

@@ -11,7 +11,7 @@ use tumble_core::derivative::StateChange;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
 use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Fixed, Parameters, Turning, World};
+use tumble_core::world::{Coefficient, Fixed, Parameters, World};
 
 impl Draw {
     /// Box, rounded box, capsule or ball of about `size` [m]. It may be as thin as a thirtieth of
@@ -136,14 +136,15 @@ fn shapes_that_meet_in_every_way() {
 #[test]
 fn shapes_that_meet_with_turning_friction() {
     let scattered = meet(11, |Pair { world, states }, draw| {
-        let turning = [(Turning::Rolling, 0.02), (Turning::Torsional, 0.05)];
+        let turning =
+            [(Coefficient::RollingFriction, 0.02), (Coefficient::TorsionalFriction, 0.05)];
         let other = if states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
         let world = turning.into_iter().fold(world, |world, (turning, most)| {
             let friction = draw.within(-0.3 * most, most).max(0.0);
             if draw.within(0.0, 1.0) < 0.5 {
-                world.with_turning_friction(turning, friction).unwrap()
+                world.with_coefficient(turning, friction).unwrap()
             } else {
-                world.with_turning_friction_between(turning, 0, other, friction).unwrap()
+                world.with_coefficient_between(turning, 0, other, friction).unwrap()
             }
         });
         for states in touching(&Pair { world: world.clone(), states: states.clone() }) {

@@ -156,11 +156,10 @@ impl World {
             Partner::Body(index) => Some(Partner::Body(number(index)?)),
             fixed => Some(fixed),
         };
-        let statics = self.statics.with(self.statics.coefficients.renumbered(owner, pairs));
-        let turning = self
-            .turning
+        let coefficients = self
+            .coefficients
             .as_ref()
-            .map(|both| Box::new(both.each_ref().map(|of| of.renumbered(owner, pairs))));
+            .map(|all| Box::new(all.each_ref().map(|of| of.renumbered(owner, pairs))));
         let friction_axes = self.renumbered_axes(owner);
         let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
         let groups = groups.and_then(GroupMasks::if_any);
@@ -176,8 +175,7 @@ impl World {
             held,
             surfaces: self.surfaces.iter().filter_map(surface).collect(),
             pair_frictions,
-            statics,
-            turning,
+            coefficients,
             friction_axes,
             pair_restitutions,
             kept_apart,

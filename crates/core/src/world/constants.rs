@@ -1,7 +1,7 @@
 //! Constants of a world that can vary between rollouts, in a fit or in a derivative.
 
 use super::reshape::Form;
-use super::{Parameters, Plane, World};
+use super::{Coefficient, Parameters, Plane, World};
 use crate::error::Error;
 use crate::mechanics::RigidBody;
 use nalgebra::Matrix3;
@@ -14,7 +14,7 @@ pub use super::reshape::extents;
 /// |---|---|---|
 /// | `Friction` | μ of the world | μ |
 /// | `Restitution` | e of the world | e |
-/// | `StaticFriction` | all static coefficients: of the world, of fixed pieces, of bodies, of pairs | factor on the world's |
+/// | `Coefficient` | all [coefficients](World::with_coefficient) of a law: of the world, of fixed pieces, of bodies, of pairs | factor on the world's |
 /// | `FrictionFactor` | factor along each [friction axis](World::friction_axes) | factor on the world's |
 /// | `BodyFriction`, `BodyRestitution` | μ and e of each body with its own coefficient | factor on the world's |
 /// | `FixedFriction` | μ of each fixed piece with its own coefficient | factor on the world's |
@@ -37,14 +37,9 @@ pub enum Constant {
     Friction,
     /// e of the world. Bodies with their own coefficient keep it.
     Restitution,
-    /// All [static coefficients](World::with_static_friction): of the world, then of fixed pieces, then
-    /// of bodies, then of pairs.
-    StaticFriction,
-    /// All [coefficients of rolling friction](World::with_turning_friction) (m): of the world, then of
-    /// fixed pieces, then of bodies, then of pairs.
-    RollingFriction,
-    /// All coefficients of torsional friction (m), in the same order.
-    TorsionalFriction,
+    /// All [coefficients](World::with_coefficient) of a law: of the world, then of fixed pieces, then of
+    /// bodies, then of pairs.
+    Coefficient(Coefficient),
     /// Factor of friction along each of the [friction axes](World::friction_axes).
     FrictionFactor,
     /// μ of each body with its own coefficient, in order of the bodies.
@@ -111,9 +106,9 @@ impl Constant {
     pub const ALL: [Self; 32] = [
         Self::Friction,
         Self::Restitution,
-        Self::StaticFriction,
-        Self::RollingFriction,
-        Self::TorsionalFriction,
+        Self::Coefficient(Coefficient::StaticFriction),
+        Self::Coefficient(Coefficient::RollingFriction),
+        Self::Coefficient(Coefficient::TorsionalFriction),
         Self::FrictionFactor,
         Self::BodyFriction,
         Self::BodyRestitution,
@@ -149,9 +144,7 @@ impl Constant {
         match self {
             Self::Friction => "friction",
             Self::Restitution => "restitution",
-            Self::StaticFriction => "static_friction",
-            Self::RollingFriction => "rolling_friction",
-            Self::TorsionalFriction => "torsional_friction",
+            Self::Coefficient(of) => of.name(),
             Self::FrictionFactor => "friction_factor",
             Self::BodyFriction => "body_friction",
             Self::BodyRestitution => "body_restitution",

@@ -2,10 +2,9 @@
 
 use super::coefficients::Coefficients;
 use super::laws::find_place;
-use super::{Constant, Partner, World};
+use super::{Coefficient, Constant, Partner, World};
 use crate::error::{Error, in_range};
 use crate::mechanics::RigidBody;
-use crate::partner::Turning;
 
 /// Gradient of a contact coefficient: two entries of constant, index and derivative.
 pub(crate) type LawSlopes = [(Constant, usize, f64); 2];
@@ -92,12 +91,10 @@ impl World {
             in_range("coefficient of restitution", number, 0.0, 1.0, "0 to 1")?;
             *own = number;
         }
-        for turning in Turning::ALL {
-            let numbers = given(turning.constant()).unwrap_or(&[]);
-            self.set_turning_frictions(turning, numbers)?;
+        for of in Coefficient::ALL {
+            self.set_coefficients(of, given(Constant::Coefficient(of)).unwrap_or(&[]))?;
         }
-        self.set_friction_factors(given(Constant::FrictionFactor).unwrap_or(&[]))?;
-        self.set_static_frictions(given(Constant::StaticFriction).unwrap_or(&[]))
+        self.set_friction_factors(given(Constant::FrictionFactor).unwrap_or(&[]))
     }
 }
 
@@ -127,9 +124,7 @@ impl Constant {
     pub fn is_of_laws(self) -> bool {
         matches!(
             self,
-            Self::StaticFriction
-                | Self::RollingFriction
-                | Self::TorsionalFriction
+            Self::Coefficient(_)
                 | Self::FrictionFactor
                 | Self::BodyFriction
                 | Self::BodyRestitution
@@ -139,24 +134,14 @@ impl Constant {
         )
     }
 
-    /// Coefficients of the world, of owners and of pairs.
-    fn coefficients(self, world: &World) -> Option<&Coefficients> {
-        match self {
-            Self::StaticFriction => Some(&world.statics.coefficients),
-            Self::RollingFriction => world.turning(Turning::Rolling),
-            Self::TorsionalFriction => world.turning(Turning::Torsional),
-            _ => None,
-        }
-    }
-
     /// Values of a contact-law constant.
     pub(super) fn law_values(self, world: &World) -> Vec<f64> {
         let bodies = world.bodies().iter();
         let of_pairs =
             |pairs: &super::laws::PairLaws| pairs.iter().map(|(_, value)| *value).collect();
         match self {
-            Self::StaticFriction | Self::RollingFriction | Self::TorsionalFriction => {
-                self.coefficients(world).map_or(Vec::new(), |all| all.values().collect())
+            Self::Coefficient(of) => {
+                world.coefficients(of).map_or(Vec::new(), |all| all.values().collect())
             }
             Self::FrictionFactor => {
                 world.friction_axes().iter().map(|(_, axis)| axis.factor).collect()
@@ -174,9 +159,7 @@ impl Constant {
     pub(super) fn law_width(self, world: &World) -> usize {
         let bodies = world.bodies().iter();
         match self {
-            Self::StaticFriction | Self::RollingFriction | Self::TorsionalFriction => {
-                self.coefficients(world).map_or(0, Coefficients::len)
-            }
+            Self::Coefficient(of) => world.coefficients(of).map_or(0, Coefficients::len),
             Self::FrictionFactor => world.friction_axes().len(),
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),

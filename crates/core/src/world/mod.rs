@@ -17,19 +17,18 @@ mod static_friction;
 mod terrain;
 mod turning_friction;
 
-pub use crate::partner::{ContactLaw, FrictionAxis, Partner, Turning, TurningFriction};
+pub use crate::partner::{Coefficient, ContactLaw, FrictionAxis, Partner, TurningFriction};
 pub(crate) use apart::KnownSeparations;
 #[cfg(feature = "save")]
 pub(crate) use changes::Changeable;
 pub(crate) use changes::without;
-use coefficients::Coefficients;
+use coefficients::LawCoefficients;
 pub use constants::Constant;
 pub(crate) use groups::GroupMasks;
 pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
 use laws::{PairLaws, ordered};
 pub use plane::Plane;
-use static_friction::StaticFrictions;
 pub use terrain::FixedTerrain;
 
 use crate::error::{Error, all_in_range, in_range};
@@ -154,9 +153,10 @@ pub struct World {
     /// Surface velocities, each with its collider.
     surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: PairLaws,
-    statics: StaticFrictions,
-    /// Coefficients of rolling and of torsional friction, if any is set.
-    turning: Option<Box<[Coefficients; 2]>>,
+    /// Coefficients of laws, if any is set.
+    coefficients: Option<Box<LawCoefficients>>,
+    /// Slip up to which contacts stick, set by the user (m/s).
+    stick_speed: Option<f64>,
     /// Axes of surfaces whose friction depends on the direction, sorted by owner.
     friction_axes: Vec<(Partner, FrictionAxis)>,
     restitution: f64,
@@ -213,8 +213,8 @@ impl World {
             held: Vec::new(),
             surfaces: Vec::new(),
             pair_frictions: PairLaws::new(),
-            statics: StaticFrictions::default(),
-            turning: None,
+            coefficients: None,
+            stick_speed: None,
             friction_axes: Vec::new(),
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),

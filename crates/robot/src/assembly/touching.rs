@@ -7,10 +7,14 @@ use std::sync::Arc;
 use tumble_core::contact::Plane;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::HeightField;
+use tumble_core::world::Coefficient;
 use tumble_model::groups::GroupsModel;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::PlacedForm;
 use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel, TerrainModel};
+
+/// Torsional and rolling friction, in the order of MJCF.
+const TURNING: [Coefficient; 2] = [Coefficient::TorsionalFriction, Coefficient::RollingFriction];
 
 /// Shape with contacts, and its owner in the scene.
 pub(super) struct ContactRules {
@@ -144,10 +148,10 @@ impl Assembled {
                 if ours != theirs || ours != sliding {
                     model.frictions.push(pair(sliding));
                 }
-                let turning = [(torsional, &mut model.torsional), (rolling, &mut model.rolling)];
-                for (k, (friction, law)) in turning.into_iter().enumerate() {
+                for (k, (friction, of)) in [torsional, rolling].into_iter().zip(TURNING).enumerate()
+                {
                     if friction != own[0][k].max(own[1][k]) {
-                        law.pairs.push(pair(friction));
+                        model.coefficients_mut(of).pairs.push(pair(friction));
                     }
                 }
             }
@@ -157,14 +161,13 @@ impl Assembled {
         let has_ground = ground.map_or([false; 2], |own| [own.torsional > 0.0, own.rolling > 0.0]);
         for (owner, shape) in owners {
             let own = self.robot.shapes[shape].own_friction(model.mu);
-            let turning =
-                [(own.torsional, &mut model.torsional), (own.rolling, &mut model.rolling)];
+            let turning = [own.torsional, own.rolling].into_iter().zip(TURNING);
             // Bodies without their own coefficients would have the ground's.
-            for (k, (friction, law)) in turning.into_iter().enumerate() {
+            for (k, (friction, of)) in turning.enumerate() {
                 if owner != PartnerModel::Ground && (friction > 0.0 || has_ground[k]) {
-                    law.owners.push((owner, friction));
+                    model.coefficients_mut(of).owners.push((owner, friction));
                 } else if friction > 0.0 {
-                    law.friction = Some(friction);
+                    model.coefficients_mut(of).world = Some(friction);
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Tables of the notation `[[bodies]]` as deserialised.
 
 use crate::choices::StartFrame;
+use crate::coefficients::with_coefficients;
 use crate::tables::{InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -60,7 +61,7 @@ macro_rules! with_form {
     };
 }
 
-with_form!(BodyEntry, "a table [[bodies]]" {
+with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
     points: Option<Vec<Numbers<3>>>,
     point_mass: Option<bool>,
     pieces: Option<Vec<PieceEntry>>,
@@ -70,9 +71,6 @@ with_form!(BodyEntry, "a table [[bodies]]" {
     inertia: Option<InertiaValue>,
     centre: Option<Numbers<3>>,
     friction: Option<f64>,
-    static_friction: Option<f64>,
-    rolling_friction: Option<f64>,
-    torsional_friction: Option<f64>,
     restitution: Option<f64>,
     touches: Option<bool>,
     groups: Option<Vec<String>>,
@@ -96,13 +94,10 @@ with_form!(BodyEntry, "a table [[bodies]]" {
     decompose: Option<DecompositionSettings>,
 });
 
-with_form!(FixedEntry, "a table [[fixed]]" {
+with_coefficients!(with_form, f64, FixedEntry, "a table [[fixed]]" {
     pieces: Option<Vec<PieceEntry>>,
     name: Option<String>,
     friction: Option<f64>,
-    static_friction: Option<f64>,
-    rolling_friction: Option<f64>,
-    torsional_friction: Option<f64>,
     groups: Option<Vec<String>>,
     collides_with: Option<Vec<String>>,
     position: Option<Numbers<3>>,

@@ -1,6 +1,7 @@
 //! Error messages of the core with the fields of the file.
 
 use tumble_core::error::Error;
+use tumble_core::world::Coefficient;
 
 /// Error message that begins with the responsible field.
 pub fn field_of(error: &Error) -> String {
@@ -12,9 +13,6 @@ pub fn field_of(error: &Error) -> String {
         Error::OutOfRange { field, .. } | Error::Count { field, .. } => match *field {
             "mass (kg)" => "mass",
             "coefficient of friction" => "friction",
-            "coefficient of static friction" => "static_friction",
-            "coefficient of rolling friction (m)" => "rolling_friction",
-            "coefficient of torsional friction (m)" => "torsional_friction",
             "coefficient of restitution" => "restitution",
             "side of the box (m)" => "box",
             "radius of the sphere (m)" => "sphere",
@@ -32,7 +30,7 @@ pub fn field_of(error: &Error) -> String {
             "norm of the attitude quaternion" => "attitude",
             "velocity (m/s)" => "velocity",
             "spin (rad/s)" => "spin",
-            _ => "shape",
+            other => Coefficient::from_quantity(other).map_or("shape", Coefficient::name),
         },
         _ => "shape",
     };

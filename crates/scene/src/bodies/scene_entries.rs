@@ -6,6 +6,7 @@ use super::gears::GearEntry;
 use super::joints::{JointEntry, MotorEntry};
 use super::robots::RobotEntry;
 use super::terrain::TerrainEntry;
+use tumble_core::world::Coefficient;
 
 /// Tables of a scenario file, as deserialised.
 #[derive(Default)]
@@ -20,9 +21,8 @@ pub struct SceneEntries {
     pub terrain: Vec<TerrainEntry>,
     /// Entries of `[[friction]]`: coefficients of single pairs.
     pub friction: Vec<PairEntry>,
-    /// Entries of `[[static_friction]]`, `[[rolling_friction]]` and `[[torsional_friction]]`: coefficients of
-    /// single pairs.
-    pub coefficients: [Vec<PairEntry>; 3],
+    /// Entries of `[[static_friction]]` and the other laws: coefficients of single pairs.
+    pub coefficients: [Vec<PairEntry>; Coefficient::ALL.len()],
     /// Entries of `[[restitution]]`: coefficients of single pairs.
     pub restitution: Vec<PairEntry>,
     /// Entries of `[[joints]]`.

@@ -1,6 +1,7 @@
 //! Tables `[[terrain]]`: height fields and surfaces of triangles.
 
 use super::entries::{AttitudeEntry, Files, in_mesh, read_triangles};
+use crate::coefficients::{table, with_coefficients};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use std::sync::Arc;
@@ -16,10 +17,7 @@ use tumble_model::shown;
 /// Maximum size of a file of heights or triangles (bytes).
 const LARGEST_FILE: u64 = 1 << 29;
 
-/// Table `[[terrain]]`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table [[terrain]]")]
-pub struct TerrainEntry {
+with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
     heights: Option<HeightsEntry>,
     spacing: Option<SpacingEntry>,
     mesh: Option<String>,
@@ -32,12 +30,9 @@ pub struct TerrainEntry {
     attitude: Option<AttitudeEntry>,
     pub name: Option<String>,
     pub friction: Option<f64>,
-    pub static_friction: Option<f64>,
-    pub rolling_friction: Option<f64>,
-    pub torsional_friction: Option<f64>,
     pub groups: Option<Vec<String>>,
     pub collides_with: Option<Vec<String>>,
-}
+});
 
 /// Heights of a field.
 #[derive(Deserialize)]

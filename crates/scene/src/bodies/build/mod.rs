@@ -25,6 +25,7 @@ use std::collections::BTreeMap;
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::{Rotation, State};
 use tumble_core::simulation::random::Draws;
+use tumble_core::world::Coefficient;
 use tumble_decompose::DecompositionSettings;
 use tumble_model::fields::Numbers;
 use tumble_model::parameters::LoadParameters;
@@ -52,13 +53,12 @@ pub struct BuiltScene {
     pub notes: Vec<String>,
 }
 
-/// Coefficient of the world.
-fn world_coefficient(friction: Option<f64>) -> CoefficientsModel {
-    CoefficientsModel { friction, ..CoefficientsModel::default() }
-}
-
 /// Model with these settings and without bodies. `mu` is the default coefficient of friction.
 pub fn empty_model(settings: &Settings, mu: f64) -> Model {
+    let coefficients = Coefficient::ALL.into_iter().zip(settings.coefficients);
+    let of_world = |(of, world): (Coefficient, Option<f64>)| {
+        world.is_some().then(|| (of, CoefficientsModel { world, ..CoefficientsModel::default() }))
+    };
     Model {
         dt: settings.dt.unwrap_or_default(),
         rotation: settings.rotation.unwrap_or(Rotation::Momentum),
@@ -67,9 +67,7 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         impacts: settings.impacts.unwrap_or_default(),
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
-        statics: world_coefficient(settings.static_friction),
-        rolling: world_coefficient(settings.rolling_friction),
-        torsional: world_coefficient(settings.torsional_friction),
+        coefficients: coefficients.filter_map(of_world).collect(),
         stick_speed: settings.stick_speed,
         restitution: settings.restitution.unwrap_or_default(),
         rebound_speed: settings.rebound_speed,
@@ -136,10 +134,11 @@ pub fn build(
     builder.refuse_unknown_groups()?;
     builder.name_links(&robots);
     builder.model.frictions.extend(builder.coefficients("friction", &file.friction, 10.0)?);
-    for (law, entries) in file.coefficients.iter().enumerate() {
-        let name = builder.model.coefficients()[law].0;
-        let pairs = builder.coefficients(name, entries, 10.0)?;
-        builder.model.coefficients_mut()[law].1.pairs.extend(pairs);
+    for (of, entries) in Coefficient::ALL.into_iter().zip(&file.coefficients) {
+        let pairs = builder.coefficients(of.name(), entries, 10.0)?;
+        if !pairs.is_empty() {
+            builder.model.coefficients_mut(of).pairs.extend(pairs);
+        }
     }
     let pairs = builder.coefficients("restitution", &file.restitution, 1.0)?;
     builder.model.restitutions.extend(pairs);
@@ -317,8 +316,7 @@ impl<'a> Builder<'a> {
             partners.push(PartnerModel::Body(index));
             self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
-        let own = [entry.static_friction, entry.rolling_friction, entry.torsional_friction];
-        self.set_own(&partners, own, entry.friction).map_err(named)?;
+        self.set_own(&partners, entry.take_coefficients(), entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
@@ -363,29 +361,30 @@ impl<'a> Builder<'a> {
                 self.model.fixed.push(fixed);
             }
         }
-        let own = [entry.static_friction, entry.rolling_friction, entry.torsional_friction];
-        self.set_own(&partners, own, entry.friction).map_err(named)?;
+        self.set_own(&partners, entry.take_coefficients(), entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
-    /// Gives `partners` their own coefficients, in the order of [`Model::coefficients`]. The first is at
-    /// least their own coefficient of `friction`.
+    /// Gives `partners` their own coefficients. That of static friction is at least their own coefficient
+    /// of `friction`.
     fn set_own(
         &mut self,
         partners: &[PartnerModel],
-        own: [Option<f64>; 3],
+        own: [Option<f64>; Coefficient::ALL.len()],
         friction: Option<f64>,
     ) -> Result<(), String> {
-        let least = [friction.unwrap_or(self.model.mu), 0.0, 0.0];
-        for (law, own) in own.into_iter().enumerate() {
+        for (of, own) in Coefficient::ALL.into_iter().zip(own) {
             let Some(own) = own else { continue };
-            let (name, model) = &mut self.model.coefficients_mut()[law];
-            if !(least[law]..=10.0).contains(&own) {
-                let least =
-                    if law == 0 { format!("the friction, {:?},", least[0]) } else { "0".into() };
-                return Err(format!("{name} is {own:?}; allowed: {least} to 10"));
+            let friction = friction.unwrap_or(self.model.mu);
+            let (least, named) = match of {
+                Coefficient::StaticFriction => (friction, format!("the friction, {friction:?},")),
+                _ => (0.0, "0".to_owned()),
+            };
+            if !(least..=10.0).contains(&own) {
+                return Err(format!("{} is {own:?}; allowed: {named} to 10", of.name()));
             }
-            model.owners.extend(partners.iter().map(|partner| (*partner, own)));
+            let owners = partners.iter().map(|partner| (*partner, own));
+            self.model.coefficients_mut(of).owners.extend(owners);
         }
         Ok(())
     }
@@ -397,8 +396,7 @@ impl<'a> Builder<'a> {
         let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
         let friction = entry.friction;
-        let own = [entry.static_friction, entry.rolling_friction, entry.torsional_friction];
-        self.set_own(&[PartnerModel::Terrain(index)], own, friction)?;
+        self.set_own(&[PartnerModel::Terrain(index)], entry.take_coefficients(), friction)?;
         self.model.terrains.push(TerrainModel { name, terrain, friction, groups });
         self.register(entry.name, vec![PartnerModel::Terrain(index)])
     }

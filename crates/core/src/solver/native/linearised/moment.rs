@@ -17,7 +17,7 @@ use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::Contact;
 use crate::derivative::SideChangeInput;
 use crate::solver::native::law::MapPiece;
-use crate::world::{Constant, Turning, World};
+use crate::world::{Coefficient, Constant, World};
 use nalgebra::{Matrix3, Vector3};
 
 /// Linearised moment of a contact.
@@ -107,20 +107,25 @@ impl LinearMoment {
         let pressed = normal.dot(&coupling.impulse) / length;
         let along = |v: Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
         let across = |v: &Vector3<f64>| v - normal * normal.dot(v);
-        let by_friction = Turning::ALL.map(|of| {
+        use Coefficient::{RollingFriction, TorsionalFriction};
+        let by_friction = [RollingFriction, TorsionalFriction].map(|of| {
             let (place, friction) =
-                world.turning_between(of, contact.key.body, contact.key.partner)?;
+                world.larger_between(of, contact.key.body, contact.key.partner)?;
             let direction = match (of, piece) {
-                (Turning::Rolling, MapPiece::Moment { rolls: true, .. }) if friction > 0.0 => {
+                (RollingFriction, MapPiece::Moment { rolls: true, .. }) if friction > 0.0 => {
                     along(across(impulse))
                 }
-                (Turning::Rolling, MapPiece::Moment { rolls: true, .. }) => -along(across(&axes.u)),
-                (Turning::Torsional, MapPiece::Moment { spins, .. }) => normal * f64::from(*spins),
+                (RollingFriction, MapPiece::Moment { rolls: true, .. }) => -along(across(&axes.u)),
+                (TorsionalFriction, MapPiece::Moment { spins, .. }) => normal * f64::from(*spins),
                 _ => Vector3::zeros(),
             };
             let impulse = direction * pressed;
             let motion = from.tr_mul(&impulse) * -*limit;
-            Some((of.constant(), place, RowsChange { motion, impulse, ..RowsChange::zero() }))
+            Some((
+                Constant::Coefficient(of),
+                place,
+                RowsChange { motion, impulse, ..RowsChange::zero() },
+            ))
         });
         Self { index: *index, contact: *place, slopes, axes, by_friction }
     }
