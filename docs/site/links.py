@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 
 class Page(HTMLParser):
-    """What a page links to, and what can be linked to in it."""
+    """Links of a page, and its targets of links."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -1,7 +1,9 @@
-//! What `scripts/site` needs beside mdBook, rustdoc and pdoc. In the root of the repository,
-//! `site pages OUT RUST RUNS` writes the documents to OUT as a book's sources: formulas as MathML, links to
-//! source files as links to rustdoc's pages, which are in RUST; and a gallery of the scenarios, with their
-//! runs' pictures from the folder RUNS, each in one of its name. `links.py` checks the links of the finished site.
+//! Sources of the documentation site, for `scripts/site`.
+//!
+//! In the root of the repository, `site pages OUT RUST RUNS` writes the documents to OUT as a book's sources.
+//! Formulas become MathML. Links to source files become links to rustdoc's pages, which are in RUST. A
+//! gallery shows the scenarios, with the pictures of their runs from the folder RUNS, each in one of its
+//! name. `links.py` checks the links of the finished site.
 
 mod formulas;
 mod pages;

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use tumble_core::mechanics::load::Polyline;
 use tumble_core::world::Plane;
 
-/// How `film` was made: its rows, and facts of the run.
+/// Facts of the run behind `film`, such as its number of rows and its time step.
 pub fn record_facts(film: &Film) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("rows", film.frames.len().to_string()),
