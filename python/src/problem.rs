@@ -14,7 +14,8 @@ use tumble::problem::{
 
 /// Sparse matrix: numbers of rows and columns, then row, column and value of its entries.
 type ProblemEntries<'py> = (usize, usize, Vec<usize>, Vec<usize>, Numbers<'py>);
-/// Law of a group: μ, or names of row laws with two bounds each.
+/// Law of a group: μ, or names of row laws with two numbers each. The rows of a moment have the group of its
+/// contact and their limit.
 type GivenLaw = (Option<f64>, Vec<(String, f64, f64)>);
 
 /// Number of rows from which a problem is solved on its own thread, so that Ctrl-C can end it.
@@ -57,9 +58,12 @@ fn laws(dimension: usize, given: Vec<GivenLaw>) -> PyResult<Vec<Law>> {
         }
     };
     let of_group = |(friction, rows): GivenLaw| {
-        let law = match friction {
-            Some(friction) => Law::contact(dimension, friction),
-            None => Law::rows_of(rows.iter().map(of_row).collect::<PyResult<_>>()?),
+        let law = match (friction, &rows[..]) {
+            (Some(friction), _) => Law::contact(dimension, friction),
+            (None, [(kind, contact, rolling), _, (_, _, torsional)]) if kind == "rolling" => {
+                Law::moment(*contact as usize, *rolling, *torsional)
+            }
+            (None, rows) => Law::rows_of(rows.iter().map(of_row).collect::<PyResult<_>>()?),
         };
         law.map_err(|error| problem_error(&error))
     };
@@ -132,7 +136,7 @@ impl CoreProblem {
     fn friction(&self) -> Vec<Option<f64>> {
         let of = |law: &Law| match law {
             Law::Contact { friction, .. } => Some(*friction),
-            Law::Rows(_) => None,
+            Law::Moment { .. } | Law::Rows(_) => None,
         };
         self.content.laws().iter().map(of).collect()
     }

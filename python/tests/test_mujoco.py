@@ -398,7 +398,72 @@ def test_what_is_left_out_is_listed():
         "<body pos='0 0 .1'><joint type='slide' axis='1 0 0'/><geom type='sphere' size='.11'/></body>"
     )
     report = steps(model, data, 1)[0]
-    assert any("condim" in note for note in report.notes) and any("no joint moves" in note for note in report.notes)
+    assert any("√3" in note for note in report.notes) and any("no joint moves" in note for note in report.notes)
+
+
+ROLLING = "type='sphere' size='.1' condim='6'"
+
+
+@pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
+def test_a_ball_is_stopped_by_rolling_resistance(cone):
+    model, data = on_floor(ROLLING, 0.1, f"cone='{cone}'", friction="0.8 0.01 0.01")
+    data.qvel[[0, 4]] = 1.0, 10.0
+    for _ in range(5):
+        report = steps(model, data, 1)[0]
+        assert report.certificate().residual < 1e-9 and "√3" in report.notes[0]
+    force, normal = np.zeros(6), 2 * GRAVITY
+    mujoco.mj_contactForce(model, data, 0, force)
+    moment = data.contact[0].frame.reshape(3, 3).T @ force[3:]
+    np.testing.assert_allclose(moment, [0.0, -0.01 * normal, 0.0], atol=1e-9)
+    while data.qvel[0] > 1e-9 and data.time < 2.0:
+        steps(model, data, 1)
+    # Slowing μ_r g / (1.4 r): 1.4271 s and 0.71357 m, to the order of the time step.
+    assert data.time == pytest.approx(1.4271, abs=0.002) and data.qpos[0] == pytest.approx(0.71357, abs=0.002)
+    assert np.abs(data.qvel).max() < 1e-12
+
+
+def test_a_ball_is_stopped_by_torsional_resistance():
+    model, data = on_floor(ROLLING.replace("6", "4", 1), 0.1, "", friction="0.8 0.01 0.01")
+    data.qvel[5] = 10.0
+    while data.qvel[5] > 1e-9 and data.time < 1.0:
+        steps(model, data, 1)
+    # Slowing μ_s g / (0.4 r²).
+    assert data.time == pytest.approx(0.4077, abs=0.002) and abs(data.qvel[5]) < 1e-12
+
+
+def test_different_coefficients_of_rolling_are_an_ellipse():
+    pair = "<contact><pair geom1='floor' geom2='body' friction='1 1 0 .01 .04' condim='6'/></contact>"
+    model, data = load(
+        "<geom name='floor' type='plane' size='5 5 1'/>"
+        "<body pos='0 0 .1'><freejoint/><geom name='body' type='sphere' size='.1' mass='2'/></body>",
+        "cone='elliptic'",
+        pair,
+    )
+    data.qvel[[0, 1, 3, 4]] = 0.5, 0.5, -5.0, 5.0
+    steps(model, data, 2)
+    force = np.zeros(6)
+    mujoco.mj_contactForce(model, data, 0, force)
+    # The moment opposes the turn in the metric of the ellipse: m_k = −μ_k² ω_k f_n / ‖(μ_1 ω_1, μ_2 ω_2)‖.
+    turn = data.contact[0].frame.reshape(3, 3)[1:] @ data.qvel[3:]
+    limits = np.array([0.01, 0.04])
+    expected = -(limits**2) * turn * force[0] / np.linalg.norm(limits * turn)
+    np.testing.assert_allclose(force[4:], expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
+def test_moments_of_mujocos_steps_are_in_the_certificate(cone):
+    model, data = on_floor(ROLLING, 0.0999, f"cone='{cone}' tolerance='1e-14' iterations='500'", "0.8 0.01 0.01")
+    data.qvel[:] = 0.5, 0.2, 0.0, 1.0, 3.0, 5.0
+    for _ in range(20):
+        mujoco.mj_step(model, data)
+    certificate = tm.certify(model, data)
+    # Newton's law holds with the forces of all rows, so signs and axes are MuJoCo's.
+    assert certificate.dynamics < 1e-10, certificate.table()
+    contact, moment = certificate.rows
+    assert (contact.kind, moment.kind, moment.name) == ("contact", "moment", contact.name)
+    assert 0.0 < moment.ratio < 2.0 and moment.power < 0.0
+    exact = certificate.measured().exact()
+    assert exact.solved and len(exact.impulses) == 6
 
 
 def test_position_errors_that_contradict_each_other_are_kept_and_said():

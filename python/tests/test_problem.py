@@ -159,6 +159,50 @@ def test_rows_of_joints():
     assert np.isnan(problem.mu).all() and problem.sizes == [2, 1]
 
 
+def test_moments_of_contacts():
+    # The limits are 0.2 and 0.1 of a normal impulse of 2.
+    laws = [0.5, ("moment", 0, 0.2, 0.1)]
+    problem = tumble.ContactProblem(W=np.eye(6), q=[-2.0, 0.3, 0.0, 0.3, 0.4, -0.15], laws=laws)
+    solution = problem.solve()
+    np.testing.assert_allclose(solution.impulses, [2.0, -0.3, 0.0, -0.24, -0.32, 0.15], atol=1e-9)
+    assert problem.sizes == [3, 3] and problem.mu[0] == 0.5 and np.isnan(problem.mu[1])
+    again = pickle.loads(pickle.dumps(problem))
+    assert np.array_equal(again.solve().impulses, solution.impulses)
+    with pytest.raises(tumble.TumbleError, match="group 1 is not such a contact"):
+        problem.write("moment.dat")
+
+
+def test_moments_are_judged_alike_by_the_referee():
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        by = rng.normal(size=(12, 12))
+        inverse = np.linalg.inv(by @ by.T + 0.1 * np.eye(12))
+        mass = 0.5 * (inverse + inverse.T)
+        laws = [0.6, 0.3, ("moment", 0, *rng.uniform(0, 0.5, 2)), ("moment", 1, *rng.uniform(0, 0.5, 2))]
+        before = rng.normal(size=12)
+        problem = tumble.ContactProblem(M=mass, H=np.eye(12), f=mass @ before, w=np.zeros(12), laws=laws)
+        solution = problem.solve()
+        assert solution.solved
+        for impulses, exact in ((solution.impulses, True), (solution.impulses + 0.01 * rng.normal(size=12), False)):
+            u, after, residual, _ = problem.evaluate(impulses)
+            certificate = tumble.referee.certify(
+                M=mass,
+                J=np.eye(12),
+                velocity_before=before,
+                velocity_after=after,
+                force=np.zeros(12),
+                impulses=impulses,
+                laws=laws,
+                time_step=0.01,
+            )
+            assert [row.kind for row in certificate.rows] == ["contact", "contact", "moment", "moment"]
+            judged = max(row.residual for row in certificate.rows)
+            assert abs(judged - residual) < 1e-9 + 1e-6 * judged
+            assert (judged < 1e-8) == exact
+        exact = certificate.measured().exact()
+        assert exact.solved and exact.residual < 1e-9
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
@@ -176,6 +220,9 @@ def test_rows_of_joints():
         ({"W": np.eye(3), "q": [0.0] * 3, "laws": [None]}, "a list is needed"),
         ({"W": np.eye(3), "q": [0.0] * 3, "laws": ["locked"]}, "'locked' is not a group"),
         ({"W": np.eye(1), "q": [0.0], "laws": [[("box", "a", 1)]]}, "a bound of a box is 'a'"),
+        ({"W": np.eye(3), "q": [0.0] * 3, "laws": [("moment", 0, 0.1, 0.1)]}, "a moment of group 0; an earlier contact"),
+        ({"W": np.eye(6), "q": [0.0] * 6, "laws": [0.5, ("moment", 0, 0.1)]}, "is not a moment"),
+        ({"W": np.eye(6), "q": [0.0] * 6, "laws": [0.5, ("moment", 0, -0.1, 0.1)]}, "rolling resistance is -0.1"),
         ({"W": np.eye(2), "q": [0.0] * 2, "mu": [0.5], "dimension": 2.0}, "dimension is 2.0"),
         ({"W": np.eye(3) * 1e-170, "q": [-1.0, 0, 0], "mu": [0.5]}, "largest entry of W is 1e-170"),
         ({"W": Entries((-1, 3), [0], [0], [1.0]), "q": [0.0] * 3, "mu": [0.5]}, "W: a size of its shape is -1"),

@@ -25,13 +25,13 @@ class CertificateRow:
     name: str
     """For example ``hand–capsule``."""
     kind: str
-    """"contact", "limit", "locked", "box" or "free"."""
+    """"contact", "moment", "limit", "locked", "box" or "free". A moment is in N m and rad/s instead of N and m/s."""
     gap: float
     """Gap at the start of the step, m; of a limit of a hinge rad."""
     force: float
-    """Normal force of a contact, or force of the row, N."""
+    """Normal force of a contact or of a moment's contact, or force of the row, N."""
     friction_force: float
-    """Length of the friction force, N."""
+    """Length of the friction force or of the moment, N."""
     slip: float
     """Slip speed of a contact, or speed of the row, at the end of the step, m/s."""
     gap_speed: float
@@ -159,13 +159,21 @@ def rows_of(
     """Residuals of every group, from impulses p, row velocities u, the diagonal of W and the mean motion of rows."""
     rows: list[CertificateRow] = []
     at = 0
+    starts: list[int] = []
     for (friction, own), name in zip(laws, names):
+        starts.append(at)
         size = len(own) if friction is None else dimension
         span = slice(at, at + size)
         if friction is not None:
             gap = offsets[at] * time_step
             power = float(impulses[span] @ motion[span]) / time_step
             row = _contact(name, friction, impulses[span], speeds[span], response[span], gap, time_step)
+            rows.append(replace(row, power=power))
+        elif own[0][0] == "rolling":
+            power = float(impulses[span] @ motion[span]) / time_step
+            (_, contact, rolling), _, (_, _, torsional) = own
+            load, limits = float(impulses[starts[int(contact)]]), (rolling, torsional)
+            row = _moment(name, limits, load, impulses[span], speeds[span], response[span], time_step)
             rows.append(replace(row, power=power))
         else:
             for place, law in zip(range(at, at + size), own):
@@ -189,7 +197,6 @@ def _contact(
     projected = target if length <= radius else target * (radius / length)
     pull = float(np.linalg.norm(p[1:]))
     largest = friction * float(p[0])
-    ratio = pull / largest if largest > 0.0 else (np.inf if pull > 0.0 else 0.0)
     return CertificateRow(
         name=name,
         kind="contact",
@@ -198,13 +205,50 @@ def _contact(
         friction_force=pull / time_step,
         slip=float(np.linalg.norm(u[1:])),
         gap_speed=float(u[0]),
-        ratio=float(ratio),
+        ratio=_ratio(pull, largest),
         penetration=max(0.0, -float(u[0])),
         normal_law=abs(min(normal * float(p[0]), float(u[0]))),
         friction_law=float(np.linalg.norm(along - projected)),
         cone=max(0.0, tangent * (pull - largest)),
         constraint=0.0,
     )
+
+
+def _moment(
+    name: str, limits: tuple[float, float], pressed: float, p: Floats, u: Floats, response: Floats, time_step: float
+) -> CertificateRow:
+    """Residuals of a moment, whose rolling and torsional parts have limits of their own."""
+    import numpy as np
+
+    across, along = float(np.mean(response[:2])), float(response[2])
+    rolling, torsional = (limit * max(pressed, 0.0) for limit in limits)
+    target = across * p[:2] - u[:2]
+    size = float(np.linalg.norm(target))
+    rolls = across * p[:2] - target * min(1.0, across * rolling / size if size > 0.0 else 1.0)
+    spins = along * p[2] - np.clip(along * p[2] - u[2], -along * torsional, along * torsional)
+    sizes = float(np.linalg.norm(p[:2])), abs(float(p[2]))
+    ratio = max(_ratio(sizes[0], rolling), _ratio(sizes[1], torsional))
+    return CertificateRow(
+        name=name,
+        kind="moment",
+        gap=0.0,
+        force=pressed / time_step,
+        friction_force=float(np.linalg.norm(p)) / time_step,
+        slip=float(np.linalg.norm(u)),
+        gap_speed=0.0,
+        ratio=ratio,
+        penetration=0.0,
+        normal_law=0.0,
+        friction_law=max(float(np.linalg.norm(rolls)), abs(float(spins))),
+        cone=max(0.0, across * (sizes[0] - rolling), along * (sizes[1] - torsional)),
+        constraint=0.0,
+    )
+
+
+def _ratio(size: float, largest: float) -> float:
+    if largest > 0.0:
+        return size / largest
+    return float("inf") if size > 0.0 else 0.0
 
 
 def _single(
@@ -250,6 +294,10 @@ def _length(value: float) -> str:
 
 def _fault(part: str, row: CertificateRow, time_step: float) -> str:
     """Predicate of the sentence about a row."""
+    if row.kind == "moment" and part == "cone":
+        return f"has a moment beyond its limit (ratio {row.ratio:.3g})"
+    if row.kind == "moment":
+        return f"turns at {row.slip:.3g} rad/s with a moment of {row.friction_force:.3g} N m (ratio {row.ratio:.2g})"
     if part == "penetration" and row.kind == "limit":
         return f"ends the step {row.penetration * time_step:.3g} beyond (m or rad)"
     if part == "penetration":

@@ -11,7 +11,7 @@ import numpy as np
 from ._arrays import numbers
 from ._certificate import Certificate, rows_of
 from ._checks import real, whole
-from ._problem import ContactProblem, Law, _groups
+from ._problem import ContactProblem, Law, _groups, moments_of
 from ._tumble import TumbleError
 from ._types import Floats
 
@@ -85,8 +85,9 @@ class MeasuredStep:
     def exact(self) -> ExactStep:
         """Exact step from the same state. Overlaps of the start stay: they are the fault of earlier steps."""
         offsets, laws = self.offsets.copy(), list(self.laws)
-        at = 0
-        for place, (friction, own) in enumerate(_groups(self.laws)):
+        at, groups = 0, _groups(self.laws)
+        resisting = set(moments_of(groups).values())
+        for place, (friction, own) in enumerate(groups):
             size = len(own) if friction is None else self.dimension
             kinds = [law[0] for law in own] if friction is None else ["limit"]
             for row, kind in zip(range(at, at + size), kinds):
@@ -94,7 +95,7 @@ class MeasuredStep:
                     offsets[row] = max(offsets[row], 0.0)
                 elif kind == "locked" and self.drifted:
                     offsets[row] = 0.0
-            if friction == 0.0:
+            if friction == 0.0 and place not in resisting:
                 laws[place] = ["limit", *["free"] * (self.dimension - 1)]
             at += size
         momentum = self.mass @ self.before + self.time_step * self.force

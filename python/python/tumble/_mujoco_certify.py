@@ -39,8 +39,8 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
     open_contacts, open_joints = _untouched(contacts, ahead_contacts), _unlimited(joints, ahead_joints)
     time_step, size = model.opt.timestep, model.nv
     pushes, forces = _contact_forces(model, after, contacts), np.asarray(after.efc_force)[joints.index]
-    J = np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J])
-    carried = np.concatenate([pushes.ravel(), forces])
+    J = np.concatenate([contacts.directions(), joints.J])
+    carried = np.concatenate([pushes, forces])
     loads = smooth_force(model, after) + _unsymmetric_forces(stepper, data, after)
     if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)):
         awake = np.union1d(data.dof_awake_ind[: data.nv_awake], after.dof_awake_ind[: after.nv_awake])
@@ -50,21 +50,17 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
     if any("left out" in note for note in notes):
         # Newton's law includes the forces whose laws the certificate leaves out.
         loads += after.qfrc_constraint - J.T @ carried
-    gaps = np.concatenate([contacts.gap, ahead_contacts.gap[open_contacts]]) / time_step
-    surfaces = np.concatenate([contacts.surface, ahead_contacts.surface[open_contacts]])
-    contact_w = np.concatenate([gaps[:, None], surfaces], axis=1)
-    open_count = 3 * int(open_contacts.sum())
+    opened = ahead_contacts.kept(open_contacts)
+    contact_w, open_w = (np.column_stack([of.gap / time_step, of.surface]).ravel() for of in (contacts, opened))
     none = np.zeros(int(open_joints.sum()))
-    geoms = [*contacts.geoms, *ahead_contacts.geoms[open_contacts]]
     limits = [(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, time_step))]
     limits += [(int(ahead_joints.kind[at]), int(ahead_joints.id[at])) for at in np.flatnonzero(open_joints)]
-    friction = np.concatenate([contacts.friction, ahead_contacts.friction[open_contacts]])
     step = checked_step(
         M=step_mass(model, after, collector.free_bodies),
         J=np.concatenate(
             [
-                contacts.J.reshape(3 * len(contacts.gap), size),
-                ahead_contacts.J[open_contacts].reshape(open_count, size),
+                contacts.directions(),
+                opened.J.reshape(3 * len(opened.gap), size),
                 joints.J,
                 ahead_joints.J[open_joints],
             ]
@@ -72,11 +68,21 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
         velocity_before=data.qvel,
         velocity_after=after.qvel,
         force=loads,
-        impulses=time_step * np.concatenate([pushes.ravel(), np.zeros(open_count), forces, none]),
-        laws=[float(value) for value in friction] + laws_of(joints, time_step) + [["limit"]] * len(none),
+        impulses=time_step * np.concatenate([pushes, np.zeros(3 * len(opened.gap)), forces, none]),
+        laws=contacts.laws() + opened.friction.tolist() + laws_of(joints, time_step) + [["limit"]] * len(none),
         time_step=time_step,
-        w=np.concatenate([contact_w.ravel(), joints.gap / time_step, ahead_joints.gap[open_joints] / time_step]),
-        names=[collector.contact_name(pair) for pair in geoms] + [collector.joint_name(*row) for row in limits],
+        w=np.concatenate(
+            [
+                contact_w,
+                np.zeros(3 * len(contacts.resisting)),
+                open_w,
+                joints.gap / time_step,
+                ahead_joints.gap[open_joints] / time_step,
+            ]
+        ),
+        names=collector.contact_names(contacts)
+        + [collector.contact_name(pair) for pair in opened.geoms]
+        + [collector.joint_name(*row) for row in limits],
         notes=notes,
     )
     return replace(step, drifted=True), after
@@ -130,12 +136,12 @@ def _unlimited(joints: JointRows, ahead: JointRows) -> Any:
 
 
 def _contact_forces(model: Any, data: Any, contacts: ContactRows) -> Floats:
-    """Forces of MuJoCo's contacts along normal and tangents (C, 3), N."""
-    forces: list[Floats] = []
-    for index in contacts.index:
-        force = np.zeros(6)
-        mujoco.mj_contactForce(model, data, int(index), force)
-        forces.append(force[:3])
-    pushes = np.array(forces).reshape(-1, 3)
+    """Forces of MuJoCo's contacts along the rows of contacts, N, and of moments, N m."""
+    forces = np.zeros((len(contacts.index), 6))
+    for place, index in enumerate(contacts.index):
+        mujoco.mj_contactForce(model, data, int(index), forces[place])
+    pushes, moments = forces[:, :3], forces[contacts.resisting][:, [4, 5, 3]]
     pushes[:, 2] /= contacts.stretch
-    return pushes
+    moments[:, 1] /= contacts.turn_stretch
+    carried: Floats = np.concatenate([pushes.ravel(), moments.ravel()])
+    return carried

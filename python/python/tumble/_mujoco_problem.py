@@ -28,6 +28,8 @@ class StepSolution:
 
     impulses: Floats
     """Impulses of the contacts (C, 3), N s."""
+    moments: Floats
+    """Impulses of the moments of contacts (T, 3), N m s."""
     tail: Floats
     """Impulses of the joint rows, N s."""
     after: Floats
@@ -45,14 +47,15 @@ class StepProblem:
     contacts: ContactRows
     joints: JointRows
     laws: list[Law]
-    start: tuple[Floats, Floats] | None
+    start: tuple[Floats, Floats, Floats] | None
     residual: float
 
     def solve(self, offsets: Floats, fixed: Floats, thorough: bool) -> StepSolution:
         """Solution for offsets of the contacts (C, 3) and of the joint rows. ``thorough`` tries all forms."""
         normals = self.contacts.J[:, 0]
         near = offsets[:, 0] + np.minimum(normals @ self.free, 0.0) < _NEAR
-        found = StepSolution(np.zeros((len(near), 3)), np.zeros(len(fixed)), self.free, 0.0, 0)
+        nothing = np.zeros((len(near), 3)), np.zeros((len(self.contacts.resisting), 3)), np.zeros(len(fixed))
+        found = StepSolution(*nothing, self.free, 0.0, 0)
         while near.any() or len(fixed):
             self._solve_near(near, offsets, fixed, found, thorough)
             missed = ~near & (normals @ found.after + offsets[:, 0] < -0.1 * self.residual)
@@ -62,16 +65,23 @@ class StepProblem:
         return found
 
     def _solve_near(self, near: Any, offsets: Floats, fixed: Floats, found: StepSolution, thorough: bool) -> None:
-        count = int(near.sum())
-        rows = np.concatenate([self.contacts.J[near].reshape(3 * count, len(self.free)), self.joints.J])
-        w = np.concatenate([offsets[near].ravel(), fixed])
-        laws: list[Law] = [float(value) if value > 0.0 else _FRICTIONLESS for value in self.contacts.friction[near]]
-        guess = None if self.start is None else np.concatenate([self.start[0][near].ravel(), self.start[1]])
+        contacts = self.contacts.kept(near)
+        rows = np.concatenate([contacts.directions(), self.joints.J])
+        w = np.concatenate([offsets[near].ravel(), np.zeros(3 * len(contacts.resisting)), fixed])
+        laws = [_FRICTIONLESS if law == 0.0 else law for law in contacts.laws()]
+        resist = near[self.contacts.resisting]
+        guess = None
+        if self.start is not None:
+            pushes, moments, tail = self.start
+            guess = np.concatenate([pushes[near].ravel(), moments[resist].ravel(), tail])
         solution, found.after = self._best(rows, w, laws + self.laws, guess, thorough)
         found.iterations += solution.iterations
         found.residual = solution.residual
-        found.impulses[near] = solution.impulses[: 3 * count].reshape(-1, 3)
-        found.tail = solution.impulses[3 * count :]
+        ends = 3 * np.cumsum([len(contacts.gap), len(contacts.resisting)])
+        pushes, moments, found.tail = np.split(solution.impulses, ends)
+        found.impulses[near] = pushes.reshape(-1, 3)
+        found.moments[:] = 0.0
+        found.moments[resist] = moments.reshape(-1, 3)
 
     def _best(
         self, rows: Floats, w: Floats, laws: list[Law], guess: Floats | None, thorough: bool
@@ -133,7 +143,9 @@ def joint_keys(joints: JointRows) -> list[tuple[int, int, int]]:
 
 
 def by_key(
-    contacts: ContactRows, joints: JointRows, impulses: Floats, tail: Floats
-) -> tuple[dict[Any, Floats], dict[Any, Floats]]:
-    """Impulses by the keys of their rows."""
-    return dict(zip(contact_keys(contacts), impulses)), dict(zip(joint_keys(joints), tail))
+    contacts: ContactRows, joints: JointRows, found: StepSolution
+) -> tuple[dict[Any, Floats], dict[Any, Floats], dict[Any, Floats]]:
+    """Impulses of contacts, moments and joints by the keys of their rows."""
+    keys = contact_keys(contacts)
+    moments = dict(zip([keys[place] for place in contacts.resisting], found.moments))
+    return dict(zip(keys, found.impulses)), moments, dict(zip(joint_keys(joints), found.tail))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -67,8 +67,35 @@ class ContactRows:
     """Factor of the second tangent, μ₂ / μ₁ (C,)."""
     surface: Floats
     """Velocities of the surfaces along the tangents (C, 2), m/s."""
+    resisting: Integers
+    """Contacts with rolling or torsional friction (T,), as places in these arrays."""
+    turns: Floats
+    """Spin of the second geom against the first about tangents and normal (T, 3, nv)."""
+    turning: Floats
+    """Coefficients of rolling friction about the first tangent and of torsional friction (T, 2), m."""
+    turn_stretch: Floats
+    """Factor of the turn about the second tangent, as ``stretch`` (T,)."""
     immovable: int
     """Contacts left out, because no joint moves the geoms along the normal."""
+
+    def kept(self, chosen: Any) -> ContactRows:
+        """Contacts that a mask chooses."""
+        places = np.cumsum(chosen) - 1
+        own = chosen[self.resisting]
+        arrays = ("index", "geoms", "J", "gap", "friction", "stretch", "surface")
+        chosen_arrays = {name: getattr(self, name)[chosen] for name in arrays}
+        moments = {name: getattr(self, name)[own] for name in ("turns", "turning", "turn_stretch")}
+        return replace(self, resisting=places[self.resisting[own]], **chosen_arrays, **moments)
+
+    def directions(self) -> Floats:
+        """Rows of contacts, then of moments (3 C + 3 T, nv)."""
+        rows: Floats = np.concatenate([*self.J, *self.turns, np.zeros((0, self.J.shape[2]))])
+        return rows
+
+    def laws(self) -> list[Law]:
+        """Laws of the same rows."""
+        moments = zip(self.resisting.tolist(), self.turning.tolist())
+        return [*self.friction.tolist(), *(("moment", place, *limits) for place, limits in moments)]
 
 
 @dataclass
@@ -131,8 +158,9 @@ class RowCollector:
         self.notes = _notes(model)
         none, integers = np.zeros(0), np.zeros(0, np.int64)
         self._no_joints = JointRows(integers, integers, integers, np.zeros((0, model.nv)), none, none)
+        pairs, rows = np.zeros((0, 2)), np.zeros((0, 3, model.nv))
         self._no_contacts = ContactRows(
-            integers, np.zeros((0, 2), np.int64), np.zeros((0, 3, model.nv)), none, none, none, np.zeros((0, 2)), 0
+            integers, pairs.astype(np.int64), rows, none, none, none, pairs, integers, rows, pairs, none, 0
         )
 
     def check(self, data: Any) -> None:
@@ -159,17 +187,23 @@ class RowCollector:
         kept = np.flatnonzero(used)
         if not len(kept):
             return self._no_contacts
-        J = self._contact_directions(data, geoms, kept)
+        J, turns = self._contact_directions(data, geoms, kept)
         movable = np.abs(J[:, 0]).max(axis=1, initial=0.0) > _IMMOVABLE
         immovable = len(kept) - int(movable.sum())
         if immovable:
-            kept, J = kept[movable], J[movable]
+            kept, J, turns = kept[movable], J[movable], turns[movable]
         geoms = geoms[kept]
         frictions = np.asarray(found.friction).reshape(-1, 5)[kept]
         first, second = frictions[:, 0], frictions[:, 1]
         rough = (np.asarray(found.dim)[kept] >= 3) & (first > _LEAST_FRICTION)
         stretch = np.where(rough, second / np.where(rough, first, 1.0), 1.0)
         J[:, 2] *= stretch[:, None]
+        turning = np.where(np.asarray(found.dim)[kept, None] >= [6, 4], frictions[:, [3, 2]], 0.0)
+        turning[turning <= _LEAST_FRICTION] = 0.0
+        resisting = np.flatnonzero(rough & turning.any(axis=1))
+        turns, turning = turns[resisting][:, [1, 2, 0]], turning[resisting]
+        turn_stretch = np.where(turning[:, 0] > 0.0, frictions[resisting, 4] / frictions[resisting, 3], 1.0)
+        turns[:, 1] *= turn_stretch[:, None]
         surface = np.zeros((len(kept), 2))
         if hasattr(found, "surfacevel"):
             surface += np.asarray(found.surfacevel).reshape(-1, 3)[kept, :2]
@@ -182,11 +216,15 @@ class RowCollector:
             friction=np.where(rough, first, 0.0),
             stretch=stretch,
             surface=surface,
+            resisting=resisting,
+            turns=turns,
+            turning=turning,
+            turn_stretch=turn_stretch,
             immovable=immovable,
         )
 
-    def _contact_directions(self, data: Any, geoms: Integers, kept: Integers) -> Floats:
-        """Velocity of the second geom against the first in each contact's frame (C, 3, nv)."""
+    def _contact_directions(self, data: Any, geoms: Integers, kept: Integers) -> tuple[Floats, Floats]:
+        """Velocity and spin of the second geom against the first in each contact's frame (C, 3, nv)."""
         found, model = data.contact, self.model
         geoms = geoms[kept]
         bodies = model.geom_bodyid[geoms]
@@ -195,12 +233,13 @@ class RowCollector:
         frames = np.asarray(found.frame).reshape(-1, 3, 3)[kept]
         turning, along = data.cdof[:, :3], data.cdof[:, 3:]
         levers = points[:, None] - data.subtree_com[model.body_rootid[bodies]]
-        J = np.zeros((len(kept), 3, model.nv))
+        J, turns = np.zeros((2, len(kept), 3, model.nv))
         for side, sign in ((0, -1.0), (1, 1.0)):
             # Velocity of the point by each degree of freedom: v + ω × lever.
             speeds = along + turning @ _skew(levers[:, side])
             J += sign * moved[:, side, None, :] * (frames @ np.swapaxes(speeds, 1, 2))
-        return J
+            turns += sign * moved[:, side, None, :] * (frames @ turning.T)
+        return J, turns
 
     def joints(self, data: Any, ahead: Reach | None = None) -> JointRows:
         """Rows of ``data`` that are not contacts. ``ahead`` is how the margins of limits were raised."""
@@ -245,6 +284,11 @@ class RowCollector:
     def contact_name(self, geoms: Any) -> str:
         """Names of both geoms, or of their bodies."""
         return "–".join(self._geom_name(int(geom)) for geom in geoms)
+
+    def contact_names(self, contacts: ContactRows) -> list[str]:
+        """Names of contacts, then of those with moments."""
+        names = [self.contact_name(geoms) for geoms in contacts.geoms]
+        return names + [names[place] for place in contacts.resisting]
 
     def _geom_name(self, geom: int) -> str:
         name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
@@ -338,7 +382,10 @@ def _notes(model: Any) -> tuple[str, ...]:
         instead = "EULER" if integrator == "RK4" else "IMPLICITFAST"
         notes.append(f"integrator {integrator} is replaced by {instead}")
     if (model.geom_condim > 3).any() or (model.pair_dim > 3).any():
-        notes.append("torsional and rolling friction (condim 4 and 6) are left out")
+        notes.append(
+            "sliding, torsional and rolling friction (condim 4 and 6) have separate limits; together they exceed "
+            "MuJoCo's common cone by a factor of up to √3"
+        )
     if model.nflex:
         notes.append(f"contacts of {model.nflex} flexes are left out")
     if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)):

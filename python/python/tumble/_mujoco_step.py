@@ -108,7 +108,7 @@ class HardStep:
         collector: RowCollector = self._parts["collector"]
         contacts: ContactRows = self._parts["contacts"]
         joints: JointRows = self._parts["joints"]
-        names = [collector.contact_name(geoms) for geoms in contacts.geoms]
+        names = collector.contact_names(contacts)
         names += [
             collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))
         ]
@@ -144,7 +144,7 @@ class HardStepper:
         self.configure(restitution=restitution, unsolved=unsolved)
         self.collector = RowCollector(model)
         self._radius = _body_radii(model)
-        self._last: tuple[dict[Any, Floats], dict[Any, Floats]] | None = None
+        self._last: tuple[dict[Any, Floats], dict[Any, Floats], dict[Any, Floats]] | None = None
         self._last_time = np.nan
         self._kept = 0
         """Steps since overlaps could last be removed."""
@@ -251,7 +251,7 @@ class HardStepper:
     def _solve(
         self, data: Any, mass: Floats, before: Floats, free: Floats, contacts: ContactRows, joints: JointRows
     ) -> tuple[HardStep, Floats]:
-        time_step, size = self.model.opt.timestep, self.model.nv
+        time_step = self.model.opt.timestep
         offsets, fixed = exact_offsets(contacts, joints, time_step)
         rebound = self._rebound(contacts, before)
         laws = laws_of(joints, time_step)
@@ -277,18 +277,18 @@ class HardStepper:
             notes = (*notes, "overlaps that cannot be removed are kept")
         notes += self._beyond(joints)
         offsets[:, 0] = np.minimum(offsets[:, 0], rebound)
-        self._last = by_key(contacts, joints, found.impulses, found.tail)
+        self._last = by_key(contacts, joints, found)
         solved = found.residual <= self.residual and bool(np.isfinite(found.after).all())
         step = dict(
             M=mass,
-            J=np.concatenate([contacts.J.reshape(3 * len(contacts.gap), size), joints.J]),
+            J=np.concatenate([contacts.directions(), joints.J]),
             velocity_before=before,
             velocity_after=found.after,
             force=mass @ (free - before) / time_step,
-            impulses=np.concatenate([found.impulses.ravel(), found.tail]),
-            laws=[float(value) for value in contacts.friction] + laws,
+            impulses=np.concatenate([found.impulses.ravel(), found.moments.ravel(), found.tail]),
+            laws=contacts.laws() + laws,
             time_step=time_step,
-            w=np.concatenate([offsets.ravel(), fixed]),
+            w=np.concatenate([offsets.ravel(), np.zeros(found.moments.size), fixed]),
         )
         report = HardStep(
             solved=solved,
@@ -330,15 +330,16 @@ class HardStepper:
         if self.unsolved == "warn":
             warnings.warn(text, UnsolvedStep, stacklevel=5)
 
-    def _start(self, contacts: ContactRows, joints: JointRows) -> tuple[Floats, Floats] | None:
-        """Impulses of the last step, for contacts and joint rows that it had too."""
+    def _start(self, contacts: ContactRows, joints: JointRows) -> tuple[Floats, Floats, Floats] | None:
+        """Impulses of the last step, for contacts, moments and joint rows that it had too."""
         if self._last is None:
             return None
-        known, rows = self._last
-        none = np.zeros(3)
-        first = [known.get(key, none) for key in contact_keys(contacts)]
-        second = [rows.get(key, 0.0) for key in joint_keys(joints)]
-        return np.array(first).reshape(-1, 3), np.array(second, dtype=np.float64)
+        known, moments, rows = self._last
+        none, keys = np.zeros(3), contact_keys(contacts)
+        first = [known.get(key, none) for key in keys]
+        second = [moments.get(keys[place], none) for place in contacts.resisting]
+        third = [rows.get(key, 0.0) for key in joint_keys(joints)]
+        return np.array(first).reshape(-1, 3), np.array(second).reshape(-1, 3), np.array(third, dtype=np.float64)
 
     def _write_forces(
         self, data: Any, report: HardStep, contacts: ContactRows, joints: JointRows, before: Floats
@@ -349,10 +350,15 @@ class HardStepper:
         count = len(contacts.gap)
         pushes = forces[: 3 * count].reshape(-1, 3).copy()
         pushes[:, 2] *= contacts.stretch
+        moments = np.zeros((count, 3))
+        ends = 3 * (count + len(contacts.resisting))
+        moments[contacts.resisting] = forces[3 * count : ends].reshape(-1, 3)
+        moments[contacts.resisting, 1] *= contacts.turn_stretch
         rows = np.zeros(len(data.efc_force))
-        rows[joints.index] = forces[3 * count :]
+        rows[joints.index] = forces[ends:]
         if count:
-            _write_contacts(model, data, rows, contacts, pushes)
+            # Torsional friction is before rolling friction.
+            _write_contacts(model, data, rows, contacts, np.column_stack([pushes, moments[:, [2, 0, 1]]]))
         data.efc_force[:] = rows
         data.qfrc_constraint[:] = step["J"].T @ forces
         if is_discrete(model):
@@ -374,7 +380,7 @@ def _length(vector: Any) -> float:
 
 
 def _write_contacts(model: Any, data: Any, rows: Floats, contacts: ContactRows, pushes: Floats) -> None:
-    """Forces of contacts (normal and two tangents) in MuJoCo's rows."""
+    """Forces and moments of contacts, (C, 6) in MuJoCo's order, in MuJoCo's rows."""
     found, index = data.contact, contacts.index
     at = np.asarray(found.efc_address)[index]
     dims = np.asarray(found.dim)[index]
@@ -382,15 +388,16 @@ def _write_contacts(model: Any, data: Any, rows: Floats, contacts: ContactRows, 
     rows[at[flat]] = pushes[flat, 0]
     cones = (dims > 1) & (at >= 0)
     if model.opt.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC):
-        for axis in range(3):
-            rows[at[cones] + axis] = pushes[cones, axis]
+        for axis in range(int(dims.max())):
+            own = cones & (dims > axis)
+            rows[at[own] + axis] = pushes[own, axis]
         return
     # Edges of a pyramid: their sum is the normal force, the difference of two is a tangent force by its friction.
     shares = pushes[:, 0] / np.maximum(dims - 1, 1)
-    pulls = pushes[:, 1:] / np.asarray(found.friction).reshape(-1, 5)[index, :2]
+    pulls = pushes[:, 1:] / np.asarray(found.friction).reshape(-1, 5)[index]
     for axis in range(int(dims.max()) - 1):
         own = cones & (dims - 1 > axis)
-        pull = pulls[own, axis] if axis < 2 else 0.0
+        pull = pulls[own, axis]
         rows[at[own] + 2 * axis] = 0.5 * (shares[own] + pull)
         rows[at[own] + 2 * axis + 1] = 0.5 * (shares[own] - pull)
 

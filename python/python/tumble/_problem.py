@@ -17,7 +17,8 @@ from ._tumble import CoreProblem, TumbleError
 from ._types import Floats, Location
 
 RowLaw = str | tuple[str, float, float]
-Law = float | Sequence[RowLaw]
+Moment = tuple[str, int, float, float]
+Law = float | Sequence[RowLaw] | Moment
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,9 @@ class ContactProblem:
 
     ``mu`` has one coefficient per contact. A contact has ``dimension`` rows: its normal, then
     its tangents. Instead of ``mu``, ``laws`` has one entry per group of rows. An entry is a
-    coefficient, or a list of one to three row laws:
+    coefficient; ``("moment", contact, rolling, torsional)`` for three rows that turn about the tangents
+    and the normal of an earlier group, within these limits over its normal impulse; or a list of one
+    to three row laws:
 
     - ``"free"``;
     - ``"locked"``;
@@ -205,7 +208,7 @@ class ContactProblem:
 
     @property
     def mu(self) -> Floats:
-        """Coefficient of every contact; NaN for groups that are not contacts."""
+        """Coefficient of every contact; NaN for other groups."""
         import numpy as np
 
         return np.array([np.nan if mu is None else mu for mu in self._core.friction])
@@ -238,14 +241,29 @@ def _contacts(mu: Any) -> list[tuple[float | None, list[tuple[str, float, float]
 
 def _groups(laws: Any) -> list[tuple[float | None, list[tuple[str, float, float]]]]:
     try:
-        return [_group(law) for law in laws]
+        groups = [_group(law) for law in laws]
     except TypeError:
         raise TumbleError(f"laws is {laws!r}; a list is needed, with coefficients or lists of rows") from None
+    for group, contact in moments_of(groups).items():
+        if contact >= group or groups[contact][0] is None:
+            raise TumbleError(f"laws: group {group} is a moment of group {contact}; an earlier contact is needed")
+    return groups
+
+
+def moments_of(groups: list[tuple[float | None, list[tuple[str, float, float]]]]) -> dict[int, int]:
+    """Group of the contact of every group that is a moment."""
+    return {group: int(own[0][1]) for group, (_, own) in enumerate(groups) if own and own[0][0] == "rolling"}
 
 
 def _group(law: Any) -> tuple[float | None, list[tuple[str, float, float]]]:
     if isinstance(law, Real):
         return float(law), []
+    if isinstance(law, tuple) and law and law[0] == "moment":
+        if len(law) != 4:
+            raise TumbleError(f'laws: {law!r} is not a moment; ("moment", contact, rolling, torsional) is needed')
+        contact = float(whole("laws: the contact of a moment", law[1], 0))
+        rolling, torsional = (real("laws: a limit of a moment", limit) for limit in law[2:])
+        return None, [("rolling", contact, rolling)] * 2 + [("torsional", contact, torsional)]
     if isinstance(law, str):
         raise TumbleError(f"laws: {law!r} is not a group; a list of rows is needed, for example [{law!r}]")
     rows: list[tuple[str, float, float]] = []

@@ -49,8 +49,8 @@ def certify(
     """Certificate of a step in generalised coordinates.
 
     The exact step is ``M (v⁺ - v) = h force + Jᵀ p``, with a law on ``u = J v⁺ + w``. ``laws`` has an entry for
-    each group of rows, as in ``tumble.ContactProblem``: a friction coefficient, or a list of row laws. A contact's
-    rows are its normal and then its tangents, ``dimension`` in total.
+    each group of rows, as in ``tumble.ContactProblem``: a friction coefficient, the moment of a contact, or a list
+    of row laws. A contact's rows are its normal and then its tangents, ``dimension`` in total.
 
     :param M: mass matrix (n, n), symmetric and positive definite.
     :param J: row directions (R, n).

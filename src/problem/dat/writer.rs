@@ -30,11 +30,7 @@ pub fn write(problem: &ContactProblem) -> Result<String, ProblemError> {
             write_numbers(&mut text, global.offset.iter().copied());
         }
     }
-    let friction = problem.laws().iter().map(|law| match law {
-        Law::Contact { friction, .. } => *friction,
-        Law::Rows(_) => 0.0,
-    });
-    write_numbers(&mut text, friction);
+    write_numbers(&mut text, problem.laws().iter().map(Law::friction));
     Ok(text)
 }
 

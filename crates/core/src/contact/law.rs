@@ -94,7 +94,7 @@ impl ContactLaw {
 }
 
 /// Π: closest point of the tangential disc of `radius` about the origin.
-pub(super) fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> {
+pub(crate) fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> {
     let norm = point.norm();
     if norm > radius { point * (radius / norm) } else { point }
 }

@@ -15,6 +15,16 @@ pub enum Law {
         /// Number of tangents, one or two.
         tangents: usize,
     },
+    /// Rolling and torsional resistance of a contact. Its three rows turn about two tangents and the
+    /// normal.
+    Moment {
+        /// Group of the contact, before this one.
+        contact: usize,
+        /// Limit of the norm of the first two impulses, over the normal impulse of the contact.
+        rolling: f64,
+        /// Limit of the third impulse, over the same.
+        torsional: f64,
+    },
     /// Up to three independent rows.
     Rows(Vec<RowLaw>),
 }
@@ -49,12 +59,18 @@ impl Law {
             let value = dimension as f64;
             return Err(ProblemError::OutOfRange { what, value, allowed: "2 or 3" });
         }
-        if !(friction >= 0.0 && friction.is_finite()) {
-            let what = "a coefficient of friction";
-            let allowed = "0 or more, and finite";
-            return Err(ProblemError::OutOfRange { what, value: friction, allowed });
-        }
+        is_coefficient("a coefficient of friction", friction)?;
         Ok(Self::Contact { friction, tangents: dimension - 1 })
+    }
+
+    /// Moment of the earlier group `contact`.
+    ///
+    /// # Errors
+    /// If a limit is negative or not finite.
+    pub fn moment(contact: usize, rolling: f64, torsional: f64) -> Result<Self, ProblemError> {
+        is_coefficient("a limit of rolling resistance", rolling)?;
+        is_coefficient("a limit of torsional resistance", torsional)?;
+        Ok(Self::Moment { contact, rolling, torsional })
     }
 
     /// Contacts with `dimension` rows each, one per coefficient of friction.
@@ -93,15 +109,17 @@ impl Law {
     pub fn rows(&self) -> usize {
         match self {
             Self::Contact { tangents, .. } => 1 + tangents,
+            Self::Moment { .. } => 3,
             Self::Rows(rows) => rows.len(),
         }
     }
 
     /// Coefficient of friction of a contact; 0 for other rows.
-    pub(crate) fn friction(&self) -> f64 {
+    #[must_use]
+    pub fn friction(&self) -> f64 {
         match self {
             Self::Contact { friction, .. } => *friction,
-            Self::Rows(_) => 0.0,
+            Self::Moment { .. } | Self::Rows(_) => 0.0,
         }
     }
 
@@ -111,9 +129,15 @@ impl Law {
             Self::Contact { friction, tangents } => {
                 Self::Contact { friction: friction.min(most), tangents: *tangents }
             }
-            Self::Rows(_) => self.clone(),
+            Self::Moment { .. } | Self::Rows(_) => self.clone(),
         }
     }
+}
+
+fn is_coefficient(what: &'static str, value: f64) -> Result<(), ProblemError> {
+    let allowed = "0 or more, and finite";
+    let is_one = value >= 0.0 && value.is_finite();
+    if is_one { Ok(()) } else { Err(ProblemError::OutOfRange { what, value, allowed }) }
 }
 
 impl RowLaw {

@@ -2,6 +2,7 @@
 
 use super::{ContactProblem, Form, Law};
 use crate::contact::Response;
+use crate::contact::law::{project_on_disc, project_on_interval};
 use crate::mechanics::largest;
 use crate::world::ContactLaw;
 use nalgebra::Vector3;
@@ -29,7 +30,8 @@ impl ContactProblem {
     /// |min(w_n p_n, u_n)|,  ‖w_t p_t − Π(w_t p_t − u_t)‖,  max(0, w_t (‖p_t‖ − μ p_n))      (C3)
     /// ```
     ///
-    /// and the one of another row is |p − P(p − u/w)| w. The relative error is
+    /// and the one of another row is |p − P(p − u/w)| w. For a moment P is the projection on its limits.
+    /// The relative error is
     ///
     /// ```text
     /// √(Σ |p − Π_K(p − u − μ‖u_t‖ n)|²) / ‖q‖                                              (C4)
@@ -66,9 +68,13 @@ impl ContactProblem {
         let (mut residual, mut squared) = (0.0, 0.0);
         for (group, law) in self.laws.iter().enumerate() {
             let range = self.rows(group);
+            let pressed = match law {
+                Law::Moment { contact, .. } => p[self.starts[*contact]].max(0.0),
+                Law::Contact { .. } | Law::Rows(_) => 0.0,
+            };
             let (p, u) = (&p[range.clone()], &velocities[range.clone()]);
-            residual = largest(residual, law.residual(&responses[range], p, u));
-            squared += law.squared_error(p, u);
+            residual = largest(residual, law.residual(&responses[range], p, u, pressed));
+            squared += law.squared_error(p, u, pressed);
         }
         let scale = if size > f64::EPSILON { size } else { 1.0 };
         Evaluation { velocities, body_velocities, residual, relative_error: squared.sqrt() / scale }
@@ -121,14 +127,21 @@ impl Law {
         Response { normal: responses[0], tangential }
     }
 
-    /// Largest part of (C3) (m/s).
-    fn residual(&self, responses: &[f64], p: &[f64], u: &[f64]) -> f64 {
+    /// Largest part of (C3) (m/s). `pressed` is the normal impulse of a moment's contact (N s).
+    fn residual(&self, responses: &[f64], p: &[f64], u: &[f64], pressed: f64) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
                 let law = ContactLaw::plastic(*friction);
                 let response = Self::response(responses);
                 let missed = law.residual(&response, &Vector3::x(), &three(p), &three(u));
                 largest(missed.normal, largest(missed.friction, missed.cone))
+            }
+            Self::Moment { rolling, torsional, .. } => {
+                let across = 0.5 * (responses[0] + responses[1]);
+                let scale = Vector3::new(across, across, responses[2]);
+                let missed =
+                    moment_error(&three(p), &three(u), &scale, pressed, [*rolling, *torsional]);
+                largest(across * missed.xy().norm(), (scale[2] * missed[2]).abs())
             }
             Self::Rows(rows) => {
                 let each = rows.iter().zip(responses).zip(p.iter().zip(u));
@@ -139,12 +152,17 @@ impl Law {
     }
 
     /// Squared contribution of a group to (C4).
-    fn squared_error(&self, p: &[f64], u: &[f64]) -> f64 {
+    fn squared_error(&self, p: &[f64], u: &[f64], pressed: f64) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
                 let (p, mut projection) = (three(p), three(p) - three(u));
                 projection[0] -= friction * three(u).yz().norm();
                 (p - project_on_cone(projection, *friction)).norm_squared()
+            }
+            Self::Moment { rolling, torsional, .. } => {
+                let scale = Vector3::repeat(1.0);
+                let limits = [*rolling, *torsional];
+                moment_error(&three(p), &three(u), &scale, pressed, limits).norm_squared()
             }
             Self::Rows(rows) => {
                 let each = rows.iter().zip(p.iter().zip(u));
@@ -152,6 +170,19 @@ impl Law {
             }
         }
     }
+}
+
+/// p − P(p − u/w), with the projection P on the `limits` of a moment times the normal impulse `pressed`.
+fn moment_error(
+    p: &Vector3<f64>,
+    u: &Vector3<f64>,
+    w: &Vector3<f64>,
+    pressed: f64,
+    limits: [f64; 2],
+) -> Vector3<f64> {
+    let y = p - u.component_div(w);
+    let across = project_on_disc(Vector3::new(y[0], y[1], 0.0), limits[0] * pressed);
+    p - across - Vector3::z() * project_on_interval(y[2], limits[1] * pressed)
 }
 
 /// Projection onto the cone ‖x_t‖ ≤ μ x_n; the first component is normal.

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Each group of rows has a [`Law`]: a contact, with its normal row followed by one or two
-//! tangents, or rows of joints. The solver handles Coulomb's exact law, not its convex relaxation.
+//! tangents, the moment of a contact, or rows of joints. The solver handles Coulomb's exact law, not its convex relaxation.
 //!
 //! ```
 //! use tumble_core::problem::{ContactProblem, Law, SolveOptions, SparseMatrix};
@@ -112,7 +112,7 @@ impl ContactProblem {
         free: Vec<f64>,
         laws: Vec<Law>,
     ) -> Result<Self, ProblemError> {
-        let starts = starts_of(&laws);
+        let starts = starts_of(&laws)?;
         let rows = starts[laws.len()];
         square("W", &response, rows)?;
         length("q", free.len(), rows)?;
@@ -135,7 +135,7 @@ impl ContactProblem {
         offset: Vec<f64>,
         laws: Vec<Law>,
     ) -> Result<Self, ProblemError> {
-        let starts = starts_of(&laws);
+        let starts = starts_of(&laws)?;
         let rows = starts[laws.len()];
         square("M", &mass, directions.rows())?;
         length("columns of H", directions.columns(), rows)?;
@@ -253,14 +253,21 @@ impl Global {
     }
 }
 
-/// First row of each group, and the number of rows at the end.
-fn starts_of(laws: &[Law]) -> Vec<usize> {
+/// First row of each group, and the number of rows at the end. Rejects moments without a contact.
+fn starts_of(laws: &[Law]) -> Result<Vec<usize>, ProblemError> {
     let mut starts = Vec::with_capacity(laws.len() + 1);
     starts.push(0);
-    for law in laws {
+    for (group, law) in laws.iter().enumerate() {
+        if let Law::Moment { contact, .. } = law {
+            if !matches!(laws[..group].get(*contact), Some(Law::Contact { .. })) {
+                let (what, value) = ("the group of a moment's contact", *contact as f64);
+                let allowed = "contacts before the moment";
+                return Err(ProblemError::OutOfRange { what, value, allowed });
+            }
+        }
         starts.push(starts[starts.len() - 1] + law.rows());
     }
-    starts
+    Ok(starts)
 }
 
 /// Rejects a matrix that is not `wanted` × `wanted`, has too small entries, or is not symmetric.

@@ -12,7 +12,8 @@ impl ContactProblem {
     /// step (N s).
     ///
     /// Velocities are those of every body: linear (m/s, world frame) and spin (rad/s, body frame).
-    /// Rows are the normal and the tangents of every contact in the record. With the impulses p⁺,
+    /// Rows are the normal and the tangents of every contact in the record, then those of the moments
+    /// that contacts have, u = ℓ Ω along tangents and normal with ℓ of (44). With the impulses p⁺,
     /// the velocities v⁺ and the contact motion u⁺ of the step,
     ///
     /// ```text
@@ -76,6 +77,29 @@ impl ContactProblem {
                         entries.push((6 * body + 3 + j, column, angular[(j, k)]));
                     }
                 }
+            }
+        }
+        for (index, contact) in record.contacts.iter().enumerate() {
+            let friction = contact.turning_friction(world);
+            if !friction.acts() {
+                continue;
+            }
+            let rotation = |body: usize| states[body].pose().rotation;
+            let length = contact.moment_scale(world, rotation).length;
+            let first = impulses.len();
+            let moment = record.solution.moment(index);
+            impulses.extend((contact.frame.tr_mul(&moment) * (h / length)).iter());
+            let poses = |body: usize| (states[body].pose(), next[body].pose());
+            let a = poses(contact.key.body);
+            let b = contact.key.partner.body().map(poses);
+            let b = b.as_ref().map(|b| [&b.0, &b.1]);
+            let turned = contact.relative_turning([&a.0, &a.1], b, h) * length;
+            motion.extend(contact.frame.tr_mul(&turned).iter());
+            laws.push(Law::moment(index, friction.rolling / length, friction.torsional / length)?);
+            for (body, sign) in contact.key.bodies().zip([length, -length]) {
+                let turn = rotation(body).tr_mul(&contact.frame) * sign;
+                let places = (0..9).map(|k| (k % 3, k / 3));
+                entries.extend(places.map(|(j, k)| (6 * body + 3 + j, first + k, turn[(j, k)])));
             }
         }
         let directions = SparseMatrix::from_triplets(6 * bodies, impulses.len(), entries)?;

@@ -9,8 +9,8 @@
 //!
 //! In the local form a node is a group of rows, with B a block column of W and C = E. In the global
 //! form it is a connected component of M, with B = M⁻¹ H and C = Hᵀ. A component with more values
-//! than rows is condensed to these rows, as in the local form. Equation numbers refer to
-//! `docs/contact-problem.md`.
+//! than rows is condensed to these rows, as in the local form. A moment depends on the normal impulse of
+//! its contact as in (N17). Equation numbers refer to `docs/contact-problem.md`.
 
 mod parts;
 mod wide;
@@ -18,14 +18,15 @@ mod wide;
 use super::coupling::Coupling;
 use super::effort::SolveEffort;
 use super::equations::{
-    Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocities,
+    Elimination, Equations, EvaluatedPoint, MapResidual, MomentPlace, Slope, StepSetting,
+    Velocities,
 };
-use super::law::LocalSolution;
+use super::law::{Gain, LocalSolution};
 use super::settings::Settings;
 use super::stages::{StageRun, StageSolver};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
 use crate::sparse::{Fronts, SymbolicFactorisation};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Solves a problem part by part.
 ///
@@ -181,6 +182,43 @@ pub(super) struct PosedEquations {
     /// B; `sees` is C.
     pushes: Links,
     sees: Links,
+    moments: Vec<MomentPlace>,
+}
+
+impl PosedEquations {
+    /// Adds −B G C to the matrix, with B of one coupling and C of another one.
+    fn add_gain(&self, row: usize, gain: &Matrix3<f64>, column: usize, system: &mut PosedSystem) {
+        let PosedSystem { fronts, pushed, block, .. } = system;
+        for (row, rows, by) in self.pushes.links(row) {
+            pushed.clear();
+            pushed.extend(by.chunks_exact(3).flat_map(|by| {
+                let along = gain.tr_mul(&Vector3::new(by[0], by[1], by[2]));
+                [-along[0], -along[1], -along[2]]
+            }));
+            for (column, _, motion) in self.sees.links(column) {
+                block.clear();
+                for motion in motion.chunks_exact(3) {
+                    let entry =
+                        |by: &[f64]| by[0] * motion[0] + by[1] * motion[1] + by[2] * motion[2];
+                    block.extend(pushed.chunks_exact(3).map(entry));
+                }
+                fronts.add(&self.plan, row, column, rows, block);
+            }
+        }
+    }
+
+    /// Moments that follow their contact: w of each, and n of its contact.
+    fn loaded<'a>(
+        &'a self,
+        eliminations: &'a [Elimination<CouplingSlope>],
+    ) -> impl Iterator<Item = (MomentPlace, Vector3<f64>, Vector3<f64>)> + 'a {
+        self.moments.iter().filter_map(|at| match &eliminations[at.moment].local_solution.gain {
+            Gain::Moment(gain) => {
+                Some((*at, gain.by_load, self.setting.couplings[at.contact].rows.normal()))
+            }
+            _ => None,
+        })
+    }
 }
 
 /// Linear system and scratch.
@@ -210,6 +248,10 @@ impl Equations for PosedEquations {
 
     fn settings(&self) -> &'static Settings {
         self.settings
+    }
+
+    fn moments(&self) -> &[MomentPlace] {
+        &self.moments
     }
 
     /// Returns 1: speeds are relative to the part's own.
@@ -269,31 +311,22 @@ impl Equations for PosedEquations {
         eliminations: &mut Vec<Elimination<CouplingSlope>>,
         system: &mut PosedSystem,
     ) -> bool {
-        let PosedSystem { fronts, pushed, block, .. } = system;
-        fronts.begin_unit(&self.plan);
+        system.fronts.begin_unit(&self.plan);
         eliminations.clear();
         for (index, (coupling, u)) in self.setting.couplings.iter().zip(at.points).enumerate() {
             let Some(local_solution) = local_solution(index, coupling, u) else { return false };
             eliminations.push(Elimination { local_solution, slope: CouplingSlope(index) });
-            let Some(gain) = local_solution.gain.matrix() else { continue };
-            for (row, rows, by) in self.pushes.links(index) {
-                pushed.clear();
-                pushed.extend(by.chunks_exact(3).flat_map(|by| {
-                    let along = gain.tr_mul(&Vector3::new(by[0], by[1], by[2]));
-                    [-along[0], -along[1], -along[2]]
-                }));
-                for (column, _, motion) in self.sees.links(index) {
-                    block.clear();
-                    for motion in motion.chunks_exact(3) {
-                        let entry =
-                            |by: &[f64]| by[0] * motion[0] + by[1] * motion[1] + by[2] * motion[2];
-                        block.extend(pushed.chunks_exact(3).map(entry));
-                    }
-                    fronts.add(&self.plan, row, column, rows, block);
-                }
+            if let Some(gain) = local_solution.gain.matrix() {
+                self.add_gain(index, &gain, index, system);
             }
         }
-        fronts.factorise(&self.plan)
+        for (at, by_load, normal) in self.loaded(eliminations) {
+            if let Some(gain) = eliminations[at.contact].local_solution.gain.matrix() {
+                let gain = by_load * gain.tr_mul(&normal).transpose();
+                self.add_gain(at.moment, &gain, at.contact, system);
+            }
+        }
+        system.fronts.factorise(&self.plan)
     }
 
     fn direction(
@@ -308,6 +341,10 @@ impl Equations for PosedEquations {
         values.extend(residuals.iter().map(|residual| -residual));
         for (index, elimination) in eliminations.iter().enumerate() {
             self.pushes.push(index, &elimination.local_solution.offset, values);
+        }
+        for (at, by_load, normal) in self.loaded(eliminations) {
+            let pressed = normal.dot(&eliminations[at.contact].local_solution.offset);
+            self.pushes.push(at.moment, &(by_load * pressed), values);
         }
         fronts.solve(&self.plan, values, behind);
         step.numbers.clone_from(values);

@@ -5,8 +5,8 @@ use crate::joint::Graph;
 use crate::problem::{self, ContactProblem, Form, SparseMatrix, three};
 use crate::sets::DisjointSets;
 use crate::solver::native::coupling::Coupling;
-use crate::solver::native::equations::StepSetting;
-use crate::solver::native::law::{AxesLaw, Cone, CouplingLaw, CouplingRows};
+use crate::solver::native::equations::{MomentPlace, StepSetting};
+use crate::solver::native::law::{AxesLaw, Cone, CouplingLaw, CouplingRows, MomentLaw};
 use crate::solver::native::settings::Settings;
 use crate::solver::native::tolerances::Tolerances;
 use crate::sparse::SymbolicFactorisation;
@@ -32,7 +32,7 @@ pub(super) fn problem_parts(
 ) -> Vec<ProblemPart> {
     let nodes = Nodes::from_problem(problem);
     let responses = problem.responses();
-    let groups = nodes.parts(problem.laws().len());
+    let groups = nodes.parts(problem.laws());
     groups
         .into_iter()
         .map(|groups| nodes.part(problem, groups, &responses, residual, settings))
@@ -253,11 +253,17 @@ impl Nodes {
     }
 
     /// Groups of every part.
-    fn parts(&self, count: usize) -> Vec<Vec<usize>> {
+    fn parts(&self, laws: &[problem::Law]) -> Vec<Vec<usize>> {
+        let count = laws.len();
         let mut sets = DisjointSets::new(count + self.sizes.len());
         for group in 0..count {
             for (node, _) in self.pushes[group].iter().chain(&self.sees[group]) {
                 sets.join(group, count + node);
+            }
+        }
+        for (group, law) in laws.iter().enumerate() {
+            if let problem::Law::Moment { contact, .. } = law {
+                sets.join(group, *contact);
             }
         }
         let mut lists = sets.lists();
@@ -284,9 +290,24 @@ impl Nodes {
         used.dedup();
         let within = |node: usize| used.partition_point(|other| *other < node);
         let sizes: Vec<usize> = used.iter().map(|node| self.sizes[*node]).collect();
-        let pairs = groups.iter().flat_map(|&group| {
-            self.pushes[group].iter().flat_map(move |(row, _)| {
-                self.sees[group].iter().map(move |(column, _)| (within(*row), within(*column)))
+        let moments: Vec<_> = groups
+            .iter()
+            .enumerate()
+            .filter_map(|(moment, &group)| {
+                let problem::Law::Moment { contact, .. } = problem.laws()[group] else {
+                    return None;
+                };
+                Some(MomentPlace {
+                    moment,
+                    contact: groups.partition_point(|other| *other < contact),
+                })
+            })
+            .collect();
+        let of_moments = moments.iter().map(|at| (groups[at.moment], groups[at.contact]));
+        let couples = groups.iter().map(|&group| (group, group)).chain(of_moments);
+        let pairs = couples.flat_map(|(row, column)| {
+            self.pushes[row].iter().flat_map(move |(row, _)| {
+                self.sees[column].iter().map(move |(column, _)| (within(*row), within(*column)))
             })
         });
         let plan = SymbolicFactorisation::new(&sizes, pairs.filter(|(row, column)| row != column));
@@ -314,11 +335,14 @@ impl Nodes {
             let own = &responses[problem.rows(group)];
             let offset = self.offsets[group] / speed;
             let law = &problem.laws()[group];
-            let coupling = coupling(law, own, offset, impulse, speed, &mut setting.graphs);
+            let mut coupling = coupling(law, own, offset, impulse, speed, &mut setting.graphs);
+            if let CouplingLaw::Moment(law) = &mut coupling.law {
+                law.contact = groups.partition_point(|other| *other < law.contact);
+            }
             setting.admit(coupling);
         }
         ProblemPart {
-            equations: PosedEquations { setting, settings, plan, free, pushes, sees },
+            equations: PosedEquations { setting, settings, plan, free, pushes, sees, moments },
             groups,
             speed,
             impulse,
@@ -411,6 +435,13 @@ fn coupling(
             let (tangential, normal) = (response.tangential, response.normal);
             let rows = CouplingRows::from_contact(frame, tangential * unit, normal * unit);
             Coupling::from_rows(rows, offset, CouplingLaw::Cone(Cone { friction: *friction }))
+        }
+        problem::Law::Moment { contact, rolling, torsional } => {
+            let across = 0.5 * (responses[0] + responses[1]);
+            let response = Vector3::new(across, across, responses[2]) * unit;
+            let rows = CouplingRows::from_joint(Matrix3::identity(), &response);
+            let law = MomentLaw { contact: *contact, rolling: *rolling, torsional: *torsional };
+            Coupling::from_rows(rows, offset, CouplingLaw::Moment(law))
         }
         problem::Law::Rows(rows) => {
             let graph = |k: usize| rows.get(k).map_or(Graph::free(), |row| row.graph(impulse));
