@@ -148,41 +148,23 @@ impl Drive {
             in_range("lower limit of a joint", low, -MOST, MOST, "-1e12 to 1e12")?;
             in_range("upper limit of a joint", high, low, MOST, "the lower limit to 1e12")?;
         }
-        match self.motor {
-            None => {}
-            Some(Motor::Speed { target, max_force }) => {
-                in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
-                in_range(
-                    "largest force of a motor (max_force)",
-                    max_force,
-                    0.0,
-                    MOST,
-                    "0 to 1e12",
-                )?;
+        let Some(motor) = self.motor else { return Ok(()) };
+        let (field, target, gains, force) = match motor {
+            Motor::Speed { target, max_force } => ("speed of a motor", target, [0.0; 2], max_force),
+            Motor::Position { target, stiffness, damping, max_force } => {
+                ("position of a motor", target, [stiffness, damping], max_force)
             }
-            Some(Motor::Position { target, stiffness, damping, max_force }) => {
-                in_range("position of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
-                in_range("stiffness of a motor", stiffness, 0.0, MOST, "0 to 1e12")?;
-                in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
-                in_range(
-                    "largest force of a motor (max_force)",
-                    max_force,
-                    0.0,
-                    MOST,
-                    "0 to 1e12",
-                )?;
+            Motor::Damper { target, damping, max_force } => {
+                ("speed of a motor", target, [0.0, damping], max_force)
             }
-            Some(Motor::Damper { target, damping, max_force }) => {
-                in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
-                in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
-                in_range(
-                    "largest force of a motor (max_force)",
-                    max_force,
-                    0.0,
-                    MOST,
-                    "0 to 1e12",
-                )?;
-            }
+        };
+        in_range(field, target, -1e6, 1e6, "-1e6 to 1e6")?;
+        for (field, value) in [
+            ("stiffness of a motor", gains[0]),
+            ("damping of a motor", gains[1]),
+            ("largest force of a motor (max_force)", force),
+        ] {
+            in_range(field, value, 0.0, MOST, "0 to 1e12")?;
         }
         Ok(())
     }
