@@ -258,12 +258,12 @@ fn starts_of(laws: &[Law]) -> Result<Vec<usize>, ProblemError> {
     let mut starts = Vec::with_capacity(laws.len() + 1);
     starts.push(0);
     for (group, law) in laws.iter().enumerate() {
-        if let Law::Moment { contact, .. } = law {
-            if !matches!(laws[..group].get(*contact), Some(Law::Contact { .. })) {
-                let (what, value) = ("the group of a moment's contact", *contact as f64);
-                let allowed = "contacts before the moment";
-                return Err(ProblemError::OutOfRange { what, value, allowed });
-            }
+        if let Law::Moment { contact, .. } = law
+            && !matches!(laws[..group].get(*contact), Some(Law::Contact { .. }))
+        {
+            let (what, value) = ("the group of a moment's contact", *contact as f64);
+            let allowed = "contacts before the moment";
+            return Err(ProblemError::OutOfRange { what, value, allowed });
         }
         starts.push(starts[starts.len() - 1] + law.rows());
     }

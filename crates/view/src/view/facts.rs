@@ -92,10 +92,10 @@ fn vector(v: &Vector3<f64>) -> String {
     format!("({})", list(v.iter().copied()))
 }
 
-/// Formats a vector with rounding errors removed. Components below 1e-12 of its length, or of
+/// Formats a vector with rounding errors removed. Components below 1e-9 of its length, or of
 /// `size` if that is larger, become 0.
 fn cleaned(v: &Vector3<f64>, size: f64) -> String {
-    let least = 1e-12 * if size.is_finite() { size.max(v.norm()) } else { v.norm() };
+    let least = 1e-9 * if size.is_finite() { size.max(v.norm()) } else { v.norm() };
     vector(&v.map(|x| if x.abs() < least { 0.0 } else { x }))
 }
 
