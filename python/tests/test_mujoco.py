@@ -450,6 +450,25 @@ def test_different_coefficients_of_rolling_are_an_ellipse():
     np.testing.assert_allclose(force[4:], expected, rtol=1e-6)
 
 
+@pytest.mark.parametrize("condim", [4, 6])
+def test_piles_with_moments_are_solved(condim):
+    shapes = ("sphere' size='.08", "box' size='.1 .06 .04", "capsule' size='.04 .08", "cylinder' size='.07 .05")
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        geom = f"condim='{condim}' friction='{rng.uniform(0.2, 1)} {rng.uniform(0, 0.05)} {rng.uniform(0, 0.03)}'"
+        bodies = [f"<geom type='plane' size='5 5 1' {geom}/>"]
+        for place, shape in enumerate(rng.permutation(shapes)):
+            at, turn = (0.1 * rng.normal(), 0.1 * rng.normal(), 0.15 + 0.25 * place), rng.normal(size=4)
+            body = f"<body pos='{' '.join(map(str, at))}' quat='{' '.join(map(str, turn))}'>"
+            bodies.append(f"{body}<freejoint/><geom type='{shape}' {geom}/></body>")
+        model, data = load("".join(bodies))
+        data.qvel[:] = rng.normal(size=model.nv)
+        reports = steps(model, data, 250)
+        certificates = [report.certificate() for report in reports[::25]]
+        assert max(certificate.residual for certificate in certificates) < 1e-9
+        assert max(row.power for certificate in certificates for row in certificate.rows if row.kind == "moment") < 1e-9
+
+
 @pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
 def test_moments_of_mujocos_steps_are_in_the_certificate(cone):
     model, data = on_floor(ROLLING, 0.0999, f"cone='{cone}' tolerance='1e-14' iterations='500'", "0.8 0.01 0.01")
