@@ -15,8 +15,8 @@ pub enum Law {
         /// Number of tangents, one or two.
         tangents: usize,
     },
-    /// Rolling and torsional resistance of a contact. Its three rows turn about two tangents and the
-    /// normal.
+    /// Rolling and torsional resistance of a contact (C7). Its three rows turn about two tangents and
+    /// the normal.
     Moment {
         /// Group of the contact, before this one.
         contact: usize,

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! Each group of rows has a [`Law`]: a contact, with its normal row followed by one or two
-//! tangents, the moment of a contact, or rows of joints. The solver handles Coulomb's exact law, not its convex relaxation.
+//! tangents, the moment of a contact, or rows of joints. The solver handles Coulomb's exact law, not
+//! its convex relaxation.
 //!
 //! ```
 //! use tumble_core::problem::{ContactProblem, Law, SolveOptions, SparseMatrix};
