@@ -36,6 +36,9 @@ impl Exported {
             Some(_) if !scene.world.joints().is_empty() => {
                 refused("the scene has joints, which contact problems do not support")
             }
+            Some(_) if scene.world.has_turning_friction() => refused(
+                "the scene has rolling or torsional friction, which Siconos' format cannot hold; leave it out",
+            ),
             Some(_) if is_same(path, out) => {
                 refused("this is the directory of the run itself; choose another")
             }

@@ -66,6 +66,10 @@ fn moments_are_in_the_table_and_verify() {
     assert_eq!(verified.code, Some(0), "{verified:?}");
     let again = directory.path().join("again.toml");
     let scene = directory.path().join("test.toml");
+    let problems = directory.path().join("problems");
+    let args = ["run", scene.to_str().unwrap(), "--export-problems", problems.to_str().unwrap()];
+    run(&args).assert_refused(2, &["--export-problems", "rolling or torsional friction"]);
+    assert!(!problems.exists());
     let written = run(&["convert", scene.to_str().unwrap(), again.to_str().unwrap()]);
     assert_eq!(written.code, Some(0), "{written:?}");
     let text = fs::read_to_string(again).unwrap();
