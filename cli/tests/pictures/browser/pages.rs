@@ -114,28 +114,26 @@ impl Browser {
         (middle[0].as_f64().unwrap(), middle[1].as_f64().unwrap())
     }
 
-    /// Processing time of a frame during playback [ms]. The seventh smallest of sixty is
-    /// independent of other load on the machine. Returns when all frames are drawn.
-    pub fn painting_cost(&self) -> f64 {
-        let cost = self.run(
-            "const scrub = document.getElementById('scrub'); \
-             const queue = []; const real = window.requestAnimationFrame; \
+    /// Number of draw calls of a frame.
+    pub fn draw_calls(&self) -> u64 {
+        let count = self.run(
+            "const queue = []; const real = window.requestAnimationFrame; \
              window.requestAnimationFrame = (call) => queue.push(call); \
-             const costs = []; \
-             for (let k = 0; k < 60; k += 1) { \
-               scrub.value = Number(scrub.max) * k / 60; \
-               const start = performance.now(); \
-               scrub.dispatchEvent(new Event('input')); \
-               queue.splice(0).forEach((call) => call(performance.now())); \
-               costs.push(performance.now() - start); \
-             } \
+             const context = WebGL2RenderingContext.prototype; \
+             const names = ['drawArrays', 'drawElements', 'drawArraysInstanced', 'drawElementsInstanced']; \
+             const own = names.map((name) => context[name]); \
+             let count = 0; \
+             names.forEach((name, k) => { context[name] = function (...given) { \
+               count += 1; return own[k].apply(this, given); }; }); \
+             const scrub = document.getElementById('scrub'); \
+             scrub.value = Number(scrub.value) + 1; \
+             scrub.dispatchEvent(new Event('input')); \
+             queue.splice(0).forEach((call) => call(performance.now())); \
+             names.forEach((name, k) => { context[name] = own[k]; }); \
              window.requestAnimationFrame = real; \
-             const context = document.querySelector('.stage canvas').getContext('webgl2'); \
-             const { RGBA, UNSIGNED_BYTE } = context; \
-             context.readPixels(0, 0, 1, 1, RGBA, UNSIGNED_BYTE, new Uint8Array(4)); \
-             return costs.sort((a, b) => a - b)[6]",
+             return count",
         );
-        cost.as_f64().unwrap()
+        count.as_u64().unwrap()
     }
 
     /// Colour (red, green, blue) at a point of the first view. Returns `None` at edges, where

@@ -262,9 +262,9 @@ fn starts_of(laws: &[Law]) -> Result<Vec<usize>, ProblemError> {
         if let Law::Moment { contact, .. } = law
             && !matches!(laws[..group].get(*contact), Some(Law::Contact { .. }))
         {
-            let (what, value) = ("the group of a moment's contact", *contact as f64);
+            let what = "the group of a moment's contact";
             let allowed = "contacts before the moment";
-            return Err(ProblemError::OutOfRange { what, value, allowed });
+            return Err(ProblemError::OutOfRange { what, value: *contact as f64, allowed });
         }
         starts.push(starts[starts.len() - 1] + law.rows());
     }
