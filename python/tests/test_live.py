@@ -219,11 +219,17 @@ def test_the_end_of_the_program_writes_the_record(tmp_path: Path) -> None:
     assert (folder / "run.json").exists() and is_free(done.stdout.strip())
 
 
-def test_a_used_port_and_a_scene_that_cannot_be_shown_are_refused(scenarios: Path) -> None:
+def test_a_used_port_is_refused() -> None:
     with tumble.drop(seed=1).live() as live:
         port = urlsplit(live.url).port
         assert port is not None
         with pytest.raises(tumble.TumbleError, match="cannot be served"):
             tumble.drop(seed=1).live(port=port)
-    with pytest.raises(tumble.TumbleError, match="terrain"):
-        tumble.load(scenarios / "hill.toml").live()
+
+
+def test_terrain_is_live(scenarios: Path) -> None:
+    with tumble.load(scenarios / "hill.toml").live() as live:
+        status, text = page(live.url)
+        assert status == 200 and "<title>hill" in text
+        # The text of the scene with the heights reaches the page.
+        assert "[[terrain]]" in text
