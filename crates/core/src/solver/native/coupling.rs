@@ -3,9 +3,7 @@
 //!
 //! Equation numbers refer to `docs/native-solver.md`.
 
-use super::law::{
-    Cone, CouplingLaw, CouplingRows, Ellipse, LawRows, MomentLaw, NaturalMap, Projection,
-};
+use super::law::{Cone, CouplingLaw, CouplingRows, LawRows, MomentLaw, NaturalMap, Projection};
 use super::settings::{COMPLIANCE, ROLLING_COMPLIANCE};
 use crate::contact::{Contact, FrictionTensor};
 use crate::joint::Graph;
@@ -139,7 +137,8 @@ impl Coupling {
     pub(super) fn set_friction_tensor(&mut self, tensor: &FrictionTensor) {
         if let CouplingLaw::Cone(cone) = self.law {
             self.rows.frame = tensor.frame(&self.rows.frame);
-            self.law = CouplingLaw::Ellipse(Ellipse { cone, stretch: tensor.stretch() });
+            self.rows.stretch = tensor.stretch();
+            self.law = CouplingLaw::Ellipse(cone);
         }
     }
 

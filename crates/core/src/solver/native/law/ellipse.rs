@@ -16,23 +16,14 @@ use super::map::{MapPiece, NaturalMap};
 use super::rows::CouplingRows;
 use nalgebra::{Matrix3, Vector3};
 
-/// Contact with an elliptic friction cone.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Ellipse {
-    pub(crate) cone: Cone,
-    /// σ: friction along t₁ over that along t₂.
-    pub(crate) stretch: f64,
-}
-
 /// Projection arguments of the scaled motion and impulse.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EllipseProjection {
     pub(super) cone: ConeProjection,
-    stretch: f64,
 }
 
 /// S v, or S⁻¹ v with 1/σ, for v in world axes.
-pub(super) fn stretched(rows: &CouplingRows, stretch: f64, v: &Vector3<f64>) -> Vector3<f64> {
+fn stretched(rows: &CouplingRows, stretch: f64, v: &Vector3<f64>) -> Vector3<f64> {
     let first = rows.frame.column(0);
     v + first * ((stretch - 1.0) * first.dot(v))
 }
@@ -42,16 +33,15 @@ impl EllipseProjection {
     pub(super) fn new(
         map: &NaturalMap,
         rows: &CouplingRows,
-        law: &Ellipse,
+        cone: &Cone,
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Self {
-        let Ellipse { cone, stretch } = law;
         let u = u + map.compliance * rows.compliant_motion(map.compliance, impulse);
-        let w = stretched(rows, *stretch, &u);
-        let q = stretched(rows, stretch.recip(), impulse);
+        let w = stretched(rows, rows.stretch, &u);
+        let q = stretched(rows, rows.stretch.recip(), impulse);
         let exact = NaturalMap { compliance: 0.0, ..*map };
-        Self { cone: ConeProjection::new(&exact, rows, cone, &w, &q), stretch: *stretch }
+        Self { cone: ConeProjection::new(&exact, rows, cone, &w, &q) }
     }
 
     /// Local solution on the `piece`, with ε = `compliance`: that of the cone, with S D S as compliance
@@ -67,7 +57,7 @@ impl EllipseProjection {
             MapPiece::Open => LocalSolution::open(impulse),
             MapPiece::Stick => {
                 // δp̂ = −D⁻¹ (û + δu)/ε, as without friction.
-                let scaled = Vector3::new(self.stretch.recip(), 1.0, 1.0);
+                let scaled = Vector3::new(rows.stretch.recip(), 1.0, 1.0);
                 let u = rows.frame * rows.frame.tr_mul(&self.cone.u).component_mul(&scaled);
                 let gains = self.springs(rows, compliance);
                 let gain = rows.frame * Matrix3::from_diagonal(&gains) * rows.frame.transpose();
@@ -75,9 +65,9 @@ impl EllipseProjection {
             }
             MapPiece::Slip | MapPiece::Axes(_) | MapPiece::Moment { .. } => {
                 let slip = self.slip(rows, compliance);
-                let gain = slip.gain(rows, self.stretch);
+                let gain = slip.gain(rows);
                 let offset = slip.offset + slip.gain_of_normal() * self.cone.u_n;
-                LocalSolution::full(stretched(rows, self.stretch, &offset), gain)
+                LocalSolution::full(stretched(rows, rows.stretch, &offset), gain)
             }
         }
     }
@@ -90,7 +80,7 @@ impl EllipseProjection {
         gain: &Matrix3<f64>,
     ) -> Vector3<f64> {
         let slip = self.slip(rows, compliance);
-        stretched(rows, self.stretch, &slip.offset) + gain * (rows.normal() * self.cone.u_n)
+        stretched(rows, rows.stretch, &slip.offset) + gain * (rows.normal() * self.cone.u_n)
     }
 
     /// Factored gain of the `piece`, with ε = `compliance`.
@@ -104,7 +94,7 @@ impl EllipseProjection {
             MapPiece::Open => Factored::nothing(),
             MapPiece::Stick => Factored::along(&rows.frame, self.springs(rows, compliance)),
             MapPiece::Slip | MapPiece::Axes(_) | MapPiece::Moment { .. } => {
-                self.slip(rows, compliance).factored(rows, self.stretch)
+                self.slip(rows, compliance).factored(rows)
             }
         }
     }
@@ -130,7 +120,7 @@ impl EllipseProjection {
         let (first, second) = (rows.frame.column(0), rows.frame.column(1));
         let bent = bend * rho * compliance * rows.ratio_at(compliance);
         let soft = |a: &Vector3<f64>, b: &Vector3<f64>| {
-            let square = self.stretch * self.stretch;
+            let square = rows.stretch * rows.stretch;
             square * first.dot(a) * first.dot(b) + second.dot(a) * second.dot(b)
         };
         let across = 1.0 - bend + bent * soft(&s, &s);
@@ -166,18 +156,18 @@ impl EllipseSlip {
     }
 
     /// Gain of the impulse p̂ by the motion u.
-    fn gain(&self, rows: &CouplingRows, stretch: f64) -> Matrix3<f64> {
-        let sideways = stretched(rows, stretch, &self.s);
-        let pressed = stretched(rows, stretch, &self.gain_of_normal());
+    fn gain(&self, rows: &CouplingRows) -> Matrix3<f64> {
+        let sideways = stretched(rows, rows.stretch, &self.s);
+        let pressed = stretched(rows, rows.stretch, &self.gain_of_normal());
         sideways * sideways.transpose() * self.turn + pressed * self.n.transpose()
     }
 
     /// Factored gain along S s and n. Motion along t' = S s × n has no effect.
-    fn factored(&self, rows: &CouplingRows, stretch: f64) -> Factored {
-        let sideways = stretched(rows, stretch, &self.s);
+    fn factored(&self, rows: &CouplingRows) -> Factored {
+        let sideways = stretched(rows, rows.stretch, &self.s);
         let length = sideways.norm();
         let s = sideways / length;
-        let pressed = self.n + stretched(rows, stretch, &self.press);
+        let pressed = self.n + stretched(rows, rows.stretch, &self.press);
         let t = s.cross(&self.n);
         Factored {
             to: Matrix3::from_columns(&[t, s, pressed]),
@@ -195,9 +185,8 @@ pub(crate) struct EllipseBarrier {
 }
 
 impl EllipseBarrier {
-    pub(super) fn centred(law: &Ellipse, speed: f64, strength: f64) -> Self {
-        let cone = ConeBarrier::centred(&law.cone, speed, strength);
-        Self { cone, stretch: law.stretch }
+    pub(super) fn centred(cone: &Cone, stretch: f64, speed: f64, strength: f64) -> Self {
+        Self { cone: ConeBarrier::centred(cone, speed, strength), stretch }
     }
 
     /// Zero change.

@@ -23,7 +23,6 @@ mod rows;
 pub(super) use axes::AxesLaw;
 pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
-pub(super) use ellipse::Ellipse;
 pub(super) use local_solution::{Factored, Gain, LocalSolution};
 pub use map::MapPiece;
 pub(super) use map::NaturalMap;
@@ -43,7 +42,7 @@ pub(super) enum CouplingLaw {
     /// Hard contact with Coulomb's circular friction cone and maximum dissipation.
     Cone(Cone),
     /// The same with an elliptic cone.
-    Ellipse(Ellipse),
+    Ellipse(Cone),
     /// Graph for each row: response of a joint along its axes.
     Axes(AxesLaw),
     /// Rolling and torsional resistance of a contact.
@@ -115,7 +114,9 @@ impl CouplingLaw {
     pub(super) fn centred(&self, rows: &CouplingRows, speed: f64, strength: f64) -> Barrier {
         match self {
             Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
-            Self::Ellipse(law) => Barrier::Ellipse(EllipseBarrier::centred(law, speed, strength)),
+            Self::Ellipse(cone) => {
+                Barrier::Ellipse(EllipseBarrier::centred(cone, rows.stretch, speed, strength))
+            }
             Self::Axes(axes) => Barrier::Axes(AxesBarrier::new(axes, rows)),
             Self::Moment(_) => Barrier::Moment,
         }

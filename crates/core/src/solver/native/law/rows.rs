@@ -13,6 +13,8 @@ pub(crate) struct CouplingRows {
     pub(crate) scale: Vector3<f64>,
     /// κ: ratio of the compliance across the normal to the one along it (N6).
     pub(crate) compliance_ratio: f64,
+    /// σ: friction along t₁ over that along t₂ (N18).
+    pub(crate) stretch: f64,
 }
 
 /// Rows of a coupling, and the graphs of the step for joint rows.
@@ -27,12 +29,13 @@ impl CouplingRows {
     /// `normal`.
     pub(crate) fn from_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
         let across = 1.0 / tangential;
-        Self { frame, scale: Vector3::new(across, across, 1.0 / normal), compliance_ratio: 1.0 }
+        let scale = Vector3::new(across, across, 1.0 / normal);
+        Self { frame, scale, compliance_ratio: 1.0, stretch: 1.0 }
     }
 
     /// Rows of a joint with isotropic compliance and the given `response` of each row.
     pub(crate) fn from_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
-        Self { frame, scale: response.map(f64::recip), compliance_ratio: 1.0 }
+        Self { frame, scale: response.map(f64::recip), compliance_ratio: 1.0, stretch: 1.0 }
     }
 
     /// Last axis: the normal n of a contact.
