@@ -138,7 +138,9 @@ fn facts(run: RunFile) -> Vec<Fact> {
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
     add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
     add("solved to", solver.residual.map(|residual| format!("{residual:e} m/s")));
-    add("largest overlap", Some(format!("{:.1e} m", run.largest_overlap_m)));
+    let depth = run.largest_overlap_m;
+    let overlap = if depth > 0.0 { format!("{depth:.1e} m") } else { "0 m".to_owned() };
+    add("largest overlap", Some(overlap));
     add("outcome", (run.outcome != "complete").then_some(run.outcome));
     add("tumble", Some(run.tumble_version));
     facts
