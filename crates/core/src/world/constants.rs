@@ -208,7 +208,7 @@ impl Constant {
             Self::Mass | Self::Size | Self::Radius => vec![bodies],
             Self::Inertia => vec![bodies, 3, 3],
             Self::Gravity => vec![3],
-            of if of.is_of_laws() => vec![of.law_values(world).len()],
+            of if of.is_of_laws() => vec![of.law_width(world)],
             of_joints => of_joints.joint_shape(world),
         }
     }
@@ -222,7 +222,7 @@ impl Constant {
             Self::Mass | Self::Size | Self::Radius => bodies,
             Self::Inertia => 9 * bodies,
             Self::Gravity => 3,
-            of if of.is_of_laws() => of.law_values(world).len(),
+            of if of.is_of_laws() => of.law_width(world),
             of_joints => of_joints.joint_shape(world).iter().product(),
         }
     }

@@ -1,5 +1,6 @@
 //! Constants of contact laws: coefficients of bodies, fixed pieces and pairs.
 
+use super::coefficients::Coefficients;
 use super::laws::find_place;
 use super::{Coefficient, Constant, Partner, World};
 use crate::error::{Error, in_range};
@@ -151,6 +152,16 @@ impl Constant {
             Self::PairFriction => of_pairs(&world.pair_frictions),
             Self::PairRestitution => of_pairs(&world.pair_restitutions),
             _ => Vec::new(),
+        }
+    }
+    /// Number of values of a contact-law constant.
+    pub(super) fn law_width(self, world: &World) -> usize {
+        match self {
+            Self::Coefficient(of) => world.coefficients(of).map_or(0, Coefficients::len),
+            Self::FrictionFactor => world.friction_axes().len(),
+            Self::PairFriction => world.pair_frictions.len(),
+            Self::PairRestitution => world.pair_restitutions.len(),
+            own => own.law_values(world).len(),
         }
     }
 }
