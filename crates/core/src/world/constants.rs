@@ -37,8 +37,7 @@ pub enum Constant {
     Friction,
     /// e of the world. Bodies with their own coefficient keep it.
     Restitution,
-    /// All [coefficients](World::with_coefficient) of a law: of the world, then of fixed pieces, then of
-    /// bodies, then of pairs.
+    /// All [coefficients](World::with_coefficient) of a law: of world, fixed pieces, bodies, pairs.
     Coefficient(Coefficient),
     /// Factor of friction along each of the [friction axes](World::friction_axes).
     FrictionFactor,

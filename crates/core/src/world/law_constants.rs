@@ -154,14 +154,19 @@ impl Constant {
             _ => Vec::new(),
         }
     }
+
     /// Number of values of a contact-law constant.
     pub(super) fn law_width(self, world: &World) -> usize {
+        let bodies = world.bodies().iter();
         match self {
             Self::Coefficient(of) => world.coefficients(of).map_or(0, Coefficients::len),
             Self::FrictionFactor => world.friction_axes().len(),
+            Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
+            Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),
+            Self::FixedFriction => world.fixed_frictions().flatten().count(),
             Self::PairFriction => world.pair_frictions.len(),
             Self::PairRestitution => world.pair_restitutions.len(),
-            own => own.law_values(world).len(),
+            _ => 0,
         }
     }
 }

@@ -26,8 +26,7 @@ impl World {
         }
     }
 
-    /// Number that applies between `body` and `partner`, the pair's or the larger one of both, and its index;
-    /// `None` if there is none.
+    /// Number of the pair, or the larger one of both, and its index; `None` if there is none.
     pub(crate) fn larger_between(
         &self,
         of: Coefficient,
