@@ -138,8 +138,7 @@ fn facts(run: RunFile) -> Vec<Fact> {
     add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
     add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
     add("solved to", solver.residual.map(|residual| format!("{residual:e} m/s")));
-    let overlap = format!("{:.1e} m", run.largest_overlap_m).replace("0.0e0", "0");
-    add("largest overlap", Some(overlap));
+    add("largest overlap", Some(format!("{:.1e} m", run.largest_overlap_m)));
     add("outcome", (run.outcome != "complete").then_some(run.outcome));
     add("tumble", Some(run.tumble_version));
     facts
