@@ -150,15 +150,14 @@ pub struct Pairs {
     pub speeds: [f64; 2],
     /// Shortest and longest time step [s].
     pub steps: [f64; 2],
-    pub count: u32,
 }
 
 impl Pairs {
-    /// Statistics of all pairs.
+    /// Statistics of a thousand pairs.
     pub fn run(&self) -> Found {
         let mut draws = Draws::new(self.seed);
         let mut found = Found { least_turn: f64::INFINITY, ..Found::default() };
-        for number in 0..self.count {
+        for number in 0..1000 {
             self.fly(number, &mut draws, &mut found);
         }
         found
