@@ -1,8 +1,8 @@
 //! Differentials of a step's data: arguments and results of its derivatives.
 //!
 //! A [`StateChange`] has twelve numbers, because an attitude changes by a rotation vector.
-//! `ContactTangent` has the derivatives of a contact's motion and lever arms by the bodies at the start
-//! of the step. `JointTangent` has those of a joint's rows.
+//! `ContactTangent` differentiates the motion and the lever arms of a contact with respect to the
+//! bodies at the start of the step, and `JointTangent` the rows of a joint.
 //! [`StepDerivative`](crate::solver::native::StepDerivative) differentiates the step itself and
 //! solves for the final velocities.
 //!

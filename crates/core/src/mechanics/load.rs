@@ -154,8 +154,10 @@ impl Load {
         Wrench { force, torque }
     }
 
-    /// Derivative of the torque of the mean force from time `from` to `to` (s) with respect to a rotation
-    /// of the body, δτ = p × (Aᵀ F × δθ) (N m/rad). `None` if the force acts at the centre of mass.
+    /// Derivative of the torque with respect to a rotation of the body, δτ = p × (Aᵀ F × δθ) (N m/rad).
+    ///
+    /// F is the mean force between the times `from` and `to` (s). `None` if the force acts at the centre
+    /// of mass.
     #[cfg(feature = "save")]
     pub(crate) fn torque_by_turn(
         &self,
