@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 import tumble
+import tumble.referee
 
 
 def slide(**more):
@@ -222,6 +223,7 @@ def test_moments_are_judged_alike_by_the_referee():
         ({"W": np.eye(1), "q": [0.0], "laws": [[("box", "a", 1)]]}, "a bound of a box is 'a'"),
         ({"W": np.eye(3), "q": [0.0] * 3, "laws": [("moment", 0, 0.1, 0.1)]}, "a moment of group 0; an earlier contact"),
         ({"W": np.eye(6), "q": [0.0] * 6, "laws": [0.5, ("moment", 0, 0.1)]}, "is not a moment"),
+        ({"W": np.eye(6), "q": [0.0] * 6, "laws": [0.5, ["rolling"] * 3]}, "'rolling' is no law of a row"),
         ({"W": np.eye(6), "q": [0.0] * 6, "laws": [0.5, ("moment", 0, -0.1, 0.1)]}, "rolling resistance is -0.1"),
         ({"W": np.eye(2), "q": [0.0] * 2, "mu": [0.5], "dimension": 2.0}, "dimension is 2.0"),
         ({"W": np.eye(3) * 1e-170, "q": [-1.0, 0, 0], "mu": [0.5]}, "largest entry of W is 1e-170"),

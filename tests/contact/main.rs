@@ -14,6 +14,7 @@ mod groups;
 mod many_points;
 mod no_ground;
 mod pairs;
+mod posed_moments;
 mod restitution;
 mod rounded_points;
 mod smooth_balls;

@@ -271,6 +271,8 @@ def _group(law: Any) -> tuple[float | None, list[tuple[str, float, float]]]:
         if isinstance(row, str):
             if row == "box":
                 raise TumbleError('laws: "box" without bounds; ("box", least, most) is needed')
+            if row in ("rolling", "torsional"):
+                raise TumbleError(f'laws: {row!r} is no law of a row; ("moment", contact, rolling, torsional) is needed')
             rows.append((row, 0.0, 0.0))
             continue
         if not isinstance(row, (list, tuple)) or len(row) != 3 or row[0] != "box":
