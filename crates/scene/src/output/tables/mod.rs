@@ -128,7 +128,7 @@ pub struct TableShape {
     pub has_middles: bool,
     /// True with an [accuracy](World::with_accuracy).
     pub has_substeps: bool,
-    /// True with [turning friction](World::with_turning_friction).
+    /// True with [rolling or torsional friction](World::has_turning_friction).
     pub has_moments: bool,
 }
 
