@@ -130,15 +130,16 @@ fn facts(run: RunFile) -> Vec<Fact> {
         facts.push(Fact::new("changed", run.changed.join(", ")));
     }
     let mut add = |name, value: Option<String>| facts.extend(value.map(|v| Fact::new(name, v)));
-    let solver = run.solver;
     add("seed", seed.map(|seed| seed.to_string()));
-    add("solver", Some(solver.name));
-    add("detection", solver.detection);
-    add("on failure", solver.on_failure);
-    add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
-    add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
-    add("solved to", solver.residual.map(|residual| format!("{residual:e} m/s")));
-    add("largest overlap", Some(format!("{:.1e} m", run.largest_overlap_m)));
+    add("solver", Some(run.solver.name));
+    add("detection", run.solver.detection);
+    add("on failure", run.solver.on_failure);
+    add("tolerance", run.solver.tol.map(|tol| format!("{tol:e}")));
+    add("iteration limit", run.solver.max_iter.map(|limit| limit.to_string()));
+    add("solved to", run.solver.residual.map(|residual| format!("{residual:e} m/s")));
+    let overlap = run.largest_overlap_m;
+    let depth = if overlap > 0.0 { format!("{overlap:.1e} m") } else { "0 m".to_owned() };
+    add("largest overlap", Some(depth));
     add("outcome", (run.outcome != "complete").then_some(run.outcome));
     add("tumble", Some(run.tumble_version));
     facts

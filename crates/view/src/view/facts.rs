@@ -70,12 +70,11 @@ pub fn body_facts(film: &Film, b: usize) -> Vec<Fact> {
     facts
 }
 
-/// Formats nine significant digits without trailing zeros. Very small and large numbers have a
+/// Formats six significant digits without trailing zeros. Very small and large numbers have a
 /// power of ten.
 fn number(value: f64) -> String {
-    let rounded = format!("{value:.8e}").parse().unwrap_or(value);
-    // Turns −0 into 0.
-    let value: f64 = rounded + 0.0;
+    // The sum turns −0 into 0.
+    let value = format!("{value:.5e}").parse::<f64>().unwrap_or(value) + 0.0;
     let size = value.abs();
     if size >= 1e6 || (size > 0.0 && size < 1e-4) {
         format!("{value:e}")

@@ -3,6 +3,8 @@
 // Relative length of an arrow from which it is opaque. Smaller forces are fainter.
 const OPAQUE = 0.3;
 const FAINTEST = 0.2;
+// Opacity of the forces on bodies that are not chosen, if others are.
+const NOT_CHOSEN = 0.3;
 // Real time for which a force that has ended fades during playback (s).
 const FADING = 0.25;
 // Height of a friction cone over the longest arrow, and largest slope of its side.
@@ -64,13 +66,13 @@ function longestArrow({ data, bodies }, pixels) {
 }
 
 // Adds the arrows of a contact or a joint. A contact between bodies has one for each of them, a joint
-// only for its first body.
-function addArrows(run, { partner, force, isOfJoint }, at, share, arrows) {
+// only for its first body. If bodies are `chosen`, the forces on the others are faint.
+function addArrows(run, { body, partner, force, isOfJoint }, at, share, chosen, arrows) {
   const arrow = run.arrow(force);
-  const size = length(arrow) / run.longest;
-  const look = [share * Math.min(1, Math.max(FAINTEST, size / OPAQUE)), 0, 0];
-  arrows.push(...at, ...arrow, ...look);
-  if (partner >= 0 && !isOfJoint) arrows.push(...at, ...times(arrow, -1), ...look);
+  const strength = share * Math.min(1, Math.max(FAINTEST, length(arrow) / run.longest / OPAQUE));
+  const alpha = (on) => (chosen.length === 0 || chosen.includes(on) ? strength : NOT_CHOSEN * strength);
+  arrows.push(...at, ...arrow, alpha(body), 0, 0);
+  if (partner >= 0 && !isOfJoint) arrows.push(...at, ...times(arrow, -1), alpha(partner), 0, 0);
 }
 
 // Two unit vectors that make a right-handed frame with a unit vector `axis`.

@@ -217,11 +217,16 @@ function stretched(piece) {
 // Number of contour lines of a terrain, approximately.
 const CONTOURS = 14;
 
-// Step of the contour lines of the fixed meshes (m); 0 without relief.
-function contourStep({ data, smallestReach }) {
+// Lowest and highest point of the fixed meshes (m).
+function relief({ data }) {
   const meshes = data.fixed.flatMap(({ pieces }) => pieces.filter(({ mesh }) => mesh));
-  const [low, high] = extremes(meshes.flatMap(({ vertices }) => vertices.map((at) => at[2])));
-  return high - low > 1e-3 * smallestReach ? roundLength((high - low) / CONTOURS) : 0;
+  return extremes(meshes.flatMap(({ vertices }) => vertices.map((at) => at[2])));
+}
+
+// Step of the contour lines of the fixed meshes (m); 0 without relief.
+function contourStep(run) {
+  const [low, high] = relief(run);
+  return high - low > 1e-3 * run.smallestReach ? roundLength((high - low) / CONTOURS) : 0;
 }
 
 // Segments along the rim of the meshes of a thing: edges of one triangle only.

@@ -8,11 +8,13 @@ function key(run) {
   return made;
 }
 
-// Number of steps with each status, and largest residual with a link to its step.
+// Number of steps with each status that occurs, and of those that failed. Largest residual with a link to
+// its step.
 function counts(run, setTime) {
   const line = element("div", { class: "counts", "data-run": run.name });
   if (isPair) line.append(key(run));
   for (const [status, steps] of run.data.counts) {
+    if (steps === 0 && status !== "failed") continue;
     const name = steps > 0 ? `status-${status}` : "none";
     line.append(element("span", { class: name }, `${status} `, element("b", {}, count(steps))));
   }
@@ -29,11 +31,14 @@ function counts(run, setTime) {
   return line;
 }
 
+// Replaces exponents in a text by powers of ten.
+const withPowers = (text) => text.replace(/(\d)e(-?\d+)/g, (_, digit, exponent) => `${digit}\u00b710${raised(exponent)}`);
+
 // List of parameters.
 function list(facts) {
   const parameters = element("dl", { class: "parameters" });
   for (const { name, value } of facts) {
-    parameters.append(element("div", {}, element("dt", {}, name), element("dd", {}, value)));
+    parameters.append(element("div", {}, element("dt", {}, name), element("dd", {}, withPowers(value))));
   }
   return parameters;
 }
@@ -52,7 +57,7 @@ function comparison() {
     .filter(({ differs }) => differs)
     .map(({ name, values }) => {
       const row = element("tr", { class: "differs" }, element("th", { scope: "row" }, name));
-      row.append(...values.map((value) => element("td", {}, value)));
+      row.append(...values.map((value) => element("td", {}, withPowers(value))));
       return row;
     });
   const table = element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));

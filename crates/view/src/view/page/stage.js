@@ -43,15 +43,14 @@ class Stage {
     }
     this.remark = element("span", { class: "remark" });
     this.caption.append(this.remark);
+    this.terrain = terrainRemarks(members[0]);
     this.isStale = true;
   }
 
   // Remarks on content that the picture does not show.
   remarks(time, show) {
     if (!hasGraphics) return "this browser has no WebGL: the picture stands still at the start";
-    const notes = [];
-    const contours = contourStep(this.members[0]);
-    if (contours > 0) notes.push(`contour lines every ${contours} m`);
+    const notes = [...this.terrain];
     const planes = new Set(this.members.map((run) => JSON.stringify(run.data.ground)));
     if (planes.size > 1) {
       const { name, data } = this.members[0];
@@ -302,7 +301,7 @@ class Stage {
         const at = local(one.point);
         // A resultant is inside its face and is seen through both bodies.
         const among = hides(one, at, show.points ? [] : [one.body, one.partner].filter((body) => body >= 0));
-        addArrows(run, one, at, one.share ?? 1, forces[among]);
+        addArrows(run, one, at, one.share ?? 1, show.chosen, forces[among]);
         addArc(run, one, at, arcs);
       }
       for (const one of show.contacts || show.cones ? found : []) {
@@ -412,6 +411,14 @@ class Stage {
     const found = hits.filter((hit) => hit !== null);
     return found.sort((a, b) => a.distance - b.distance)[0]?.thing ?? -1;
   }
+}
+
+// Heights of the terrain of a run and of its contour lines.
+function terrainRemarks(run) {
+  const step = contourStep(run);
+  if (step === 0) return [];
+  const [low, high] = relief(run).map((height) => number(height, 3));
+  return [`terrain from z = ${low} to ${high} m, contour lines every ${step} m`];
 }
 
 // A body with the pieces that touch others.
