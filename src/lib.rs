@@ -89,7 +89,7 @@ pub use tumble_core::step::{
 };
 pub use tumble_core::world::{
     Coefficient, Constant, ContactLaw, Fixed, Groups, Integrator, Parameters, Partner, Plane,
-    Touching, TurningFriction, World,
+    StickSpeed, Touching, TurningFriction, World,
 };
 
 pub mod problem;

@@ -7,7 +7,7 @@ use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Coefficient, Constant, Integrator, Parameters, World};
+use tumble_core::world::{Coefficient, Constant, Integrator, Parameters, StickSpeed, World};
 
 const G: f64 = 9.81;
 const KINETIC: f64 = 0.3;
@@ -151,4 +151,88 @@ fn derivatives_by_the_static_coefficient() {
         [Constant::Coefficient(Coefficient::StaticFriction), Constant::Friction].map(&mut by);
     assert!((of_static + h * G).abs() < 1e-9, "{of_static}");
     assert!(of_kinetic.abs() < 1e-15, "{of_kinetic}");
+}
+
+/// Slip up to which the friction of [`falling`] falls (m/s).
+const FALL: f64 = 0.5;
+
+/// A block whose friction falls linearly with the slip, from the static to the kinetic coefficient.
+fn falling(time_step: f64, integrator: Integrator) -> World {
+    let table = StickSpeed::Table(vec![[0.0, 1.0], [FALL, 0.0]]);
+    block(0.0, time_step, integrator).with_stick_speed(table).unwrap()
+}
+
+/// Within the table v⁺ = v − h g (μ_s − c v) and v(t) = μ_s/c + (v₀ − μ_s/c) exp(c g t); above it the friction
+/// is kinetic.
+#[test]
+fn friction_over_the_slip() {
+    let fall = (STATIC - KINETIC) / FALL;
+    let begin = |h: f64, integrator: Integrator, speed: f64| {
+        let world = falling(h, integrator);
+        let motion = Motion::native(&world);
+        Simulation::new(world, [start(0.0, speed)], motion).unwrap()
+    };
+    let mut simulation = begin(0.002, Integrator::Euler, 0.4);
+    let mut speed = 0.4;
+    for _ in 0..30 {
+        speed -= 0.002 * G * (STATIC - fall * speed);
+        let found = run(&mut simulation, 1);
+        assert!((found - speed).abs() < 1e-10, "{found} {speed}");
+    }
+    let above = run(&mut begin(0.002, Integrator::Euler, 2.0), 100);
+    assert!((above - (2.0 - 0.2 * KINETIC * G)).abs() < 1e-10, "{above}");
+    let expected = STATIC / fall + (0.4 - STATIC / fall) * (fall * G * 0.06).exp();
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let error = |h: f64| {
+            let found = run(&mut begin(h, integrator, 0.4), (0.06 / h).round() as usize);
+            (found - expected).abs()
+        };
+        let (coarse, fine) = (error(0.002), error(0.0005));
+        assert!(coarse < 0.01 && fine < 0.3 * coarse, "{integrator:?}: {coarse} {fine}");
+    }
+}
+
+/// A step by its initial speed: ∂v⁺/∂v = 1 + h g c.
+#[test]
+fn derivatives_by_the_slip() {
+    let (h, speed) = (0.002, 0.4);
+    let world = falling(h, Integrator::Euler);
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world, [start(0.0, speed)], motion).unwrap();
+    let mut record = StepRecord::new();
+    simulation.step(&mut record).unwrap();
+    let mut derivative = StepDerivative::new();
+    simulation.linearise(&record, &mut derivative).unwrap();
+    let mut found: Vec<StateChange> = Vec::new();
+    let faster = [StateChange { velocity: Vector3::x(), ..StateChange::zero() }];
+    derivative.jvp(&StepChange { states: &faster, ..StepChange::default() }, &mut found).unwrap();
+    let slope = (STATIC - KINETIC) / FALL;
+    assert!((found[0].velocity[0] - (1.0 + h * G * slope)).abs() < 1e-9, "{:?}", found[0]);
+    let mut by = |constant: Constant| {
+        let constants: [(Constant, &[f64]); 1] = [(constant, &[1.0])];
+        let change = StepChange { constants: &constants, ..StepChange::default() };
+        derivative.jvp(&change, &mut found).unwrap();
+        found[0].velocity[0]
+    };
+    // The block moves along −x.
+    let share = 1.0 - speed / FALL;
+    let of_static = by(Constant::Coefficient(Coefficient::StaticFriction));
+    let of_kinetic = by(Constant::Friction);
+    assert!((of_static - share * h * G).abs() < 1e-9, "{of_static}");
+    assert!((of_kinetic - (1.0 - share) * h * G).abs() < 1e-9, "{of_kinetic}");
+}
+
+#[test]
+fn wrong_tables_are_refused() {
+    let world = block(0.0, 0.002, Integrator::Euler);
+    let refused = |rows: &[[f64; 2]]| {
+        world.clone().with_stick_speed(StickSpeed::Table(rows.to_vec())).unwrap_err().to_string()
+    };
+    assert!(refused(&[]).contains("rows of stick_speed"));
+    for rows in [[[0.1, 1.0], [0.05, 0.0]], [[-0.1, 1.0], [0.1, 0.0]], [[0.0, 1.0], [2e3, 0.0]]] {
+        assert!(refused(&rows).contains("slip of stick_speed"), "{}", refused(&rows));
+    }
+    for rows in [[[0.0, 1.5]], [[0.0, f64::NAN]]] {
+        assert!(refused(&rows).contains("share of stick_speed"), "{}", refused(&rows));
+    }
 }

@@ -46,6 +46,7 @@ mod scenes;
 mod simulate;
 mod slips;
 mod start_index;
+mod static_friction;
 mod streams;
 mod sums;
 mod support;

@@ -38,16 +38,6 @@ fn the_tossed_cube_ends_on_the_ground_with_its_weight_carried() {
     assert!(numbers(line(&text, "the lowest corner"))[0].abs() < 1e-12, "{text}");
 }
 
-/// Gradients of the whole run, with landings on several faces, guide the throw to the target.
-#[test]
-fn the_thrown_cube_lies_on_the_mark() {
-    let text = printed("throw", &[], 0);
-    let missed = numbers(line(&text, "it lies"))[0];
-    assert!(missed < 1e-8, "{text}");
-    // The initial throw lands a metre away.
-    assert!(numbers(line(&text, "    0"))[4] > 0.5, "{text}");
-}
-
 /// The sensitivities to push and mass are opposite and agree with finite differences. On its edge
 /// the tower is an inverted pendulum.
 #[test]

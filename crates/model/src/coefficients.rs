@@ -65,8 +65,7 @@ pub struct PairModel {
 impl Model {
     /// Returns a `world` of this model with its coefficients of laws.
     pub(crate) fn with_coefficients(&self, world: World) -> Result<World, Error> {
-        let world =
-            self.stick_speed.iter().try_fold(world, |world, of| world.with_stick_speed(*of))?;
+        let world = world.with_stick_speed(self.stick_speed.clone().unwrap_or_default())?;
         self.coefficients.iter().try_fold(world, |world, (of, all)| all.set(*of, self, world))
     }
 

@@ -26,7 +26,7 @@ use tumble_core::error::Error;
 use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
 use tumble_core::world::{
-    Coefficient, Fixed, FixedTerrain, Impacts, Integrator, Parameters, World,
+    Coefficient, Fixed, FixedTerrain, Impacts, Integrator, Parameters, StickSpeed, World,
 };
 
 /// Constants of a run and its initial state, in SI units.
@@ -53,9 +53,9 @@ pub struct Model {
     /// Coefficients of laws.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub coefficients: BTreeMap<Coefficient, CoefficientsModel>,
-    /// Slip up to which contacts have their static coefficients (m/s); null for the core's default.
+    /// Slips that have the static coefficients; null for the core's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stick_speed: Option<f64>,
+    pub stick_speed: Option<StickSpeed>,
     /// Coefficient of restitution of the world; default for bodies without their own.
     #[serde(default)]
     pub restitution: f64,

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use tumble_core::error::Error;
 use tumble_core::mechanics::Rotation;
 use tumble_core::mechanics::load::Polyline;
-use tumble_core::world::{Impacts, Integrator, Plane};
+use tumble_core::world::{Impacts, Integrator, Plane, StickSpeed};
 use tumble_model::failure::{Failure, refuse_flags};
 
 /// Default seed.
@@ -41,8 +41,8 @@ pub struct Settings {
     pub mu: Option<f64>,
     /// Other coefficients of the world.
     pub coefficients: Each<f64>,
-    /// Slip up to which contacts have their static coefficient (m/s).
-    pub stick_speed: Option<f64>,
+    /// Slips that have the static coefficients.
+    pub stick_speed: Option<StickSpeed>,
     /// Coefficient of restitution e of the world.
     pub restitution: Option<f64>,
     /// Approach speed below which contacts do not bounce (m/s).

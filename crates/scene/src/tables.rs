@@ -10,7 +10,7 @@ use serde::Deserialize;
 use tumble_core::error::Error;
 use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::load::{Load, Polyline};
-use tumble_core::world::Plane;
+use tumble_core::world::{Plane, StickSpeed};
 use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
 
 #[derive(Deserialize)]
@@ -59,7 +59,7 @@ pub enum SolidInertia {
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
     friction: f64,
-    stick_speed: Option<f64>,
+    stick_speed: Option<StickSpeed>,
     restitution: Option<f64>,
     rebound_speed: Option<f64>,
     slope: Option<f64>,

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write as _;
 use tumble_core::geometry::terrain::TerrainShape;
 use tumble_core::joint::{Drive, Middle, Motor};
-use tumble_core::world::Impacts;
+use tumble_core::world::{Impacts, StickSpeed};
 use tumble_model::failure::Failure;
 use tumble_model::gear::GearModel;
 use tumble_model::groups::GroupsModel;
@@ -76,10 +76,15 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
     }
     writeln!(out, "friction = {:?}", model.mu)?;
     let coefficients = model.coefficients.iter().map(|(of, all)| (of.name(), all.world));
-    for (field, value) in coefficients.chain([("stick_speed", model.stick_speed)]) {
+    for (field, value) in coefficients {
         if let Some(value) = value {
             writeln!(out, "{field} = {value:?}")?;
         }
+    }
+    match &model.stick_speed {
+        Some(StickSpeed::Limit(speed)) => writeln!(out, "stick_speed = {speed:?}")?,
+        Some(StickSpeed::Table(rows)) => writeln!(out, "stick_speed = {rows:?}")?,
+        None => {}
     }
     if model.restitution != 0.0 {
         writeln!(out, "restitution = {:?}", model.restitution)?;

@@ -11,7 +11,7 @@ use tumble_core::derivative::StateChange;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
 use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Coefficient, Fixed, Parameters, World};
+use tumble_core::world::{Coefficient, Fixed, Parameters, StickSpeed, World};
 
 impl Draw {
     /// Box, rounded box, capsule or ball of about `size` [m]. It may be as thin as a thirtieth of
@@ -173,6 +173,25 @@ fn shapes_that_meet_with_friction_axes() {
             simulation.linearise(&record, &mut derivative).unwrap();
             let all = directions(&world, &mut || draw.within(-1.0, 1.0));
             transposed(&mut derivative, &all, &mut || draw.within(-1.0, 1.0), "axes", 1e-7);
+        }
+        Pair { world, states }
+    });
+    assert_eq!(scattered, 0);
+}
+
+/// The same with friction over the slip, between a kinetic and a static coefficient.
+#[test]
+fn shapes_that_meet_with_friction_over_the_slip() {
+    let scattered = meet(23, |Pair { world, states }, draw| {
+        let rows = vec![[0.0, 1.0], [draw.within(0.5, 2.0), draw.within(0.3, 0.6)], [8.0, 0.0]];
+        let world = world.with_coefficient(Coefficient::StaticFriction, 2.0).unwrap();
+        let world = world.with_stick_speed(StickSpeed::Table(rows)).unwrap();
+        for states in touching(&Pair { world: world.clone(), states: states.clone() }) {
+            let Some((simulation, record)) = step(&world, &states, &[]) else { continue };
+            let mut derivative = StepDerivative::new();
+            simulation.linearise(&record, &mut derivative).unwrap();
+            let all = directions(&world, &mut || draw.within(-1.0, 1.0));
+            transposed(&mut derivative, &all, &mut || draw.within(-1.0, 1.0), "slips", 1e-7);
         }
         Pair { world, states }
     });

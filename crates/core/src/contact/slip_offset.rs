@@ -79,23 +79,23 @@ impl Contact {
         self.relative_velocity(world, states, velocities)
     }
 
-    /// Takes the static coefficient of friction (eq. 42), if there is one above the kinetic one, and if the
-    /// touching points slip by at most the [stick speed](World::stick_speed) at `states`, the start of the
-    /// step.
+    /// Sets the coefficient of friction of the step (eq. 42), if there is a static one above the kinetic one:
+    /// the [share](World::stick_speed) of both at the slip at `states`, the start of the step.
     pub fn set_friction(&mut self, world: &World, states: &[State]) {
         let Some(friction) = self.law.static_friction else { return };
         let velocity = self.point_velocity(world, states);
         let normal = self.normal();
         let slip = velocity - normal * normal.dot(&velocity);
-        if slip.norm() <= world.stick_speed() {
-            self.law.friction = friction;
-        }
+        let (share, _) = world.stick_speed().share(slip.norm());
+        self.law.friction = (1.0 - share) * self.law.friction + share * friction;
     }
 
-    /// True if the step has the static coefficient of friction.
+    /// Share of the static coefficient in the friction of the step in `world`.
     #[must_use]
-    pub fn has_static_friction(&self) -> bool {
-        self.law.static_friction == Some(self.law.friction)
+    pub fn static_share(&self, world: &World) -> f64 {
+        let Some(most) = self.law.static_friction else { return 0.0 };
+        let least = world.friction_between(self.key.body, self.key.partner);
+        (self.law.friction - least) / (most - least)
     }
 
     /// Largest change of [`Contact::point_velocity`] in a step that smooth accelerations explain

@@ -14,7 +14,7 @@ mod placement;
 mod side;
 mod untracked;
 
-pub(crate) use contact::{ContactTangent, PlacedFeatures, RowSlopes};
+pub(crate) use contact::{ContactTangent, PlacedFeatures, RowChange, RowSlopes};
 pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::SideChangeInput;
 pub(crate) use untracked::nearest_untracked;

@@ -10,6 +10,16 @@ pub enum PieceSide {
     B,
 }
 
+impl PieceSide {
+    /// Returns a pair as it is for A, and swapped for B.
+    pub(super) fn ordered<T>(self, [first, second]: [T; 2]) -> [T; 2] {
+        match self {
+            Self::A => [first, second],
+            Self::B => [second, first],
+        }
+    }
+}
+
 /// Identity of a contact point between two pieces. It stays the same while the same features touch,
 /// under any motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -186,14 +186,14 @@ impl ManifoldPair<'_, '_> {
                         return Some(pair.on_face_b(face, &point, feature));
                     }
                     let rim = has_rims.then(|| overlap.b.nearest(&point))?;
-                    Some(pair.a_against(&point, &rim, &normal, feature))
+                    Some(pair.against(side, &point, &rim, &normal, feature))
                 }),
                 PieceSide::B => face_a.and_then(|face| {
                     if (across_a && !is_round) || pair.a.is_over(face, &point, 0.0) {
                         return Some(pair.on_face_a(face, &point, feature));
                     }
                     let rim = has_rims.then(|| overlap.a.nearest(&point))?;
-                    Some(pair.b_against(&point, &rim, &normal, feature))
+                    Some(pair.against(side, &point, &rim, &normal, feature))
                 }),
             };
             touch.into_iter().for_each(|touch| self.push_new(touch));

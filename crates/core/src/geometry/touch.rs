@@ -93,10 +93,8 @@ impl PiecePair<'_> {
             std::cmp::Ordering::Less => PieceSide::B,
             std::cmp::Ordering::Equal => owner,
         };
-        match owner {
-            PieceSide::A => self.a_on_plane(&points.a, &points.b, normal, feature),
-            PieceSide::B => self.b_on_plane(&points.b, &points.a, normal, feature),
-        }
+        let [point, on] = owner.ordered([&points.a, &points.b]);
+        self.on_plane(owner, point, on, normal, feature)
     }
 
     /// Unit direction from a point of A to a point of B (both m, frame of A). `None` if their
@@ -115,53 +113,41 @@ impl PiecePair<'_> {
         highest(hull.vertices(), &touch.normal).1 + radius - touch.offset <= merge
     }
 
-    /// Contact of a point of A with the closest point of B's core. The plane is perpendicular to
-    /// the line between them, or to `or` if the line has no direction.
-    pub(super) fn a_against(
+    /// Contact of a point of the piece `owner` with the closest point of the other core. The plane is
+    /// perpendicular to the line between them, or to `or` if the line has no direction.
+    pub(super) fn against(
         &self,
+        owner: PieceSide,
         point: &Vector3<f64>,
         nearest: &Vector3<f64>,
         or: &Vector3<f64>,
         feature: Feature,
     ) -> ManifoldPoint {
-        let normal = self.direction(point, nearest).unwrap_or(*or);
-        self.a_on_plane(point, nearest, &normal, feature)
+        let [a, b] = owner.ordered([point, nearest]);
+        let normal = self.direction(a, b).unwrap_or(*or);
+        self.on_plane(owner, point, nearest, &normal, feature)
     }
 
-    /// Contact of a point of B with the closest point of A's core; see [`Self::a_against`].
-    pub(super) fn b_against(
+    /// Contact of a point of the piece `owner` with the plane through the point `on` of the other; `normal`
+    /// points from A to B.
+    fn on_plane(
         &self,
-        point: &Vector3<f64>,
-        nearest: &Vector3<f64>,
-        or: &Vector3<f64>,
-        feature: Feature,
-    ) -> ManifoldPoint {
-        let normal = self.direction(nearest, point).unwrap_or(*or);
-        self.b_on_plane(point, nearest, &normal, feature)
-    }
-
-    /// Contact of a point of A with the plane through a point of B; `normal` points from A to B.
-    fn a_on_plane(
-        &self,
+        owner: PieceSide,
         point: &Vector3<f64>,
         on: &Vector3<f64>,
         normal: &Vector3<f64>,
         feature: Feature,
     ) -> ManifoldPoint {
-        let away = self.rotation.tr_mul(&-normal);
-        let plane = (away, away.dot(&self.in_b(on)));
-        self.touch(PieceSide::A, *point, plane.0, plane.1, normal.dot(&(on - point)), feature)
-    }
-
-    /// Contact of a point of B with the plane through a point of A; `normal` points from A to B.
-    fn b_on_plane(
-        &self,
-        point: &Vector3<f64>,
-        on: &Vector3<f64>,
-        normal: &Vector3<f64>,
-        feature: Feature,
-    ) -> ManifoldPoint {
-        let (own, plane) = (self.in_b(point), (*normal, normal.dot(on)));
-        self.touch(PieceSide::B, own, plane.0, plane.1, normal.dot(&(point - on)), feature)
+        match owner {
+            PieceSide::A => {
+                let away = self.rotation.tr_mul(&-normal);
+                let offset = away.dot(&self.in_b(on));
+                self.touch(owner, *point, away, offset, normal.dot(&(on - point)), feature)
+            }
+            PieceSide::B => {
+                let (own, height) = (self.in_b(point), normal.dot(&(point - on)));
+                self.touch(owner, own, *normal, normal.dot(on), height, feature)
+            }
+        }
     }
 }

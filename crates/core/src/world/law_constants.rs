@@ -10,27 +10,28 @@ use crate::mechanics::RigidBody;
 pub(crate) type LawSlopes = [(Constant, usize, f64); 2];
 
 impl World {
-    /// Gradients ∂μ and ∂e of the contacts between `body` and `partner` with respect to their
-    /// constants, for the static coefficient if the contact `sticks`. The gradient of the geometric mean
-    /// √(a b) is
+    /// Gradients ∂μ, of its kinetic and its static part, and ∂e of the contacts between `body` and `partner`
+    /// with respect to their constants, with this [share](crate::contact::Contact::static_share) of the
+    /// static coefficient. The gradient of the geometric mean √(a b) is
     ///
     /// ```text
     /// ½ √(b/a) by a,   ½ √(a/b) by b.
     /// ```
     ///
     /// It is 1 if both are the same number, and 0 with respect to a number that is 0.
-    pub(crate) fn law_slopes(&self, body: usize, partner: Partner, sticks: bool) -> [LawSlopes; 2] {
+    pub(crate) fn law_slopes(&self, body: usize, partner: Partner, share: f64) -> [LawSlopes; 3] {
         let owners = [Partner::Body(body), partner];
-        let frictions = match find_place(&self.pair_frictions, body, partner) {
-            _ if sticks => match self.pair_static(body, partner) {
-                Some(pair) => [pair; 2],
-                None => owners.map(|owner| self.own_static(owner)),
-            },
+        let kinetic = match find_place(&self.pair_frictions, body, partner) {
             Some(pair) => [(Constant::PairFriction, pair, 1.0); 2],
             None => {
                 let of_world = (Constant::Friction, 0, self.friction());
                 owners.map(|owner| self.own_friction_constant(owner).unwrap_or(of_world))
             }
+        };
+        let of_static = match self.pair_static(body, partner) {
+            _ if share == 0.0 => kinetic,
+            Some(pair) => [pair; 2],
+            None => owners.map(|owner| self.own_static(owner)),
         };
         let restitutions = match find_place(&self.pair_restitutions, body, partner) {
             Some(pair) => [(Constant::PairRestitution, pair, 1.0); 2],
@@ -44,7 +45,8 @@ impl World {
                 [of_body(body).unwrap_or(of_world), other.unwrap_or(of_world)]
             }
         };
-        [mean_slopes(frictions), mean_slopes(restitutions)]
+        let shared = |of, share: f64| mean_slopes(of).map(|(of, k, slope)| (of, k, share * slope));
+        [shared(kinetic, 1.0 - share), shared(of_static, share), mean_slopes(restitutions)]
     }
 
     /// Own coefficient of friction of a body or fixed collider: its constant, its index in the constant, and

@@ -29,6 +29,7 @@ pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
 use laws::{PairLaws, ordered};
 pub use plane::Plane;
+pub use static_friction::StickSpeed;
 pub use terrain::FixedTerrain;
 
 use crate::error::{Error, all_in_range, in_range};
@@ -156,7 +157,7 @@ pub struct World {
     /// Coefficients of laws, if any is set.
     coefficients: Option<Box<LawCoefficients>>,
     /// Slip up to which contacts stick, set by the user (m/s).
-    stick_speed: Option<f64>,
+    stick_speed: StickSpeed,
     /// Axes of surfaces whose friction depends on the direction, sorted by owner.
     friction_axes: Vec<(Partner, FrictionAxis)>,
     restitution: f64,
@@ -214,7 +215,7 @@ impl World {
             surfaces: Vec::new(),
             pair_frictions: PairLaws::new(),
             coefficients: None,
-            stick_speed: None,
+            stick_speed: StickSpeed::default(),
             friction_axes: Vec::new(),
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),

@@ -7,24 +7,84 @@ use crate::error::{Error, in_range};
 
 /// Slip up to which a contact has its static coefficient, unless another one is set (m/s).
 const STICK_SPEED: f64 = 1e-6;
+/// Largest slip of a table (m/s).
+const FASTEST: f64 = 1000.0;
 
 const STATIC: Constant = Constant::Coefficient(Coefficient::StaticFriction);
 
+/// Share of the static coefficient of friction over the slip at the start of a step (eq. 42).
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(untagged, expecting = "a slip or a table [[slip, share], …] is needed")
+)]
+pub enum StickSpeed {
+    /// 1 up to this slip (m/s), 0 above.
+    Limit(f64),
+    /// Slips (m/s) with their shares, linear in between and constant beyond: Stribeck's curve.
+    Table(Vec<[f64; 2]>),
+}
+
+impl Default for StickSpeed {
+    fn default() -> Self {
+        Self::Limit(STICK_SPEED)
+    }
+}
+
+impl StickSpeed {
+    /// Share at a `slip` (m/s), and its derivative (s/m).
+    #[must_use]
+    pub fn share(&self, slip: f64) -> (f64, f64) {
+        let rows = match self {
+            Self::Limit(speed) => return (f64::from(u8::from(slip <= *speed)), 0.0),
+            Self::Table(rows) => rows,
+        };
+        let next = rows.partition_point(|[speed, _]| *speed < slip);
+        let before = next.checked_sub(1).map(|before| rows[before]);
+        match (before, rows.get(next)) {
+            (Some([from, high]), Some([to, low])) => {
+                let slope = (low - high) / (to - from);
+                (high + slope * (slip - from), slope)
+            }
+            (Some([_, share]), None) | (None, Some(&[_, share])) => (share, 0.0),
+            (None, None) => (0.0, 0.0),
+        }
+    }
+}
+
 impl World {
-    /// Returns this world with the slip up to which a contact has its static coefficient (m/s), instead of
-    /// 10⁻⁶ m/s.
+    /// Returns this world with the slips that have the static coefficient, instead of those up to 10⁻⁶ m/s.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] outside 0…1000 m/s.
-    pub fn with_stick_speed(mut self, speed: f64) -> Result<Self, Error> {
-        self.stick_speed = Some(in_range("stick speed (m/s)", speed, 0.0, 1000.0, "0 to 1000")?);
+    /// [`Error::Count`] for an empty table; [`Error::OutOfRange`] for a slip outside 0…1000 m/s, or below the one before, and for a share outside
+    /// 0…1.
+    pub fn with_stick_speed(mut self, of: StickSpeed) -> Result<Self, Error> {
+        match &of {
+            StickSpeed::Limit(speed) => {
+                in_range("stick speed (m/s)", *speed, 0.0, FASTEST, "0 to 1000")?;
+            }
+            StickSpeed::Table(rows) => {
+                if rows.is_empty() {
+                    let field = "rows of stick_speed";
+                    return Err(Error::Count { field, count: 0, allowed: "1 or more" });
+                }
+                let mut least = 0.0;
+                for [speed, share] in rows {
+                    let allowed = "0 to 1000, not below the one before";
+                    least = in_range("slip of stick_speed (m/s)", *speed, least, FASTEST, allowed)?;
+                    in_range("share of stick_speed", *share, 0.0, 1.0, "0 to 1")?;
+                }
+            }
+        }
+        self.stick_speed = of;
         Ok(self)
     }
 
-    /// Slip up to which a contact has its static coefficient (m/s).
+    /// Slips that have the static coefficient.
     #[must_use]
-    pub fn stick_speed(&self) -> f64 {
-        self.stick_speed.unwrap_or(STICK_SPEED)
+    pub fn stick_speed(&self) -> &StickSpeed {
+        &self.stick_speed
     }
 
     /// True if any static coefficient is set.

@@ -184,23 +184,7 @@ impl IslandProblem {
             if asked.is_preliminary && island.is_solved_twice() {
                 problem.equations.setting_mut().make_preliminary();
             }
-            for &place in island.contacts {
-                problem.equations.admit(&contacts[place], |body| island.places[body]);
-                if let Some(tensor) = contacts[place].friction_tensor(step.world, step.states) {
-                    problem.equations.setting_mut().set_friction_tensor(&tensor);
-                }
-                if contacts[place].has_law_offset(step.world) {
-                    problem.equations.carry(contacts[place].law_offset(step.world, step.states));
-                }
-            }
-            problem.equations.admit_moments(step, contacts, island.contacts);
-            for &joint in island.joints {
-                problem.equations.admit_joint(step, joint, |body| island.places[body]);
-            }
-            for &gear in island.gears {
-                problem.equations.admit_gear(step, gear);
-            }
-            problem.equations.tie();
+            problem.equations.admit_all(step, contacts, island);
             let mass = problem.equations.mass();
             problem.solve(step, island, mass, asked, &mut effort)
         };

@@ -68,7 +68,7 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         gravity: settings.gravity.unwrap_or_default().into(),
         mu: settings.mu.unwrap_or(mu),
         coefficients: coefficients.filter_map(of_world).collect(),
-        stick_speed: settings.stick_speed,
+        stick_speed: settings.stick_speed.clone(),
         restitution: settings.restitution.unwrap_or_default(),
         rebound_speed: settings.rebound_speed,
         plane: settings.plane.as_ref().map(plane_parameters),

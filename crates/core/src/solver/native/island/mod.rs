@@ -193,6 +193,33 @@ impl Island {
         self.mass
     }
 
+    /// Adds the couplings of `island`: contacts, their moments, joints and gears.
+    pub(super) fn admit_all(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        island: &IslandView<'_>,
+    ) {
+        let place = |body: usize| island.places[body];
+        for contact in island.contacts.iter().map(|&index| &contacts[index]) {
+            self.admit(contact, place);
+            if let Some(tensor) = contact.friction_tensor(step.world, step.states) {
+                self.setting.set_friction_tensor(&tensor);
+            }
+            if contact.has_law_offset(step.world) {
+                self.carry(contact.law_offset(step.world, step.states));
+            }
+        }
+        self.admit_moments(step, contacts, island.contacts);
+        for &joint in island.joints {
+            self.admit_joint(step, joint, place);
+        }
+        for &gear in island.gears {
+            self.admit_gear(step, gear);
+        }
+        self.tie();
+    }
+
     /// Adds a contact. `place` maps a body of the world to its index in the island.
     pub(super) fn admit(&mut self, contact: &Contact, place: impl Fn(usize) -> usize) {
         let a = place(contact.key.body);

@@ -219,11 +219,7 @@ impl ConeProjection {
     ) -> Factored {
         match piece {
             MapPiece::Open => Factored::nothing(),
-            MapPiece::Stick => {
-                let along = -1.0 / compliance;
-                let across = along / rows.ratio_at(compliance);
-                Factored::along(&rows.frame, Vector3::new(across, across, along))
-            }
+            MapPiece::Stick => Factored::along(&rows.frame, rows.springs(compliance)),
             MapPiece::Slip | MapPiece::Axes(_) | MapPiece::Moment { .. } => {
                 let Slip { t, s, n, turn, stiffness, .. } = self.slip(rows, compliance);
                 Factored {

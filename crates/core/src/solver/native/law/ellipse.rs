@@ -59,7 +59,7 @@ impl EllipseProjection {
                 // δp̂ = −D⁻¹ (û + δu)/ε, as without friction.
                 let scaled = Vector3::new(rows.stretch.recip(), 1.0, 1.0);
                 let u = rows.frame * rows.frame.tr_mul(&self.cone.u).component_mul(&scaled);
-                let gains = self.springs(rows, compliance);
+                let gains = rows.springs(compliance);
                 let gain = rows.frame * Matrix3::from_diagonal(&gains) * rows.frame.transpose();
                 LocalSolution::full(gain * u, gain)
             }
@@ -92,18 +92,11 @@ impl EllipseProjection {
     ) -> Factored {
         match piece {
             MapPiece::Open => Factored::nothing(),
-            MapPiece::Stick => Factored::along(&rows.frame, self.springs(rows, compliance)),
+            MapPiece::Stick => Factored::along(&rows.frame, rows.springs(compliance)),
             MapPiece::Slip | MapPiece::Axes(_) | MapPiece::Moment { .. } => {
                 self.slip(rows, compliance).factored(rows)
             }
         }
-    }
-
-    /// Gains of a sticking contact along the rows.
-    fn springs(&self, rows: &CouplingRows, compliance: f64) -> Vector3<f64> {
-        let along = -1.0 / compliance;
-        let across = along / rows.ratio_at(compliance);
-        Vector3::new(across, across, along)
     }
 
     /// Slip piece of the scaled impulse. With its direction t, s = n × t, b = μ (γ − ρ_n ũ_n)/|y| and the

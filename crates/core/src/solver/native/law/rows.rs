@@ -65,6 +65,13 @@ impl CouplingRows {
         }
     }
 
+    /// Gains −D⁻¹/ε of a sticking contact along the rows, with ε = `compliance`.
+    pub(super) fn springs(&self, compliance: f64) -> Vector3<f64> {
+        let along = -1.0 / compliance;
+        let across = along / self.ratio_at(compliance);
+        Vector3::new(across, across, along)
+    }
+
     /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β, with ε = `compliance`.
     #[inline]
     pub(crate) fn compliant_motion(&self, compliance: f64, impulse: &Vector3<f64>) -> Vector3<f64> {

@@ -7,11 +7,11 @@ use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
 use super::friction_tensor::LinearTensor;
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::{Contact, Partner};
-use crate::derivative::{ContactTangent, PlacedFeatures, RowSlopes, SideChangeInput};
+use crate::derivative::{ContactTangent, PlacedFeatures, RowChange, RowSlopes, SideChangeInput};
 use crate::mechanics::State;
 use crate::solver::native::law::MapPiece;
 use crate::step::Step;
-use crate::world::{Constant, LawSlopes};
+use crate::world::{Constant, LawSlopes, World};
 use nalgebra::{Matrix3, Vector3};
 
 /// Linearised contact.
@@ -30,8 +30,10 @@ pub(super) struct LinearCoupling {
     by_friction: RowsChange<1>,
     /// Tensor of a sliding contact whose friction depends on the direction.
     tensor: Option<Box<LinearTensor>>,
-    /// Derivatives of μ and e with respect to world constants.
-    law: [LawSlopes; 2],
+    /// Derivatives of μ, by kinetic and static coefficients, and of e with respect to world constants.
+    law: [LawSlopes; 3],
+    /// Change of μ with the slip at the start of the step, if it has any.
+    curve: Option<Box<FrictionSlope>>,
     is_ground: bool,
 }
 
@@ -102,7 +104,8 @@ impl LinearCoupling {
                 ..RowsChange::zero()
             },
             tensor: tensor.map(Box::new),
-            law: world.law_slopes(key.body, key.partner, contact.has_static_friction()),
+            law: world.law_slopes(key.body, key.partner, contact.static_share(world)),
+            curve: FrictionSlope::new(world, contact, step.states).map(Box::new),
             is_ground: key.partner == Partner::Ground,
         };
         coupling.set_slopes(contact);
@@ -117,7 +120,9 @@ impl LinearCoupling {
     /// Computes the derivatives with respect to poses and velocities.
     fn set_slopes(&mut self, contact: &Contact) {
         match self.tangent.rigid_slopes() {
-            Some(slopes) if self.tensor.is_none() => self.set_rigid_slopes(&slopes),
+            Some(slopes) if self.tensor.is_none() && self.curve.is_none() => {
+                self.set_rigid_slopes(&slopes);
+            }
             _ => self.set_columns(contact),
         }
     }
@@ -167,7 +172,7 @@ impl LinearCoupling {
 
     /// Computes the pose and velocity columns one by one.
     fn set_columns(&mut self, contact: &Contact) {
-        let follows = contact.bounces() || self.tangent.follows_spin();
+        let follows = contact.bounces() || self.tangent.follows_spin() || self.curve.is_some();
         let mut by_velocity = follows.then(|| Box::new(RowsChange::zero()));
         for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
@@ -227,6 +232,10 @@ impl LinearCoupling {
             let torque = self.rotations[side].tr_mul(&torque);
             change.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
         }
+        if let Some(curve) = &self.curve {
+            let friction = curve.change(self, sides, &rows);
+            change = change.plus(friction, &self.by_friction);
+        }
         match &self.tensor {
             Some(tensor) => {
                 change.plus(1.0, &tensor.turned(sides.map(|given| &given.turn), &rows.turn))
@@ -242,11 +251,11 @@ impl LinearCoupling {
     ) -> RowsChange<1> {
         let of = constants.numbers;
         let [a, b] = self.sides(constants);
-        let [friction, restitution] = self.law.map(|slopes| {
+        let [kinetic, of_static, restitution] = self.law.map(|slopes| {
             slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
         });
         let change = self.change([&a, &b], of(Constant::TimeStep, 0), restitution);
-        let change = change.plus(friction, &self.by_friction);
+        let change = change.plus(kinetic + of_static, &self.by_friction);
         match &self.tensor {
             Some(tensor) => {
                 change.plus(of(Constant::FrictionFactor, tensor.index), &tensor.by_factor())
@@ -293,12 +302,13 @@ impl LinearCoupling {
         sums: &mut [Vec<f64>],
     ) {
         let nothing = SideChangeInput::nothing();
-        let [frictions, restitutions] = &self.law;
+        let [kinetic, of_static, restitutions] = &self.law;
         for (&constant, sums) in constants.iter().zip(sums) {
             let of_constant = |slopes: &LawSlopes| {
                 slopes.map(|(of, place, slope)| (of == constant).then_some((place, slope)))
             };
-            for (place, slope) in of_constant(frictions).into_iter().flatten() {
+            let frictions = of_constant(kinetic).into_iter().chain(of_constant(of_static));
+            for (place, slope) in frictions.flatten() {
                 sums[place] += by.dot(&self.by_friction) * slope;
             }
             if self.tangent.bounces() {
@@ -330,5 +340,61 @@ impl LinearCoupling {
                 }
             }
         }
+    }
+}
+
+/// Change of a contact's μ with the slip v_t of its touching points at the start of the step (eq. 42).
+#[derive(Debug, Clone)]
+struct FrictionSlope {
+    /// ∂μ/∂v_t (s/m, world).
+    slope: Vector3<f64>,
+    /// Speed of A's surface away from B's at the touching point (m/s).
+    parting: f64,
+    /// Angular velocities of A and B (rad/s) and velocities of their moving surfaces (m/s, world).
+    spins: [Vector3<f64>; 2],
+    surfaces: [Vector3<f64>; 2],
+}
+
+impl FrictionSlope {
+    fn new(world: &World, contact: &Contact, states: &[State]) -> Option<Self> {
+        let most = contact.law.static_friction?;
+        let velocity = contact.point_velocity(world, states);
+        let n = contact.normal();
+        let slip = velocity - n * n.dot(&velocity);
+        let (_, slope) = world.stick_speed().share(slip.norm());
+        if slope == 0.0 {
+            return None;
+        }
+        let owners = [Partner::Body(contact.key.body), contact.key.partner];
+        let of = |owner: Partner, local: Vector3<f64>| match owner.body() {
+            Some(body) => states[body].pose().rotation * local,
+            None => local,
+        };
+        let spin = |owner: Partner| owner.body().map_or(Vector3::zeros(), |body| states[body].spin);
+        let range = most - world.friction_between(contact.key.body, contact.key.partner);
+        let surfaces = owners.map(|owner| of(owner, world.surface_of(owner)));
+        Some(Self {
+            slope: slip.normalize() * (slope * range),
+            parting: n.dot(&(velocity + surfaces[0] - surfaces[1])),
+            spins: owners.map(|owner| of(owner, spin(owner))),
+            surfaces,
+        })
+    }
+
+    /// δμ for changes of both sides. With the velocity v of A's surface relative to B's,
+    ///
+    /// ```text
+    /// δμ = ∂μ/∂v_t · (δv − δn n·v)                                                  (G6c)
+    /// ```
+    fn change(&self, of: &LinearCoupling, sides: [&SideChangeInput; 2], rows: &RowChange) -> f64 {
+        let mut change = -rows.turn.cross(&of.tangent.normal()) * self.parting;
+        let arms = of.tangent.arms();
+        for (side, (given, sign)) in sides.into_iter().zip([1.0, -1.0]).enumerate() {
+            let spin = of.rotations[side] * given.spin + given.turn.cross(&self.spins[side]);
+            let moved = given.velocity + given.turn.cross(&self.surfaces[side]);
+            let turning = spin.cross(&arms[side]) + self.spins[side].cross(&rows.arms[side]);
+            change += (moved + turning) * sign;
+        }
+        self.slope.dot(&change)
     }
 }

@@ -108,23 +108,7 @@ impl LinearIsland {
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
         self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
-        for &place in view.contacts {
-            self.island.admit(&contacts[place], |body| view.places[body]);
-            if let Some(tensor) = contacts[place].friction_tensor(step.world, step.states) {
-                self.island.setting_mut().set_friction_tensor(&tensor);
-            }
-            if contacts[place].has_law_offset(step.world) {
-                self.island.carry(contacts[place].law_offset(step.world, step.states));
-            }
-        }
-        self.island.admit_moments(step, contacts, view.contacts);
-        for &joint in view.joints {
-            self.island.admit_joint(step, joint, |body| view.places[body]);
-        }
-        for &gear in view.gears {
-            self.island.admit_gear(step, gear);
-        }
-        self.island.tie();
+        self.island.admit_all(step, contacts, view);
         let rolls = !self.island.setting().all_isotropic;
         self.island.setting_mut().make_isotropic();
         self.is_one = true;
