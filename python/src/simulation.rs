@@ -290,38 +290,18 @@ impl PySimulation {
 
     /// Sets the motor of a joint axis, 0, 1, 2 along x, y, z and 3, 4, 5 about them. The motor
     /// controls speed or position. Without both targets, the motor is removed.
-    #[allow(clippy::too_many_arguments)]
-    fn put_motor(
-        &self,
-        joint: usize,
-        axis: usize,
-        speed: Option<f64>,
-        position: Option<f64>,
-        stiffness: f64,
-        damping: f64,
-        max_force: f64,
-    ) -> PyResult<()> {
-        let motor = motor(speed, position, stiffness, damping, max_force);
+    fn put_motor(&self, joint: usize, axis: usize, given: MotorNumbers) -> PyResult<()> {
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
-        simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
+        simulation.set_motor(joint, joint_axis(axis), motor(given)).map_err(refused)
     }
 
     /// Sets the motor of the sum of a gear with a drive.
-    fn put_gear_motor(
-        &self,
-        gear: usize,
-        speed: Option<f64>,
-        position: Option<f64>,
-        stiffness: f64,
-        damping: f64,
-        max_force: f64,
-    ) -> PyResult<()> {
-        let motor = motor(speed, position, stiffness, damping, max_force);
+    fn put_gear_motor(&self, gear: usize, given: MotorNumbers) -> PyResult<()> {
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
         let drive = simulation.world().gears().get(gear).and_then(Gear::drive);
-        let drive = Drive { motor, ..drive.copied().unwrap_or_default() };
+        let drive = Drive { motor: motor(given), ..drive.copied().unwrap_or_default() };
         simulation.set_gear_drive(gear, drive).map_err(refused)
     }
 
@@ -535,14 +515,11 @@ fn joint_axis(axis: usize) -> JointAxis {
     if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) }
 }
 
+/// Target speed, target position, stiffness, damping and largest force of a motor.
+type MotorNumbers = (Option<f64>, Option<f64>, f64, f64, f64);
+
 /// Motor that controls speed, with damping if that is positive, or position. None without both.
-fn motor(
-    speed: Option<f64>,
-    position: Option<f64>,
-    stiffness: f64,
-    damping: f64,
-    max_force: f64,
-) -> Option<Motor> {
+fn motor((speed, position, stiffness, damping, max_force): MotorNumbers) -> Option<Motor> {
     match (speed, position) {
         (Some(target), _) if damping > 0.0 => Some(Motor::Damper { target, damping, max_force }),
         (Some(target), _) => Some(Motor::Speed { target, max_force }),

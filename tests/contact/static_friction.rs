@@ -98,6 +98,57 @@ fn a_slope_between_the_angles_of_friction_has_two_motions() {
     }
 }
 
+/// A block that is thrown up a slope stops and stays, at whichever part of a step.
+#[test]
+fn a_slip_that_turns_around_stops() {
+    let angle = 28.0_f64.to_radians();
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let world = block(angle, 0.002, integrator);
+        for number in 0..20 {
+            let speed = 0.3 + 0.0037 * f64::from(number);
+            let motion = Motion::native(&world);
+            let mut simulation =
+                Simulation::new(world.clone(), [start(angle, -speed)], motion).unwrap();
+            let end = run(&mut simulation, 100);
+            assert!(end < 1e-9, "{integrator:?} {speed}: {end}");
+        }
+    }
+}
+
+/// A rod falls over its edge without slip: the edge moves on an arc about the centre, which is no slip. The
+/// motion is the one with the static coefficient at any speed.
+#[test]
+fn an_edge_that_turns_does_not_slip() {
+    let half = Vector3::new(0.01, 0.1, 0.5);
+    let lean = 10.0_f64.to_radians();
+    let fall = |friction: f64, most: f64, integrator: Integrator| {
+        let parameters = Parameters {
+            bodies: vec![RigidBody::solid_box(1.0, half).unwrap()],
+            ground: Some(Plane::level()),
+            gravity: Vector3::new(0.0, 0.0, -G),
+            friction,
+            time_step: 0.002,
+            rotation: Rotation::Momentum,
+        };
+        let world = World::new(parameters).unwrap().with_integrator(integrator);
+        let world = world.with_coefficient(Coefficient::StaticFriction, most).unwrap();
+        let attitude = Vector4::new((0.5 * lean).cos(), 0.0, (0.5 * lean).sin(), 0.0);
+        let state = State { attitude, ..start(0.0, 0.0) };
+        let edge = state.pose().rotation * Vector3::new(half.x, 0.0, -half.z);
+        let motion = Motion::native(&world);
+        let mut simulation =
+            Simulation::new(world, [State { position: -edge, ..state }], motion).unwrap();
+        run(&mut simulation, 250);
+        *simulation.state()
+    };
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let (held, whole) = (fall(0.05, 0.9, integrator), fall(0.9, 0.9, integrator));
+        let tilt = 2.0 * held.attitude[2].atan2(held.attitude[0]).to_degrees();
+        assert!((tilt - 31.7).abs() < 0.3, "{integrator:?}: {tilt}");
+        assert!((held.position - whole.position).norm() < 1e-9, "{integrator:?}");
+    }
+}
+
 /// Coefficients of owners and pairs combine as those of kinetic friction do.
 #[test]
 fn static_coefficients_combine() {

@@ -90,6 +90,30 @@ fn a_joint_rests_until_its_static_friction() {
     }
 }
 
+/// A slide of 1 kg with 1 N of dry friction and 5 N at rest moves against a force of 3.5 N. It stops and stays,
+/// at whichever part of a step.
+#[test]
+fn a_joint_that_turns_around_holds() {
+    for (number, integrator) in
+        (0..20).flat_map(|number| [(number, Integrator::Euler), (number, Integrator::Leapfrog)])
+    {
+        let drive = Drive { friction: 1.0, static_friction: Some(5.0), force: -3.5, ..Drive::NONE };
+        let world = slide(1.0, drive).with_integrator(integrator);
+        let speed = 0.1 + 0.0013 * f64::from(number);
+        let start = State { velocity: Vector3::x() * speed, ..at(Vector3::zeros()) };
+        let motion = Motion::native(&world);
+        let mut simulation = Simulation::new(world, [start], motion).unwrap();
+        let mut record = StepRecord::new();
+        for _ in 0..(0.1 / H) as usize {
+            step(&mut simulation, &mut record);
+        }
+        let end = simulation.state();
+        assert!(end.velocity.norm() < 1e-9, "{number}: {}", end.velocity);
+        let way = speed * speed / 9.0;
+        assert!((end.position.x - way).abs() < speed * H, "{number}: {} {way}", end.position.x);
+    }
+}
+
 /// Checks v = Σ f h/m for a force that is set in every step, and for the same force over time.
 #[test]
 fn a_force_is_set_from_step_to_step_and_over_time() {

@@ -81,10 +81,9 @@ pub fn in_file(name: &str, kind: FileKind) -> String {
         (Some((_, field, _)), FileKind::Scenario) | (Some((_, _, field)), FileKind::Run) => {
             (*field).to_owned()
         }
-        (None, _) if Coefficient::ALL.iter().any(|of| of.name() == name) => match kind {
-            FileKind::Scenario => format!("ground.{name}"),
-            FileKind::Run => format!("parameters.coefficients.{name}"),
-        },
+        (None, FileKind::Run) if Coefficient::ALL.iter().any(|of| of.name() == name) => {
+            format!("parameters.coefficients.{name}")
+        }
         (None, _) => name.to_owned(),
     }
 }

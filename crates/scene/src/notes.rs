@@ -26,6 +26,7 @@ impl Scene {
     pub fn notes(&self) -> Vec<String> {
         let of_robots = self.robots.iter().flat_map(|robot| {
             let name = format!("{}{}", robot.prefix(), robot.robot().name);
+            let name = if name.is_empty() { "the robot".to_owned() } else { name };
             robot.robot().notes.iter().map(move |note| format!("{name}: {note}"))
         });
         let of_terrains = self.model.terrains.iter().filter_map(note_on_terrain);

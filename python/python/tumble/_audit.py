@@ -70,7 +70,8 @@ class Recorded:
     """Time at the end of the step, s."""
     step: MeasuredStep
     replay: float = 0.0
-    """Largest difference of the recorded velocities from those of the step, m/s or rad/s."""
+    """Largest difference of the recorded velocities, and of the recorded positions over the time step, from those of
+    the step, m/s or rad/s."""
 
 
 @dataclass(frozen=True)
@@ -268,7 +269,8 @@ def audit_steps(recorded: Iterable[Recorded], tolerance: float, title: str, name
             )
         )
     if replay > tolerance:
-        notes[f"recorded velocities differ from those of mj_step by up to {replay:.1e}; mj_step's are audited"] = None
+        said = f"the recorded motion differs from that of mj_step by up to {replay:.1e} m/s or rad/s"
+        notes[f"{said}; mj_step's is audited"] = None
     if unsolved:
         notes[f"{unsolved} exact steps are not solved"] = None
     size = max((len(velocity) for velocity in own), default=0)

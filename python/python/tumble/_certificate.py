@@ -155,8 +155,12 @@ def rows_of(
     time_step: float,
     names: list[str],
     motion: Floats,
+    stretch: Floats,
 ) -> tuple[CertificateRow, ...]:
-    """Residuals of every group, from impulses p, row velocities u, the diagonal of W and the mean motion of rows."""
+    """Residuals of every group, from impulses p, row velocities u, the diagonal of W and the mean motion of rows.
+
+    Slips and friction forces are those without the factors ``stretch`` of the rows.
+    """
     rows: list[CertificateRow] = []
     at = 0
     starts: list[int] = []
@@ -167,14 +171,14 @@ def rows_of(
         if friction is not None:
             gap = offsets[at] * time_step
             power = float(impulses[span] @ motion[span]) / time_step
-            row = _contact(name, friction, impulses[span], speeds[span], response[span], gap, time_step)
+            row = _contact(name, friction, impulses[span], speeds[span], response[span], stretch[span], gap, time_step)
             rows.append(replace(row, power=power))
         elif own[0][0] == "rolling":
             power = float(impulses[span] @ motion[span]) / time_step
             (_, contact, rolling), _, (_, _, torsional) = own
             load, limits = float(impulses[starts[int(contact)]]), (rolling, torsional)
-            row = _moment(name, limits, load, impulses[span], speeds[span], response[span], time_step)
-            rows.append(replace(row, power=power))
+            numbers = impulses[span], speeds[span], response[span], stretch[span]
+            rows.append(replace(_moment(name, limits, load, *numbers, time_step), power=power))
         else:
             for place, law in zip(range(at, at + size), own):
                 power = float(impulses[place] * motion[place]) / time_step
@@ -185,7 +189,7 @@ def rows_of(
 
 
 def _contact(
-    name: str, friction: float, p: Floats, u: Floats, response: Floats, gap: float, time_step: float
+    name: str, friction: float, p: Floats, u: Floats, response: Floats, stretch: Floats, gap: float, time_step: float
 ) -> CertificateRow:
     import numpy as np
 
@@ -202,8 +206,8 @@ def _contact(
         kind="contact",
         gap=float(gap),
         force=float(p[0]) / time_step,
-        friction_force=pull / time_step,
-        slip=float(np.linalg.norm(u[1:])),
+        friction_force=float(np.linalg.norm(p[1:] * stretch[1:])) / time_step,
+        slip=float(np.linalg.norm(u[1:] / stretch[1:])),
         gap_speed=float(u[0]),
         ratio=_ratio(pull, largest),
         penetration=max(0.0, -float(u[0])),
@@ -215,7 +219,14 @@ def _contact(
 
 
 def _moment(
-    name: str, limits: tuple[float, float], pressed: float, p: Floats, u: Floats, response: Floats, time_step: float
+    name: str,
+    limits: tuple[float, float],
+    pressed: float,
+    p: Floats,
+    u: Floats,
+    response: Floats,
+    stretch: Floats,
+    time_step: float,
 ) -> CertificateRow:
     """Residuals of a moment, whose rolling and torsional parts have limits of their own."""
     import numpy as np
@@ -233,8 +244,8 @@ def _moment(
         kind="moment",
         gap=0.0,
         force=pressed / time_step,
-        friction_force=float(np.linalg.norm(p)) / time_step,
-        slip=float(np.linalg.norm(u)),
+        friction_force=float(np.linalg.norm(p * stretch)) / time_step,
+        slip=float(np.linalg.norm(u / stretch)),
         gap_speed=0.0,
         ratio=ratio,
         penetration=0.0,

@@ -59,6 +59,7 @@ def legend(*names: str) -> str:
 def chart(title: str, times: Floats, values: Floats, logarithmic: bool = False) -> str:
     """Curves of the columns of ``values`` (K, C) over ``times`` (K,) in s, with a heading."""
     shown = np.log10(np.maximum(values, _LEAST)) if logarithmic else values
+    title = f"{title}, log axis" if logarithmic else title
     finite = shown[np.isfinite(shown)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     span = max(high - low, 1e-300)

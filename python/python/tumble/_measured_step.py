@@ -54,6 +54,9 @@ class MeasuredStep:
     """Mean velocity of every row over the step (R,), m/s, without the gap of normal rows."""
     velocity_names: tuple[str, ...] = ()
     """Name of each velocity (n,), or none."""
+    stretch: Floats | None = None
+    """Factor of every row, where friction depends on the direction (R,): its velocity and impulse without the factor
+    are u / s and s p."""
     drifted: bool = False
     """Whether offsets of locked rows are position errors of the start, which an exact step leaves."""
 
@@ -75,6 +78,7 @@ class MeasuredStep:
                 self.time_step,
                 self.labels,
                 self.motion,
+                np.ones(len(p)) if self.stretch is None else self.stretch,
             ),
             time_step=self.time_step,
             notes=self.notes,

@@ -11,7 +11,7 @@ import numpy as np
 from ._certificate import Certificate
 from ._measured_step import MeasuredStep, checked_step
 from ._mujoco_metric import gyroscopic_derivatives, is_discrete, smooth_derivatives, smooth_force, step_mass, uncoupled
-from ._mujoco_rows import ContactRows, JointRows, groups_at, laws_of, mujoco, notes_of, raised_margins
+from ._mujoco_rows import ContactRows, JointRows, filled, groups_at, laws_of, mujoco, notes_of, raised_margins
 from ._mujoco_step import HardStepper, single_stage
 from ._types import Floats
 
@@ -85,7 +85,8 @@ def measured_step(stepper: HardStepper, data: Any) -> tuple[MeasuredStep, Any]:
         + [collector.joint_name(*row) for row in limits],
         notes=notes,
     )
-    return replace(step, drifted=True), after
+    stretch = np.concatenate([contacts.factors(), opened.factors()[: 3 * len(opened.gap)]])
+    return replace(step, drifted=True, stretch=filled(stretch, len(step.impulses))), after
 
 
 def _unsymmetric_forces(stepper: HardStepper, data: Any, after: Any) -> Floats:
@@ -141,7 +142,7 @@ def _contact_forces(model: Any, data: Any, contacts: ContactRows) -> Floats:
     for place, index in enumerate(contacts.index):
         mujoco.mj_contactForce(model, data, int(index), forces[place])
     pushes, moments = forces[:, :3], forces[contacts.resisting][:, [4, 5, 3]]
-    pushes[:, 2] /= contacts.stretch
-    moments[:, 1] /= contacts.turn_stretch
+    pushes[:, 1:] /= contacts.stretch
+    moments[:, :2] /= contacts.turn_stretch
     carried: Floats = np.concatenate([pushes.ravel(), moments.ravel()])
     return carried

@@ -36,9 +36,11 @@ def recorded_steps(model: Any, recording: Any, every: int) -> Iterator[Recorded]
         step, after = measured_step(stepper, data)
         replay = 0.0
         if k + 1 < len(states):
-            velocity, time = _velocity(states, k + 1)
+            position, velocity, time = _motion(states, k + 1)
             if abs(time - data.time - time_step) < 1e-6 * time_step:
-                replay = float(np.abs(velocity - after.qvel).max(initial=0.0))
+                moved = np.zeros(model.nv)
+                mujoco.mj_differentiatePos(model, moved, time_step, after.qpos, position)
+                replay = float(np.abs([velocity - after.qvel, moved]).max(initial=0.0))
         yield Recorded(k, float(data.time) + time_step, step, replay)
 
 
@@ -93,7 +95,8 @@ class _States(Sequence[Any]):
         return data
 
 
-def _velocity(states: Sequence[Any], k: int) -> tuple[Floats, float]:
+def _motion(states: Sequence[Any], k: int) -> tuple[Floats, Floats, float]:
+    """Positions, velocities and time of state ``k``."""
     if isinstance(states, _States):
-        return states.arrays["qvel"][k], float(states.times[k])
-    return states[k].qvel, float(states[k].time)
+        return states.arrays["qpos"][k], states.arrays["qvel"][k], float(states.times[k])
+    return states[k].qpos, states[k].qvel, float(states[k].time)

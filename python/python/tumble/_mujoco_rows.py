@@ -29,6 +29,8 @@ _IMMOVABLE = 1e-9
 """Largest entry of a normal row that counts as zero."""
 _LEAST_FRICTION = 1e-5
 """MuJoCo raises coefficients to this one, mjMINMU."""
+_FLATTER = 1e-3
+"""Least difference of the cosine of a contact's slope from that of a height field that is none of its surface."""
 
 
 @dataclass
@@ -62,9 +64,9 @@ class ContactRows:
     gap: Floats
     """Distance beyond MuJoCo's margin (C,), m."""
     friction: Floats
-    """Coefficient along the first tangent (C,); zero for contacts without friction."""
+    """Larger coefficient along the tangents (C,); zero for contacts without friction."""
     stretch: Floats
-    """Factor of the second tangent, μ₂ / μ₁ (C,)."""
+    """Coefficients along both tangents over the larger one (C, 2)."""
     surface: Floats
     """Velocities of the surfaces along the tangents (C, 2), m/s."""
     resisting: Integers
@@ -72,9 +74,9 @@ class ContactRows:
     turns: Floats
     """Spin of the second geom against the first about tangents and normal (T, 3, nv)."""
     turning: Floats
-    """Coefficients of rolling friction about the first tangent and of torsional friction (T, 2), m."""
+    """Larger coefficient of rolling friction about the tangents, and that of torsional friction (T, 2), m."""
     turn_stretch: Floats
-    """Factor of the turn about the second tangent, as ``stretch`` (T,)."""
+    """Coefficients of rolling about both tangents over the larger one (T, 2)."""
     immovable: int
     """Contacts left out, because no joint moves the geoms along the normal."""
 
@@ -91,6 +93,12 @@ class ContactRows:
         """Rows of contacts, then of moments (3 C + 3 T, nv)."""
         rows: Floats = np.concatenate([*self.J, *self.turns, np.zeros((0, self.J.shape[2]))])
         return rows
+
+    def factors(self) -> Floats:
+        """Factors of the same rows (3 C + 3 T,)."""
+        contacts = np.column_stack([np.ones(len(self.gap)), self.stretch])
+        moments = np.column_stack([self.turn_stretch, np.ones(len(self.resisting))])
+        return np.concatenate([contacts.ravel(), moments.ravel()])
 
     def laws(self) -> list[Law]:
         """Laws of the same rows."""
@@ -160,7 +168,7 @@ class RowCollector:
         self._no_joints = JointRows(integers, integers, integers, np.zeros((0, model.nv)), none, none)
         pairs, rows = np.zeros((0, 2)), np.zeros((0, 3, model.nv))
         self._no_contacts = ContactRows(
-            integers, pairs.astype(np.int64), rows, none, none, none, pairs, integers, rows, pairs, none, 0
+            integers, pairs.astype(np.int64), rows, none, none, pairs, pairs, integers, rows, pairs, pairs, 0
         )
 
     def check(self, data: Any) -> None:
@@ -184,6 +192,7 @@ class RowCollector:
         if ahead is not None:
             gap += ahead.travel
             used &= gap <= ahead.bodies[model.geom_bodyid[geoms]].sum(axis=1)
+            used &= (gap <= 0.0) | ~self._beside_fields(data, geoms)
         kept = np.flatnonzero(used)
         if not len(kept):
             return self._no_contacts
@@ -193,27 +202,25 @@ class RowCollector:
         if immovable:
             kept, J, turns = kept[movable], J[movable], turns[movable]
         geoms = geoms[kept]
+        dim = np.asarray(found.dim)[kept]
         frictions = np.asarray(found.friction).reshape(-1, 5)[kept]
-        first, second = frictions[:, 0], frictions[:, 1]
-        rough = (np.asarray(found.dim)[kept] >= 3) & (first > _LEAST_FRICTION)
-        stretch = np.where(rough, second / np.where(rough, first, 1.0), 1.0)
-        J[:, 2] *= stretch[:, None]
-        turning = np.where(np.asarray(found.dim)[kept, None] >= [6, 4], frictions[:, [3, 2]], 0.0)
-        turning[turning <= _LEAST_FRICTION] = 0.0
-        resisting = np.flatnonzero(rough & turning.any(axis=1))
-        turns, turning = turns[resisting][:, [1, 2, 0]], turning[resisting]
-        turn_stretch = np.where(turning[:, 0] > 0.0, frictions[resisting, 4] / frictions[resisting, 3], 1.0)
-        turns[:, 1] *= turn_stretch[:, None]
+        friction, stretch = _stretched(frictions[:, :2], dim >= 3)
+        J[:, 1:] *= stretch[:, :, None]
+        rolling, turn_stretch = _stretched(frictions[:, 3:], dim >= 6)
+        torsion = np.where((dim >= 4) & (frictions[:, 2] > _LEAST_FRICTION), frictions[:, 2], 0.0)
+        turning = np.stack([rolling, torsion], axis=1)
+        resisting = np.flatnonzero(turning.any(axis=1))
+        turns, turning, turn_stretch = turns[resisting][:, [1, 2, 0]], turning[resisting], turn_stretch[resisting]
+        turns[:, :2] *= turn_stretch[:, :, None]
         surface = np.zeros((len(kept), 2))
         if hasattr(found, "surfacevel"):
-            surface += np.asarray(found.surfacevel).reshape(-1, 3)[kept, :2]
-            surface[:, 1] *= stretch
+            surface += np.asarray(found.surfacevel).reshape(-1, 3)[kept, :2] * stretch
         return ContactRows(
             index=kept,
             geoms=geoms,
             J=J,
             gap=gap[kept],
-            friction=np.where(rough, first, 0.0),
+            friction=friction,
             stretch=stretch,
             surface=surface,
             resisting=resisting,
@@ -222,6 +229,33 @@ class RowCollector:
             turn_stretch=turn_stretch,
             immovable=immovable,
         )
+
+    def _beside_fields(self, data: Any, geoms: Integers) -> Any:
+        """Mask of contacts (C,) with the side of a height field's prisms: their normal is flatter than the field near
+        them."""
+        model, found = self.model, data.contact
+        beside = np.zeros(len(geoms), bool)
+        for geom in np.flatnonzero(model.geom_type == int(mujoco.mjtGeom.mjGEOM_HFIELD)):
+            field = model.geom_dataid[geom]
+            rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
+            width, depth, height, _ = model.hfield_size[field]
+            start = int(model.hfield_adr[field])
+            heights = height * np.asarray(model.hfield_data)[start : start + rows * columns].reshape(rows, columns)
+            steps = 2.0 * width / (columns - 1), 2.0 * depth / (rows - 1)
+            along, across = np.abs(np.diff(heights, axis=1)) / steps[0], np.abs(np.diff(heights, axis=0)) / steps[1]
+            # Largest slope of both triangles of each cell.
+            slopes = np.hypot(np.maximum(along[1:], along[:-1]), np.maximum(across[:, 1:], across[:, :-1]))
+            own = np.flatnonzero((geoms == geom).any(axis=1))
+            axes = np.asarray(data.geom_xmat[geom]).reshape(3, 3)
+            local = (np.asarray(found.pos).reshape(-1, 3)[own] - data.geom_xpos[geom]) @ axes
+            rises = np.abs(np.asarray(found.frame).reshape(-1, 9)[own, :3] @ axes[:, 2])
+            cells = (local[:, :2] + [width, depth]) / steps
+            for place, rise, (column, row) in zip(own, rises, np.floor(cells).astype(int)):
+                if not (0 <= column < columns - 1 and 0 <= row < rows - 1):
+                    continue
+                near = slopes[max(row - 1, 0) : max(row + 2, 1), max(column - 1, 0) : max(column + 2, 1)]
+                beside[place] = rise < 1.0 / np.hypot(1.0, near.max(initial=0.0)) - _FLATTER
+        return beside
 
     def _contact_directions(self, data: Any, geoms: Integers, kept: Integers) -> tuple[Floats, Floats]:
         """Velocity and spin of the second geom against the first in each contact's frame (C, 3, nv)."""
@@ -357,6 +391,18 @@ def _margins_add_up() -> bool:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return bool(data.contact.includemargin[0] > 1.5)
+
+
+def filled(factors: Floats, count: int) -> Floats:
+    """Factors of the first of ``count`` rows, and 1 for the others (R,)."""
+    return np.concatenate([factors, np.ones(count - len(factors))])
+
+
+def _stretched(pairs: Floats, acts: Any) -> tuple[Floats, Floats]:
+    """Larger coefficient of each pair (C,), 0 if it does not act, and both over it (C, 2)."""
+    most = np.where(acts & (pairs.max(axis=1) > _LEAST_FRICTION), pairs.max(axis=1), 0.0)
+    acts = most[:, None] > 0.0
+    return most, np.where(acts, pairs / np.where(acts, most[:, None], 1.0), 1.0)
 
 
 def _skew(levers: Floats) -> Floats:

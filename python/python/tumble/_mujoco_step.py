@@ -27,6 +27,7 @@ from ._mujoco_rows import (
     JointRows,
     Reach,
     RowCollector,
+    filled,
     groups_at,
     laws_of,
     mujoco,
@@ -113,7 +114,7 @@ class HardStep:
             collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))
         ]
         step = checked_step(names=names, notes=self.notes, **self._parts["step"])
-        return replace(step, drifted=True)
+        return replace(step, drifted=True, stretch=filled(contacts.factors(), len(step.impulses)))
 
 
 class HardStepper:
@@ -349,11 +350,11 @@ class HardStepper:
         forces = step["impulses"] / step["time_step"]
         count = len(contacts.gap)
         pushes = forces[: 3 * count].reshape(-1, 3).copy()
-        pushes[:, 2] *= contacts.stretch
+        pushes[:, 1:] *= contacts.stretch
         moments = np.zeros((count, 3))
         ends = 3 * (count + len(contacts.resisting))
         moments[contacts.resisting] = forces[3 * count : ends].reshape(-1, 3)
-        moments[contacts.resisting, 1] *= contacts.turn_stretch
+        moments[contacts.resisting, :2] *= contacts.turn_stretch
         rows = np.zeros(len(data.efc_force))
         rows[joints.index] = forces[ends:]
         if count:

@@ -212,12 +212,12 @@ class RobotJoint:
     def target(self, target: float | None) -> None:
         put = self._robot.simulation._core.put_motor
         if target is None:
-            put(*self._axis, None, None, 0.0, 0.0, 0.0)
+            put(*self._axis, (None, None, 0.0, 0.0, 0.0))
         elif not self.stiffness > 0.0:
             raise TumbleError(f"stiffness of {self.name} is needed for a target; set it first")
         else:
             place, max_force = float(target) - self._reference, self._max_force(self.max_force)
-            put(*self._axis, None, place, self.stiffness, self.damping, max_force)
+            put(*self._axis, (None, place, self.stiffness, self.damping, max_force))
         self._target = None if target is None else float(target)
 
     @property
@@ -232,7 +232,7 @@ class RobotJoint:
     def hold_speed(self, speed: float, max_force: float | None = None) -> None:
         """Sets a speed motor with the force limit ``max_force``, by default the one of the file."""
         max_force = self._max_force(self.max_force if max_force is None else max_force)
-        self._robot.simulation._core.put_motor(*self._axis, speed, None, 0.0, 0.0, max_force)
+        self._robot.simulation._core.put_motor(*self._axis, (speed, None, 0.0, 0.0, max_force))
         self._target = None
 
     def _max_force(self, max_force: float | None) -> float:

@@ -345,7 +345,7 @@ class Simulation(Queries):
         """
         number, place = self._axis(joint, axis)
         max_force = _max_force(speed, position, max_force)
-        self._core.put_motor(number, place, speed, position, stiffness, damping, max_force)
+        self._core.put_motor(number, place, (speed, position, stiffness, damping, max_force))
 
     def set_gear_motor(
         self,
@@ -364,7 +364,7 @@ class Simulation(Queries):
         """
         gear = whole("gear", gear, 0)
         max_force = _max_force(speed, position, max_force)
-        self._core.put_gear_motor(gear, speed, position, stiffness, damping, max_force)
+        self._core.put_gear_motor(gear, (speed, position, stiffness, damping, max_force))
 
     def set_force(self, joint: str, force: float, *, axis: str | None = None) -> None:
         """Sets the constant force (N) or torque (N m) of a joint axis for the following steps."""

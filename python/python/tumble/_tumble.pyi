@@ -9,6 +9,7 @@ import numpy.typing as npt
 from ._contacts import Contacts
 
 Floats = npt.NDArray[np.float64]
+MotorNumbers = tuple[float | None, float | None, float, float, float]
 Progress = Callable[[int, int], object] | None
 Surface = tuple[Floats, npt.NDArray[np.uint32], tuple[int, int, int]]
 
@@ -216,25 +217,8 @@ class CoreSimulation:
     def forces(self) -> Floats: ...
     @property
     def contacts(self) -> Contacts: ...
-    def put_motor(
-        self,
-        joint: int,
-        axis: int,
-        speed: float | None,
-        position: float | None,
-        stiffness: float,
-        damping: float,
-        max_force: float,
-    ) -> None: ...
-    def put_gear_motor(
-        self,
-        gear: int,
-        speed: float | None,
-        position: float | None,
-        stiffness: float,
-        damping: float,
-        max_force: float,
-    ) -> None: ...
+    def put_motor(self, joint: int, axis: int, given: MotorNumbers) -> None: ...
+    def put_gear_motor(self, gear: int, given: MotorNumbers) -> None: ...
     def put_controls(self, robot: CoreRobot, controls: Floats) -> None: ...
     def put_force(self, joint: int, axis: int, force: float) -> None: ...
     def coordinates_of(self, robot: CoreRobot, near: Floats) -> tuple[Floats, Floats]: ...

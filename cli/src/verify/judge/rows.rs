@@ -45,6 +45,7 @@ impl StepJudge {
             });
             match contact {
                 Ok(mut contact) => {
+                    contact.hold(&self.world, &step.states, next);
                     motions.set_slip_offset(&self.world, &step.states, &mut contact);
                     touching.contacts.push(contact);
                 }

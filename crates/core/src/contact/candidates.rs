@@ -142,6 +142,20 @@ impl Candidates {
         self.rebound.set(world, states, &mut self.contacts);
     }
 
+    /// Gives the contacts at these indices, which [turn around](Contact::turns_around) in the step `states`
+    /// → `next`, the friction of contacts without slip.
+    pub fn hold_slips(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        places: &[usize],
+    ) {
+        for &place in places {
+            self.contacts[place].hold(world, states, next);
+        }
+    }
+
     /// Adds the contacts that the step `states` → `next` makes deeper than `depth` (m) and that are
     /// not candidates yet.
     ///

@@ -115,6 +115,30 @@ impl Contact {
         0.5 * world.time_step() * force.dot(&(before + after))
     }
 
+    /// Work of the `moment` (N m, world) × h of the contact on the mean of the angular velocities before and
+    /// after the step `states` → `next` of `world` (eq. 31) (J).
+    pub(crate) fn moment_work(
+        &self,
+        world: &World,
+        moment: &Vector3<f64>,
+        states: &[State],
+        next: &[State],
+    ) -> f64 {
+        if *moment == Vector3::zeros() {
+            return 0.0;
+        }
+        let (scheme, h) = (world.rotation(), world.time_step());
+        let turning = |body: usize| {
+            let of = &world.bodies()[body];
+            let (inertia, inverse) = (of.inertia(), of.inertia_inverse());
+            let before = scheme.arriving_spin(inertia, inverse, &states[body].spin, h);
+            let after = scheme.departing_spin(inertia, inverse, &next[body].spin, h);
+            states[body].pose().rotation * (before + after)
+        };
+        let other = self.key.partner.body().map_or(Vector3::zeros(), turning);
+        0.5 * h * moment.dot(&(turning(self.key.body) - other))
+    }
+
     /// e c_n⁻ times `share` (eq. 29), for a free flight from `states` to `free` (m/s). It is 0 if
     /// the contact does not bounce, or if a list has no state of one of the bodies.
     #[must_use]

@@ -22,6 +22,8 @@ use nalgebra::Vector3;
 /// Smallest slip with an offset, in units of the change of velocity that smooth accelerations
 /// explain in a step.
 const FAST: f64 = 1.0;
+/// Slip along the initial one below which a contact has stopped, times the world's speed scale.
+const SLOWEST: f64 = 1e-9;
 
 /// Motions of the bodies at the instant from which a step starts, for the offsets of slips.
 #[derive(Debug, Clone, Default)]
@@ -82,12 +84,64 @@ impl Contact {
     /// Sets the coefficient of friction of the step (eq. 42), if there is a static one above the kinetic one:
     /// the [share](World::stick_speed) of both at the slip at `states`, the start of the step.
     pub fn set_friction(&mut self, world: &World, states: &[State]) {
-        let Some(friction) = self.law.static_friction else { return };
+        if self.law.static_friction.is_some() {
+            let slip = self.initial_slip(world, states).norm();
+            self.law.friction = self.friction_at(world, slip, self.arc_slip(world, states));
+        }
+    }
+
+    /// Takes the friction of a contact without slip if the step `states` → `next` [turns its
+    /// slip around](Self::turns_around).
+    pub fn hold(&mut self, world: &World, states: &[State], next: &[State]) {
+        if self.turns_around(world, states, next, SLOWEST) {
+            self.law.friction = self.friction_at(world, 0.0, 0.0);
+        }
+    }
+
+    /// True if the contact has a static coefficient and slips in the step `states` → `next` against its
+    /// slip at the start, or along it by less than `slowest` times the world's speed scale. It has stopped
+    /// within the step.
+    #[must_use]
+    pub fn turns_around(
+        &self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        slowest: f64,
+    ) -> bool {
+        if self.law.friction >= self.friction_at(world, 0.0, 0.0) {
+            return false;
+        }
+        let before = self.initial_slip(world, states);
+        let along = self.slip(world, states, next).dot(&before);
+        along < slowest * world.speed_scale() * before.norm()
+    }
+
+    /// Coefficient of friction at a `slip` that is known to within `arc` (m/s).
+    fn friction_at(&self, world: &World, slip: f64, arc: f64) -> f64 {
+        let Some(most) = self.law.static_friction else { return self.law.friction };
+        let (share, _) = world.stick_speed().share(slip, arc);
+        let least = world.friction_between(self.key.body, self.key.partner);
+        (1.0 - share) * least + share * most
+    }
+
+    /// Slip of the touching points at `states` (m/s, world).
+    fn initial_slip(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let velocity = self.point_velocity(world, states);
         let normal = self.normal();
-        let slip = velocity - normal * normal.dot(&velocity);
-        let (share, _) = world.stick_speed().share(slip.norm());
-        self.law.friction = (1.0 - share) * self.law.friction + share * friction;
+        velocity - normal * normal.dot(&velocity)
+    }
+
+    /// Bound on the slip at an instant of points that do not slip over a step, because they move along arcs
+    /// and the step along chords: h Σ |(ω × (ω × y))_t| (m/s).
+    fn arc_slip(&self, world: &World, states: &[State]) -> f64 {
+        let point = states[self.key.body].position + self.arm;
+        let arc = |body: usize| {
+            let of = BodyVelocity::new(&states[body]);
+            let inward = of.angular.cross(&of.angular.cross(&(point - of.position)));
+            (inward - self.normal() * self.normal().dot(&inward)).norm()
+        };
+        world.time_step() * self.key.bodies().map(arc).sum::<f64>()
     }
 
     /// Share of the static coefficient in the friction of the step in `world`.

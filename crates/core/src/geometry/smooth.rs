@@ -153,9 +153,8 @@ pub(super) fn cylinder(
     radius: f64,
     sides: usize,
 ) -> Result<(Smooth, Vec<Vector3<f64>>), Error> {
-    let allowed = "1e-6 to 1e4";
-    in_range("half length of the cylinder (m)", half_length, 1e-6, 1e4, allowed)?;
-    in_range("radius of the cylinder (m)", radius, 1e-6, 1e4, allowed)?;
+    in_range("half length of the cylinder (m)", half_length, 1e-6, 1e4, "1e-6 to 1e4")?;
+    in_range("radius of the cylinder (m)", radius, 1e-6, 1e4, "1e-6 to 1e4")?;
     check_sides(sides)?;
     let ends = [-half_length, half_length];
     let corners = ends.iter().flat_map(|end| rim(radius, *end, sides)).collect();
@@ -169,9 +168,8 @@ pub(super) fn cone(
     radius: f64,
     sides: usize,
 ) -> Result<(Smooth, Vec<Vector3<f64>>), Error> {
-    let allowed = "1e-6 to 1e4";
-    in_range("half height of the cone (m)", half_height, 1e-6, 1e4, allowed)?;
-    in_range("radius of the cone (m)", radius, 1e-6, 1e4, allowed)?;
+    in_range("half height of the cone (m)", half_height, 1e-6, 1e4, "1e-6 to 1e4")?;
+    in_range("radius of the cone (m)", radius, 1e-6, 1e4, "1e-6 to 1e4")?;
     check_sides(sides)?;
     let apex = Vector3::z() * half_height;
     let corners = rim(radius, -half_height, sides).chain([apex]).collect();

@@ -114,12 +114,14 @@ impl Drive {
         motor: None,
     };
 
-    /// Dry friction at a `rate` in the step before (m/s or rad/s), and true if it is the static one.
-    pub(crate) fn friction_at(&self, rate: f64) -> (f64, bool) {
-        match self.static_friction {
-            Some(friction) if rate.abs() <= STICK_RATE => (friction, true),
+    /// Dry friction of a negative and of a positive rate in a step with this `rate` in the step before (m/s
+    /// or rad/s), each with true if it is the static one. It is static unless the axis goes on: an axis that
+    /// turns around has stopped in between.
+    pub(crate) fn friction_at(&self, rate: f64) -> [(f64, bool); 2] {
+        [-rate, rate].map(|on| match self.static_friction {
+            Some(friction) if on <= STICK_RATE => (friction, true),
             _ => (self.friction, false),
-        }
+        })
     }
 
     /// True if it has dry friction.
@@ -309,9 +311,12 @@ impl Axis {
             let inertia = drive.armature / time_step * to_impulse;
             sum.add_line(inertia * start.rate, inertia / length);
         }
-        let (friction, _) = drive.friction_at(start.rate);
-        if friction > 0.0 {
-            sum.add_jump(0.0, friction * to_impulse);
+        let [below, above] = drive.friction_at(start.rate).map(|(friction, _)| friction);
+        if below != above {
+            sum.add_line(0.5 * (below - above) * to_impulse, 0.0);
+        }
+        if below + above > 0.0 {
+            sum.add_jump(0.0, 0.5 * (below + above) * to_impulse);
         }
         match drive.motor {
             None => {}

@@ -106,7 +106,7 @@ impl Axis {
         projection(spring, (change.stiffness, change.damping, change.rest));
         let mut held = 0.0;
         let side = |is_left: bool| if is_left { 1.0 } else { -1.0 };
-        let (friction, is_static) = drive.friction_at(start.rate);
+        let (friction, is_static) = drive.friction_at(start.rate)[usize::from(u >= 0.0)];
         let by_friction = if is_static { 0.0 } else { change.friction };
         if friction > 0.0 || by_friction != 0.0 {
             held += side(u < 0.0) * (by_friction + friction * longer);

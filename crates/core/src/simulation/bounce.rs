@@ -16,7 +16,8 @@
 //! If an impulse closes another contact, that contact bounces too, with its own approach speed
 //! ([`Contact::struck`]), and the island is solved again. Without this, a brick that lands on two
 //! corners within a step would lose its energy at the second one. Each trial solves only the
-//! affected islands; others keep their solution. The record holds the smallest σ. At σ = 0 the
+//! affected islands; others keep their solution. In the same way a contact with static friction whose slip
+//! turns around in the step has stopped in between, and takes its static coefficient. The record holds the smallest σ. At σ = 0 the
 //! impact is plastic and creates no energy, except for the rotation within a step
 //! ([`wild`](super::unphysical)).
 
@@ -33,6 +34,9 @@ pub const SHARE_FOUND_TO: f64 = 1.0 / 65536.0;
 /// slow.
 pub const SHARE_SOLVED_TO: f64 = 1.0 / 64.0;
 
+/// Slip against the initial one that counts as turned around, times the world's speed scale (m/s).
+const TURNED: f64 = 1e-9;
+
 /// Rounding of a zero work, relative to the sum of the work of all impulses.
 const ROUNDING: f64 = 1e-12;
 
@@ -47,8 +51,8 @@ pub(super) struct Bounce {
     shares: Vec<f64>,
     /// True if the island of this body is solved again.
     marked: Vec<bool>,
-    /// Indices of contacts that were closed by impulses of other contacts.
-    struck: Vec<usize>,
+    /// Indices of contacts that were closed by impulses of other contacts, or whose slips turned around.
+    changed: Vec<usize>,
 }
 
 /// Impacts of an island in a step, and the search for its share.
@@ -188,7 +192,7 @@ impl Bounce {
     ) -> Result<(StepReport, f64), Error> {
         let mut report = solver.solve(step, candidates, solution)?;
         check_sizes(solution, step, candidates.contacts().len())?;
-        if !bounces(candidates.contacts()) {
+        if !bounces(candidates.contacts()) && !step.world.has_static_friction() {
             return Ok((report, 1.0));
         }
         let bodies = step.states.len();
@@ -200,8 +204,10 @@ impl Bounce {
             let islands = solver.islands();
             let is_solved =
                 |body| islands.as_ref().map_or(solved, |islands| islands.is_solved(body));
-            if self.find_struck(step, candidates.contacts(), solution, is_solved) {
-                candidates.strike(step.world, step.states, &self.struck);
+            if self.find(step, candidates.contacts(), solution, is_solved, true) {
+                candidates.hold_slips(step.world, step.states, &solution.states, &self.changed);
+            } else if self.find(step, candidates.contacts(), solution, is_solved, false) {
+                candidates.strike(step.world, step.states, &self.changed);
             } else if self.go_on(is_solved) {
                 candidates.share_restitution(step.world, step.states, &self.shares);
             } else {
@@ -226,10 +232,13 @@ impl Bounce {
         self.impacts.clear();
         self.impacts.resize(bodies, IslandImpact::default());
         let h = step.world.time_step();
-        for (contact, force) in contacts.iter().zip(solution.forces()) {
+        for (place, (contact, force)) in contacts.iter().zip(solution.forces()).enumerate() {
             let impact = &mut self.impacts[self.islands.label(contact.key.body)];
             impact.bounces |= contact.bounces();
-            impact.work += contact.impact_work(step.world, &force, step.states, &solution.states);
+            let (world, states, next) = (step.world, step.states, &solution.states);
+            let turning = contact.moment_work(world, &solution.moment(place), states, next);
+            impact.work += contact.impact_work(world, &force, states, next) + turning;
+            impact.size += turning.abs();
             let before = contact.arriving_velocity(step.world, step.states).norm();
             let after =
                 contact.departing_velocity(step.world, step.states, &solution.states).norm();
@@ -242,30 +251,32 @@ impl Bounce {
         }
     }
 
-    /// Finds and stores the contacts that impulses of other contacts close, in solved islands only.
-    /// Returns true if there are any.
-    fn find_struck(
+    /// Finds and stores the contacts that impulses of other contacts close, or those whose `slips` turn
+    /// around, in solved islands only. Returns true if there are any.
+    fn find(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
         solution: &StepSolution,
         is_solved: impl Fn(usize) -> bool,
+        slips: bool,
     ) -> bool {
-        self.struck.clear();
+        self.changed.clear();
         self.marked.clear();
         self.marked.resize(step.states.len(), false);
         for (place, (contact, found)) in contacts.iter().zip(&solution.contacts).enumerate() {
             let bounces = self.impacts[self.islands.label(contact.key.body)].bounces;
             let presses = found.carries_force() && is_solved(contact.key.body);
-            if bounces && presses && contact.may_be_struck() {
-                self.struck.push(place);
+            let turns = || contact.turns_around(step.world, step.states, &solution.states, -TURNED);
+            if presses && if slips { turns() } else { bounces && contact.may_be_struck() } {
+                self.changed.push(place);
                 self.marked[self.islands.label(contact.key.body)] = true;
             }
         }
         for body in 0..step.states.len() {
             self.marked[body] = self.marked[self.islands.label(body)];
         }
-        !self.struck.is_empty()
+        !self.changed.is_empty()
     }
 
     /// Advances every search by one trial. `is_solved` is true for bodies whose island converged.

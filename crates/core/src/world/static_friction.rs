@@ -7,8 +7,6 @@ use crate::error::{Error, in_range};
 
 /// Slip up to which a contact has its static coefficient, unless another one is set (m/s).
 const STICK_SPEED: f64 = 1e-6;
-/// Largest slip of a table (m/s).
-const FASTEST: f64 = 1000.0;
 
 const STATIC: Constant = Constant::Coefficient(Coefficient::StaticFriction);
 
@@ -33,11 +31,11 @@ impl Default for StickSpeed {
 }
 
 impl StickSpeed {
-    /// Share at a `slip` (m/s), and its derivative (s/m).
+    /// Share at a `slip` (m/s), and its derivative (s/m). A limit is raised by `arc` (m/s).
     #[must_use]
-    pub fn share(&self, slip: f64) -> (f64, f64) {
+    pub fn share(&self, slip: f64, arc: f64) -> (f64, f64) {
         let rows = match self {
-            Self::Limit(speed) => return (f64::from(u8::from(slip <= *speed)), 0.0),
+            Self::Limit(speed) => return (f64::from(u8::from(slip <= *speed + arc)), 0.0),
             Self::Table(rows) => rows,
         };
         let next = rows.partition_point(|[speed, _]| *speed < slip);
@@ -62,7 +60,7 @@ impl World {
     pub fn with_stick_speed(mut self, of: StickSpeed) -> Result<Self, Error> {
         match &of {
             StickSpeed::Limit(speed) => {
-                in_range("stick speed (m/s)", *speed, 0.0, FASTEST, "0 to 1000")?;
+                in_range("stick speed (m/s)", *speed, 0.0, 1e3, "0 to 1000")?;
             }
             StickSpeed::Table(rows) => {
                 if rows.is_empty() {
@@ -72,7 +70,7 @@ impl World {
                 let mut least = 0.0;
                 for [speed, share] in rows {
                     let allowed = "0 to 1000, not below the one before";
-                    least = in_range("slip of stick_speed (m/s)", *speed, least, FASTEST, allowed)?;
+                    least = in_range("slip of stick_speed (m/s)", *speed, least, 1e3, allowed)?;
                     in_range("share of stick_speed", *share, 0.0, 1.0, "0 to 1")?;
                 }
             }

@@ -159,12 +159,19 @@ impl Assembled {
         let ground = owners.iter().find(|(owner, _)| *owner == PartnerModel::Ground);
         let ground = ground.map(|(_, shape)| self.robot.shapes[*shape].own_friction(model.mu));
         let has_ground = ground.map_or([false; 2], |own| [own.torsional > 0.0, own.rolling > 0.0]);
+        // Two shapes of an MJCF file do not have the friction of another ground.
+        let has_world = TURNING.map(|of| {
+            let of_world = model.coefficients.get(&of).and_then(|all| all.world);
+            self.robot.options.has_world && of_world > Some(0.0)
+        });
         for (owner, shape) in owners {
             let own = self.robot.shapes[shape].own_friction(model.mu);
             let turning = [own.torsional, own.rolling].into_iter().zip(TURNING);
             // Bodies without their own coefficients would have the ground's.
             for (k, (friction, of)) in turning.enumerate() {
-                if owner != PartnerModel::Ground && (friction > 0.0 || has_ground[k]) {
+                if owner != PartnerModel::Ground
+                    && (friction > 0.0 || has_ground[k] || has_world[k])
+                {
                     model.coefficients_mut(of).owners.push((owner, friction));
                 } else if friction > 0.0 {
                     model.coefficients_mut(of).world = Some(friction);

@@ -39,6 +39,9 @@ const FLAGS: &str = "\
     warmstart filterparent actuation refsafe sensor midphase eulerdamp autoreset nativeccd \
     island override energy fwdinv invdiscrete multiccd sleep diagexact ipc speculative";
 
+/// Note on parameters of `<option>` for all contacts.
+const OVERRIDE: &str = "the flag override has no effect: contacts keep their friction and margins, not o_friction and o_margin";
+
 /// Values of a flag.
 const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
 
@@ -91,14 +94,19 @@ pub fn options(root: &Element, notes: &mut RobotNotes) -> Parsed<(RobotOptions, 
             notes.say("integrator, solver and cone of <option> have no effect".to_owned());
         }
         for flag in &element.children {
-            set_flags(flag, &mut options, &mut flags)?;
+            set_flags(flag, &mut options, &mut flags, notes)?;
         }
     }
     Ok((options, flags))
 }
 
 /// Reads one `<flag>` element. Flags without effect here are ignored.
-fn set_flags(element: &Element, options: &mut RobotOptions, flags: &mut Flags) -> Parsed<()> {
+fn set_flags(
+    element: &Element,
+    options: &mut RobotOptions,
+    flags: &mut Flags,
+    notes: &mut RobotNotes,
+) -> Parsed<()> {
     if element.tag != "flag" {
         return Err(element.wrong("this element is unknown in <option>"));
     }
@@ -123,6 +131,7 @@ fn set_flags(element: &Element, options: &mut RobotOptions, flags: &mut Flags) -
             ("clampctrl", false) => flags.clamps = false,
             ("filterparent", on) => options.neighbours_touch = !on,
             ("actuation", false) => flags.actuators = false,
+            ("override", true) => notes.say(OVERRIDE.to_owned()),
             _ => {}
         }
     }

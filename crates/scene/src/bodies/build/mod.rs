@@ -503,7 +503,7 @@ impl<'a> Builder<'a> {
         let friction_axis = match (entry.axis, entry.factor) {
             (Some(axis), Some(factor)) => Some((axis.0, factor)),
             (None, None) if velocity.is_some() => None,
-            (None, None) => return Err("a velocity, or an axis and a factor are needed".to_owned()),
+            (None, None) => return Err("velocity: one is needed, or axis and factor".to_owned()),
             (Some(_), None) => return Err("factor: an axis needs one".to_owned()),
             (None, Some(_)) => return Err("axis: a factor needs one".to_owned()),
         };

@@ -361,7 +361,7 @@ impl FrictionSlope {
         let velocity = contact.point_velocity(world, states);
         let n = contact.normal();
         let slip = velocity - n * n.dot(&velocity);
-        let (_, slope) = world.stick_speed().share(slip.norm());
+        let (_, slope) = world.stick_speed().share(slip.norm(), 0.0);
         if slope == 0.0 {
             return None;
         }

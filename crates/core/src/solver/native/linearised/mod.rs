@@ -209,6 +209,11 @@ impl StepDerivative {
         self.pulling.clear();
         self.pulls_at_rest = 0;
         step.check(contacts)?;
+        let is_central = matches!(self.smoothing, Some(Smoothing::CentralPath(_)));
+        if is_central && step.world.has_turning_friction() {
+            let why = "rolling and torsional friction are not part of it; use compliance";
+            return Err(Error::Unsupported { what: "derivative on the central path", why });
+        }
         let (world, bodies) = (step.world, step.states.len());
         let sizes = [solution.states.len(), solution.contacts.len()];
         if sizes != [bodies, contacts.len()] {
