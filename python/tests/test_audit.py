@@ -252,6 +252,13 @@ class TestMujoco:
         arrays["qvel"][7, 0] += 0.1
         assert "differ from those of mj_step by up to 1.0e-01" in referee.audit(arrays, model=model).notes[0]
 
+    def test_positions_that_no_step_made_are_noted(self):
+        model, data = self.stack(1)
+        states = self.recorded(model, data, 20)
+        arrays = {name: np.array([getattr(state, name) for state in states]) for name in ("qpos", "qvel", "time")}
+        arrays["qpos"][10:, 0] += 5.0
+        assert "differ from those of mj_step by up to 2.5e+03" in referee.audit(arrays, model=model).notes[0]
+
     def test_an_overlap_that_springs_back_makes_energy(self):
         model, data = self.stack(1, option="timestep='0.001'")
         data.qpos[2] = 0.095

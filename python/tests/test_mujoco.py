@@ -87,6 +87,79 @@ def test_friction_may_differ_along_the_tangents():
         assert np.linalg.norm(data.qvel[:2]) == pytest.approx(1.0 - friction * GRAVITY * 0.1, abs=1e-9)
 
 
+@pytest.mark.parametrize("frictions", ["0.5 0.1", "0.1 0.5", "0 0.5"])
+def test_slips_and_forces_of_two_coefficients_are_those_of_the_motion(frictions):
+    pair = f"<contact><pair geom1='floor' geom2='body' friction='{frictions} 0 0 0' condim='3'/></contact>"
+    model, data = load(
+        f"<geom name='floor' type='plane' size='5 5 1'/><body pos='0 0 .1'><freejoint/><geom name='body' {BOX} mass='2'/></body>",
+        "cone='elliptic'",
+        pair,
+    )
+    data.qpos[2] -= 1e-9
+    mujoco.mj_forward(model, data)
+    second = data.contact[0].frame.reshape(3, 3)[2].copy()
+    data.qpos[2] = 0.1
+    data.qvel[:3] = second
+    friction = float(frictions.split()[1])
+    certificate = steps(model, data, 1)[0].certificate()
+    speed = 1.0 - friction * GRAVITY * 0.002
+    assert second @ data.qvel[:3] == pytest.approx(speed, abs=1e-9)
+    rows = [row for row in certificate.rows if row.kind == "contact" and row.force > 0.0]
+    assert all(row.slip == pytest.approx(speed, abs=1e-6) for row in rows)
+    assert sum(row.friction_force for row in rows) == pytest.approx(friction * 2 * GRAVITY, rel=1e-6)
+    soft = tm.certify(model, data)
+    mujoco.mj_step(model, data)
+    # Its corners have the speed of the box and some of its rotation.
+    found = max(row.slip for row in soft.rows if row.kind == "contact")
+    assert found == pytest.approx(np.linalg.norm(data.qvel[:2]), rel=0.1)
+
+
+def test_a_frictionless_ball_is_stopped_by_torsional_resistance():
+    model, data = on_floor(ROLLING.replace("6", "4", 1), 0.1, "", friction="0 0.01 0.01")
+    data.qvel[5] = 10.0
+    steps(model, data, 50)
+    assert data.qvel[5] == pytest.approx(10.0 - 0.01 * GRAVITY * 0.1 / (0.4 * 0.01), abs=1e-6)
+
+
+def test_one_coefficient_of_rolling_acts_about_its_tangent():
+    pair = "<contact><pair geom1='floor' geom2='body' friction='.5 .5 0 0 .02' condim='6'/></contact>"
+    model, data = load(
+        "<geom name='floor' type='plane' size='5 5 1'/>"
+        "<body pos='0 0 .1'><freejoint/><geom name='body' type='sphere' size='.1' mass='2'/></body>",
+        "cone='elliptic'",
+        pair,
+    )
+    data.qpos[2] -= 1e-9
+    mujoco.mj_forward(model, data)
+    first = data.contact[0].frame.reshape(3, 3)[1].copy()
+    data.qpos[2] = 0.1
+    # Rolls along the first tangent, about the second.
+    data.qvel[:3] = first
+    data.qvel[3:] = np.cross([0.0, 0.0, 1.0], first) / 0.1
+    steps(model, data, 100)
+    assert first @ data.qvel[:3] == pytest.approx(1.0 - 0.02 * GRAVITY * 0.2 / (1.4 * 0.1), abs=1e-3)
+
+
+@pytest.mark.parametrize("way", [0, 1])
+def test_a_box_slides_straight_over_a_flat_height_field(way):
+    model, data = load(
+        "<geom name='floor' type='hfield' hfield='flat' friction='0.5'/>"
+        f"<body pos='0.03 0.02 0.2'><freejoint/><geom name='body' {BOX} mass='2' friction='0.5'/></body>",
+        more="<asset><hfield name='flat' nrow='20' ncol='20' size='2 2 .2 .1'/></asset>",
+    )
+    model.hfield_data[:] = 0.5
+    data.qvel[way] = 1.0
+    start = data.qpos[:2].copy()
+    steps(model, data, 150)
+    moved = data.qpos[:2] - start
+    # v² / (2 μ g), to the first order of the time step.
+    assert moved[way] == pytest.approx(0.10194, abs=2e-3) and abs(moved[1 - way]) < 1e-4
+    # Box ahead of the field: no contact with the side of a cell.
+    data = mujoco.MjData(model)
+    data.qpos[2], data.qvel[0] = 0.2004, 2.0
+    assert max((row.penetration for row in tm.certify(model, data).rows), default=0.0) == 0.0
+
+
 def test_a_ball_lands_on_the_floor_and_bounces_with_restitution():
     model, data = on_floor("type='sphere' size='.1'", 0.3)
     steps(model, data, 300)

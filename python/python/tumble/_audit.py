@@ -269,8 +269,8 @@ def audit_steps(recorded: Iterable[Recorded], tolerance: float, title: str, name
             )
         )
     if replay > tolerance:
-        said = f"the recorded motion differs from that of mj_step by up to {replay:.1e} m/s or rad/s"
-        notes[f"{said}; mj_step's is audited"] = None
+        said = f"recorded states differ from those of mj_step by up to {replay:.1e} m/s or rad/s"
+        notes[f"{said}; mj_step's are audited"] = None
     if unsolved:
         notes[f"{unsolved} exact steps are not solved"] = None
     size = max((len(velocity) for velocity in own), default=0)

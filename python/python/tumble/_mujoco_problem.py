@@ -68,7 +68,11 @@ class StepProblem:
         contacts = self.contacts.kept(near)
         rows = np.concatenate([contacts.directions(), self.joints.J])
         w = np.concatenate([offsets[near].ravel(), np.zeros(3 * len(contacts.resisting)), fixed])
-        laws = [_FRICTIONLESS if law == 0.0 else law for law in contacts.laws()]
+        resisting = set(contacts.resisting.tolist())
+        laws = [
+            _FRICTIONLESS if law == 0.0 and place not in resisting else law
+            for place, law in enumerate(contacts.laws())
+        ]
         resist = near[self.contacts.resisting]
         guess = None
         if self.start is not None:
