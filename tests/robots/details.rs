@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_core::world::Integrator;
+use tumble_core::world::{Integrator, Partner};
 use tumble_robot::Assembled;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
@@ -390,4 +390,27 @@ fn left_out_elements_are_removed() {
     assert_eq!((names, robot.keys.len(), scene.bodies.len()), (vec!["turn"], 0, 1));
     let why = with("leave_out = [\"tendon\", \"gaol\"]").err().unwrap_or_default();
     assert!(why.contains("\"gaol\""), "{why}");
+}
+
+/// Two bodies of an MJCF file have the friction of the file between them, not the rolling friction of the scene's ground.
+/// On the ground its own acts.
+#[test]
+fn bodies_of_a_file_keep_their_friction() {
+    let body =
+        |x: f64| format!("<body pos='{x} 0 0.1'><freejoint/><geom size='0.1' condim='3'/></body>");
+    let text = format!(
+        "<mujoco><option><flag override='enable'/></option><worldbody>{}{}</worldbody></mujoco>",
+        body(0.0),
+        body(0.3)
+    );
+    let scene = scene_with(
+        "[ground]\nfriction = 0.5\nrolling_friction = 0.01\n[[robots]]\nfile = \"given.file\"\n",
+        &text,
+    )
+    .unwrap();
+    let rolling = |partner| scene.world.turning_friction_between(0, partner).rolling;
+    assert_eq!((rolling(Partner::Body(1)), rolling(Partner::Ground)), (0.0, 0.01));
+    let notes = scene.notes();
+    assert!(notes.iter().any(|note| note.contains("the flag override has no effect")), "{notes:?}");
+    assert!(notes.iter().all(|note| !note.starts_with(':')), "{notes:?}");
 }

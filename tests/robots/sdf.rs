@@ -251,6 +251,28 @@ fn forms_are_read_and_cones_have_their_mass() {
     }
 }
 
+/// A collision without a density has that of the link, which is 1000 kg/m³ without one.
+#[test]
+fn automatic_masses_need_one_density() {
+    let inertial = |link: &str, own: &str| {
+        let link =
+            if link.is_empty() { String::new() } else { format!("<density>{link}</density>") };
+        let own = if own.is_empty() { String::new() } else { format!("<density>{own}</density>") };
+        let part = "<geometry><box><size>.1 .1 .1</size></box></geometry></collision>";
+        format!(
+            "<model name='m'><link name='l'><inertial auto='true'>{link}</inertial>
+             <collision name='c'>{own}{part}<collision name='d'><pose>1 0 0 0 0 0</pose>{part}</link></model>"
+        )
+    };
+    for (link, own) in [("500", "2000"), ("", "2000")] {
+        let said = why(&inertial(link, own));
+        assert!(said.contains("auto: only one density is supported"), "{said}");
+    }
+    for (link, own, mass) in [("500", "500", 1.0), ("500", "", 1.0), ("", "1000", 2.0)] {
+        near(&[robot(&inertial(link, own)).links[1].mass.mass], &[mass], "mass");
+    }
+}
+
 #[test]
 fn models_of_other_files_are_included() {
     let gripper = "<sdf version='1.9'><model name='g'><link name='l'><pose>0 0 1 0 0 0</pose>

@@ -202,9 +202,16 @@ impl Film {
         bodies.map(|(body, state)| of(&self.world, body, state)).sum()
     }
 
-    /// Kinetic energy in a frame (J).
+    /// Kinetic energy in a frame (J): that of the velocities of the instant, if they are known.
     pub(crate) fn kinetic(&self, frame: &TableStep) -> f64 {
-        self.energy(frame, energy::kinetic)
+        let of_instant = |(body, state): (&RigidBody, &State)| {
+            let turning = state.spin.dot(&(body.inertia() * state.spin));
+            0.5 * (body.mass() * state.velocity.norm_squared() + turning)
+        };
+        match frame.instants.as_slice() {
+            [] => self.energy(frame, energy::kinetic),
+            instants => self.world.bodies().iter().zip(instants).map(of_instant).sum(),
+        }
     }
 
     /// Gravitational potential energy in a frame, relative to the origin (J).

@@ -10,7 +10,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
-use tumble_core::world::{Constant, Parameters, World};
+use tumble_core::world::{Coefficient, Constant, Parameters, World};
 
 const MASS: f64 = 2.0;
 const H: f64 = 0.002;
@@ -211,6 +211,19 @@ fn two_balls_push_each_other_by_their_mean_mass() {
 
 /// Checks that the smoothed derivative has a force before the ball touches, larger at smaller
 /// heights. The exact derivative has none.
+/// Moments of contacts are not part of the path.
+#[test]
+fn rolling_friction_is_refused() {
+    let (world, states) = ball(0.0, Vector3::x(), 0.5);
+    let world = world.with_coefficient(Coefficient::RollingFriction, 0.01).unwrap();
+    let (simulation, record) = step(&world, &states, &[]).unwrap();
+    let mut central = StepDerivative::smoothed(Smoothing::CentralPath(1e-3)).unwrap();
+    let said = simulation.linearise(&record, &mut central).unwrap_err().to_string();
+    assert!(said.contains("central path") && said.contains("use compliance"), "{said}");
+    let mut soft = StepDerivative::smoothed(Smoothing::Compliance(1e-5)).unwrap();
+    simulation.linearise(&record, &mut soft).unwrap();
+}
+
 #[test]
 fn central_path_has_a_force_above_the_ground() {
     let scene = ball(4e-4, Vector3::zeros(), 0.3);

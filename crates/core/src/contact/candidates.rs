@@ -142,15 +142,9 @@ impl Candidates {
         self.rebound.set(world, states, &mut self.contacts);
     }
 
-    /// Gives the contacts at these indices, which [turn around](Contact::turns_around) in the step `states`
-    /// → `next`, the friction of contacts without slip.
-    pub fn hold_slips(
-        &mut self,
-        world: &World,
-        states: &[State],
-        next: &[State],
-        places: &[usize],
-    ) {
+    /// Gives the contacts at these indices, whose slips [reverse](Contact::reverses) in the step `states` →
+    /// `next`, the friction of contacts without slip.
+    pub fn catch(&mut self, world: &World, states: &[State], next: &[State], places: &[usize]) {
         for &place in places {
             self.contacts[place].hold(world, states, next);
         }

@@ -90,10 +90,10 @@ impl Contact {
         }
     }
 
-    /// Takes the friction of a contact without slip if the step `states` → `next` [turns its
-    /// slip around](Self::turns_around).
+    /// Takes the friction of a contact without slip if the step `states` → `next` [reverses its
+    /// slip](Self::reverses).
     pub fn hold(&mut self, world: &World, states: &[State], next: &[State]) {
-        if self.turns_around(world, states, next, SLOWEST) {
+        if self.reverses(world, states, next, SLOWEST) {
             self.law.friction = self.friction_at(world, 0.0, 0.0);
         }
     }
@@ -102,13 +102,7 @@ impl Contact {
     /// slip at the start, or along it by less than `slowest` times the world's speed scale. It has stopped
     /// within the step.
     #[must_use]
-    pub fn turns_around(
-        &self,
-        world: &World,
-        states: &[State],
-        next: &[State],
-        slowest: f64,
-    ) -> bool {
+    pub fn reverses(&self, world: &World, states: &[State], next: &[State], slowest: f64) -> bool {
         if self.law.friction >= self.friction_at(world, 0.0, 0.0) {
             return false;
         }

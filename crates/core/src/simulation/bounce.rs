@@ -205,7 +205,7 @@ impl Bounce {
             let is_solved =
                 |body| islands.as_ref().map_or(solved, |islands| islands.is_solved(body));
             if self.find(step, candidates.contacts(), solution, is_solved, true) {
-                candidates.hold_slips(step.world, step.states, &solution.states, &self.changed);
+                candidates.catch(step.world, step.states, &solution.states, &self.changed);
             } else if self.find(step, candidates.contacts(), solution, is_solved, false) {
                 candidates.strike(step.world, step.states, &self.changed);
             } else if self.go_on(is_solved) {
@@ -267,7 +267,7 @@ impl Bounce {
         for (place, (contact, found)) in contacts.iter().zip(&solution.contacts).enumerate() {
             let bounces = self.impacts[self.islands.label(contact.key.body)].bounces;
             let presses = found.carries_force() && is_solved(contact.key.body);
-            let turns = || contact.turns_around(step.world, step.states, &solution.states, -TURNED);
+            let turns = || contact.reverses(step.world, step.states, &solution.states, -TURNED);
             if presses && if slips { turns() } else { bounces && contact.may_be_struck() } {
                 self.changed.push(place);
                 self.marked[self.islands.label(contact.key.body)] = true;

@@ -246,14 +246,13 @@ impl<'a> SdfReader<'a> {
         let at = link.one("inertial")?.unwrap_or(link);
         let given = |tag: &'static str| at.all(tag).next().filter(|_| at.tag == "inertial");
         if matches!(at.own("auto"), Some("true" | "1")) {
-            let mut own = link.all("collision").flat_map(|one| one.all("density"));
-            let first = own.next();
-            if own.any(|one| Some(&one.text) != first.map(|first| &first.text)) {
-                return Err(
-                    at.wrong("auto: only one density is supported; add <mass> and <inertia>")
-                );
+            let usual = given("density").map_or("1000", |density| &*density.text);
+            let own = |one: &Element| one.all("density").next().map_or(usual, |own| &*own.text);
+            let density = link.all("collision").next().map_or(usual, own);
+            if link.all("collision").any(|one| own(one) != density) {
+                let why = "auto: only one density is supported; add <mass> and <inertia>";
+                return Err(at.wrong(why));
             }
-            let density = first.or(given("density")).map_or("1000", |density| &density.text);
             return Ok(made("inertial", at).holding([made("density", at).with("value", density)]));
         }
         let frame = if at.tag == "inertial" {

@@ -57,7 +57,7 @@ pub fn body_facts(film: &Film, b: usize) -> Vec<Fact> {
     if *load.point() != Vector3::zeros() {
         add("force at", format!("{} m, body", vector(load.point())));
     }
-    if let Some(state) = film.frames.first().map(|frame| &frame.states[b]) {
+    if let Some(state) = film.frames.first().map(|frame| &frame.instant_states()[b]) {
         // Velocity scale: a body that falls by its own size.
         let reach = look.reach();
         let speed = (film.world.gravity().norm() * reach).sqrt();

@@ -86,12 +86,13 @@ impl EncodedPoses {
         // Five digits of the smallest body and of the largest speed; four are displayed.
         let smallest = film.bodies.iter().map(Object::reach).fold(f64::INFINITY, f64::min);
         let length_step = digit(smallest, 5);
-        let poses = || spans.iter().flat_map(|span| &span[0].states);
+        let poses = || spans.iter().flat_map(|span| span[0].instant_states());
         let fastest = poses().map(|pose| pose.velocity.norm()).fold(0.0, f64::max);
         let start = frames.first().map_or(Vector3::zeros(), |frame| frame.states[0].position);
         let origin = start.map(|x| (x / length_step).round() * length_step);
         let of_bodies = |part: &dyn Fn(&State) -> f64| -> Vec<Vec<f64>> {
-            let of_body = |b: usize| spans.iter().map(|span| part(&span[0].states[b])).collect();
+            let of_body =
+                |b: usize| spans.iter().map(|span| part(&span[0].instant_states()[b])).collect();
             (0..film.bodies.len()).map(of_body).collect()
         };
         let positions = [0, 1, 2].map(|k| of_bodies(&|pose| pose.position[k] - origin[k]));
