@@ -95,7 +95,7 @@ impl OutputDirectory {
         let ends = path.extension().and_then(OsStr::to_str).unwrap_or_default();
         if FILES.contains(&ends) && !path.is_dir() {
             let path = shown::path(path);
-            return Err(Failure::Input(format!("--out {path} is a file; a directory is needed")));
+            return Err(Failure::Input(format!("--out {path}: a directory is needed, not a file")));
         }
         fs::create_dir_all(path).map_err(|error| {
             let path = shown::path(path);

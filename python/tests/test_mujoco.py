@@ -171,6 +171,16 @@ def test_a_ball_lands_on_the_floor_and_bounces_with_restitution():
     assert data.qvel[2] == pytest.approx(-0.5 * before, rel=1e-9)
 
 
+def test_energy_that_restitution_makes_is_noted():
+    for condim, expected in (("1", False), ("6", True)):
+        shape = f"type='box' size='.1 .05 .075' condim='{condim}'"
+        model, data = on_floor(shape, 0.108, friction="0.2 0 0.04")
+        data.qpos[3:] = np.array([-0.693, 0.601, -0.373, -0.140]) / np.linalg.norm([-0.693, 0.601, -0.373, -0.140])
+        data.qvel[:] = 0.0, 0.6, -0.15, -8.5, 12.0, 16.0
+        reports = steps(model, data, 20, restitution=0.9)
+        assert any("make" in note and " J" in note for report in reports for note in report.notes) == expected
+
+
 def test_the_contact_problem_of_a_step_has_its_velocities():
     model, data = on_floor(BOX, 0.1, friction=0.3)
     data.qvel[:2] = 0.8, 0.6

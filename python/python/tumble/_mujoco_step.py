@@ -291,6 +291,10 @@ class HardStepper:
             time_step=time_step,
             w=np.concatenate([offsets.ravel(), np.zeros(found.moments.size), fixed]),
         )
+        if self.restitution > 0.0 and not contacts.surface.any():
+            work = 0.5 * float(step["impulses"] @ (step["J"] @ (before + found.after)))
+            if work > 1e-6 * float(before @ mass @ before):
+                notes += (f"the impacts make {work:.2g} J, as Newton's restitution with friction can",)
         report = HardStep(
             solved=solved,
             residual=found.residual,

@@ -127,12 +127,13 @@ impl Contact {
         if *moment == Vector3::zeros() {
             return 0.0;
         }
-        let (scheme, h) = (world.rotation(), world.time_step());
+        let h = world.time_step();
         let turning = |body: usize| {
             let of = &world.bodies()[body];
-            let (inertia, inverse) = (of.inertia(), of.inertia_inverse());
-            let before = scheme.arriving_spin(inertia, inverse, &states[body].spin, h);
-            let after = scheme.departing_spin(inertia, inverse, &next[body].spin, h);
+            let inverse = of.inertia_inverse();
+            let scheme = world.rotation();
+            let before = scheme.arriving_spin(of.inertia(), inverse, &states[body].spin, h);
+            let after = scheme.departing_spin(of.inertia(), inverse, &next[body].spin, h);
             states[body].pose().rotation * (before + after)
         };
         let other = self.key.partner.body().map_or(Vector3::zeros(), turning);

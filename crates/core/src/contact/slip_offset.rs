@@ -127,7 +127,7 @@ impl Contact {
     }
 
     /// Bound on the slip at an instant of points that do not slip over a step, because they move along arcs
-    /// and the step along chords: h Σ |(ω × (ω × y))_t| (m/s).
+    /// and the step along chords: h Σ |(ω × (ω × y))_t| (m/s), and the gap that [is kept](World::kept_gap) over h.
     fn arc_slip(&self, world: &World, states: &[State]) -> f64 {
         let point = states[self.key.body].position + self.arm;
         let arc = |body: usize| {
@@ -135,7 +135,8 @@ impl Contact {
             let inward = of.angular.cross(&of.angular.cross(&(point - of.position)));
             (inward - self.normal() * self.normal().dot(&inward)).norm()
         };
-        world.time_step() * self.key.bodies().map(arc).sum::<f64>()
+        let h = world.time_step();
+        h * self.key.bodies().map(arc).sum::<f64>() + world.kept_gap().unwrap_or(0.0) / h
     }
 
     /// Share of the static coefficient in the friction of the step in `world`.

@@ -145,8 +145,8 @@ impl PiecePair<'_> {
                 self.touch(owner, *point, away, offset, normal.dot(&(on - point)), feature)
             }
             PieceSide::B => {
-                let (own, height) = (self.in_b(point), normal.dot(&(point - on)));
-                self.touch(owner, own, *normal, normal.dot(on), height, feature)
+                let height = normal.dot(&(point - on));
+                self.touch(owner, self.in_b(point), *normal, normal.dot(on), height, feature)
             }
         }
     }

@@ -235,7 +235,8 @@ impl Bounce {
         for (place, (contact, force)) in contacts.iter().zip(solution.forces()).enumerate() {
             let impact = &mut self.impacts[self.islands.label(contact.key.body)];
             impact.bounces |= contact.bounces();
-            let (world, states, next) = (step.world, step.states, &solution.states);
+            let Step { world, states, .. } = step;
+            let next = &solution.states;
             let turning = contact.moment_work(world, &solution.moment(place), states, next);
             impact.work += contact.impact_work(world, &force, states, next) + turning;
             impact.size += turning.abs();

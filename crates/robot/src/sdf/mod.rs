@@ -247,9 +247,10 @@ impl<'a> SdfReader<'a> {
         let given = |tag: &'static str| at.all(tag).next().filter(|_| at.tag == "inertial");
         if matches!(at.own("auto"), Some("true" | "1")) {
             let usual = given("density").map_or("1000", |density| &*density.text);
-            let own = |one: &Element| one.all("density").next().map_or(usual, |own| &*own.text);
-            let density = link.all("collision").next().map_or(usual, own);
-            if link.all("collision").any(|one| own(one) != density) {
+            let own = link.all("collision").map(|one| one.all("density").next());
+            let mut own = own.map(|own| own.map_or(usual, |own| &*own.text));
+            let density = own.next().unwrap_or(usual);
+            if own.any(|other| other != density) {
                 let why = "auto: only one density is supported; add <mass> and <inertia>";
                 return Err(at.wrong(why));
             }
