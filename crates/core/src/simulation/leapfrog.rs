@@ -289,6 +289,7 @@ impl Simulation<'_> {
     pub(super) fn end_leapfrog(&mut self, status: StepStatus) {
         let Self { world, motion, now, before, instants, scratch, .. } = self;
         let Some(instants) = instants else { return };
+        let is_shifted = scratch.converted.iter().any(|of| matches!(of, Converted::Shifted(_)));
         let StepScratch { candidates, solution, free, abrupt, started, added_error, rest, .. } =
             scratch;
         let is_smooth = matches!(
@@ -313,7 +314,7 @@ impl Simulation<'_> {
                 states: &now.states,
                 earlier,
                 free,
-                past: if started { &[] } else { &now.contacts },
+                past: if started || is_shifted { &[] } else { &now.contacts },
                 contacts: candidates.contacts(),
                 solution,
                 resting: rest.bodies(),
