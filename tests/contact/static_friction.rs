@@ -7,7 +7,9 @@ use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Coefficient, Constant, Integrator, Parameters, StickSpeed, World};
+use tumble_core::world::{
+    Coefficient, Constant, Impacts, Integrator, Parameters, StickSpeed, World,
+};
 
 const G: f64 = 9.81;
 const KINETIC: f64 = 0.3;
@@ -111,6 +113,29 @@ fn a_slip_that_turns_around_stops() {
                 Simulation::new(world.clone(), [start(angle, -speed)], motion).unwrap();
             let end = run(&mut simulation, 100);
             assert!(end < 1e-9, "{integrator:?} {speed}: {end}");
+        }
+    }
+}
+
+/// The same with steps of 10 ms whose substeps end where the slip does.
+#[test]
+fn a_slip_that_turns_around_stops_in_substeps() {
+    let angle = 20.0_f64.to_radians();
+    let whole = block(angle, 0.01, Integrator::Leapfrog);
+    let located = whole.clone().with_impacts(Impacts::Located);
+    let accurate = whole.with_accuracy(Some(1e-6)).unwrap();
+    for world in [located, accurate] {
+        for number in 0..12 {
+            let speed = 0.3 + 0.057 * f64::from(number);
+            let motion = Motion::native(&world);
+            let mut simulation =
+                Simulation::new(world.clone(), [start(angle, -speed)], motion).unwrap();
+            let end = run(&mut simulation, 40);
+            assert!(end < 1e-9, "{speed}: {end}");
+            // v²/(2 g (sin α + μ cos α)).
+            let way = speed * speed / (2.0 * G * (angle.sin() + KINETIC * angle.cos()));
+            let moved = (simulation.state().position - start(angle, 0.0).position).norm();
+            assert!((moved - way).abs() < 1e-5, "{speed}: {moved} {way}");
         }
     }
 }

@@ -120,7 +120,7 @@ impl Contact {
     }
 
     /// Slip of the touching points at `states` (m/s, world).
-    fn initial_slip(&self, world: &World, states: &[State]) -> Vector3<f64> {
+    pub(crate) fn initial_slip(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let velocity = self.point_velocity(world, states);
         let normal = self.normal();
         velocity - normal * normal.dot(&velocity)

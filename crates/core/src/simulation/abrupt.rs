@@ -111,15 +111,8 @@ impl TakenStep<'_> {
         past: Option<&ContactForce>,
     ) -> bool {
         let least = STILL * self.world.speed_scale();
-        let before = past.map_or_else(
-            || {
-                let velocity = contact.point_velocity(self.world, self.states);
-                let normal = contact.normal();
-                velocity - normal * normal.dot(&velocity)
-            },
-            |past| past.slip,
-        );
-        ends(&before, &now.slip, least)
+        let initial = || contact.initial_slip(self.world, self.states);
+        ends(&past.map_or_else(initial, |past| past.slip), &now.slip, least)
     }
 
     /// True if rolling or spinning that a moment resists ends or turns back in the step, or would do so in

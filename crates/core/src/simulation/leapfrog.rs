@@ -23,13 +23,13 @@
 //! For a vibration the second sum is the error of its phase. Errors that grow afterwards, as in chaotic
 //! motion, are not in it.
 
-use super::abrupt::TakenStep;
+use super::abrupt::{STILL, TakenStep};
 use super::{Simulation, StepRecord, StepScratch};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
 use crate::simulation::Motion;
-use crate::step::StepStatus;
+use crate::step::{ContactForce, StepStatus};
 use crate::world::Impacts;
 use nalgebra::Vector3;
 use std::mem::take;
@@ -308,13 +308,17 @@ impl Simulation<'_> {
             None => &now.states,
         };
         abrupt.bodies.clear();
+        // Of a substep of another length, only the contacts that stick have the slip of the one before.
+        let sticks = |past: &&ContactForce| past.slip.norm() <= STILL * world.speed_scale();
+        let known = if is_shifted && !started { &*now.contacts } else { &[] };
+        let sticking: Vec<_> = known.iter().filter(sticks).copied().collect();
         if is_smooth {
             abrupt.find(&TakenStep {
                 world,
                 states: &now.states,
                 earlier,
                 free,
-                past: if started || is_shifted { &[] } else { &now.contacts },
+                past: if started || is_shifted { &sticking } else { &now.contacts },
                 contacts: candidates.contacts(),
                 solution,
                 resting: rest.bodies(),
