@@ -35,6 +35,15 @@ def on_floor(shape, height, option="", friction=0.5):
 BOX = "type='box' size='.1 .1 .1'"
 
 
+def tangents(model, data):
+    """Tangents of the first contact of a body that rests on the floor (2, 3)."""
+    height = data.qpos[2]
+    data.qpos[2] -= 1e-9
+    mujoco.mj_forward(model, data)
+    data.qpos[2] = height
+    return data.contact[0].frame.reshape(3, 3)[1:].copy()
+
+
 def steps(model, data, count, **more):
     reports = []
     for _ in range(count):
@@ -80,9 +89,7 @@ def test_friction_may_differ_along_the_tangents():
             "cone='elliptic'",
             pair,
         )
-        data.qpos[2] -= 1e-9
-        mujoco.mj_forward(model, data)
-        data.qvel[:3] = data.contact[0].frame.reshape(3, 3)[1 + direction]
+        data.qvel[:3] = tangents(model, data)[direction]
         steps(model, data, 50)
         assert np.linalg.norm(data.qvel[:2]) == pytest.approx(1.0 - friction * GRAVITY * 0.1, abs=1e-9)
 
@@ -95,10 +102,7 @@ def test_slips_and_forces_of_two_coefficients_are_those_of_the_motion(frictions)
         "cone='elliptic'",
         pair,
     )
-    data.qpos[2] -= 1e-9
-    mujoco.mj_forward(model, data)
-    second = data.contact[0].frame.reshape(3, 3)[2].copy()
-    data.qpos[2] = 0.1
+    second = tangents(model, data)[1]
     data.qvel[:3] = second
     friction = float(frictions.split()[1])
     certificate = steps(model, data, 1)[0].certificate()
@@ -129,10 +133,7 @@ def test_one_coefficient_of_rolling_acts_about_its_tangent():
         "cone='elliptic'",
         pair,
     )
-    data.qpos[2] -= 1e-9
-    mujoco.mj_forward(model, data)
-    first = data.contact[0].frame.reshape(3, 3)[1].copy()
-    data.qpos[2] = 0.1
+    first = tangents(model, data)[0]
     # Rolls along the first tangent, about the second.
     data.qvel[:3] = first
     data.qvel[3:] = np.cross([0.0, 0.0, 1.0], first) / 0.1

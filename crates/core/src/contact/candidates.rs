@@ -142,12 +142,9 @@ impl Candidates {
         self.rebound.set(world, states, &mut self.contacts);
     }
 
-    /// Gives the contacts at these indices, whose slips [reverse](Contact::reverses) in the step `states` →
-    /// `next`, the friction of contacts without slip.
-    pub fn catch(&mut self, world: &World, states: &[State], next: &[State], places: &[usize]) {
-        for &place in places {
-            self.contacts[place].hold(world, states, next);
-        }
+    /// [Holds](Contact::hold) the contacts at these indices, which stop in the step `states` → `next`.
+    pub(crate) fn catch(&mut self, world: &World, states: &[State], next: &[State], at: &[usize]) {
+        at.iter().for_each(|&place| self.contacts[place].hold(world, states, next));
     }
 
     /// Adds the contacts that the step `states` → `next` makes deeper than `depth` (m) and that are

@@ -90,19 +90,25 @@ impl Contact {
         }
     }
 
-    /// Takes the friction of a contact without slip if the step `states` → `next` [reverses its
-    /// slip](Self::reverses).
+    /// Takes the friction of a contact without slip if the step `states` → `next` ends or reverses its slip.
+    ///
+    /// # Panics
+    /// If a list has no state of one of the bodies.
     pub fn hold(&mut self, world: &World, states: &[State], next: &[State]) {
         if self.reverses(world, states, next, SLOWEST) {
             self.law.friction = self.friction_at(world, 0.0, 0.0);
         }
     }
 
-    /// True if the contact has a static coefficient and slips in the step `states` → `next` against its
-    /// slip at the start, or along it by less than `slowest` times the world's speed scale. It has stopped
-    /// within the step.
-    #[must_use]
-    pub fn reverses(&self, world: &World, states: &[State], next: &[State], slowest: f64) -> bool {
+    /// True if the contact has a static coefficient and has stopped within the step `states` → `next`: its slip
+    /// along the one at the start is less than `slowest` times the world's speed scale.
+    pub(crate) fn reverses(
+        &self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        slowest: f64,
+    ) -> bool {
         if self.law.friction >= self.friction_at(world, 0.0, 0.0) {
             return false;
         }
@@ -126,8 +132,8 @@ impl Contact {
         velocity - normal * normal.dot(&velocity)
     }
 
-    /// Bound on the slip at an instant of points that do not slip over a step, because they move along arcs
-    /// and the step along chords: h Σ |(ω × (ω × y))_t| (m/s), and the gap that [is kept](World::kept_gap) over h.
+    /// Largest slip of points that stick, at an instant (m/s): h Σ |(ω × (ω × y))_t|, because they move along
+    /// arcs and a step along chords. The [kept gap](World::kept_gap) over h is added.
     fn arc_slip(&self, world: &World, states: &[State]) -> f64 {
         let point = states[self.key.body].position + self.arm;
         let arc = |body: usize| {

@@ -55,8 +55,8 @@ impl World {
     /// Returns this world with the slips that have the static coefficient, instead of those up to 10⁻⁶ m/s.
     ///
     /// # Errors
-    /// [`Error::Count`] for an empty table; [`Error::OutOfRange`] for a slip outside 0…1000 m/s, or below the one before, and for a share outside
-    /// 0…1.
+    /// [`Error::Count`] for an empty table; [`Error::OutOfRange`] for a slip outside 0…1000 m/s or below the one
+    /// before, and for a share outside 0…1.
     pub fn with_stick_speed(mut self, of: StickSpeed) -> Result<Self, Error> {
         match &of {
             StickSpeed::Limit(speed) => {
