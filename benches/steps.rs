@@ -57,7 +57,7 @@ fn record(world: &World) -> Result<Vec<Recorded>, Error> {
             let (previous, earlier) = (previous.clone(), earlier.clone());
             recorded.push(Recorded { regime, state, free, contacts, previous, earlier });
         }
-        earlier = std::mem::replace(&mut previous, row.solution.clone());
+        earlier = std::mem::replace(&mut previous, row.first().solution.clone());
     }
     Ok(recorded)
 }

@@ -37,8 +37,8 @@ fn main() -> Result<ExitCode, Error> {
     let mut worst = 0.0_f64;
     for _ in 0..STEPS {
         simulation.step(&mut record)?;
-        if record.report.status == StepStatus::Failed {
-            let before = record.certificate;
+        if record.status() == StepStatus::Failed {
+            let before = record.certificate();
             *laws.entry(before.worst_part()).or_default() += 1;
             simulation.take_back(&record);
             simulation.swap_motion(&mut native);
@@ -51,13 +51,13 @@ fn main() -> Result<ExitCode, Error> {
                     record.index,
                     before.worst_part(),
                     before.residual(),
-                    record.certificate.residual(),
+                    record.residual(),
                 );
             }
         }
-        contact += u32::from(record.report.status != StepStatus::Free);
-        unsolved += u32::from(record.report.status == StepStatus::Failed);
-        worst = worst.max(record.certificate.residual());
+        contact += u32::from(record.status() != StepStatus::Free);
+        unsolved += u32::from(record.status() == StepStatus::Failed);
+        worst = worst.max(record.residual());
     }
     println!("{STEPS} steps, {contact} in contact, at most {limit} iterations of Ipopt each");
     for (law, count) in &laws {

@@ -17,12 +17,12 @@ fn main() -> Result<(), Error> {
     let (mut contact, mut failed, mut worst) = (0, 0, 0.0_f64);
     for _ in 1..scene.rows {
         simulation.step(&mut record)?;
-        contact += u32::from(record.report.status != StepStatus::Free);
-        failed += u32::from(record.report.status == StepStatus::Failed);
-        worst = worst.max(record.certificate.residual());
+        contact += u32::from(record.status() != StepStatus::Free);
+        failed += u32::from(record.status() == StepStatus::Failed);
+        worst = worst.max(record.residual());
         if record.index.is_multiple_of(100) {
             let height = record.state().position.z;
-            let force = record.solution.total_force(0).z;
+            let force = record.first().solution.total_force(0).z;
             println!("step {:3}  height {height:.3} m  force {force:5.1} N", record.index);
         }
     }

@@ -64,15 +64,11 @@ pub fn time_error(scene: &Scene, run: &RunResults) -> String {
         }
         _ => String::new(),
     };
-    if run.summary.substeps > 0 {
-        let _ = writeln!(
-            text,
-            "  substeps     {}; contacts and residuals above are of the first of each step",
-            run.summary.substeps
-        );
+    if run.summary.intervals > run.summary.steps() {
+        let _ = writeln!(text, "  intervals    {} of all steps", run.summary.intervals);
     }
     if run.summary.coarse > 0 {
-        let _ = writeln!(text, "    in {} steps, substeps are less accurate", run.summary.coarse);
+        let _ = writeln!(text, "    in {} steps, intervals are less accurate", run.summary.coarse);
     }
     if run.summary.ambiguous > 0 {
         let _ = writeln!(

@@ -61,18 +61,21 @@ impl Exported {
         Ok(Self { directory, count: 0, removed })
     }
 
-    /// Writes the problem of a step with contacts.
+    /// Writes the problems of a step with contacts, one an interval.
     pub fn write(&mut self, world: &World, record: &StepRecord) -> Result<(), Failure> {
-        if record.contacts.is_empty() {
-            return Ok(());
-        }
         let failed = |error| Failure::Other(format!("step {}: {error}", record.index));
-        let (problem, _) = ContactProblem::from_step(world, record).map_err(failed)?;
-        let text = dat::write(&problem).map_err(failed)?;
-        let file = PendingFile::create(&self.directory, &name_of(record.index))?;
-        file.write(text.as_bytes())?;
-        file.publish()?;
-        self.count += 1;
+        for (number, interval) in record.intervals().iter().enumerate() {
+            if interval.contacts.is_empty() {
+                continue;
+            }
+            let world = interval.world(world);
+            let (problem, _) = ContactProblem::from_interval(&world, interval).map_err(failed)?;
+            let text = dat::write(&problem).map_err(failed)?;
+            let file = PendingFile::create(&self.directory, &name_of(record.index, number))?;
+            file.write(text.as_bytes())?;
+            file.publish()?;
+            self.count += 1;
+        }
         Ok(())
     }
 
@@ -99,13 +102,18 @@ fn is_same(a: &Path, b: &Path) -> bool {
     a.components().eq(b.components())
 }
 
-/// File name that sorts by step.
-fn name_of(index: u64) -> String {
-    format!("step-{index:08}.dat")
+/// File name that sorts by step. Later intervals of a step have their number.
+fn name_of(index: u64, interval: usize) -> String {
+    match interval {
+        0 => format!("step-{index:08}.dat"),
+        later => format!("step-{index:08}-{later:05}.dat"),
+    }
 }
 
 /// Step index of a file with such a name.
 fn index_of(name: &str) -> Option<u64> {
-    let index = name.strip_prefix("step-")?.strip_suffix(".dat")?.parse().ok()?;
-    (name_of(index) == name).then_some(index)
+    let numbers = name.strip_prefix("step-")?.strip_suffix(".dat")?;
+    let (index, interval) = numbers.split_once('-').unwrap_or((numbers, "0"));
+    let (index, interval) = (index.parse().ok()?, interval.parse().ok()?);
+    (name_of(index, interval) == name).then_some(index)
 }

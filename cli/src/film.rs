@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_core::world::World;
 use tumble_model::shown;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 use tumble_scene::run_file::{RunFile, heading};
 use tumble_view::{Fact, Film, Takeover, is_loaded};
 
@@ -55,7 +55,7 @@ fn takeover(table: &Path, first: u64, every: u64) -> Option<Takeover> {
 }
 
 /// Checks that contacts refer to existing bodies and pieces.
-fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
+fn check_contacts(world: &World, step: &IntervalRows) -> Result<(), String> {
     match step.contacts.iter().position(|row| !row.is_in(world)) {
         Some(number) => Err(format!(
             "contact {number} of step {} refers to a body or fixed piece that run.json does not \
@@ -70,7 +70,7 @@ fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
 pub struct Frames<'a> {
     path: &'a Path,
     most: usize,
-    frames: Vec<TableStep>,
+    frames: Vec<IntervalRows>,
     bytes: usize,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Frames<'a> {
     }
 
     /// Adds a frame with its loaded contacts, within the limits of number and memory.
-    pub fn push(&mut self, mut frame: TableStep) -> Result<(), Failure> {
+    pub fn push(&mut self, mut frame: IntervalRows) -> Result<(), Failure> {
         let (path, rows, most) = (shown::path(self.path), self.frames.len(), self.most);
         if rows == most {
             return Err(Failure::Input(format!(
@@ -103,14 +103,14 @@ impl<'a> Frames<'a> {
     }
 
     /// Returns all frames.
-    pub fn all(self) -> Vec<TableStep> {
+    pub fn all(self) -> Vec<IntervalRows> {
         self.frames
     }
 }
 
 /// Memory of a row, bytes. Most of it are its contacts, which can be a thousand.
-fn memory(frame: &TableStep) -> usize {
-    size_of::<TableStep>()
+fn memory(frame: &IntervalRows) -> usize {
+    size_of::<IntervalRows>()
         + size_of_val(frame.states.as_slice())
         + size_of_val(frame.contacts.as_slice())
         + size_of_val(frame.joints.as_slice())

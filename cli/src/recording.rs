@@ -14,7 +14,9 @@ use tumble_core::solver::native;
 use tumble_core::world::World;
 use tumble_model::names::FileKind;
 use tumble_model::shown;
-use tumble_scene::output::tables::{Streams, Table, TableShape, TableStep, TablesReader};
+use tumble_scene::output::tables::{
+    IntervalRows, StepRow, Streams, Table, TableShape, TablesReader, whole_steps,
+};
 use tumble_scene::row_selection::{RowSelection, TableForm};
 use tumble_scene::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
 
@@ -22,6 +24,10 @@ use tumble_scene::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
 pub struct Recording<'a> {
     path: &'a Path,
     rows: TablesReader<TableSource>,
+    /// First interval of the next step, if it was read already.
+    ahead: Option<IntervalRows>,
+    /// Start of the next interval since that of its step (s).
+    since: f64,
     pub run: RunFile,
     pub world: World,
     /// One load per body.
@@ -69,10 +75,9 @@ impl<'a> Recording<'a> {
         let loads = model.loads().map_err(wrong)?;
         let courses = model.courses().map_err(wrong)?;
         let some = |of: Table, count: usize| {
-            (count > 0 && selection.has(of, &world))
-                .then(|| table(path, of, selection.form))
-                .transpose()
+            (count > 0 && selection.has(of)).then(|| table(path, of, selection.form)).transpose()
         };
+        let has_ends = run.files.contains(&file_of(Table::Ends.name(), selection.form));
         let tied = (world.joints().len(), world.gears().len());
         let streams = Streams {
             states: table(path, Table::States, selection.form)?,
@@ -80,42 +85,72 @@ impl<'a> Recording<'a> {
             steps: table(path, Table::Steps, selection.form)?,
             joints: some(Table::Joints, tied.0)?,
             gears: some(Table::Gears, tied.1)?,
-            ends: some(Table::Ends, 1)?,
+            ends: some(Table::Ends, usize::from(has_ends))?,
         };
         let rows = TablesReader::with_optional_tables(streams, TableShape::new(&world))
             .map_err(|error| invalid_tables(path, &error))?
             .from_index(run.start_index)
             .every(selection.every)
             .without_idle_contacts(selection.loaded_contacts);
-        Ok(Self { path, rows, run, world, loads, courses })
+        Ok(Self { path, rows, ahead: None, since: 0.0, run, world, loads, courses })
     }
 
-    /// Reads the next step and checks its time and states; `None` after the last.
-    pub fn next_step(&mut self) -> Result<Option<TableStep>, Failure> {
-        let step = self.rows.next_step().map_err(|error| invalid_tables(self.path, &error))?;
-        if let Some(step) = &step {
-            self.check_time(step)?;
-            self.check_states(step)?;
+    /// Reads the next step as a whole ([`whole_steps`]); `None` after the last.
+    pub fn next_step(&mut self) -> Result<Option<IntervalRows>, Failure> {
+        let Some(first) =
+            self.ahead.take().map_or_else(|| self.next_interval(), |rows| Ok(Some(rows)))?
+        else {
+            return Ok(None);
+        };
+        let mut intervals = vec![first];
+        while let Some(next) = self.next_interval()? {
+            if next.row.interval == 0 {
+                self.ahead = Some(next);
+                break;
+            }
+            intervals.push(next);
         }
-        Ok(step)
+        Ok(whole_steps(&intervals).into_owned().pop())
     }
 
-    /// Checks the time. A mismatch with the time step shows that the parameters are another run's.
-    fn check_time(&self, step: &TableStep) -> Result<(), Failure> {
-        let (index, time, h) = (step.row.index, step.row.time, self.world.whole_step());
-        let expected = index as f64 * h;
-        if (time - expected).abs() <= 1e-9 * expected.max(h) {
+    /// Reads the next interval and checks its time, length and states; `None` after the last.
+    pub fn next_interval(&mut self) -> Result<Option<IntervalRows>, Failure> {
+        let rows = self.rows.next_interval().map_err(|error| invalid_tables(self.path, &error))?;
+        if let Some(rows) = &rows {
+            self.check_time(rows)?;
+            self.check_states(rows)?;
+        }
+        Ok(rows)
+    }
+
+    /// Checks the time and the length: the intervals of a step follow each other and fill it. A mismatch
+    /// with the time step shows that the parameters are another run's.
+    fn check_time(&mut self, rows: &IntervalRows) -> Result<(), Failure> {
+        let StepRow { index, interval, time, length, .. } = rows.row;
+        let h = self.world.whole_step();
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.max(h);
+        let fills = self.since == 0.0 || interval > 0 || near(self.since, h);
+        if interval == 0 {
+            self.since = 0.0;
+        }
+        let start = index as f64 * h;
+        let fits = near(time, start + self.since);
+        self.since += length;
+        let is_within = length >= 0.0 && self.since <= h * (1.0 + 1e-9);
+        let is_whole = interval > 0 || rows.is_end() || rows.span(&self.world).is_some();
+        if fits && fills && is_within && (is_whole || near(length, h)) {
             return Ok(());
         }
-        let [time, h] = [time, h].map(shown::number);
+        let [time, length, h] = [time, length, h].map(shown::number);
         Err(self.invalid(&format!(
-            "step {index} has time_s = {time}, which does not fit a time step of {h} s"
+            "step {index}, interval {interval} has time_s = {time} and interval_s = {length}, which \
+             does not fit a time step of {h} s"
         )))
     }
 
     /// Checks the attitudes, which must be unit quaternions. The tutorial's preset meets this only
     /// to Ipopt's tolerance in each step.
-    fn check_states(&self, step: &TableStep) -> Result<(), Failure> {
+    fn check_states(&self, step: &IntervalRows) -> Result<(), Failure> {
         /// Largest deviation of a norm from 1.
         const UNIT_TO: f64 = 1e-5;
         const TUTORIALS_UNIT_TO: f64 = 1e-2;

@@ -4,7 +4,7 @@ use super::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use tumble_core::simulation::summary::RunSummary;
-use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::simulation::{Interval, Simulation, StepRecord};
 use tumble_core::step::StepSolution;
 use tumble_core::world::World;
 use tumble_scene::joints_summary::{JointsSummary, StiffJointReport};
@@ -64,19 +64,20 @@ impl RunResults {
     /// Adds a step of `scene`. `world` is its world; prescribed motions are moved to the step's end.
     pub fn add(&mut self, scene: &Scene, world: &mut World, record: &StepRecord) {
         self.summary.add(record);
-        if self.overlap.is_none_or(|(_, largest)| record.overlap > largest) {
-            self.overlap = Some((record.index, record.overlap));
+        let overlap = record.overlap();
+        if self.overlap.is_none_or(|(_, largest)| overlap > largest) {
+            self.overlap = Some((record.index, overlap));
         }
-        if let Some(joints) = &mut self.joints {
-            world.set_substep(
-                (record.substeps.length > 0.0).then_some([0.0, record.substeps.length]),
-            );
-            world.follow(&scene.courses, world.time_after(record.index));
-            joints.add_errors(world, &record.solution.states);
-            joints.add_residual(record.certificate.joint, record.certificate.joint_law);
-            joints.add_stiffness(record.stiffness);
-            let StepSolution { joints, gears, .. } = &record.solution;
-            self.stiff_joints.add(world, &record.states, joints, gears, record.stiffness);
+        let Some(joints) = &mut self.joints else { return };
+        world.follow(&scene.courses, world.time_after(record.index));
+        for interval in record.intervals() {
+            let world = interval.world(world);
+            let Interval { states, solution, certificate, stiffness, .. } = interval;
+            joints.add_errors(&world, &solution.states);
+            joints.add_residual(certificate.joint, certificate.joint_law);
+            joints.add_stiffness(*stiffness);
+            let StepSolution { joints, gears, .. } = solution;
+            self.stiff_joints.add(&world, states, joints, gears, *stiffness);
         }
     }
 

@@ -104,7 +104,7 @@ pub fn advance(
         Err(error) => return Err(error.into()),
     }
     let stops = matches!(&scene.contact, Some(contact) if contact.on_failure == OnFailure::Stop);
-    if stops && record.report.status == StepStatus::Failed {
+    if stops && record.status() == StepStatus::Failed {
         simulation.take_back(record);
         return Ok(RunOutcome::Stopped);
     }

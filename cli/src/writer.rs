@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
-use tumble_scene::output::tables::{StepRow, Streams, Table, TablesWriter};
+use tumble_scene::output::tables::{OpenRows, Streams, Table, TablesWriter};
 use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::row_selection::RowSelection;
 use tumble_scene::run_file::Checksums;
@@ -25,6 +25,8 @@ pub struct RunWriter {
     trajectory: Option<TrajectoryWriter<TableSink>>,
     /// Rows before the final one, which only has the state.
     before_end: RowsSoFar,
+    /// Name of the file of the table `ends`.
+    ends: String,
     /// True if the run can be continued from a checkpoint.
     pub has_checkpoint: bool,
 }
@@ -42,8 +44,8 @@ pub struct WrittenFiles {
 pub struct RowsSoFar {
     /// Size of each table.
     pub tables: Vec<WrittenRows>,
-    /// Row of the table `steps` that is not written yet.
-    pub open: Option<StepRow>,
+    /// Rows that are not written yet.
+    pub open: OpenRows,
 }
 
 /// Rows written by an earlier run.
@@ -91,7 +93,7 @@ impl RunWriter {
         } else {
             TablesWriter::new(streams, world).map_err(|error| files[0].failed(&error))?
         };
-        let open = written.and_then(|written| written.rows.open.clone());
+        let open = written.map_or_else(OpenRows::default, |written| written.rows.open.clone());
         let tables = tables.continue_from(open).driven(scene.courses.clone()).every(every, first);
         let tables = tables.without_idle_contacts(selection.loaded_contacts);
         let trajectory = trajectory.map(|stream| {
@@ -103,7 +105,8 @@ impl RunWriter {
             rows.every(every, first)
         });
         let before_end = RowsSoFar::default();
-        Ok(Self { files, tables, trajectory, before_end, has_checkpoint: false })
+        let ends = file_of(Table::Ends.name(), selection.form);
+        Ok(Self { files, tables, trajectory, before_end, ends, has_checkpoint: false })
     }
 
     /// Names of the files that [`RunWriter::create`] opens.
@@ -115,7 +118,7 @@ impl RunWriter {
 
     /// Writes the rows of one step, if it is selected.
     pub fn write(&mut self, record: &StepRecord) -> Result<(), Failure> {
-        if record.report.status == StepStatus::End {
+        if record.status() == StepStatus::End {
             let RowsSoFar { tables, open } = self.rows_so_far(|_| Ok(()))?;
             let tables = tables.into_iter().map(WrittenRows::in_place).collect();
             self.before_end = RowsSoFar { tables, open };
@@ -137,7 +140,7 @@ impl RunWriter {
         &mut self,
         flushed: impl Fn(&mut TableSink) -> io::Result<()>,
     ) -> Result<RowsSoFar, Failure> {
-        let open = self.tables.open().cloned();
+        let open = self.tables.open().clone();
         let streams = self.tables.flushed().and_then(|mut streams| {
             if let Some(rows) = &mut self.trajectory {
                 streams.push(rows.flushed()?);
@@ -168,6 +171,7 @@ impl RunWriter {
     /// before the rename.
     pub fn finish(self) -> Result<WrittenFiles, Failure> {
         let (tables, trajectory) = (self.tables, self.trajectory);
+        let has_ends = tables.open().has_ends;
         let streams = tables.finish().and_then(|tables| {
             let trajectory = trajectory.map(TrajectoryWriter::finish).transpose()?;
             Ok(tables.in_order().chain(trajectory))
@@ -175,8 +179,12 @@ impl RunWriter {
         let sums = streams
             .and_then(|streams| streams.map(TableSink::finish).collect::<io::Result<Vec<_>>>());
         let sums = sums.map_err(|error| self.files[0].failed(&error))?;
-        let checksums = self.files.iter().map(PendingFile::name).zip(sums).collect();
-        Ok(WrittenFiles { files: self.files, checksums, before_end: self.before_end })
+        let all = self.files.into_iter().zip(sums);
+        // A table without rows is no file.
+        let (files, sums): (Vec<_>, Vec<_>) =
+            all.filter(|(file, _)| has_ends || file.name() != self.ends).unzip();
+        let checksums = files.iter().map(PendingFile::name).zip(sums).collect();
+        Ok(WrittenFiles { files, checksums, before_end: self.before_end })
     }
 }
 
@@ -198,7 +206,7 @@ pub fn publish(
 
 /// True if a run of `scene` with the rows and tables of `selection` has the table.
 fn has(scene: &Scene, selection: &RowSelection, table: Table) -> bool {
-    selection.has(table, &scene.world)
+    selection.has(table)
         && match table {
             Table::Joints => !scene.joints.is_empty(),
             Table::Gears => !scene.world.gears().is_empty(),

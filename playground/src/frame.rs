@@ -4,7 +4,7 @@ use crate::pull::Hand;
 use crate::session::Session;
 use nalgebra::Vector3;
 use tumble_core::contact::Partner;
-use tumble_core::simulation::energy;
+use tumble_core::simulation::{Interval, StepRecord, energy};
 use tumble_core::step::StepStatus;
 
 /// Numbers before those of the bodies.
@@ -21,11 +21,11 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
     let (world, states) = (simulation.world(), simulation.states());
     let summary = session.summary();
     let record = session.record();
-    let status = record.map_or(StepStatus::End, |record| record.report.status);
-    // Energies are defined for the velocities from which a step starts (35).
-    let total = energy::total(world, simulation.step_states());
-    let bodies = world.bodies().iter().zip(simulation.step_states());
-    let kinetic: f64 = bodies.map(|(body, state)| energy::kinetic(world, body, state)).sum();
+    let status = record.map_or(StepStatus::End, StepRecord::status);
+    let total = simulation.energy();
+    let bodies = world.bodies().iter().zip(states);
+    let kinetic =
+        total - bodies.map(|(body, state)| energy::potential(world, body, state)).sum::<f64>();
     let unsolved = session.unsolved();
     let grab = session.pulls().grabbed(hand);
     let start = numbers.len();
@@ -33,10 +33,10 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
         simulation.index() as f64,
         simulation.index() as f64 * world.time_step(),
         place_of(status),
-        record.map_or(f64::NAN, |record| record.certificate.residual()),
+        record.map_or(f64::NAN, StepRecord::residual),
         kinetic,
         total,
-        record.map_or(0.0, |record| f64::from(record.report.iterations)),
+        record.map_or(0.0, |record| f64::from(record.report().iterations)),
         unsolved.failed as f64,
         unsolved.wild as f64,
         unsolved.first.map_or(-1.0, |index| index as f64),
@@ -54,13 +54,18 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
     }
     if let Some(record) = record.filter(|_| contacts) {
         let before = numbers.len();
-        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
-            let Some(state) = record.states.get(contact.key.body) else { continue };
-            if found.force == Vector3::zeros() {
+        let contacts = record.shares().flat_map(|(share, interval)| {
+            let Interval { states, contacts, solution, .. } = interval;
+            let pairs = contacts.iter().zip(&solution.contacts);
+            pairs.map(move |(contact, found)| (contact, found, states, share * found.force))
+        });
+        for (contact, found, states, force) in contacts {
+            let Some(state) = states.get(contact.key.body) else { continue };
+            if force == Vector3::zeros() {
                 continue;
             }
             numbers.extend([contact.key.body as f64, partner(contact.key.partner)]);
-            let vectors = [state.position + contact.arm, contact.normal(), found.force, found.slip];
+            let vectors = [state.position + contact.arm, contact.normal(), force, found.slip];
             numbers.extend(vectors.iter().flat_map(|vector| vector.iter().copied()));
             numbers.push(contact.law.friction);
         }
@@ -74,7 +79,7 @@ pub fn write_states(session: &Session, numbers: &mut Vec<f64>) {
     for state in session.simulation().states() {
         numbers.extend(state.to_vector().iter());
     }
-    let certificate = session.record().map(|record| record.certificate.parts());
+    let certificate = session.record().map(|record| record.certificate().parts());
     numbers.extend(certificate.map_or([f64::NAN; 7], |parts| parts.map(|(_, part)| part)));
 }
 

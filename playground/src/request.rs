@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_model::failure::Failure;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 use tumble_scene::scene::Scene;
 use tumble_view::Film;
 
@@ -312,7 +312,7 @@ impl Program {
         let session = self.session.as_ref().ok_or_else(no_scene)?;
         frame::write_states(session, &mut self.numbers);
         let Some(record) = session.record() else { return Ok(json!({})) };
-        let report = &record.report;
+        let report = record.report();
         Ok(json!({
             "status": report.status.name(),
             "isSolved": report.status.is_solved(),
@@ -355,7 +355,7 @@ fn drawing(session: &Session) -> Result<String, Failure> {
     let scene = session.scene();
     let mut end = StepRecord::new();
     session.simulation().end(&mut end);
-    let frames = vec![TableStep::new(&scene.world, &end)];
+    let frames = IntervalRows::of_step(&scene.world, &end);
     let floating = scene.contact.is_none();
     let mut film = Film::new(&scene.world, &scene.model, floating, frames)?;
     // A recorded run hides a ground that its bodies do not reach. Here they may still fall to it.

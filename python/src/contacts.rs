@@ -10,7 +10,7 @@ use pyo3::types::{PySlice, PyString, PyTuple};
 use std::borrow::Borrow;
 use std::sync::Arc;
 use tumble_core::contact::{Contact, Partner};
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::{Interval, StepRecord};
 use tumble_scene::output::tables::ContactRow;
 use tumble_scene::scene::Scene as Content;
 
@@ -117,8 +117,15 @@ impl ContactColumns {
         names: &Arc<PartnerNames>,
         others: Option<&Self>,
     ) -> Self {
-        let (all, rows) = (pairs(record).collect(), ContactRow::from_record(record));
-        let mut columns = Self::new(py, all, rows, Arc::clone(names));
+        let names = Arc::clone(names);
+        let mut columns = if record.is_divided() {
+            let rows = ContactRow::of_divided_step(record);
+            let all = rows.iter().map(|row| (row.body, row.partner)).collect();
+            Self::new(py, all, rows.iter(), names)
+        } else {
+            let taken = record.first();
+            Self::new(py, pairs(taken).collect(), ContactRow::from_interval(taken), names)
+        };
         if let Some(others) = others.filter(|others| others.pairs.all == columns.pairs.all) {
             columns.pairs = Arc::clone(&others.pairs);
         }
@@ -135,13 +142,17 @@ impl ContactColumns {
         numbers: &mut Vec<f64>,
     ) -> PyResult<bool> {
         let count = self.pairs.all.len();
-        let are_same = self.pairs.all.iter().copied().eq(pairs(record));
+        if record.is_divided() {
+            return Ok(false);
+        }
+        let taken = record.first();
+        let are_same = self.pairs.all.iter().copied().eq(pairs(taken));
         let is_free = are_same && self.numbers.is_free(py);
         if is_free && count > 0 {
             let memory = || PyBuffer::get(self.numbers.all.bind(py).as_any());
             // The borrow checks of numpy take longer than the copy.
             let memory = self.numbers.memory.get_or_try_init(py, memory)?;
-            fill(numbers, count, ContactRow::from_record(record));
+            fill(numbers, count, ContactRow::from_interval(taken));
             memory.copy_from_slice(py, numbers)?;
         }
         Ok(is_free)
@@ -248,8 +259,8 @@ fn fill<R: Borrow<ContactRow>>(
     }
 }
 
-/// Pairs of a step's contacts.
-fn pairs(record: &StepRecord) -> impl Iterator<Item = (usize, Partner)> + '_ {
+/// Pairs of an interval's contacts.
+fn pairs(record: &Interval) -> impl Iterator<Item = (usize, Partner)> + '_ {
     let pair = |contact: &Contact| (contact.key.body, contact.key.partner);
     record.contacts.iter().map(pair).take(record.solution.contacts.len())
 }

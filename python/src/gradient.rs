@@ -139,15 +139,15 @@ pub fn jacobian<'py>(
         let shape: Vec<_> = [bodies, 12].into_iter().chain(constant.shape(world)).collect();
         arrays.push(shaped(py, found, &shape)?);
     }
-    let unsolved = matches!(record.report.status.name(), "failed" | "substepped" | "wild");
+    let unsolved = matches!(record.status().name(), "failed" | "substepped" | "wild");
     let counts = [
         u64::from(unsolved),
         derivative.unknown() as u64,
         u64::from(derivative.keeps_shares()),
-        u64::from(record.restitution_share < 1.0),
+        u64::from(record.restitution_share() < 1.0),
     ];
     let margins = [derivative.margin(), derivative.feature_margin()];
-    Ok((states_array(py, &record.solution.states)?, arrays, margins, counts, [0, 0]))
+    Ok((states_array(py, record.next_states())?, arrays, margins, counts, [0, 0]))
 }
 
 /// A change of a step's wrenches and constants.

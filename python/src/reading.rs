@@ -6,8 +6,7 @@ use crate::recording::{PyRecording, add_forces};
 use nalgebra::Vector3;
 use pyo3::PyResult;
 use std::sync::Arc;
-use tumble_core::step::StepStatus;
-use tumble_scene::output::tables::{Streams, TableShape, TableStep, TablesReader};
+use tumble_scene::output::tables::{IntervalRows, Streams, TableShape, TablesReader, whole_steps};
 use tumble_scene::scene::Scene as Content;
 
 /// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
@@ -37,11 +36,12 @@ pub fn from_tables(
     }
     let reader = TablesReader::new(streams, TableShape::new(world));
     let mut reader = reader.map_err(refused)?.from_any_index().without_idle_contacts(!all_contacts);
-    let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
-    while let Some(row) = reader.next_step().map_err(refused)? {
+    let (mut rows, mut sums) = (Vec::<IntervalRows>::new(), Vec::new());
+    while let Some(row) = reader.next_interval().map_err(refused)? {
         let (k, h) = (row.row.index, world.time_step());
-        let time = k as f64 * h;
-        if (row.row.time - time).abs() > 1e-9 * time.max(h) {
+        let begin = k as f64 * h;
+        let is_within = row.row.interval > 0 && (begin..begin + h).contains(&row.row.time);
+        if !is_within && (row.row.time - begin).abs() > 1e-9 * begin.max(h) {
             let found = row.row.time;
             let why = format!("step {k} has time_s = {found}, but the scene's time step is {h} s");
             return Err(refused(why));
@@ -51,10 +51,10 @@ pub fn from_tables(
                 "a contact of step {k} refers to a body or piece that the scene does not have"
             )));
         }
-        if row.row.status != StepStatus::End {
-            add_forces(&row, &mut sums);
-        }
         rows.push(row);
+    }
+    for step in whole_steps(&rows).iter().filter(|step| !step.is_end()) {
+        add_forces(step, &mut sums);
     }
     let has_contacts = forces.is_none();
     if let Some(forces) = &forces {

@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -19,10 +20,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble_core::contact::Partner;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::State;
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::Interval;
 use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::{
-    GearTableRow, JointRow, StepRow, Streams, TableStep, TablesWriter,
+    GearTableRow, IntervalRows, JointRow, StepRow, Streams, Table, TablesWriter, whole_steps,
 };
 use tumble_scene::run_file::{RunFile, checksum_of};
 use tumble_scene::scene::Scene as Content;
@@ -38,7 +39,8 @@ type Surfaces<'py> = (Vec<Vec<Surface<'py>>>, Vec<Vec<Surface<'py>>>, Vec<String
 #[pyclass(frozen, name = "Recording", module = "tumble._tumble")]
 pub struct PyRecording {
     pub content: Arc<Content>,
-    pub rows: Vec<TableStep>,
+    /// Rows of all intervals.
+    pub rows: Vec<IntervalRows>,
     /// Sum of the contact forces on each body over each step, N: K - 1 times N vectors.
     pub forces: Vec<Vector3<f64>>,
     /// True if the rows contain their contacts.
@@ -48,7 +50,7 @@ pub struct PyRecording {
 }
 
 /// Appends the sum of the contact forces on each body in a step to `sums`.
-pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
+pub fn add_forces(step: &IntervalRows, sums: &mut Vec<Vector3<f64>>) {
     let first = sums.len();
     sums.resize(first + step.states.len(), Vector3::zeros());
     for contact in &step.contacts {
@@ -61,29 +63,28 @@ pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
 
 #[pymethods]
 impl PyRecording {
-    /// Reads a run or a part of one from its tables as bytes: states, contacts, steps, joints and
-    /// gears. Scenes without joints or gears need no tables for them. A run without recorded
-    /// contacts needs the forces (K - 1, N, 3). `run` is the text of its run.json, which says whether
-    /// contacts without force have rows.
+    /// Reads a run or a part of one from its tables as bytes, by their names. Scenes without joints or
+    /// gears need no tables for them. A run without recorded contacts needs the forces (K - 1, N, 3).
+    /// `run` is the text of its run.json, which says whether contacts without force have rows.
     #[staticmethod]
     #[pyo3(signature = (scene, tables, forces=None, run=None))]
     fn from_tables(
         scene: PyRef<'_, PyScene>,
-        tables: Vec<PyBackedBytes>,
+        tables: BTreeMap<String, PyBackedBytes>,
         forces: Option<Numbers<'_>>,
         run: Option<&str>,
     ) -> PyResult<Self> {
-        let [states, contacts, steps, others @ ..] = &tables[..] else {
-            return Err(refused("tables of states, contacts and steps are needed"));
+        let table = |table: Table| tables.get(table.name()).map(|bytes| &bytes[..]);
+        let needed = |of: Table| {
+            table(of).ok_or_else(|| refused("tables of states, contacts and steps are needed"))
         };
-        let other = |place: usize| others.get(place).map(|table| &table[..]);
         let streams = Streams {
-            states: &states[..],
-            contacts: Some(&contacts[..]),
-            steps: &steps[..],
-            joints: other(0),
-            gears: other(1),
-            ends: None,
+            states: needed(Table::States)?,
+            contacts: Some(needed(Table::Contacts)?),
+            steps: needed(Table::Steps)?,
+            joints: table(Table::Joints),
+            gears: table(Table::Gears),
+            ends: table(Table::Ends),
         };
         let run = run.map(|text| run_of_scene(&scene.content, text));
         let all_contacts = matches!(&run, Some(Ok(run)) if !run.kept.loaded_contacts);
@@ -96,19 +97,36 @@ impl PyRecording {
     fn step_bytes(bodies: usize, joints: usize) -> usize {
         let of_body = size_of::<State>() + size_of::<Vector3<f64>>();
         let of_all = joints.saturating_mul(size_of::<JointRow>());
-        bodies.saturating_mul(of_body).saturating_add(of_all).saturating_add(size_of::<TableStep>())
+        bodies
+            .saturating_mul(of_body)
+            .saturating_add(of_all)
+            .saturating_add(size_of::<IntervalRows>())
     }
 
     /// Rows `first` to `end` - 1 as a recording. Its last row becomes a state without a step.
     fn part(&self, first: usize, end: usize) -> PyResult<Self> {
-        let Some(rows) = self.rows.get(first..end).filter(|rows| !rows.is_empty()) else {
+        // Rows of the steps from `first` on, and of the first interval of the last one.
+        let mut step = 0;
+        let starts = self.rows.iter().enumerate().filter(|(_, rows)| rows.row.interval == 0);
+        let mut ends = 0..0;
+        for (place, _) in starts {
+            if step == first {
+                ends.start = place;
+            }
+            if step + 1 == end {
+                ends.end = place + 1;
+            }
+            step += 1;
+        }
+        let Some(rows) = self.rows.get(ends).filter(|rows| !rows.is_empty()) else {
             return Err(refused("a part of a run needs at least one state"));
         };
         let mut rows = rows.to_vec();
         if let Some(last) = rows.last_mut() {
-            let record = StepRecord { index: last.row.index, ..StepRecord::new() };
-            let row = TableStep::new(&self.content.world, &record).row;
+            let row =
+                IntervalRows::new(&self.content.world, last.row.index, 0, &Interval::default()).row;
             last.row = StepRow { time: last.row.time, energy: last.row.energy, ..row };
+            (last.ends, last.idle) = (Vec::new(), Vec::new());
             last.contacts = Vec::new();
             let world = self.content.world_at(last.row.index);
             for (joint, row) in world.joints().iter().zip(&mut last.joints) {
@@ -133,12 +151,13 @@ impl PyRecording {
         &self,
         py: Python<'py>,
         tables: BTreeMap<String, PyBackedBytes>,
+        loaded_contacts: bool,
     ) -> PyResult<Option<Bound<'py, PyBytes>>> {
         let Some(is_of_scene) = self.is_of_scene.filter(|_| self.has_contacts) else {
             return Ok(None);
         };
-        let Some(mut file) = RunFile::from_rows(&self.content, &self.rows).map_err(in_python)?
-        else {
+        let file = RunFile::from_rows(&self.content, &self.rows, loaded_contacts);
+        let Some(mut file) = file.map_err(in_python)? else {
             return Ok(None);
         };
         file.pushed = !is_of_scene;
@@ -155,46 +174,69 @@ impl PyRecording {
         self.has_contacts
     }
 
-    /// Tables states, contacts and steps as CSV, plus joints and gears for scenes that have them.
-    fn tables<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+    /// Tables as CSV, by their names: states, contacts, steps, those of joints and gears that the scene
+    /// has, and ends with rows. With `loaded_contacts`, contacts that add nothing to the residual have
+    /// no rows.
+    fn tables<'py>(
+        &self,
+        py: Python<'py>,
+        loaded_contacts: bool,
+    ) -> PyResult<BTreeMap<&'static str, Bound<'py, PyBytes>>> {
         let has_joints = !self.content.joints.is_empty();
-        let (states, contacts, steps) = (Vec::new(), Vec::new(), Vec::new());
         let has_gears = !self.content.world.gears().is_empty();
-        let joints = has_joints.then(Vec::new);
-        let gears = has_gears.then(Vec::new);
-        let streams =
-            Streams { states, contacts: Some(contacts), steps, joints, gears, ends: None };
+        let streams = Streams {
+            states: Vec::new(),
+            contacts: Some(Vec::new()),
+            steps: Vec::new(),
+            joints: has_joints.then(Vec::new),
+            gears: has_gears.then(Vec::new),
+            ends: Some(Vec::new()),
+        };
         let tables: Result<_, Box<dyn std::error::Error + Send + Sync>> = py.detach(|| {
-            let mut writer = TablesWriter::new(streams, &self.content.world)?;
-            self.rows.iter().try_for_each(|row| writer.write_step(row))?;
-            writer.finish().map_err(Into::into)
+            let writer = TablesWriter::new(streams, &self.content.world)?;
+            let mut writer = writer.without_idle_contacts(loaded_contacts);
+            self.rows.iter().try_for_each(|rows| writer.write_rows(rows))?;
+            let has_ends = writer.open().has_ends;
+            let tables = writer.finish()?;
+            Ok(Streams { ends: tables.ends.filter(|_| has_ends), ..tables })
         });
-        let tables = tables.map_err(refused)?.in_order();
-        Ok(tables.map(|bytes| PyBytes::new(py, &bytes)).collect())
+        let Streams { states, contacts, steps, joints, gears, ends } = tables.map_err(refused)?;
+        let all = [
+            (Table::States, Some(states)),
+            (Table::Contacts, contacts),
+            (Table::Steps, Some(steps)),
+            (Table::Joints, joints),
+            (Table::Gears, gears),
+            (Table::Ends, ends),
+        ];
+        let some = all.into_iter().filter_map(|(table, bytes)| Some((table.name(), bytes?)));
+        Ok(some.map(|(name, bytes)| (name, PyBytes::new(py, &bytes))).collect())
     }
 
     /// States: (K, N, 13).
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let bodies = self.content.world.bodies().len();
-        let mut numbers = Vec::with_capacity(self.rows.len() * bodies * 13);
-        for state in self.rows.iter().flat_map(TableStep::instant_states) {
+        let steps = self.steps_of_rows();
+        let mut numbers = Vec::with_capacity(steps.len() * bodies * 13);
+        for state in steps.iter().flat_map(IntervalRows::instant_states) {
             numbers.extend_from_slice(state.to_vector().as_slice());
         }
-        shaped(py, numbers, &[self.rows.len(), bodies, 13])
+        shaped(py, numbers, &[steps.len(), bodies, 13])
     }
 
     /// Sum of the contact forces on each body over each step: (K - 1, N, 3).
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let bodies = self.content.world.bodies().len();
-        let steps = self.rows.len().saturating_sub(1);
+        let steps = self.__len__().saturating_sub(1);
         shaped(py, vectors(self.forces.iter().copied()), &[steps, bodies, 3])
     }
 
     /// Columns of the rows, each (K,).
     fn steps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        let rows = || self.rows.iter().map(|step| &step.row);
-        let count = [self.rows.len()];
+        let steps = self.steps_of_rows();
+        let rows = || steps.iter().map(|step| &step.row);
+        let count = [steps.len()];
         let place = |status| StepStatus::ALL.iter().position(|s| *s == status).unwrap_or(0);
         columns.set_item("k", shaped(py, rows().map(|row| row.index as i64).collect(), &count)?)?;
         let statuses = rows().map(|row| place(row.status) as u8).collect();
@@ -204,7 +246,7 @@ impl PyRecording {
         let contacts = rows().map(|row| row.contacts as i64).collect();
         columns.set_item("contacts", shaped(py, contacts, &count)?)?;
         let parts = rows().flat_map(|row| row.parts).collect();
-        columns.set_item("parts", shaped(py, parts, &[self.rows.len(), RESIDUAL_PARTS.len()])?)?;
+        columns.set_item("parts", shaped(py, parts, &[steps.len(), RESIDUAL_PARTS.len()])?)?;
         for (name, number) in STEP_NUMBERS {
             columns.set_item(name, shaped(py, rows().map(number).collect(), &count)?)?;
         }
@@ -214,10 +256,12 @@ impl PyRecording {
     /// Columns of the contacts, each (C,) or (C, 3).
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
-        let of = |step: &TableStep| std::iter::repeat_n(step.row.index as i64, step.contacts.len());
-        let indices: Vec<_> = self.rows.iter().flat_map(of).collect();
+        let of =
+            |step: &IntervalRows| std::iter::repeat_n(step.row.index as i64, step.contacts.len());
+        let steps = self.steps_of_rows();
+        let indices: Vec<_> = steps.iter().flat_map(of).collect();
         all.set_item("k", list(py, indices)?)?;
-        let rows = self.rows.iter().flat_map(|step| &step.contacts);
+        let rows = steps.iter().flat_map(|step| &step.contacts);
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
         let names = Arc::new(PartnerNames::new(py, &self.content));
         let contacts = ContactColumns::new(py, pairs, rows, names);
@@ -230,8 +274,9 @@ impl PyRecording {
     /// Coordinates (K, G, 2) of the gears, and their forces (K, G).
     fn gears<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        let [rows, gears] = [self.rows.len(), self.content.world.gears().len()];
-        let of = || self.rows.iter().flat_map(|step| &step.gears);
+        let steps = self.steps_of_rows();
+        let [rows, gears] = [steps.len(), self.content.world.gears().len()];
+        let of = || steps.iter().flat_map(|step| &step.gears);
         let coordinates = of().flat_map(|gear| gear.coordinates).collect();
         columns.set_item("coordinates", shaped(py, coordinates, &[rows, gears, 2])?)?;
         let forces = of().map(|gear| gear.force).collect();
@@ -242,9 +287,10 @@ impl PyRecording {
     /// Coordinates, rates and forces of the joints as columns, (K, J, 3) each.
     fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        let shape = [self.rows.len(), self.content.joints.len(), 3];
+        let steps = self.steps_of_rows();
+        let shape = [steps.len(), self.content.joints.len(), 3];
         for (column, name) in JOINT_COLUMNS.into_iter().enumerate() {
-            let joints = self.rows.iter().flat_map(|step| &step.joints);
+            let joints = steps.iter().flat_map(|step| &step.joints);
             let numbers = vectors(joints.map(|joint| joint.vectors()[column]));
             columns.set_item(name, shaped(py, numbers, &shape)?)?;
         }
@@ -304,7 +350,7 @@ impl PyRecording {
                 false => ControlFlow::Continue(()),
             }
         };
-        let total = self.rows.len() as u64;
+        let total = self.__len__() as u64;
         let watched = Watched { interrupt: &flag, done: &done, total, progress: progress.as_ref() };
         let bytes = watched.run(py, || animate(&film, &settings, follow))?.map_err(refused)?;
         Ok(PyBytes::new(py, &bytes))
@@ -336,7 +382,14 @@ impl PyRecording {
     }
 
     fn __len__(&self) -> usize {
-        self.rows.len()
+        self.rows.iter().filter(|rows| rows.row.interval == 0).count()
+    }
+}
+
+impl PyRecording {
+    /// Rows of whole steps.
+    pub fn steps_of_rows(&self) -> Cow<'_, [IntervalRows]> {
+        whole_steps(&self.rows)
     }
 }
 

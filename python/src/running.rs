@@ -2,7 +2,7 @@
 
 use crate::arrays::to_wrenches;
 use crate::last_step::LastStep;
-use crate::recording::{PyRecording, add_forces};
+use crate::recording::PyRecording;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use tumble::rollout::Driven;
@@ -10,9 +10,9 @@ use tumble_core::contact::Contact;
 use tumble_core::error::Error;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
-use tumble_core::simulation::{self, Motion, StepRecord};
+use tumble_core::simulation::{self, Interval, Motion, StepRecord};
 use tumble_core::step::{StepSolution, StepStatus};
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 use tumble_scene::scene::Scene;
 
 /// Notes in a saved state:
@@ -65,8 +65,7 @@ impl Running {
         if states.len() == running.simulation.states().len()
             && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
         {
-            let record = StepRecord { states, contacts, solution, ..StepRecord::new() };
-            *running.last.change_bodies() = record;
+            *running.last.change_bodies() = Interval::new(states, contacts, solution).into();
         }
         Ok((running, kept.to_owned()))
     }
@@ -74,7 +73,8 @@ impl Running {
     /// Serialises the simulation and the text `kept`.
     pub fn saved_with(&mut self, kept: &str) -> Result<Vec<u8>, Error> {
         let record = self.last.record();
-        let (states, contacts, solution) = (&record.states, &record.contacts, &record.solution);
+        // Of a divided step, only its last interval is kept.
+        let Interval { states, contacts, solution, .. } = record.last();
         let notes = to_bytes(&(NOTES, states, contacts, solution, self.is_of_scene, kept))?;
         self.simulation.save().with_notes(notes).to_bytes()
     }
@@ -104,7 +104,7 @@ impl Running {
         let mut unsolved = 0;
         for _ in 0..steps {
             self.step(self.simulation.rests())?;
-            let status = self.last.record().report.status;
+            let status = self.last.record().status();
             unsolved += usize::from(matches!(status, StepStatus::Failed | StepStatus::Wild));
         }
         Ok(unsolved)
@@ -133,22 +133,24 @@ impl Running {
             let (forces, targets) = (now(inputs.joint_forces), now(inputs.motors));
             driven.set(&mut self.simulation, forces, targets)?;
             self.simulation.step(self.last.change())?;
-            let mut row = TableStep::new(self.simulation.world(), self.last.record());
-            add_forces(&row, &mut recording.forces);
-            if !recording.has_contacts {
-                row.contacts = Vec::new();
-                row.row.contacts = 0;
+            let record = self.last.record();
+            let bodies = 0..record.states().len();
+            recording.forces.extend(bodies.map(|body| record.mean_force(body)));
+            let mut rows = IntervalRows::of_step(self.simulation.world(), record);
+            for rows in rows.iter_mut().filter(|_| !recording.has_contacts) {
+                rows.contacts = Vec::new();
+                rows.row.contacts = 0;
             }
-            recording.rows.push(row);
+            recording.rows.append(&mut rows);
             done.fetch_add(1, Ordering::Relaxed);
         }
         Ok(())
     }
 
     /// Current state as the last row of a recording.
-    pub fn end(&self) -> TableStep {
+    pub fn end(&self) -> IntervalRows {
         let mut end = StepRecord::new();
         self.simulation.end(&mut end);
-        TableStep::new(self.simulation.world(), &end)
+        IntervalRows::new(self.simulation.world(), end.index, 0, end.first())
     }
 }

@@ -24,7 +24,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::simulation::save::Saved;
 use tumble_core::world::Partner;
 use tumble_model::joint::JointModel;
-use tumble_scene::output::tables::JointRow;
+use tumble_scene::output::tables::{IntervalRows, JointRow, whole_steps};
 
 /// Number of bodies above which the first step may be slow and must be interruptible.
 const MANY_BODIES: usize = 4;
@@ -139,14 +139,7 @@ impl PySimulation {
         let added = simulation.add_body_with(body, start, content.world.touching_of(new));
         added.map_err(|error| refused(error.display(&content)))?;
         simulation.set_load(new, content.loads[new].clone()).map_err(refused)?;
-        let record = last.change_bodies();
-        if !record.states.is_empty() {
-            record.states.push(start);
-            if !record.instants.is_empty() {
-                record.instants.push(start);
-            }
-            record.solution.states.push(start);
-        }
+        last.change_bodies().add_body(start);
         let name = content.bodies[new].clone();
         own.content = Arc::new(content);
         Ok(name)
@@ -285,7 +278,7 @@ impl PySimulation {
         running.took = Some(clock.elapsed());
         taken.map_err(|error| step_error(&error))?;
         let record = running.last.record();
-        Ok((record.report.status.name(), record.certificate.residual(), record.report.iterations))
+        Ok((record.status().name(), record.residual(), record.report().iterations))
     }
 
     /// Sets the motor of a joint axis, 0, 1, 2 along x, y, z and 3, 4, 5 about them. The motor
@@ -341,7 +334,7 @@ impl PySimulation {
         let own = self.owned()?;
         let running = &own.running;
         let bodies = running.simulation.states().len();
-        let force = |body| <[f64; 3]>::from(running.last.record().solution.total_force(body));
+        let force = |body| <[f64; 3]>::from(running.last.record().mean_force(body));
         shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
@@ -369,10 +362,12 @@ impl PySimulation {
         let mut end = StepRecord::new();
         simulation.end(&mut end);
         let world = simulation.world();
-        let now = JointRow::from_record(world, &end);
+        let now = JointRow::from_interval(world, end.first());
         // Before the first step there are no rates and forces.
-        let mut before =
-            JointRow::from_record(world, last.record()).filter(|_| simulation.index() > 0);
+        let steps = IntervalRows::of_step(world, last.record());
+        let steps = whole_steps(&steps);
+        let before = steps.iter().filter(|_| simulation.index() > 0);
+        let mut before = before.flat_map(|step| step.joints.iter().copied());
         let rows = now.map(|JointRow { place, turns, .. }| {
             let before = before.next().unwrap_or_default();
             JointRow { place, turns, ..before }.vectors()
@@ -391,10 +386,10 @@ impl PySimulation {
     fn last_states<'py>(&self, py: Python<'py>) -> PyResult<Option<(Array<'py>, Array<'py>)>> {
         let own = self.owned()?;
         let record = own.running.last.record();
-        if record.states.is_empty() {
+        if record.states().is_empty() {
             return Ok(None);
         }
-        Ok(Some((states_array(py, &record.states)?, states_array(py, &record.solution.states)?)))
+        Ok(Some((states_array(py, record.states())?, states_array(py, record.next_states())?)))
     }
 
     /// Sum of the normal forces of the last step's contacts on a robot's link, N. Optionally only
@@ -431,7 +426,7 @@ impl PySimulation {
             })
             .transpose()?;
         let record = own.running.last.record();
-        if record.states.is_empty() {
+        if record.states().is_empty() {
             return Ok(0.0);
         }
         let within = within.as_ref().map(|(site, radius)| (site, *radius));

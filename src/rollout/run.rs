@@ -164,14 +164,14 @@ fn one(
         if !forces.is_empty() {
             let numbers = forces[step * bodies * 3..][..bodies * 3].chunks_exact_mut(3);
             for (body, numbers) in numbers.enumerate() {
-                numbers.copy_from_slice(record.solution.total_force(body).as_slice());
+                numbers.copy_from_slice(record.first().solution.total_force(body).as_slice());
             }
         }
         if let Some(residual) = residuals.get_mut(step) {
-            *residual = record.certificate.residual();
+            *residual = record.residual();
         }
         if let Some(status) = statuses.get_mut(step) {
-            *status = place(record.report.status);
+            *status = place(record.status());
         }
         if (step + 1) % CHUNK == 0 || step + 1 == batch.steps {
             if let Some(done) = watch.done {
@@ -230,11 +230,11 @@ impl RolloutReport {
     }
 
     fn count(&mut self, rollout: usize, step: usize, record: &StepRecord) {
-        let status = record.report.status;
-        let residual = record.certificate.residual();
+        let status = record.status();
+        let residual = record.residual();
         let mut statuses = [0; StepStatus::ALL.len()];
         statuses[usize::from(place(status))] = 1;
-        let tempered = u64::from(record.restitution_share < 1.0);
+        let tempered = u64::from(record.restitution_share() < 1.0);
         self.all.add(&RolloutTally { statuses, tempered, largest_residual: residual });
         if !status.is_solved() {
             self.unsolved.push(Unsolved { rollout, step, status, residual });

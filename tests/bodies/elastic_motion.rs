@@ -32,15 +32,15 @@ fn follow<T>(scene: &Scene, of: impl Fn(&World, &[State]) -> T) -> (Vec<T>, usiz
     let mut found = vec![of(&scene.world, &scene.starts)];
     for _ in 1..scene.rows {
         simulation.step(&mut record).unwrap();
-        let status = record.report.status;
+        let status = record.status();
         assert!(
             status.is_solved(),
             "k = {}: {status}, share {}",
             record.index,
-            record.restitution_share
+            record.restitution_share()
         );
-        bounces += record.contacts.iter().filter(|contact| contact.rebound > 0.0).count();
-        found.push(of(&scene.world, &record.solution.states));
+        bounces += record.first().contacts.iter().filter(|contact| contact.rebound > 0.0).count();
+        found.push(of(&scene.world, record.next_states()));
     }
     (found, bounces)
 }

@@ -50,12 +50,12 @@ fn the_flight_to_the_ground_is_the_tutorials() {
             let wrench = wrench_of(body(single.world()), &old, &forces);
             single.set_wrench(0, wrench).unwrap();
             single.step(&mut record).unwrap();
-            assert_eq!(record.report.status, StepStatus::Free);
+            assert_eq!(record.status(), StepStatus::Free);
             let apart = (single.state().to_vector() - new.to_vector()).amax();
             assert!(apart < 1e-13, "seed {seed}, k = {}: {apart:e}", pair[1].k);
 
             whole.step(&mut record).unwrap();
-            assert_eq!(record.report.status, StepStatus::Free);
+            assert_eq!(record.status(), StepStatus::Free);
             steps += 1.0;
             // 8 corners, each with at most √3 · 1e-8 N at a lever of √2 m about an axis.
             let speed = steps * 0.002 * 8e-8 / 10.0 + 1e-12;

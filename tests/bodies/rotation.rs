@@ -173,10 +173,10 @@ fn a_pair_in_free_space_keeps_its_angular_momentum() {
     let (start, mut touched, mut lacked) = (total(&starts), 0, 0.0);
     for k in 0..400 {
         run.step(&mut record).unwrap();
-        assert_ne!(record.report.status, StepStatus::Failed, "{k}");
-        touched += usize::from(record.report.status == StepStatus::Converged);
-        lacked += record.certificate.dynamics;
-        let away = (total(&record.solution.states) - start).norm() / start.norm();
+        assert_ne!(record.status(), StepStatus::Failed, "{k}");
+        touched += usize::from(record.status() == StepStatus::Converged);
+        lacked += record.certificate().dynamics;
+        let away = (total(record.next_states()) - start).norm() / start.norm();
         assert!(away < 1e-12, "{k}: {away:e}, residuals {lacked:e}");
     }
     assert!(touched > 0, "they meet");
@@ -294,7 +294,7 @@ mod with_ipopt {
                 run.step(&mut record).unwrap();
                 let pressed: Vec<bool> = (0..8)
                     .map(|point| {
-                        let mut found = record.solution.contacts.iter();
+                        let mut found = record.first().solution.contacts.iter();
                         found.any(|c| c.key.point == point && c.carries_force())
                     })
                     .collect();
@@ -313,7 +313,7 @@ mod with_ipopt {
                     assert!(certificate.residual() < 1e-4, "{form:?} {certificate:?}");
                     compared += 1;
                 }
-                before.clone_from(&record.solution);
+                before.clone_from(&record.first().solution);
             }
             assert!(compared >= 3, "{form:?}: {compared}");
         }

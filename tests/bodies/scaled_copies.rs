@@ -64,8 +64,8 @@ fn run(scale: Scale, friction: f64, push: f64, steps: usize) -> Vec<Taken> {
         simulation.step(&mut record).unwrap();
         let next = record.next();
         Taken {
-            status: record.report.status,
-            iterations: record.report.iterations,
+            status: record.status(),
+            iterations: record.report().iterations,
             next: State {
                 position: next.position / length,
                 attitude: next.attitude,

@@ -88,20 +88,20 @@ impl PassiveSteps {
     }
 
     fn add(&mut self, name: &str, k: usize, world: &World, record: &StepRecord) {
-        let status = record.report.status;
-        let [before, after] = [&record.states, &record.solution.states];
+        let status = record.status();
+        let [before, after] = [record.states(), record.next_states()];
         let size = kinetic(world, before).max(kinetic(world, after));
         let gain = match status {
             // Its velocities do not belong to a step, and do not lag.
             StepStatus::Failed => unlagged(world, after) - unlagged(world, before),
             _ => total(world, after) - total(world, before),
         };
-        let residual = record.certificate.residual();
+        let residual = record.residual();
         self.steps += 1;
         self.substepped += usize::from(status == StepStatus::Substepped);
         self.wild += usize::from(status == StepStatus::Wild);
         if status == StepStatus::Failed {
-            self.failed.push(format!("{name}, k = {k}: {residual:.1e} {:?}", record.unphysical));
+            self.failed.push(format!("{name}, k = {k}: {residual:.1e} {:?}", record.unphysical()));
         }
         let is_allowed = gain <= SHARE * size + LEAST;
         if !is_allowed {

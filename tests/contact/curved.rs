@@ -9,7 +9,7 @@ use tumble_core::mechanics::State;
 use tumble_core::simulation::StepRecord;
 
 fn total_force(record: &StepRecord) -> Vector3<f64> {
-    record.solution.forces().sum()
+    record.first().solution.forces().sum()
 }
 
 // A ball in a groove along x. The walls make the angle φ with the plane y = 0.
@@ -64,8 +64,8 @@ fn balls_that_overlap_push_each_other_in_any_order() {
         let bodies = order.map(|k| bodies[k].clone()).to_vec();
         let world = world(bodies, Vec::new(), (Vector3::zeros(), 0.5, 0.002));
         let record = run(&world, &order.map(|k| states[k]), 1).remove(0);
-        assert!(record.solution.contacts[0].carries_force());
-        [0, 1].map(|k| record.solution.states[order[k]])
+        assert!(record.first().solution.contacts[0].carries_force());
+        [0, 1].map(|k| record.next_states()[order[k]])
     };
     for (one, two) in first([0, 1]).iter().zip(first([1, 0])) {
         // The error is rounding. A lever that ended on one of the balls would make an error of 5e-5

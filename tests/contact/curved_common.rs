@@ -56,12 +56,12 @@ pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
     let step = |_| {
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
-        let status = record.report.status;
+        let status = record.status();
         assert!(
             status.is_solved(),
             "k = {}: {status}, {:?}",
             record.index,
-            record.solution.contacts
+            record.first().solution.contacts
         );
         record
     };
@@ -70,6 +70,6 @@ pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
 
 /// Normal forces of a step [N].
 pub fn normal_forces(record: &StepRecord) -> Vec<f64> {
-    let contacts = record.solution.contacts.iter().filter(|contact| contact.carries_force());
+    let contacts = record.first().solution.contacts.iter().filter(|contact| contact.carries_force());
     contacts.map(|contact| contact.normal_force).collect()
 }

@@ -75,9 +75,9 @@ fn end(world: &World, states: Vec<State>) -> Option<Vec<State>> {
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(world)).ok()?;
     let mut record = StepRecord::new();
     simulation.step(&mut record).unwrap();
-    let is_solved = matches!(record.report.status, StepStatus::Converged | StepStatus::Retried);
-    let is_pressed = record.solution.contacts.iter().any(|contact| contact.force.amax() > 0.0);
-    (is_solved && is_pressed).then(|| record.solution.states.clone())
+    let is_solved = matches!(record.status(), StepStatus::Converged | StepStatus::Retried);
+    let is_pressed = record.first().solution.contacts.iter().any(|contact| contact.force.amax() > 0.0);
+    (is_solved && is_pressed).then(|| record.next_states().to_vec())
 }
 
 /// Counts of compared steps.

@@ -57,9 +57,9 @@ fn run(simulation: &mut Simulation<'_>, steps: usize) {
     let mut record = StepRecord::new();
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        let status = record.report.status;
-        let residual = record.certificate.residual();
-        assert!(status.is_solved() && residual < 1e-10, "{status} {:?}", record.certificate);
+        let status = record.status();
+        let residual = record.residual();
+        assert!(status.is_solved() && residual < 1e-10, "{status} {:?}", record.certificate());
     }
 }
 
@@ -343,15 +343,15 @@ fn random_steps_obey_the_law() {
         let mut record = StepRecord::new();
         for _ in 0..250 {
             simulation.step(&mut record).unwrap();
-            let status = record.report.status;
+            let status = record.status();
             steps += 1;
             failed += usize::from(!status.is_solved());
             if !status.is_solved() || status == StepStatus::Substepped {
                 continue;
             }
-            for (contact, force) in record.contacts.iter().zip(&record.solution.contacts) {
+            for (contact, force) in record.first().contacts.iter().zip(&record.first().solution.contacts) {
                 let n = contact.normal();
-                let tensor = scene.tensor(contact, &record.states);
+                let tensor = scene.tensor(contact, record.states());
                 let pressed = n.dot(&force.force);
                 let scaled = tensor.try_inverse().unwrap() * (force.force - n * pressed);
                 let slip = tensor * force.slip;
@@ -397,8 +397,8 @@ fn random_steps_with_all_laws_are_solved() {
         for step in 0..250 {
             simulation.step(&mut record).unwrap();
             steps += 1;
-            if !record.report.status.is_solved() {
-                println!("{number}, {step}: {:?} {:?}", record.report, record.certificate);
+            if !record.status().is_solved() {
+                println!("{number}, {step}: {:?} {:?}", record.report(), record.certificate());
                 failed += 1;
             }
         }

@@ -58,7 +58,7 @@ fn a_coin_of_a_thousand_points_hardly_needs_another_start() {
         let (mut contact, mut retried) = (0, 0);
         for k in 0..1500 {
             simulation.step(&mut record).unwrap();
-            let status = record.report.status;
+            let status = record.status();
             assert_ne!(status, StepStatus::Failed, "step {k}");
             contact += u32::from(status != StepStatus::Free);
             retried += u32::from(status == StepStatus::Retried);
@@ -80,11 +80,11 @@ fn a_sliding_face_of_many_points_is_solved() {
         for k in 0..5 {
             let before = simulation.states()[0].velocity.norm();
             simulation.step(&mut record).unwrap();
-            let status = record.report.status;
+            let status = record.status();
             let solved = [StepStatus::Converged, StepStatus::Retried].contains(&status);
-            assert!(solved, "{side}, step {k}: {:?}", record.report);
-            iterations += record.report.iterations;
-            let weight = record.solution.total_force(0)[2];
+            assert!(solved, "{side}, step {k}: {:?}", record.report());
+            iterations += record.report().iterations;
+            let weight = record.first().solution.total_force(0)[2];
             assert!((weight / 98.1 - 1.0).abs() < 0.01, "{side}, step {k}: {weight} N");
             let slowed = (before - record.next().velocity.norm()) / (0.3 * 9.81 * 0.002);
             assert!((0.66..1.01).contains(&slowed), "{side}, step {k}: {slowed} of μ g h");

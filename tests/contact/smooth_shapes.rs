@@ -49,8 +49,8 @@ fn states(world: &World, state: State, steps: usize) -> Vec<State> {
     let mut record = StepRecord::new();
     let mut step = |_| {
         run.step(&mut record).unwrap();
-        assert_ne!(record.report.status, StepStatus::Failed, "k = {}", record.index);
-        record.solution.states[0]
+        assert_ne!(record.status(), StepStatus::Failed, "k = {}", record.index);
+        record.next_states()[0]
     };
     (0..steps).map(&mut step).collect()
 }
@@ -277,11 +277,11 @@ fn drops_do_not_gain_energy() {
         let mut before = energy(&start);
         for k in 0..(1.0 / h) as usize {
             run.step(&mut record).unwrap();
-            let after = energy(&record.solution.states[0]);
+            let after = energy(&record.next_states()[0]);
             let gained = after.0 - before.0 - after.1 - before.1;
-            if gained > 1e-5 || record.report.status == StepStatus::Failed {
+            if gained > 1e-5 || record.status() == StepStatus::Failed {
                 unsolved
-                    .push(format!("drop {drop}, k = {k}: {:?} {gained:e} J", record.report.status));
+                    .push(format!("drop {drop}, k = {k}: {:?} {gained:e} J", record.status()));
             }
             steps += 1;
             before = after;
@@ -322,9 +322,9 @@ fn drops_of_all_sizes_are_solved() {
         for k in 0..600 {
             run.step(&mut record).unwrap();
             let at = format!("drop {drop}, k = {k}, size {size:.1e}, h {h:.1e}");
-            match record.report.status {
+            match record.status() {
                 StepStatus::Failed => failed.push(at),
-                StepStatus::Wild => wild.push(format!("{at}: {:?}", record.unphysical)),
+                StepStatus::Wild => wild.push(format!("{at}: {:?}", record.unphysical())),
                 _ => {}
             }
             steps += 1;
@@ -367,9 +367,9 @@ fn the_contacts_of_a_resting_cylinder_stay() {
     let mut record = StepRecord::new();
     let mut places = || {
         run.step(&mut record).unwrap();
-        let position = record.solution.states[0].position;
+        let position = record.next_states()[0].position;
         let of = |contact: &Contact| position + contact.arm;
-        record.contacts.iter().map(of).collect::<Vec<_>>()
+        record.first().contacts.iter().map(of).collect::<Vec<_>>()
     };
     let first = places();
     assert!(first.len() >= 2);

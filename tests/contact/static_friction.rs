@@ -46,8 +46,8 @@ fn run(simulation: &mut Simulation<'_>, steps: usize) -> f64 {
     let mut record = StepRecord::new();
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        let solved = matches!(record.report.status, StepStatus::Converged | StepStatus::Retried);
-        assert!(solved && record.certificate.residual() < 1e-10, "{:?}", record.report);
+        let solved = matches!(record.status(), StepStatus::Converged | StepStatus::Retried);
+        assert!(solved && record.residual() < 1e-10, "{:?}", record.report());
     }
     simulation.state().velocity.norm()
 }
@@ -212,7 +212,7 @@ fn derivatives_by_the_static_coefficient() {
     simulation.set_load(0, Load::new(load, Polyline::default(), at).unwrap()).unwrap();
     let mut record = StepRecord::new();
     simulation.step(&mut record).unwrap();
-    let speed = record.solution.states[0].velocity[0];
+    let speed = record.next_states()[0].velocity[0];
     assert!((speed - h * (force - STATIC * G)).abs() < 1e-12, "{speed}");
     let mut derivative = StepDerivative::new();
     simulation.linearise(&record, &mut derivative).unwrap();

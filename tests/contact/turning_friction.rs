@@ -52,11 +52,11 @@ fn run(simulation: &mut Simulation<'_>, steps: usize) {
     let mut record = StepRecord::new();
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        let status = record.report.status;
+        let status = record.status();
         assert!(
-            status.is_solved() && record.certificate.residual() < 1e-10,
+            status.is_solved() && record.residual() < 1e-10,
             "{status} {:?}",
-            record.certificate
+            record.certificate()
         );
     }
 }
@@ -169,11 +169,11 @@ fn an_impact_with_rolling_resistance_makes_no_energy() {
     for _ in 0..50 {
         let before = energy(simulation.step_states());
         simulation.step(&mut record).unwrap();
-        assert!(record.report.status.is_solved(), "{:?}", record.report);
-        assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
+        assert!(record.status().is_solved(), "{:?}", record.report());
+        assert!(record.residual() < 1e-9, "{:?}", record.certificate());
         let after = energy(simulation.step_states());
         assert!(after <= before + 1e-9, "{before} {after}");
-        shares.push(record.restitution_share);
+        shares.push(record.restitution_share());
     }
     assert!(shares.iter().any(|share| *share < 1.0), "{shares:?}");
 }
@@ -293,15 +293,15 @@ fn unbounded_claims_are_refused() {
     let mut record = StepRecord::new();
     simulation.step(&mut record).unwrap();
     let claim = Claim {
-        states: &record.states,
-        next: &record.solution.states,
-        wrenches: &record.wrenches,
-        contacts: &record.contacts,
+        states: record.states(),
+        next: record.next_states(),
+        wrenches: &record.first().wrenches,
+        contacts: &record.first().contacts,
         joints: &[],
         gears: &[],
     };
-    let force = record.solution.contacts[0].force;
-    let moment = record.solution.moment(0);
+    let force = record.first().solution.contacts[0].force;
+    let moment = record.first().solution.moment(0);
     let residual = |force: Vector3<f64>, moment: Vector3<f64>| {
         let load = ContactLoad { force, moment };
         Certifier::new().contact_step(&world, &claim, [load]).residual()
@@ -427,18 +427,18 @@ fn moments_obey_their_law() {
         }
         let before = simulation.states().to_vec();
         simulation.step(&mut record).unwrap();
-        assert!(record.certificate.residual() < 1e-10, "{step} {:?}", record.certificate);
+        assert!(record.residual() < 1e-10, "{step} {:?}", record.certificate());
         let (problem, impulses) = ContactProblem::from_step(&world, &record).unwrap();
-        assert_eq!(impulses.len(), 6 * record.contacts.len());
+        assert_eq!(impulses.len(), 6 * record.first().contacts.len());
         let found = problem.evaluate(&impulses);
         assert!(found.residual < 1e-10 && found.relative_error < 1e-9, "{step} {found:?}");
         for problem in [problem.to_local().unwrap(), problem] {
             let solution = problem.solve(&SolveOptions::default()).unwrap();
             assert!(solution.is_solved(), "{step} {}", solution.residual);
         }
-        let after = &record.solution.states;
-        for (place, contact) in record.contacts.iter().enumerate() {
-            let (force, moment) = (&record.solution.contacts[place], record.solution.moment(place));
+        let after = record.next_states();
+        for (place, contact) in record.first().contacts.iter().enumerate() {
+            let (force, moment) = (&record.first().solution.contacts[place], record.first().solution.moment(place));
             let turning = |body: usize| {
                 let turn = rotation(&before[body].attitude);
                 turn * after[body].spin
@@ -523,11 +523,11 @@ fn random_steps(mut seed: u64, factor: f64) -> [usize; 3] {
         let mut record = StepRecord::new();
         for step in 0..250 {
             simulation.step(&mut record).unwrap();
-            let status = record.report.status;
+            let status = record.status();
             let is_failed = !status.is_solved()
-                || status != StepStatus::Substepped && record.certificate.residual() > 1e-9;
+                || status != StepStatus::Substepped && record.residual() > 1e-9;
             if is_failed {
-                println!("{scene} {step}: {status} {:?}", record.certificate);
+                println!("{scene} {step}: {status} {:?}", record.certificate());
             }
             counts[0] += 1;
             counts[1] += usize::from(is_failed);

@@ -73,7 +73,7 @@ fn apart(usual: &[State], found: &[State], order: &[usize]) -> f64 {
 }
 
 fn is_solved(record: &StepRecord) -> bool {
-    record.report.status.is_solved()
+    record.status().is_solved()
 }
 
 /// Compares runs in other orders with the usual one, up to `after` steps beyond the first contact,
@@ -87,7 +87,7 @@ fn compare(
 ) -> (u32, f64) {
     let count = placed.len();
     let usual = run(placed, &(0..count).collect::<Vec<_>>(), gravity, steps);
-    let Some(first) = usual.iter().position(|record| !record.contacts.is_empty()) else {
+    let Some(first) = usual.iter().position(|record| !record.first().contacts.is_empty()) else {
         return (0, 0.0);
     };
     let (mut compared, mut most) = (0, 0.0_f64);
@@ -97,9 +97,9 @@ fn compare(
             if !is_solved(a) || !is_solved(b) {
                 break;
             }
-            assert_eq!(a.contacts.len(), b.contacts.len(), "{order:?}, k = {}", a.index);
-            most = most.max(apart(&a.solution.states, &b.solution.states, order));
-            compared += u32::from(!a.contacts.is_empty());
+            assert_eq!(a.first().contacts.len(), b.first().contacts.len(), "{order:?}, k = {}", a.index);
+            most = most.max(apart(a.next_states(), b.next_states(), order));
+            compared += u32::from(!a.first().contacts.is_empty());
         }
     }
     (compared, most)

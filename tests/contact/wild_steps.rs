@@ -47,10 +47,10 @@ fn a_step_that_is_too_long_for_a_body_is_marked() {
     start.spin = Vector3::new(0.0, 0.0, 20.0);
     let marked = |time_step| {
         let records = run(&world(time_step), start, 200);
-        let wild = records.iter().filter(|record| record.report.status == StepStatus::Wild);
+        let wild = records.iter().filter(|record| record.status() == StepStatus::Wild);
         // 20 rad/s times the time step.
         let turns = UnphysicalCause::Turn { body: 0, angle: 20.0 * time_step };
-        wild.inspect(|record| assert_eq!(record.unphysical, Some(turns))).count()
+        wild.inspect(|record| assert_eq!(record.unphysical(), Some(turns))).count()
     };
     assert!(marked(0.1) > 0);
     assert_eq!(marked(0.001), 0);
@@ -85,7 +85,7 @@ fn no_step_makes_energy() {
                 let body = &world.bodies()[0];
                 let moving = body.mass() * after.velocity.norm_squared()
                     + after.spin.dot(&(body.inertia() * after.spin));
-                let status = record.report.status;
+                let status = record.status();
                 let is_solved = matches!(
                     status,
                     StepStatus::Free | StepStatus::Converged | StepStatus::Retried
@@ -177,16 +177,16 @@ fn energy_gain_is_judged_by_island() {
         simulation.step(&mut record).unwrap();
         record
     };
-    let status = |factor: f64, others: &[State]| step(factor, others).report.status;
+    let status = |factor: f64, others: &[State]| step(factor, others).status();
     let third_more = f64::sqrt(4.0 / 3.0);
     for others in
         [vec![], vec![ball_at(700.0, 10.0)], vec![ball_at(700.0, 10.0), ball_at(-700.0, 0.0)]]
     {
         let record = step(third_more, &others);
-        assert_eq!(record.report.status, StepStatus::Wild, "{others:?}");
+        assert_eq!(record.status(), StepStatus::Wild, "{others:?}");
         // Two balls of 1 kg with 1 m/s gain a third of 1 J.
-        let Some(UnphysicalCause::Gain { body: 0, energy }) = record.unphysical else {
-            panic!("{:?}", record.unphysical)
+        let Some(UnphysicalCause::Gain { body: 0, energy }) = record.unphysical() else {
+            panic!("{:?}", record.unphysical())
         };
         assert!((energy - 1.0 / 3.0).abs() < 1e-12, "{energy}");
         // A gain of a ten-thousandth is below the threshold.
@@ -215,7 +215,7 @@ fn no_bounce_makes_energy() {
                 ..thrown(seed)
             };
             for record in run(&world, start, (1.0 / time_step) as usize) {
-                if record.contacts.iter().all(|contact| contact.rebound == 0.0) {
+                if record.first().contacts.iter().all(|contact| contact.rebound == 0.0) {
                     continue;
                 }
                 // Velocities at the midpoint of the step, which an elastic bounce conserves.
@@ -227,7 +227,7 @@ fn no_bounce_makes_energy() {
                 let kinetic =
                     |state: &State| energy(&world, &State { position: Vector3::zeros(), ..*state });
                 let moving = kinetic(record.next()).max(kinetic(record.state()));
-                let status = record.report.status;
+                let status = record.status();
                 assert!(gained <= 1.1e-3 * moving, "{gained} of {moving} J, {status}");
                 bounced += 1;
                 replaced += u32::from(status == StepStatus::Substepped);
@@ -265,7 +265,7 @@ fn a_start_that_is_too_deep_is_lifted_out_and_marked() {
             };
             let start = State { position: Vector3::z() * (height - depth), ..ball_at(0.0, 0.0) };
             for (k, record) in run(&world, start, 50).iter().enumerate() {
-                let status = record.report.status;
+                let status = record.status();
                 let first = if k == 0 { StepStatus::Wild } else { StepStatus::Converged };
                 assert!(
                     status == first || k > 0 && status == StepStatus::Free,
@@ -293,7 +293,7 @@ fn a_start_that_is_nanometres_deep_is_lifted_out() {
                 spin: Vector3::zeros(),
             };
             for record in run(&world, start, 5) {
-                let status = record.report.status;
+                let status = record.status();
                 assert_eq!(status, StepStatus::Converged, "{half} m, {depth} m deep");
             }
         }

@@ -47,7 +47,7 @@ struct Comparison {
 /// True for each point that carries a force.
 fn carrying(world: &World, step: &StepRecord) -> Vec<bool> {
     let mut carrying = vec![false; points(world)];
-    for contact in &step.solution.contacts {
+    for contact in &step.first().solution.contacts {
         carrying[contact.key.point] = contact.carries_force();
     }
     carrying
@@ -66,14 +66,14 @@ fn compare(
     from: From,
 ) -> Option<Comparison> {
     let (none, flags) = (Wrench::zero(), carrying(world, step));
-    let (state, native) = (step.state(), &step.solution);
+    let (state, native) = (step.state(), &step.first().solution);
     let (candidates, start) = match from {
         From::NativePoint => (flagged_contacts(world, state, &flags), native),
         From::StepBefore => {
             let free = world.free_flight(0, state, &none);
             let mut candidates = Vec::new();
             Detection::Predictive.find(world, &[*state], &[free], &mut candidates);
-            (candidates, &before.solution)
+            (candidates, &before.first().solution)
         }
     };
     let (report, theirs) = solve(ipopt, world, (state, &none), &candidates, start);
@@ -90,7 +90,7 @@ fn compare(
         name: format!("inertia {lightest:.2}, step {}, {from:?}", step.index),
         determined: count < 3 || sticks(native),
         ipopt: certificate.residual(),
-        native: step.certificate.residual(),
+        native: step.residual(),
         velocity: (a.velocity - b.velocity).amax(),
         spin: (a.spin - b.spin).amax() * lightest / (mass * world.reach()),
         press: press[2].abs() * h / mass,

@@ -22,7 +22,7 @@ fn ladder(world: &World, rungs: &[Rung], most_iterations: u32) -> Ladder {
 fn contact_steps(world: &World, every: usize) -> Vec<(StepRecord, StepRecord)> {
     let run = thrown_run(world, 42);
     let pairs = run.windows(2).map(|pair| (pair[0].clone(), pair[1].clone()));
-    pairs.filter(|(_, step)| !step.contacts.is_empty()).step_by(every).collect()
+    pairs.filter(|(_, step)| !step.first().contacts.is_empty()).step_by(every).collect()
 }
 
 /// Checks a ladder without a usable rung. A warm start needs an earlier point of Ipopt. The result
@@ -34,10 +34,10 @@ fn without_a_start_the_end_is_free_flight_and_failed() {
     for rungs in [&[][..], &[Rung::Warm], &[Rung::Warm, Rung::Warm]] {
         let mut ladder = ladder(&world, rungs, 300);
         for (before, step) in contact_steps(&world, 50) {
-            let (state, candidates) = (step.state(), &step.contacts);
+            let (state, candidates) = (step.state(), &step.first().contacts);
             let of_step = (state, &none);
             let (report, solution) =
-                common::solve(&mut ladder, &world, of_step, candidates, &before.solution);
+                common::solve(&mut ladder, &world, of_step, candidates, &before.first().solution);
             let name = format!("{rungs:?}, step {}", step.index);
             assert_eq!(report, StepReport::without_problem(StepStatus::Failed), "{name}");
             assert_eq!(solution.states, [world.free_flight(0, state, &none)], "{name}");
@@ -63,8 +63,8 @@ fn a_run_without_rungs_falls_freely() {
         for k in 0..20 {
             simulation.step(&mut record).unwrap();
             expected = world.free_flight(0, &expected, &Wrench::zero());
-            assert_eq!((record.report.status, record.next()), (StepStatus::Failed, &expected));
-            assert!(record.certificate.penetration > 0.1, "step {k}: {:?}", record.certificate);
+            assert_eq!((record.status(), record.next()), (StepStatus::Failed, &expected));
+            assert!(record.certificate().penetration > 0.1, "step {k}: {:?}", record.certificate());
         }
     }
 }
@@ -77,10 +77,10 @@ fn climb(
     (before, step): (&StepRecord, &StepRecord),
 ) -> (StepReport, StepSolution, f64) {
     let (mut ladder, none) = (ladder(world, rungs, most_iterations), Wrench::zero());
-    let (state, candidates): (&State, &[Contact]) = (step.state(), &step.contacts);
+    let (state, candidates): (&State, &[Contact]) = (step.state(), &step.first().contacts);
     let of_step = (state, &none);
     let (report, solution) =
-        common::solve(&mut ladder, world, of_step, candidates, &before.solution);
+        common::solve(&mut ladder, world, of_step, candidates, &before.first().solution);
     let forces = point_forces(world, &solution);
     let residual = certify(world, (state, &solution.states[0]), &forces, &none).residual();
     (report, solution, residual)

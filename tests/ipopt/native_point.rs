@@ -16,7 +16,7 @@ fn point_of(nlp: &StepNlp, step: &StepRecord) -> ProgramPoint {
     let (world, heights) = (nlp.world(), heights(nlp.world(), step.next()));
     let mut point = ProgramPoint::zeros(points(world));
     let (ground, friction) = (world.ground().unwrap(), world.friction());
-    point.set_solution(&step.solution, ground, |i| heights[i], friction, nlp.smoothing());
+    point.set_solution(&step.first().solution, ground, |i| heights[i], friction, nlp.smoothing());
     point
 }
 
@@ -24,7 +24,7 @@ fn point_of(nlp: &StepNlp, step: &StepRecord) -> ProgramPoint {
 /// program.
 fn carrying(nlp: &StepNlp, step: &StepRecord) -> Vec<bool> {
     let mut carrying = vec![false; points(nlp.world())];
-    for contact in &step.solution.contacts {
+    for contact in &step.first().solution.contacts {
         carrying[contact.key.point] = contact.carries_force();
     }
     carrying

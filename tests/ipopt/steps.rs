@@ -80,7 +80,7 @@ fn solve(
 
 /// Candidates of a cube that rests on a face.
 fn resting(world: &World) -> Candidates {
-    Candidates::from(run(world, at(0.1), 1, Motion::native(world))[0].contacts.clone())
+    Candidates::from(run(world, at(0.1), 1, Motion::native(world))[0].first().contacts.clone())
 }
 
 /// Checks a step without candidates. Free flight moves the cube into the ground. The missed contacts
@@ -159,5 +159,5 @@ fn overlap_within_tolerance_is_not_unphysical() {
     let solver = ladder(&world, IpoptSolver::options(1e-8, 50), &Rung::ALL);
     let records = run(&world, start, 40, Motion::contact(solver));
     assert!(records[39].next().position[2] > start.position[2] + 5e-10);
-    assert!(records.iter().all(|record| record.report.status != StepStatus::Wild));
+    assert!(records.iter().all(|record| record.status() != StepStatus::Wild));
 }

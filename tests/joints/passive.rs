@@ -73,7 +73,7 @@ fn an_arm_that_circles_along_its_cone_loses_energy_to_first_order() {
         let mut record = StepRecord::new();
         for k in 0..500 {
             simulation.step(&mut record).unwrap();
-            let [before, after] = [&record.states, &record.solution.states];
+            let [before, after] = [record.states(), record.next_states()];
             let [before, after] = [before, after].map(|states| energy::total(&scene.world, states));
             let lost = (before - after) / before;
             let expected = 2.0 * (h * rate * cos).powi(2);

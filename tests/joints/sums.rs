@@ -61,9 +61,9 @@ fn started(world: &World, heights: [f64; 2]) -> Simulation<'static> {
 
 fn step(simulation: &mut Simulation<'_>, record: &mut StepRecord) -> [f64; 2] {
     simulation.step(record).unwrap();
-    assert_eq!(record.report.status, StepStatus::Converged, "{:?}", record.certificate);
-    assert!(record.certificate.residual() <= 1e-9, "{:?}", record.certificate);
-    [0, 1].map(|k| record.solution.states[k].position[2])
+    assert_eq!(record.status(), StepStatus::Converged, "{:?}", record.certificate());
+    assert!(record.residual() <= 1e-9, "{:?}", record.certificate());
+    [0, 1].map(|k| record.next_states()[k].position[2])
 }
 
 /// Checks a spring on the sum. With the implicit rule s̈ = −κ s, κ = k (1/m₁ + 4/m₂), becomes s⁺ −
@@ -83,7 +83,7 @@ fn a_spring_on_a_sum_swings_as_its_masses_ask() {
         assert!((x + 2.0 * y - 0.1 - next).abs() < 1e-11, "{k}: {} {next}", x + 2.0 * y - 0.1);
         let still = 2.0 * MASSES[0] * x - MASSES[1] * y;
         assert!((still - (4.0 * 0.3 - 3.0 * 0.2)).abs() < 1e-12, "{k}: {still}");
-        let force = record.solution.gears[0];
+        let force = record.first().solution.gears[0];
         assert!((force + stiffness * next).abs() < 1e-8, "{k}: {force}");
         if now * next < 0.0 {
             crossings.push(H * (f64::from(k) + now / (now - next)));
@@ -109,13 +109,13 @@ fn a_stop_of_a_sum_shares_its_force_by_virtual_work() {
     for _ in 0..8000 {
         let [x, y] = step(&mut simulation, &mut record);
         assert!(x + 2.0 * y <= 0.25 + 1e-12, "{x} {y}");
-        reached |= record.solution.gears[0] < -1.0;
-        assert!(record.solution.gears[0] <= 1e-12);
+        reached |= record.first().solution.gears[0] < -1.0;
+        assert!(record.first().solution.gears[0] <= 1e-12);
     }
     assert!(reached);
     let [x, y] = step(&mut simulation, &mut record);
     // −7 N on the sum is −14 N on the second slider, whose spring holds it at −0.14 m.
-    assert!((record.solution.gears[0] + 7.0).abs() < 1e-6, "{:?}", record.solution.gears);
+    assert!((record.first().solution.gears[0] + 7.0).abs() < 1e-6, "{:?}", record.first().solution.gears);
     // Bodies slower than 3e-10 m/s come to rest.
     assert!((y + 0.14).abs() < 1e-8 && (x - 0.53).abs() < 1e-8, "{x} {y}");
     // A start beyond the limit is refused, and assembly repairs it.
@@ -142,7 +142,7 @@ fn friction_of_a_sum_holds_up_to_its_force() {
         let moved = x + 2.0 * y;
         if holds {
             assert!(moved.abs() < 1e-12, "{moved}");
-            assert!((record.solution.gears[0] + force).abs() < 1e-9);
+            assert!((record.first().solution.gears[0] + force).abs() < 1e-9);
         } else {
             let rate = (force - 5.0) * (1.0 / MASSES[0] + 4.0 / MASSES[1]);
             let expected = 0.5 * rate * 0.101 * (0.101 + H);
@@ -166,13 +166,13 @@ fn motors_of_a_sum_do_what_they_can() {
         step(&mut simulation, &mut record);
     }
     // d v₁ = f, d v₂ = 2 f, v₁ + 2 v₂ = 0.4.
-    let force = record.solution.gears[0];
+    let force = record.first().solution.gears[0];
     assert!((force - 3.0 * 0.4 / 5.0).abs() < 1e-9, "{force}");
     let servo = Motor::Position { target: 0.5, stiffness: 1e4, damping: 100.0, max_force: 2.0 };
     let mut simulation =
         started(&sliders(damped, Drive { motor: Some(servo), ..Drive::NONE }), [0.0; 2]);
     step(&mut simulation, &mut record);
-    assert_eq!(record.solution.gears[0], 2.0);
+    assert_eq!(record.first().solution.gears[0], 2.0);
     let mut last = [0.0; 2];
     for _ in 0..20_000 {
         last = step(&mut simulation, &mut record);
@@ -196,16 +196,16 @@ fn a_spring_between_hinges_counts_turns() {
     let mut work = 0.0;
     for k in 0..20_000 {
         step(&mut simulation, &mut record);
-        let angles = [0, 1].map(|joint: usize| record.solution.joints[joint].angles[2]);
+        let angles = [0, 1].map(|joint: usize| record.first().solution.joints[joint].angles[2]);
         let sum = angles[0] - 3.0 * angles[1];
-        assert!((record.solution.gears[0] + 2.0 * sum).abs() < 1e-8 * (1.0 + sum.abs()), "{k}");
+        assert!((record.first().solution.gears[0] + 2.0 * sum).abs() < 1e-8 * (1.0 + sum.abs()), "{k}");
         work = 0.3 * angles[0];
-        let moving = energy::total(&world, &record.solution.states) + sum * sum;
+        let moving = energy::total(&world, record.next_states()) + sum * sum;
         assert!(moving <= work * (1.0 + 1e-2) + 1e-9, "{k}: {moving} {work}");
     }
     // Together they rotate with the inertia I₁ + I₂/9: 3 θ₂ = θ₁ on average.
     assert!(work > 0.3 * 100.0, "{work}");
-    let turned = record.solution.joints[1].angles[2] / record.solution.joints[0].angles[2];
+    let turned = record.first().solution.joints[1].angles[2] / record.first().solution.joints[0].angles[2];
     assert!((turned - 1.0 / 3.0).abs() < 1e-3, "{turned}");
 }
 
@@ -220,16 +220,16 @@ fn the_certificate_sees_a_wrong_force() {
     }
     let judged = |force: f64| {
         let claim = Claim {
-            states: &record.states,
-            next: &record.solution.states,
+            states: record.states(),
+            next: record.next_states(),
             wrenches: &[Wrench::zero(); 2],
             contacts: &[],
-            joints: &record.solution.joints,
+            joints: &record.first().solution.joints,
             gears: &[force],
         };
         Certifier::new().contact_step(&world, &claim, std::iter::empty::<Vector3<f64>>())
     };
-    let force = record.solution.gears[0];
+    let force = record.first().solution.gears[0];
     assert!(judged(force).residual() < 1e-12);
     let wrong = judged(force + 1.0);
     // 1 N changes the speed of the sum by h (1/m₁ + 4/m₂).
@@ -260,18 +260,18 @@ fn a_drive_of_a_sum_is_set_in_mid_run() {
     let mut simulation = started(&world, [0.0; 2]);
     let mut record = StepRecord::new();
     step(&mut simulation, &mut record);
-    assert!((record.solution.gears[0] - 0.5).abs() < 1e-12);
+    assert!((record.first().solution.gears[0] - 0.5).abs() < 1e-12);
     simulation.set_gear_drive(0, force(-2.0)).unwrap();
     let saved = simulation.save();
     step(&mut simulation, &mut record);
-    assert!((record.solution.gears[0] + 2.0).abs() < 1e-12);
+    assert!((record.first().solution.gears[0] + 2.0).abs() < 1e-12);
     let mut other = started(&world, [0.0; 2]);
     other
         .restore(&tumble_core::simulation::Saved::from_bytes(&saved.to_bytes().unwrap()).unwrap())
         .unwrap();
     let mut again = StepRecord::new();
     step(&mut other, &mut again);
-    assert_eq!(again.solution, record.solution);
+    assert_eq!(again.first().solution, record.first().solution);
     let armed = Drive { armature: 1.0, ..Drive::NONE };
     for (gear, drive, words) in [(1, force(1.0), "gear"), (0, armed, "armature")] {
         let why = simulation.set_gear_drive(gear, drive).unwrap_err().to_string();

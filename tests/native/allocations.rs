@@ -29,14 +29,14 @@ fn a_whole_run_allocates_nothing() {
             let mut most = [None; KEPT];
             for k in 0..999 {
                 let seen = measure(|| simulation.step(&mut record).unwrap());
-                let (count, most) = (record.contacts.len(), &mut most[k % KEPT]);
+                let (count, most) = (record.first().contacts.len(), &mut most[k % KEPT]);
                 if Some(count) <= *most {
                     assert_eq!(seen.count_total, 0, "seed {seed}, step {k}");
                 } else {
                     *most = Some(count);
                     cold += 1;
                 }
-                assert_ne!(record.report.status, StepStatus::Failed, "seed {seed}, step {k}");
+                assert_ne!(record.status(), StepStatus::Failed, "seed {seed}, step {k}");
             }
         }
     }
@@ -65,10 +65,10 @@ fn a_step_that_needs_another_start_allocates_nothing() {
     let (mut retried, mut most) = (0, [None; KEPT]);
     for k in 0..1500 {
         let seen = measure(|| simulation.step(&mut record).unwrap());
-        let (count, most) = (record.contacts.len(), &mut most[k % KEPT]);
+        let (count, most) = (record.first().contacts.len(), &mut most[k % KEPT]);
         if Some(count) <= *most {
             assert_eq!(seen.count_total, 0, "step {k}");
-            retried += u32::from(record.report.status == StepStatus::Retried);
+            retried += u32::from(record.status() == StepStatus::Retried);
         } else {
             *most = Some(count);
         }
@@ -99,12 +99,12 @@ fn a_step_that_seeks_a_share_allocates_nothing() {
     let (mut sought, mut most) = (0, [None; KEPT]);
     for k in 0..600 {
         let seen = measure(|| simulation.step(&mut record).unwrap());
-        let (count, most) = (record.contacts.len(), &mut most[k % KEPT]);
-        let seeks = record.restitution_share < 1.0;
+        let (count, most) = (record.first().contacts.len(), &mut most[k % KEPT]);
+        let seeks = record.restitution_share() < 1.0;
         if Some(count) > *most {
             *most = Some(count);
         } else if !seeks || sought > 0 {
-            assert_eq!(seen.count_total, 0, "step {k}, share {}", record.restitution_share);
+            assert_eq!(seen.count_total, 0, "step {k}, share {}", record.restitution_share());
         }
         sought += u32::from(seeks);
     }
@@ -160,10 +160,10 @@ fn driven_joints_allocate_nothing() {
             simulation.set_motor(1, JointAxis::Angular(2), Some(motor)).unwrap();
             simulation.step(&mut record).unwrap();
         });
-        assert!(record.certificate.residual() < 1e-9, "{k}: {:?}", record.certificate);
+        assert!(record.residual() < 1e-9, "{k}: {:?}", record.certificate());
         // After 100 steps the broad phase has seen all pairs and its memory has reached its full
         // size.
-        let (count, most) = (record.contacts.len(), &mut most[k % KEPT]);
+        let (count, most) = (record.first().contacts.len(), &mut most[k % KEPT]);
         if k >= 100 && Some(count) <= *most {
             warm += 1;
             assert_eq!(seen.count_total, 0, "step {k}");
@@ -179,12 +179,12 @@ fn driven_joints_allocate_nothing() {
 fn a_step_that_fails_allocates_nothing() {
     let world = cube_world(LIGHT);
     let run = thrown_run(&world, 1);
-    let record = run.iter().find(|step| step.report.status != StepStatus::Free).unwrap();
+    let record = run.iter().find(|step| step.status() != StepStatus::Free).unwrap();
     let none = Wrench::zero();
-    let states = &record.states;
+    let states = record.states();
     let free = &[world.free_flight(0, &states[0], &none)];
     let previous = &StepSolution::free(states);
-    let mut candidates = Candidates::from(record.contacts.clone());
+    let mut candidates = Candidates::from(record.first().contacts.clone());
     let mut solution = StepSolution::default();
     let mut solver = NativeSolver::new(&world);
     let mut solve = |wrench: &Wrench| {

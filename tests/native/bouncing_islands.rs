@@ -100,7 +100,7 @@ fn run_world(world: &World, states: &[State], solver: NativeSolver) -> Vec<StepR
     let step = |_| {
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
-        assert_ne!(record.report.status, StepStatus::Failed, "k = {}", record.index);
+        assert_ne!(record.status(), StepStatus::Failed, "k = {}", record.index);
         record
     };
     (0..400).map(step).collect()
@@ -109,9 +109,9 @@ fn run_world(world: &World, states: &[State], solver: NativeSolver) -> Vec<StepR
 /// States of some bodies and their contacts as body A, as bits.
 fn bits(records: &[StepRecord], of: std::ops::Range<usize>) -> Vec<Vec<u64>> {
     let of_step = |record: &StepRecord| {
-        let states = record.solution.states[of.clone()].iter();
+        let states = record.next_states()[of.clone()].iter();
         let states = states.flat_map(|state| state.to_vector().data.0[0]);
-        let contacts = record.contacts.iter().zip(&record.solution.contacts);
+        let contacts = record.first().contacts.iter().zip(&record.first().solution.contacts);
         let mine = contacts.filter(|(contact, _)| of.contains(&contact.key.body));
         let numbers = mine.flat_map(|(contact, force)| {
             let numbers = force.force.iter().chain(&force.slip).copied();
@@ -147,7 +147,7 @@ fn bounces_do_not_affect_other_islands() {
     let without_rod = run(&theirs, &far_up(&[start]), solver());
     let alone = run(&far_up(&theirs), &[start], solver());
     let shares = |records: &[StepRecord]| {
-        records.iter().map(|record| record.restitution_share).collect::<Vec<_>>()
+        records.iter().map(|record| record.restitution_share()).collect::<Vec<_>>()
     };
     assert!(shares(&alone).iter().any(|share| *share < 1.0), "the rod is no paradox");
     assert!(shares(&without_rod).iter().all(|share| *share == 1.0));
@@ -158,7 +158,7 @@ fn bounces_do_not_affect_other_islands() {
     assert_eq!(first_difference(&found, &rod_alone), None, "the rod");
     // Every island is solved as often as it is alone.
     let iterations = |records: &[StepRecord]| {
-        records.iter().map(|record| record.report.iterations).collect::<Vec<_>>()
+        records.iter().map(|record| record.report().iterations).collect::<Vec<_>>()
     };
     let sum: Vec<_> =
         iterations(&alone).iter().zip(iterations(&without_rod)).map(|(a, b)| a + b).collect();
@@ -348,10 +348,10 @@ fn a_wedged_capsule_takes_the_part_that_can_be_solved() {
         let mut record = StepRecord::new();
         for _ in 0..50 {
             simulation.step(&mut record).unwrap();
-            let status = record.report.status;
+            let status = record.status();
             assert_ne!(status, StepStatus::Failed, "e = {e}: {record:?}");
             if record.index == 0 {
-                parts.push(e * record.restitution_share);
+                parts.push(e * record.restitution_share());
             }
         }
     }

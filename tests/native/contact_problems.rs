@@ -313,16 +313,16 @@ fn the_problem_of_a_step_has_its_impulses() {
         let mut record = StepRecord::new();
         for _ in 0..800 {
             simulation.step(&mut record).unwrap();
-            if record.contacts.is_empty() || record.report.status == StepStatus::Wild {
+            if record.first().contacts.is_empty() || record.status() == StepStatus::Wild {
                 continue;
             }
             let (problem, impulses) = ContactProblem::from_step(&world, &record).unwrap();
             let found = problem.evaluate(&impulses);
             assert!(found.residual < 1e-9, "step {}: {}", record.index, found.residual);
-            let next = &record.solution.states[0];
+            let next = &record.next_states()[0];
             let v = [next.velocity, next.spin].map(|v| [v[0], v[1], v[2]]).concat();
             assert!(apart(&found.body_velocities, &v) < 1e-11);
-            if record.contacts.len() == 1 {
+            if record.first().contacts.len() == 1 {
                 let solved = problem.solve(&SolveOptions::default()).unwrap();
                 assert!(solved.is_solved());
                 let size = impulses.iter().fold(1e-3, |most: f64, p| most.max(p.abs()));

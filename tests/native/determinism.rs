@@ -21,7 +21,7 @@ fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {
 fn numbers(world: &World, run: &[StepRecord]) -> Vec<f64> {
     let solution = |step: &StepRecord| {
         let mut numbers = step.next().to_vector().as_slice().to_vec();
-        numbers.extend(point_forces(world, &step.solution).iter().flatten());
+        numbers.extend(point_forces(world, &step.first().solution).iter().flatten());
         numbers
     };
     run.iter().flat_map(solution).collect()
@@ -109,9 +109,9 @@ fn a_solver_remembers_nothing_of_the_steps_before() {
     let (one, other) = (thrown_run(&world, 42), thrown_run(&world, 1));
     let mut used = NativeSolver::new(&world);
     for k in 2..one.len() {
-        solve_step(&mut used, &world, other[k].state(), &other[k - 1].solution);
+        solve_step(&mut used, &world, other[k].state(), &other[k - 1].first().solution);
         let again = solve_again(&mut used, &world, &one, k);
-        assert_eq!(again.solution, one[k].solution, "step {k}");
+        assert_eq!(again.solution, one[k].first().solution, "step {k}");
     }
 }
 
@@ -129,6 +129,6 @@ fn a_solver_takes_the_world_from_the_step() {
     let mut solver = NativeSolver::new(&World::new(elsewhere).unwrap());
     for k in 2..run.len() {
         let again = solve_again(&mut solver, &world, &run, k);
-        assert_eq!(again.solution, run[k].solution, "step {k}");
+        assert_eq!(again.solution, run[k].first().solution, "step {k}");
     }
 }

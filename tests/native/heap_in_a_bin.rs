@@ -66,12 +66,12 @@ fn run((world, starts): (World, Vec<State>), steps: u32, residual: f64) -> Count
     let (mut record, mut counts) = (StepRecord::new(), Counts::default());
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        let (k, reached) = (record.index, record.certificate.residual());
-        assert_ne!(record.report.status, StepStatus::Failed, "k = {k}: {reached:e} m/s");
+        let (k, reached) = (record.index, record.residual());
+        assert_ne!(record.status(), StepStatus::Failed, "k = {k}: {reached:e} m/s");
         assert!(reached <= accepted, "k = {k}: {reached:e} m/s");
-        assert!(record.overlap < 1e-3, "k = {k}: {} m", record.overlap);
-        counts.iterations += u64::from(record.report.iterations);
-        counts.crowded += u32::from(record.contacts.len() > 130);
+        assert!(record.overlap() < 1e-3, "k = {k}: {} m", record.overlap());
+        counts.iterations += u64::from(record.report().iterations);
+        counts.crowded += u32::from(record.first().contacts.len() > 130);
         counts.largest = counts.largest.max(reached);
     }
     counts

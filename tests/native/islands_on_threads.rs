@@ -74,9 +74,9 @@ fn bits(solution: &StepSolution) -> Vec<u64> {
 
 /// Number of islands with several bodies, and number of islands with one body.
 fn count_islands(record: &StepRecord) -> (usize, usize) {
-    let mut first: Vec<usize> = (0..record.states.len()).collect();
+    let mut first: Vec<usize> = (0..record.states().len()).collect();
     let mut touches = vec![false; first.len()];
-    for contact in &record.contacts {
+    for contact in &record.first().contacts {
         let a = first[contact.key.body];
         touches[contact.key.body] = true;
         if let Partner::Body(b) = contact.key.partner {
@@ -106,12 +106,12 @@ fn a_run_is_the_same_on_any_number_of_threads() {
         alone.step(&mut expected).unwrap();
         for (threads, run) in &mut runs {
             run.step(&mut found).unwrap();
-            let same = bits(&found.solution) == bits(&expected.solution) && found == expected;
-            assert!(same, "k = {k}, {threads} threads: {:?} {:?}", found.report, expected.report);
+            let same = bits(&found.first().solution) == bits(&expected.first().solution) && found == expected;
+            assert!(same, "k = {k}, {threads} threads: {:?} {:?}", found.report(), expected.report());
         }
         let (several, single) = count_islands(&expected);
-        mixed += usize::from(several >= 4 && single >= 4 && expected.contacts.len() >= 64);
-        retried += usize::from(expected.report.status == StepStatus::Retried);
+        mixed += usize::from(several >= 4 && single >= 4 && expected.first().contacts.len() >= 64);
+        retried += usize::from(expected.status() == StepStatus::Retried);
     }
     assert!(mixed > 200, "{mixed} steps of at least four islands of each kind");
     assert!(retried > 0, "no step needed another start");
@@ -125,7 +125,7 @@ fn copies_of_a_solver_share_its_threads() {
         let mut run = Simulation::new(world.clone(), starts.clone(), motion).unwrap();
         let mut record = StepRecord::new();
         (0..300).for_each(|_| run.step(&mut record).unwrap());
-        bits(&record.solution)
+        bits(&record.first().solution)
     };
     let expected = last(Motion::native(&world));
     let solver = solver(&world, 3);
@@ -145,7 +145,7 @@ fn solve_again(
     solver: &mut NativeSolver,
     interrupt: Option<&AtomicBool>,
 ) -> Result<(StepReport, Vec<u64>), Error> {
-    let states = &record.states;
+    let states = record.states();
     let none = Wrench::zero();
     let mut wrenches = vec![none; states.len()];
     let free: Vec<_> =
@@ -172,7 +172,7 @@ fn busy_step(world: &World, starts: &[State]) -> StepRecord {
     let (several, single) = count_islands(&record);
     assert!(several >= 5 && single >= 5, "{several} {single}");
     // Enough contacts for the solver to use its threads.
-    assert!(record.contacts.len() >= 64, "{}", record.contacts.len());
+    assert!(record.first().contacts.len() >= 64, "{}", record.first().contacts.len());
     record
 }
 
@@ -186,7 +186,7 @@ fn an_island_that_fails_is_reported_the_same() {
     let solve = |absurd, threads| {
         solve_again(&world, &record, absurd, &mut solver(&world, threads), None).unwrap()
     };
-    let touched = record.contacts.iter().map(|contact| contact.key.body);
+    let touched = record.first().contacts.iter().map(|contact| contact.key.body);
     let (first, last) = (touched.clone().min().unwrap(), touched.max().unwrap());
     for absurd in [None, Some(first), Some(last)] {
         let expected = solve(absurd, 1);
@@ -249,7 +249,7 @@ fn an_interrupt_ends_the_steps_of_islands() {
         }
     });
     assert_eq!(end, Error::Interrupted);
-    assert_eq!(simulation.states(), record.solution.states);
+    assert_eq!(simulation.states(), record.next_states());
 }
 
 #[test]

@@ -121,8 +121,8 @@ fn toss(scene: impl Strategy<Value = World>) -> impl Strategy<Value = (World, St
 /// - A corner that does not press has exactly zero force.
 fn check_laws(world: &World, record: &StepRecord) -> Result<(), TestCaseError> {
     let (k, h, mass) = (record.index, world.time_step(), body(world).mass());
-    prop_assert!(record.certificate.residual() < 1e-9, "step {k}: {:?}", record.certificate);
-    let forces = point_forces(world, &record.solution);
+    prop_assert!(record.residual() < 1e-9, "step {k}: {:?}", record.certificate());
+    let forces = point_forces(world, &record.first().solution);
     let corners = heights(world, record.next()).into_iter().zip(forces);
     for (height, force) in corners {
         let (press, friction) = (force[2] * h / mass, force.xy().norm() * h / mass);
@@ -168,7 +168,7 @@ impl Balance {
         let to_world = rotation(&old.attitude);
         let (mut work, mut turning, mut turning_bound, mut impulse) = (0.0, 0.0, 0.0, 0.0);
         let to_world_then = rotation(&new.attitude);
-        let forces = point_forces(world, &record.solution);
+        let forces = point_forces(world, &record.first().solution);
         for (corner, force) in body.contact_points().iter().zip(forces) {
             let turned = (to_world_then - to_world) * corner.position;
             let mean = (new.position - old.position + turned) / h;
@@ -201,7 +201,7 @@ impl Balance {
 #[test]
 fn every_step_of_a_tossed_solid_box_is_solved_exactly() {
     each_step(1000, toss(scene(solid_box(), 0.6)), |world, record| {
-        prop_assert_ne!(record.report.status, StepStatus::Failed, "step {}", record.index);
+        prop_assert_ne!(record.status(), StepStatus::Failed, "step {}", record.index);
         check_laws(world, record)
     });
 }
@@ -214,8 +214,8 @@ fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
     let (contact, failed, substepped) = (Cell::new(0), Cell::new(0), Cell::new(0));
     let count = |cell: &Cell<u32>| cell.set(cell.get() + 1);
     each_step(4000, toss(scene(any_box(), 2.0)), |world, record| {
-        contact.set(contact.get() + u32::from(!record.contacts.is_empty()));
-        match record.report.status {
+        contact.set(contact.get() + u32::from(!record.first().contacts.is_empty()));
+        match record.status() {
             StepStatus::Failed => count(&failed),
             StepStatus::Substepped => count(&substepped),
             _ => return check_laws(world, record),
@@ -256,7 +256,7 @@ fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
 #[test]
 fn the_energy_grows_by_no_more_than_the_finite_turn_of_the_step() {
     each_step(4000, toss(scene(any_box(), 2.0)), |world, record| {
-        if matches!(record.report.status, StepStatus::Failed | StepStatus::Substepped) {
+        if matches!(record.status(), StepStatus::Failed | StepStatus::Substepped) {
             return Ok(());
         }
         let Balance { change, numerical_loss, work, turning, turning_bound, error } =

@@ -124,10 +124,10 @@ fn every_step_of_these_runs_is_exact() {
 fn first_stage_solves_nearly_every_step_from_the_last_impulses() {
     for run in runs() {
         let mut contact = run.solve(&run.world());
-        contact.retain(|step| step.report.status != StepStatus::Free);
-        let again = |step: &&StepRecord| step.report.status != StepStatus::Converged;
+        contact.retain(|step| step.status() != StepStatus::Free);
+        let again = |step: &&StepRecord| step.status() != StepStatus::Converged;
         let retried = contact.iter().filter(again).count();
-        let iterations: u32 = contact.iter().map(|step| step.report.iterations).sum();
+        let iterations: u32 = contact.iter().map(|step| step.report().iterations).sum();
         let steps = contact.len();
         assert!(steps > 600 && 100 * retried < steps, "{}: {retried} of {steps}", run.file);
         assert!(f64::from(iterations) < 3.0 * steps as f64, "{}: {iterations}", run.file);

@@ -24,7 +24,7 @@ fn check_starts(world: &World, seed: u32) {
     let mut random = Uniform::new(seed);
     let contacts = points(world);
     let run = thrown_run(world, seed);
-    for step in run.iter().filter(|step| step.report.status != StepStatus::Free) {
+    for step in run.iter().filter(|step| step.status() != StepStatus::Free) {
         for number in 0..STARTS {
             let none = vec![Vector3::zeros(); contacts];
             let forces = if number == 0 { none } else { random.forces(contacts) };
@@ -101,17 +101,17 @@ fn a_step_accepted_as_it_is_has_the_selected_forces() {
         for seed in [0, 1, 2, 3, 4, 6, 8, 42] {
             let run = native_run(&world, thrown(seed), 1500);
             let presses = |step: &&StepRecord| {
-                step.solution.contacts.iter().any(|contact| contact.carries_force())
+                step.first().solution.contacts.iter().any(|contact| contact.carries_force())
             };
-            for step in run.iter().filter(presses).filter(|step| step.report.iterations == 0) {
+            for step in run.iter().filter(presses).filter(|step| step.report().iterations == 0) {
                 let none = with_forces(&world, step.state(), &[Vector3::zeros(); 8]);
                 let again = solve_step(&mut solver, &world, step.state(), &none);
                 let motion = motion_apart(&world, &again.solution.states[0], step.next());
-                let pairs = again.solution.forces().zip(step.solution.forces());
+                let pairs = again.solution.forces().zip(step.first().solution.forces());
                 let force = pairs.map(|(a, b)| (a - b).amax() / QUARTER_WEIGHT).fold(0.0, largest);
                 let name = format!("seed {seed}, step {}", step.index);
                 assert!(again.report.iterations > 0, "{name}");
-                assert_eq!(again.solution.contacts.len(), step.solution.contacts.len(), "{name}");
+                assert_eq!(again.solution.contacts.len(), step.first().solution.contacts.len(), "{name}");
                 assert!(motion < 1e-10, "{name}: the motion differs by {motion:e} m/s");
                 assert!(force < 1e-9, "{name}: a force differs by {force:e}");
                 accepted += 1;
@@ -140,7 +140,7 @@ fn a_cube_at_rest_presses_with_four_equal_forces() {
         let world = World::new(Parameters { time_step: h, ..parameters(body) }).unwrap();
         for start in cubes_at_rest() {
             for step in native_run(&world, start, 20) {
-                let carrying: Vec<_> = step.solution.forces().filter(|f| f[2] > 0.0).collect();
+                let carrying: Vec<_> = step.first().solution.forces().filter(|f| f[2] > 0.0).collect();
                 let worst = carrying.iter().map(unequal).fold(0.0, largest);
                 assert_eq!(carrying.len(), 4, "h = {h}, step {}", step.index);
                 assert!(worst < 1e-9, "h = {h}, step {}: {worst:e}", step.index);
@@ -156,7 +156,7 @@ fn a_thrown_cube_ends_on_four_equal_forces() {
     for (inertia, seed) in [LIGHT, SOLID].into_iter().flat_map(|i| (0..6).map(move |s| (i, s))) {
         let run = native_run(&cube_world(inertia), thrown(seed), 2000);
         let end = run.last().unwrap();
-        let carrying: Vec<_> = end.solution.forces().filter(|f| f[2] > 0.0).collect();
+        let carrying: Vec<_> = end.first().solution.forces().filter(|f| f[2] > 0.0).collect();
         let worst = carrying.iter().map(unequal).fold(0.0, largest);
         assert_eq!(carrying.len(), 4, "inertia {inertia}, seed {seed}");
         assert!(worst < 1e-9, "inertia {inertia}, seed {seed}: {worst:e}");

@@ -40,7 +40,7 @@ fn worlds() -> [World; 2] {
 /// State of the thrown cube three steps before it touches the ground.
 fn before_the_touch(world: &World) -> State {
     let run = native_run(world, thrown(42), 400);
-    let contact = run.iter().position(|step| step.report.status != StepStatus::Free);
+    let contact = run.iter().position(|step| step.status() != StepStatus::Free);
     *run[contact.expect("contact") - 3].state()
 }
 
@@ -76,7 +76,7 @@ fn a_step_taken_back_and_repeated_is_the_same_step() {
                 assert_eq!((simulation.state(), simulation.index()), (&before, step.index));
                 simulation.step(&mut record).unwrap();
                 assert_eq!(record, *step, "{name}: again");
-                contact += usize::from(step.report.status != StepStatus::Free);
+                contact += usize::from(step.status() != StepStatus::Free);
             }
             assert!(2 * contact > steps, "{name}: {contact}");
         }

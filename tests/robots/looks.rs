@@ -9,7 +9,7 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_model::Model;
 use tumble_robot::model::RobotLook;
 use tumble_robot::{Reading, read};
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 use tumble_scene::written;
@@ -61,7 +61,7 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
     let simulation = Simulation::new(world, starts, Motion::Floating).unwrap();
     let mut end = StepRecord::new();
     simulation.end(&mut end);
-    let step = TableStep::new(&scene.world, &end);
+    let step = IntervalRows::new(&scene.world, &end);
     Film::new(&scene.world, model, false, vec![step]).unwrap()
 }
 

@@ -41,11 +41,11 @@ fn after(scene: &Scene, steps: usize) -> Simulation<'static> {
         simulation.step(&mut record).unwrap();
         assert!(
             matches!(
-                record.report.status,
+                record.status(),
                 StepStatus::Free | StepStatus::Converged | StepStatus::Retried
             ),
             "{step}: {:?}",
-            record.report.status
+            record.status()
         );
     }
     simulation

@@ -373,7 +373,7 @@ fn ellipsoids_are_rounded_hulls_within() {
         let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
-        assert!(record.certificate.residual() <= 1e-9);
+        assert!(record.residual() <= 1e-9);
         assert!((simulation.states()[0].position.z - c).abs() < 1e-12);
     }
 }
@@ -398,7 +398,7 @@ fn driven(rest: &str, controls: &[f64], steps: usize) -> Vec<f64> {
     let mut record = StepRecord::new();
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        assert!(record.certificate.residual() <= 1e-9);
+        assert!(record.residual() <= 1e-9);
     }
     robot.coordinates(simulation.states(), robot.start()).unwrap().0
 }

@@ -88,8 +88,8 @@ fn a_quadruped_lands_and_stands() {
                 simulation.set_load(0, load).unwrap();
             }
             simulation.step(&mut record).unwrap();
-            assert!(record.report.status != StepStatus::Failed, "step {step}");
-            let (residual, off) = (record.certificate.residual(), joint_error(&simulation));
+            assert!(record.status() != StepStatus::Failed, "step {step}");
+            let (residual, off) = (record.residual(), joint_error(&simulation));
             assert!(residual <= 1e-9 && off <= 1e-12, "step {step}: {residual:e} {off:e}");
             sway = sway.max((simulation.states()[0].position - begin).norm());
             if step == 2000 {
@@ -98,7 +98,7 @@ fn a_quadruped_lands_and_stands() {
         }
         assert!(sway > 5e-3, "{push}: {sway}");
         let carried: f64 =
-            (0..simulation.states().len()).map(|body| record.solution.total_force(body)[2]).sum();
+            (0..simulation.states().len()).map(|body| record.first().solution.total_force(body)[2]).sum();
         assert!((carried - weight).abs() <= 1e-9 * weight, "{push}: {carried} {weight}");
         // No creep: nothing has moved in the last second.
         for (now, then) in simulation.states().iter().zip(still.unwrap()) {
@@ -217,9 +217,9 @@ fn robots_stand_among_other_things() {
     let mut shorter = 0;
     for _ in 0..20 {
         simulation.step(&mut record).unwrap();
-        match record.report.status {
+        match record.status() {
             StepStatus::Substepped => shorter += 1,
-            status => assert!(record.certificate.residual() <= 1e-9, "{status}"),
+            status => assert!(record.residual() <= 1e-9, "{status}"),
         }
     }
     assert!(shorter <= 4, "{shorter}");

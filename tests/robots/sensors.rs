@@ -15,7 +15,7 @@ fn read(
 ) -> [Vector3<f64>; 2] {
     let robot = &scene.robots[0];
     let links =
-        [&record.states, &record.solution.states].map(|states| robot.links_at(states).unwrap());
+        [record.states(), record.next_states()].map(|states| robot.links_at(states).unwrap());
     let h = scene.world.time_step();
     let read = site.accelerometer([&links[0], &links[1]], h, scene.world.gravity()).unwrap();
     [read, site.gyroscope(&links[1]).unwrap()]

@@ -32,8 +32,8 @@ fn run(simulation: &mut Simulation<'_>, steps: u64) {
     let mut record = StepRecord::new();
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        assert!(record.report.status.is_one_problem(), "step {}", record.index);
-        assert!(!record.substeps.is_coarse && record.substeps.count > 0, "step {}", record.index);
+        assert!(record.status().is_one_problem(), "step {}", record.index);
+        assert!(!record.substeps().is_coarse && record.intervals().len() > 0, "step {}", record.index);
     }
 }
 

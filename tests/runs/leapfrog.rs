@@ -29,7 +29,7 @@ fn run(simulation: &mut Simulation<'_>, time: f64) {
     let steps = (time / simulation.world().time_step()).round() as u64;
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        assert!(record.report.status.is_one_problem(), "step {}", record.index);
+        assert!(record.status().is_one_problem(), "step {}", record.index);
     }
 }
 
@@ -253,7 +253,7 @@ fn setting_the_present_states_changes_nothing() {
         other.step(&mut records[1]).unwrap();
         assert_eq!(one.states(), other.states());
         assert_eq!(one.step_states(), other.step_states());
-        assert_eq!(records[0].report.iterations, records[1].report.iterations);
+        assert_eq!(records[0].report().iterations, records[1].report().iterations);
     }
 }
 

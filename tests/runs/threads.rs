@@ -36,7 +36,7 @@ const JOBS: [Job; 8] = [
 /// State ten steps before the first contact step of the native solver.
 fn before_the_touch(world: &World, seed: u32) -> State {
     let run = native_run(world, thrown(seed), 400);
-    let contact = run.iter().position(|step| step.report.status != StepStatus::Free);
+    let contact = run.iter().position(|step| step.status() != StepStatus::Free);
     *run[contact.expect("contact") - 10].state()
 }
 
@@ -63,16 +63,16 @@ fn outcome(job: Job) -> Vec<(Vec<u64>, Vec<ContactKey>, String)> {
         Job::Native(seed) => native_run(&world, before_the_touch(&world, seed), 600),
     };
     let step = |step: StepRecord| {
-        let mut numbers = step.certificate.parts().map(|(_, value)| value).to_vec();
+        let mut numbers = step.certificate().parts().map(|(_, value)| value).to_vec();
         numbers.extend(&step.state().to_vector());
         numbers.extend(&step.next().to_vector());
-        for contact in &step.solution.contacts {
+        for contact in &step.first().solution.contacts {
             numbers.extend(contact.force.iter().chain(&contact.slip));
             numbers.push(contact.normal_force);
         }
         let bits = numbers.into_iter().map(f64::to_bits).collect();
-        let pressed = step.solution.contacts.iter().filter(|contact| contact.carries_force());
-        (bits, pressed.map(|contact| contact.key).collect(), format!("{:?}", step.report))
+        let pressed = step.first().solution.contacts.iter().filter(|contact| contact.carries_force());
+        (bits, pressed.map(|contact| contact.key).collect(), format!("{:?}", step.report()))
     };
     run.into_iter().map(step).collect()
 }
@@ -116,7 +116,7 @@ fn a_native_solver_that_moves_to_another_thread_gives_the_same_doubles() {
         solver = thread::scope(|scope| {
             let moved = scope.spawn(move || {
                 let solved = solve_again(&mut solver, world, run, k);
-                assert_eq!(solved.solution, run[k].solution, "step {k}");
+                assert_eq!(solved.solution, run[k].first().solution, "step {k}");
                 solver
             });
             moved.join().unwrap()

@@ -233,7 +233,7 @@ impl<'a> Runner<'a> {
             simulation.step(&mut record)?;
             self.count(&record);
             let residual = self.residual(setup, &record);
-            let mut solution = record.solution.clone();
+            let mut solution = record.first().solution.clone();
             for state in &mut solution.states {
                 *state = ground.state_to_ground(state);
             }
@@ -286,7 +286,7 @@ impl<'a> Runner<'a> {
     /// The excused part of a step's residual. Equations of motion contribute the largest residual
     /// of all bodies. Contact and joint laws contribute the certificate's residuals.
     fn residual(&self, setup: &Setup, record: &StepRecord) -> ResidualCheck {
-        let certificate = &record.certificate;
+        let certificate = record.certificate();
         let mut residual = ResidualCheck {
             normal: certificate.normal_law.max(certificate.penetration),
             friction: certificate.friction_law,
@@ -316,16 +316,16 @@ impl<'a> Runner<'a> {
     /// (A quaternion with the error δ is a rotation with the error 2 δ.)
     fn motion_residual(&self, setup: &Setup, record: &StepRecord, index: usize) -> (f64, f64) {
         let (h, Subject { body, load, .. }) = (self.time_step, &setup.bodies[index]);
-        let (before, after) = (&record.states[index], &record.solution.states[index]);
+        let (before, after) = (&record.states()[index], &record.next_states()[index]);
         let external = load.wrench(record.index, h, &before.attitude);
         let to_body = rotation(&before.attitude).transpose();
         let (mut force, mut torque) = (external.force, external.torque);
-        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
+        for (contact, found) in record.first().contacts.iter().zip(&record.first().solution.contacts) {
             if contact.key.body == index {
                 force += found.force;
                 torque += contact.lever.cross(&(to_body * found.force));
             } else if contact.key.partner == Partner::Body(index) {
-                let point = record.states[contact.key.body].position + contact.arm;
+                let point = record.states()[contact.key.body].position + contact.arm;
                 let lever = to_body * (point - before.position);
                 force -= found.force;
                 torque -= lever.cross(&(to_body * found.force));
@@ -353,9 +353,9 @@ impl<'a> Runner<'a> {
     fn count(&mut self, record: &StepRecord) {
         let counts = &mut self.counts;
         counts.steps += 1;
-        counts.failed += u64::from(record.report.status == StepStatus::Failed);
-        counts.fallback += u64::from(record.report.status == StepStatus::Fallback);
-        let certificate = record.certificate.residual();
+        counts.failed += u64::from(record.status() == StepStatus::Failed);
+        counts.fallback += u64::from(record.status() == StepStatus::Fallback);
+        let certificate = record.residual();
         if certificate.is_nan() || certificate > counts.worst_residual {
             counts.worst_residual = certificate;
         }

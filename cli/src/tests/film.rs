@@ -9,10 +9,10 @@ use tumble_core::simulation::StepRecord;
 use tumble_scene::output::tables::{ContactRow, KeyText};
 
 /// A frame of a body with `count` contacts.
-fn frame(count: usize) -> TableStep {
+fn frame(count: usize) -> IntervalRows {
     let world = World::new(tutorial_parameters().unwrap()).unwrap();
     let states = vec![State::from_vector(&SVector::zeros())];
-    let mut step = TableStep::new(&world, &StepRecord { states, ..StepRecord::new() });
+    let mut step = IntervalRows::new(&world, &StepRecord { states, ..StepRecord::new() });
     let contact = ContactRow {
         index: 0,
         body: 0,

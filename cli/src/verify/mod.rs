@@ -1,5 +1,5 @@
 //! `tumble verify`: recomputes the residual of every step from the files of a run, and verifies
-//! every step.
+//! every interval of it.
 
 mod judge;
 mod run_file_check;
@@ -15,16 +15,17 @@ use std::panic::resume_unwind;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 use tumble_core::step::StepStatus;
-use tumble_scene::output::tables::{Table, TableStep};
+use tumble_scene::output::tables::{IntervalRows, Table};
 use tumble_scene::run_file::Seal;
 
 /// Number of steps that are read before they are verified.
 const READ_AHEAD: usize = 16;
 
-/// Statistics of the steps, in memory that does not grow with the files.
+/// Statistics of the intervals, in memory that does not grow with the files.
 #[derive(Default)]
 struct VerifyFindings {
     steps: u64,
+    intervals: u64,
     failed: u64,
     substepped: u64,
     wild: u64,
@@ -40,7 +41,8 @@ struct VerifyFindings {
 impl VerifyFindings {
     /// Adds `step` to the statistics, and stores it if it is among the `most` worst.
     fn add(&mut self, step: Verified, most: usize) {
-        self.steps += 1;
+        self.steps += u64::from(step.is_first);
+        self.intervals += 1;
         self.failed += u64::from(step.status == StepStatus::Failed);
         self.substepped += u64::from(step.status == StepStatus::Substepped);
         self.wild += u64::from(step.status == StepStatus::Wild);
@@ -71,46 +73,38 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file)?;
     refuse_partial(&recording)?;
     let mut judge = StepJudge::new(&recording)?;
-    let has_gaps = recording.row_selection().has_gaps(&recording.world);
-    let (mut findings, mut previous) = (VerifyFindings::default(), None::<TableStep>);
-    // True if the velocities of the instant in the row `previous` follow from the step before it.
+    let has_gaps = recording.row_selection().has_gaps();
+    let (mut findings, mut previous) = (VerifyFindings::default(), None::<IntervalRows>);
+    // True if the velocities of the instant in the row `previous` follow from the interval before it.
     let mut follows = true;
-    let mut counts = StatusCounts::default();
-    let mut world = recording.world.clone();
-    let courses = recording.courses.clone();
-    let mut add = |step: TableStep| {
-        world.follow(&courses, step.row.index as f64 * world.time_step());
-        counts.add(&world, &step);
+    let mut counts = StatusCounts::new(&recording);
+    let world = recording.world.clone();
+    let mut add = |rows: IntervalRows| {
+        counts.add(&rows);
         if let Some(previous) = &previous {
-            // The next stored step is not the next step if rows are omitted.
-            let ends = if has_gaps { &previous.ends } else { &step.states };
-            let mut verified = judge.step(previous, ends);
-            // Later substeps have no rows.
-            let is_next =
-                step.row.index == previous.row.index + 1 && previous.row.substeps_taken <= 1;
-            let is_whole = previous.row.substeps_taken == 0;
+            let mut verified = judge.interval(previous, &rows);
+            let is_next = rows.row.interval > 0
+                || rows.row.index == previous.row.index + 1
+                || has_gaps && rows.is_end();
             if verified.differs.is_none() && !follows {
                 verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }
-            follows = !is_next || !is_whole || instants_follow(previous, &step);
-            // Velocities of the middle are converted to the length of the next substep.
-            let mut ends = ends.iter().zip(&step.states);
-            let continues =
-                ends.all(|(end, next)| end == next || !is_whole && end.pose() == next.pose());
-            if verified.differs.is_none() && is_next && !continues {
-                let what = "the states after it differ from the next row";
-                verified.differs = Some(what.to_owned());
+            let is_converted = is_next && !previous.ends.is_empty();
+            let is_whole = previous.span(&world).is_none();
+            follows = !is_next || !is_whole || is_converted || instants_follow(previous, &rows);
+            if verified.differs.is_none() && is_converted {
+                verified.differs = conversion_difference(previous, &rows);
             }
             findings.add(verified, args.worst);
         }
-        previous = Some(step);
+        previous = Some(rows);
     };
     // Steps are read on another thread while they are verified.
     thread::scope(|scope| {
         let (sender, steps) = sync_channel(READ_AHEAD);
         let recording = &mut recording;
         let reader = scope.spawn(move || {
-            while let Some(step) = recording.next_step()? {
+            while let Some(step) = recording.next_interval()? {
                 // The receiver ends after the sender.
                 let _ = sender.send(step);
             }
@@ -126,9 +120,19 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     report(&recording, &judge, &findings, &counts, StderrReporter::new(args.quiet))
 }
 
-/// True if the velocities of the instant in `next` follow from the step before (eq. 37): extrapolated,
+/// Fault of the end states of `previous` if the `next` row does not start there: poses stay, and
+/// velocities change only where the length does.
+fn conversion_difference(previous: &IntervalRows, next: &IntervalRows) -> Option<String> {
+    let mut ends = previous.ends.iter().zip(&next.states);
+    let is_retry = previous.row.status == StepStatus::Substepped && next.row.interval == 0;
+    let changes = previous.row.length != next.row.length || is_retry;
+    let stays = ends.all(|(end, next)| end.pose() == next.pose());
+    (!stays || !changes).then(|| "the states after it differ from the next row".to_owned())
+}
+
+/// True if the velocities of the instant in `next` follow from the interval before (eq. 37): extrapolated,
 /// or those of the middle.
-fn instants_follow(previous: &TableStep, next: &TableStep) -> bool {
+fn instants_follow(previous: &IntervalRows, next: &IntervalRows) -> bool {
     let bodies = previous.states.iter().zip(&next.states).zip(&next.instants);
     bodies.into_iter().all(|((before, after), instant)| {
         let differs = |share: f64| {
@@ -155,10 +159,9 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
         )));
     }
     let world = &recording.world;
-    let ends = usize::from(selection.has_gaps(world));
-    let counts = [1, 1, 1, world.joints().len(), world.gears().len(), ends];
+    let counts = [1, 1, 1, world.joints().len(), world.gears().len(), 1];
     let mut needed = Table::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0);
-    match needed.find(|(table, _)| !selection.has(*table, world)) {
+    match needed.find(|(table, _)| !selection.has(*table)) {
         None => Ok(()),
         Some((table, _)) => Err(Failure::Input(format!(
             "{place} cannot be verified: the run did not write the table {table}; run it without \
@@ -174,9 +177,12 @@ fn report(
     counts: &StatusCounts,
     mut reporter: StderrReporter,
 ) -> Result<Outcome, Failure> {
-    let differences = counts.differences(recording, &judge.stiff_joints);
+    let differences = counts.differences(recording);
     let changed = recording.changed_files()?;
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
+    if findings.intervals > findings.steps {
+        let _ = write!(text, " in {} intervals", findings.intervals);
+    }
     let every = recording.row_selection().every;
     if every > 1 {
         let _ = write!(text, " (--every {every})");
@@ -209,7 +215,7 @@ fn report(
     }
     if findings.substepped > 0 {
         let count = findings.substepped;
-        let _ = writeln!(text, "  taken in shorter steps without rows: {count}");
+        let _ = writeln!(text, "  status `substepped`: {count}");
     }
     let VerifyFindings { differing, end_differs, .. } = *findings;
     let and_end = if end_differs { ", and the last row" } else { "" };

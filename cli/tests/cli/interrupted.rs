@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tumble::solver::ipopt::LADDER_RESIDUAL;
 use tumble_core::step::StepStatus;
-use tumble_scene::output::tables::{Streams, TableStep, TablesReader};
+use tumble_scene::output::tables::{IntervalRows, Streams, TablesReader};
 
 /// Runs that take minutes, so that no test reaches their last row.
 const IPOPT: [&str; 4] = ["--steps", "100000", "--seed", "42"];
@@ -106,7 +106,7 @@ impl Running {
 }
 
 /// Rows of a complete run.
-fn rows(run: &Simulated) -> Vec<TableStep> {
+fn rows(run: &Simulated) -> Vec<IntervalRows> {
     let open = |name: &str| File::open(run.path(name)).unwrap();
     let streams = Streams {
         states: open("states.csv"),
@@ -127,7 +127,7 @@ fn rows(run: &Simulated) -> Vec<TableStep> {
 
 /// Asserts that all output files are complete, that run.json counts the rows, and that `verify`
 /// accepts them.
-fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TableStep> {
+fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<IntervalRows> {
     assert_eq!(everything_in(&run.path("")), WRITTEN.map(PathBuf::from));
     let (rows, json) = (rows(run), run.run_json());
     let count = |status| rows.iter().filter(|row| row.row.status == status).count();

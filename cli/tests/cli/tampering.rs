@@ -411,21 +411,21 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     let (mut record, mut worst) = (StepRecord::new(), 0.0_f64);
     for _ in 0..2 {
         simulation.step(&mut record).unwrap();
-        let between = (record.contacts[1].arm - record.contacts[0].arm).normalize();
-        record.solution.contacts[0].force += 1e9 * between;
-        record.solution.contacts[1].force -= 1e9 * between;
+        let between = (record.first().contacts[1].arm - record.first().contacts[0].arm).normalize();
+        record.first().solution.contacts[0].force += 1e9 * between;
+        record.first().solution.contacts[1].force -= 1e9 * between;
         let claim = Claim {
-            states: &record.states,
-            next: &record.solution.states,
+            states: record.states(),
+            next: record.next_states(),
             wrenches: &[Wrench::zero()],
-            contacts: &record.contacts,
+            contacts: &record.first().contacts,
             joints: &[],
             gears: &[],
         };
-        let forces = record.solution.forces();
-        record.certificate = Certifier::new().contact_step(&scene.world, &claim, forces);
-        record.report.status = StepStatus::Failed;
-        worst = worst.max(record.certificate.residual());
+        let forces = record.first().solution.forces();
+        record.certificate() = Certifier::new().contact_step(&scene.world, &claim, forces);
+        record.status() = StepStatus::Failed;
+        worst = worst.max(record.residual());
         writer.write(&record).unwrap();
     }
     simulation.end(&mut record);

@@ -244,8 +244,7 @@ pub enum StepStatus {
     Retried,
     /// The result comes from another solver.
     Fallback,
-    /// The full step did not converge, and a sequence of shorter steps replaced it. The forces are
-    /// the means over these steps. The residual is the one of the full step.
+    /// The step did not converge in one interval, and a sequence of shorter ones replaced it.
     Substepped,
     /// Converged but unphysical: a body turns by more than a radian, energy grows or a body passes
     /// through another. The time step is too long for the motion
@@ -292,8 +291,7 @@ impl StepStatus {
         !matches!(self, Self::Failed | Self::Wild)
     }
 
-    /// True if the step is [solved](Self::is_solved) as one problem. A substepped one is not: it has
-    /// neither a certificate nor a derivative of its own.
+    /// True if the step is [solved](Self::is_solved) as one problem. A substepped one is not.
     #[must_use]
     pub fn is_one_problem(self) -> bool {
         self.is_solved() && self != Self::Substepped

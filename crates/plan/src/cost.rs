@@ -89,7 +89,7 @@ impl PlanProblem {
         self.simulate_choosing(controls, choose, interrupt, &mut |simulation, _, record| {
             after += 1;
             task += self.cost_after(after, simulation.states());
-            unsolved += usize::from(!record.report.status.is_one_problem());
+            unsolved += usize::from(!record.status().is_one_problem());
             Ok(())
         })?;
         let task = if task.is_nan() { f64::INFINITY } else { task };

@@ -1,7 +1,7 @@
 //! Modes of contacts in a step: open, stick, slip.
 
 use tumble_core::contact::{Contact, ContactKey};
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::{Interval, StepRecord};
 use tumble_core::world::World;
 
 /// The part of the contact law that a contact is on.
@@ -38,7 +38,8 @@ pub struct ContactMode {
     pub margin: f64,
 }
 
-/// Modes of the contacts of a step, in the order of the record.
+/// Modes of the contacts of a step in its first interval, in the order of the record. A plan's step has
+/// one; another is not solved as one problem.
 ///
 /// The impulse p is divided by the mass of body A. The motion of the contact point u has the normal
 /// part φ⁺/h. The response of the contact is w:
@@ -48,10 +49,11 @@ pub struct ContactMode {
 /// ```
 #[must_use]
 pub fn modes_of(world: &World, record: &StepRecord) -> Vec<ContactMode> {
-    let pairs = record.contacts.iter().zip(&record.solution.contacts);
+    let taken = record.first();
+    let pairs = taken.contacts.iter().zip(&taken.solution.contacts);
     pairs
         .map(|(contact, force)| {
-            let (mode, margin) = mode_of(world, record, contact, &force.force);
+            let (mode, margin) = mode_of(world, taken, contact, &force.force);
             ContactMode { key: contact.key, mode, margin }
         })
         .collect()
@@ -59,14 +61,14 @@ pub fn modes_of(world: &World, record: &StepRecord) -> Vec<ContactMode> {
 
 fn mode_of(
     world: &World,
-    record: &StepRecord,
+    taken: &Interval,
     contact: &Contact,
     force: &nalgebra::Vector3<f64>,
 ) -> (Mode, f64) {
     let (h, normal) = (world.time_step(), contact.normal());
     let mass = world.bodies()[contact.key.body].mass();
     let impulse = force * (h / mass);
-    let poses = |body: usize| (record.states[body].pose(), record.solution.states[body].pose());
+    let poses = |body: usize| (taken.states[body].pose(), taken.solution.states[body].pose());
     let a = poses(contact.key.body);
     let b = contact.key.partner.body().map(poses);
     let u = contact.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), h);
@@ -76,7 +78,7 @@ fn mode_of(
     if opening >= 0.0 {
         return (Mode::Open, 0.5 * opening);
     }
-    let slip = contact.slip(world, &record.states, &record.solution.states).norm();
+    let slip = contact.slip(world, &taken.states, &taken.solution.states).norm();
     let pull = (impulse - normal * pressing).norm();
     let room = contact.response.tangential * (contact.law.friction * pressing - pull);
     let mode = if slip <= room { Mode::Stick } else { Mode::Slip };

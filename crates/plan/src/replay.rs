@@ -110,9 +110,9 @@ impl PlanProblem {
         };
         let controls = replay.controls.clone();
         self.simulate(&controls, interrupt, &mut |simulation, wrenches, record| {
-            replay.states.push(record.states.clone());
+            replay.states.push(record.states().to_vec());
             let step = replay.records.len();
-            replay.wrenches.push(self.without_loads(step, &record.states, wrenches));
+            replay.wrenches.push(self.without_loads(step, record.states(), wrenches));
             let modes = modes_of(simulation.world(), record);
             for of in &modes {
                 if replay.margin.is_none_or(|(least, _)| of.margin < least) {
@@ -120,16 +120,16 @@ impl PlanProblem {
                 }
             }
             replay.modes.push(modes);
-            let residual = record.certificate.residual();
+            let residual = record.residual();
             if replay.residual < residual || residual.is_nan() {
                 replay.residual = residual;
             }
-            replay.unsolved += usize::from(!record.report.status.is_one_problem());
+            replay.unsolved += usize::from(!record.status().is_one_problem());
             replay.records.push(record.clone());
             Ok(())
         })?;
         if let Some(last) = replay.records.last() {
-            replay.states.push(last.solution.states.clone());
+            replay.states.push(last.next_states().to_vec());
         }
         replay.misses = self.misses(&replay.states);
         replay.cost = self.cost_of(&replay.states, &replay.controls);

@@ -124,7 +124,7 @@ impl PlanProblem {
             let Some(mut derivative) = like.clone() else { return Ok(()) };
             match simulation.linearise(record, &mut derivative) {
                 Ok(()) => {
-                    take(self.tape(states.len() - 2, derivative, &record.states, controls))?;
+                    take(self.tape(states.len() - 2, derivative, record.states(), controls))?;
                 }
                 Err(Error::Interrupted) => return Err(PlanError::Interrupted),
                 Err(_) => like = None,

@@ -17,7 +17,7 @@ pub use super::model::{NamedSite, RobotSite};
 use super::Assembled;
 use super::motion::LinkMotion;
 use nalgebra::Vector3;
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::{Interval, StepRecord};
 use tumble_core::world::Partner;
 
 impl RobotSite {
@@ -66,7 +66,7 @@ impl RobotSite {
 }
 
 impl Assembled {
-    /// Reading of a touch sensor: sum of the normal forces (N) of a step on the bodies of a link,
+    /// Reading of a touch sensor: sum of the mean normal forces (N) of a step on the bodies of a link,
     /// or on the fixed pieces of a link held by the world.
     ///
     /// - `partner` selects the contacts with one partner.
@@ -84,7 +84,7 @@ impl Assembled {
     ) -> Result<f64, String> {
         let zone = match within {
             Some((site, radius)) => {
-                let links = self.links_at(&record.states)?;
+                let links = self.links_at(record.states())?;
                 Some((site.motion(&links)?.frame.position, radius))
             }
             None => None,
@@ -96,17 +96,22 @@ impl Assembled {
             Partner::Ground => false,
         };
         let mut sum = 0.0;
-        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
+        let forces = record.shares().flat_map(|(share, interval)| {
+            let Interval { states, contacts, solution, .. } = interval;
+            let pairs = contacts.iter().zip(&solution.contacts);
+            pairs.map(move |(contact, found)| (contact, states, share * found.normal_force))
+        });
+        for (contact, states, force) in forces {
             let (body, other) = (contact.key.body, contact.key.partner);
             let sides = [(Partner::Body(body), other), (other, Partner::Body(body))];
             let touches =
                 sides.iter().any(|(of, with)| own(*of) && partner.is_none_or(|p| p == *with));
-            let place = record.states.get(body).map(|state| state.position + contact.arm);
+            let place = states.get(body).map(|state| state.position + contact.arm);
             let is_near = zone.is_none_or(|(centre, radius)| {
                 place.is_some_and(|place| (place - centre).norm() <= radius)
             });
             if touches && is_near {
-                sum += found.normal_force;
+                sum += force;
             }
         }
         Ok(sum)

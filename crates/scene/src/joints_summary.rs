@@ -1,6 +1,6 @@
 //! Summary of the joints of a run.
 
-use crate::output::tables::TableStep;
+use crate::output::tables::IntervalRows;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use tumble_core::joint::JointForce;
@@ -20,7 +20,7 @@ pub struct JointsSummary {
     /// Residual of driven axes (m/s).
     pub largest_law_residual_m_s: f64,
     /// Stiffness number h ω, see
-    /// [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness).
+    /// [`Interval::stiffness`](tumble_core::simulation::Interval::stiffness).
     pub largest_stiffness: f64,
 }
 
@@ -47,7 +47,7 @@ impl JointsSummary {
 
     /// Adds the stiffness and the residuals of a step of `world`. The residual of a gear is that of
     /// its constraint, or of its drive.
-    pub fn add_rows(&mut self, world: &World, step: &TableStep) {
+    pub fn add_rows(&mut self, world: &World, step: &IntervalRows) {
         self.add_stiffness(step.row.stiffness);
         for joint in &step.joints {
             self.add_residual(joint.residual.locked, joint.residual.drive);

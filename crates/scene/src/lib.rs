@@ -23,6 +23,7 @@ mod naming;
 mod notes;
 pub mod output;
 pub mod overrides;
+pub mod row_counts;
 pub mod row_selection;
 pub mod run_file;
 pub mod scene;

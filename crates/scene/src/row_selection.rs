@@ -2,7 +2,6 @@
 
 use crate::output::tables::Table;
 use serde::{Deserialize, Serialize};
-use tumble_core::world::{Impacts, World};
 
 /// Rows that are written to files. By default all, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,36 +55,23 @@ impl RowSelection {
         Self { every, tables: tables.map(names), loaded_contacts, form }
     }
 
-    /// This selection without `table`.
-    #[must_use]
-    pub fn without(self, table: Table) -> Self {
-        let others = Table::ALL.iter().filter(|other| **other != table);
-        Self { tables: Some(others.map(|other| other.name().to_owned()).collect()), ..self }
-    }
-
     /// True if all rows are written as CSV.
     #[must_use]
     pub fn is_all(&self) -> bool {
         *self == Self::default()
     }
 
-    /// True if steps of a run of `world` do not end at the states of the next row: rows are omitted, or
-    /// they describe the first of several [substeps](World::with_accuracy).
+    /// True if rows are omitted.
     #[must_use]
-    pub fn has_gaps(&self, world: &World) -> bool {
-        self.every > 1 || world.impacts() == Impacts::Located
+    pub fn has_gaps(&self) -> bool {
+        self.every > 1
     }
 
-    /// True if `table` is written in a run of `world`, provided that it has such rows.
+    /// True if `table` is written in a run, provided that it has such rows.
     #[must_use]
-    pub fn has(&self, table: Table, world: &World) -> bool {
+    pub fn has(&self, table: Table) -> bool {
         let named = |tables: &Vec<String>| tables.iter().any(|name| name == table.name());
-        match table {
-            Table::States | Table::Steps => true,
-            // Without gaps, the states of the next step are the end states.
-            Table::Ends if !self.has_gaps(world) => false,
-            _ => self.tables.as_ref().is_none_or(named),
-        }
+        matches!(table, Table::States | Table::Steps) || self.tables.as_ref().is_none_or(named)
     }
 
     /// Number of rows kept of a run with `rows` rows.

@@ -15,7 +15,7 @@ use tumble_core::world::{Plane, World};
 use tumble_model::failure::Failure;
 use tumble_model::shape::{ModelForm, PlacedForm};
 use tumble_model::{BodyModel, Model};
-use tumble_scene::output::tables::{ContactRow, TableStep};
+use tumble_scene::output::tables::{ContactRow, IntervalRows};
 
 /// Motion of the bodies of a world, with everything needed to draw it.
 #[derive(Debug, Clone)]
@@ -42,7 +42,7 @@ pub struct Film {
     pub joints: Vec<String>,
     /// Frames, at least one, at equal time intervals. The last has no step. Contacts without force
     /// may be omitted.
-    pub frames: Vec<TableStep>,
+    pub frames: Vec<IntervalRows>,
 }
 
 /// Share of the largest motion from which a body counts as moving, and smallest motion of one, over
@@ -97,7 +97,7 @@ impl Film {
         world: &World,
         model: &Model,
         floating: bool,
-        mut frames: Vec<TableStep>,
+        mut frames: Vec<IntervalRows>,
     ) -> Result<Self, Failure> {
         frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
         let bodies = model.bodies.iter().zip(world.bodies()).zip(model.loads()?).enumerate();
@@ -132,7 +132,7 @@ impl Film {
     }
 
     /// This film with other `frames`, without title and facts.
-    pub(crate) fn with_frames(&self, frames: Vec<TableStep>) -> Self {
+    pub(crate) fn with_frames(&self, frames: Vec<IntervalRows>) -> Self {
         Self {
             title: String::new(),
             variant: String::new(),
@@ -155,7 +155,7 @@ impl Film {
         let motion = |b: usize| {
             let from = pose(&start[b]);
             let reach = self.bodies[b].reach();
-            let distance = |frame: &TableStep| {
+            let distance = |frame: &IntervalRows| {
                 let to = pose(&frame.states[b]);
                 let turned = reach * from.rotation.angle_to(&to.rotation);
                 (to.translation.vector - from.translation.vector).norm() + turned
@@ -176,7 +176,7 @@ impl Film {
     }
 
     /// Frames with a step: all but the last.
-    pub(crate) fn steps(&self) -> &[TableStep] {
+    pub(crate) fn steps(&self) -> &[IntervalRows] {
         self.frames.split_last().map_or(&[], |(_, steps)| steps)
     }
 
@@ -195,7 +195,7 @@ impl Film {
     /// Sum of an energy over the bodies in a frame (J).
     pub(crate) fn energy(
         &self,
-        frame: &TableStep,
+        frame: &IntervalRows,
         of: fn(&World, &RigidBody, &State) -> f64,
     ) -> f64 {
         let bodies = self.world.bodies().iter().zip(&frame.states);
@@ -203,7 +203,7 @@ impl Film {
     }
 
     /// Kinetic energy in a frame (J): that of the velocities of the instant, if they are known.
-    pub(crate) fn kinetic(&self, frame: &TableStep) -> f64 {
+    pub(crate) fn kinetic(&self, frame: &IntervalRows) -> f64 {
         let of_instant = |(body, state): (&RigidBody, &State)| {
             let turning = state.spin.dot(&(body.inertia() * state.spin));
             0.5 * (body.mass() * state.velocity.norm_squared() + turning)
@@ -215,7 +215,7 @@ impl Film {
     }
 
     /// Gravitational potential energy in a frame, relative to the origin (J).
-    pub(crate) fn potential(&self, frame: &TableStep) -> f64 {
+    pub(crate) fn potential(&self, frame: &IntervalRows) -> f64 {
         self.energy(frame, energy::potential)
     }
 
@@ -230,7 +230,7 @@ impl Film {
 
     /// Height of the lowest point of body `b` in `frame` above the ground, or its lowest z
     /// coordinate without ground (m).
-    pub(crate) fn lowest_height(&self, b: usize, frame: &TableStep) -> f64 {
+    pub(crate) fn lowest_height(&self, b: usize, frame: &IntervalRows) -> f64 {
         let pose = pose(&frame.states[b]);
         let height = |point: &Vector3<f64>| {
             let place = pose.translation.vector + pose.rotation * point;

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use tumble_core::contact::ContactKey;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 
 /// Smallest drawn force over [`Scale::weight`].
 const NEGLIGIBLE: f64 = 1e-6;
@@ -45,7 +45,7 @@ impl Scale {
 
     /// Drawn contacts, with their forces averaged over `steps`. The average makes an impact of one
     /// step visible in any frame.
-    pub fn means(&self, steps: &[TableStep]) -> Vec<MeanForce> {
+    pub fn means(&self, steps: &[IntervalRows]) -> Vec<MeanForce> {
         let mut means = BTreeMap::new();
         for contact in steps.iter().flat_map(|step| &step.contacts) {
             let site = contact.key.between(contact.body, contact.partner);

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
 """Table columns of the 13 numbers of a state, in their order."""
 
-_TABLES = ("states", "contacts", "steps", "joints", "gears")
+_TABLES = ("states", "contacts", "steps", "joints", "gears", "ends")
 
 RUN_FILES = (*(f"{name}.csv" for name in _TABLES), "trajectory.csv", "run.json")
 """Names of the files that a run may have."""
@@ -238,7 +238,7 @@ class Trajectory:
         """Pickles a trajectory as its tables."""
         recording = self._recording
         forces = None if recording.has_contacts else recording.forces()
-        return _restored, (self.scene, recording.tables(), forces)
+        return _restored, (self.scene, recording.tables(loaded_contacts=False), forces)
 
     def __copy__(self) -> Trajectory:
         return Trajectory(self.scene, self._recording)
@@ -320,12 +320,13 @@ class Trajectory:
         frame.insert(2, "joint", names * rows)
         return frame
 
-    def to_csv(self, folder: Location, overwrite: bool = False) -> list[Path]:
-        """Writes the run as tables and run.json.
+    def to_csv(self, folder: Location, overwrite: bool = False, *, all_contacts: bool = False) -> list[Path]:
+        """Writes the run as tables and run.json, as the command line does.
 
         The tables are states.csv, contacts.csv and steps.csv, plus joints.csv and gears.csv
-        for scenes that have them. Numbers are written without loss. The command line verifies
-        and displays the run from run.json.
+        for scenes that have them, and ends.csv for a run with converted velocities. Numbers are
+        written without loss. Contacts that add nothing to the residual have rows only with
+        ``all_contacts``. The command line verifies and displays the run from run.json.
 
         run.json marks a run as ``pushed`` if inputs outside the scene moved it: wrenches,
         motors or states set during the run, or added or removed bodies. The command line
@@ -334,15 +335,18 @@ class Trajectory:
         Files in the folder's run.json belong to an earlier run and are replaced or removed.
         Any other file with one of the names is refused, unless ``overwrite`` is true.
         """
-        return self._to_folder(folder, overwrite, {})
+        return self._to_folder(folder, overwrite, {}, all_contacts)
 
-    def _to_folder(self, folder: Location, overwrite: bool, more: Mapping[str, bytes]) -> list[Path]:
+    def _to_folder(
+        self, folder: Location, overwrite: bool, more: Mapping[str, bytes], all_contacts: bool = False
+    ) -> list[Path]:
         """Writes the run as to_csv, with more files of the same run."""
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self._recording
-        tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
+        loaded = not all_contacts
+        tables = {f"{name}.csv": table for name, table in recording.tables(loaded).items()}
         tables.update(more)
-        files: dict[str, bytes | None] = {**tables, "run.json": recording.run_json(tables)}
+        files: dict[str, bytes | None] = {**tables, "run.json": recording.run_json(tables, loaded)}
         given = {name: content for name, content in files.items() if content is not None}
         with folder_of_a_run(folder, list(given), overwrite):
             return [written(folder / name, content) for name, content in given.items()]
@@ -360,11 +364,15 @@ class Trajectory:
         scene, folder = made("scene", scene, Scene), Path(folder)
         json = folder / "run.json"
         run = json.read_text("utf-8") if json.is_file() else None
-        names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
-        if (folder / "states.csv.gz").is_file():
-            tables = [gzip.decompress((folder / f"{name}.csv.gz").read_bytes()) for name in names]
-        else:
-            tables = [(folder / f"{name}.csv").read_bytes() for name in names]
+        is_compressed = (folder / "states.csv.gz").is_file()
+        tables = {}
+        needed = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
+        for name in _TABLES:
+            file = folder / (f"{name}.csv.gz" if is_compressed else f"{name}.csv")
+            if name not in needed and not (name == "ends" and file.is_file()):
+                continue
+            content = file.read_bytes()
+            tables[name] = gzip.decompress(content) if is_compressed else content
         return cls(scene, Recording.from_tables(scene._core, tables, run=run))
 
     def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = None) -> Any:
@@ -477,7 +485,7 @@ def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def _restored(scene: Scene, tables: list[bytes], forces: Any) -> Trajectory:
+def _restored(scene: Scene, tables: dict[str, bytes], forces: Any) -> Trajectory:
     return Trajectory(scene, Recording.from_tables(scene._core, tables, forces))
 
 

@@ -77,8 +77,8 @@ pub struct Found {
 
 /// True if no solution of a step was found.
 fn is_unsolved(record: &StepRecord) -> bool {
-    let makes_energy = matches!(record.unphysical, Some(UnphysicalCause::Gain { .. }));
-    record.report.status == StepStatus::Failed && !makes_energy
+    let makes_energy = matches!(record.unphysical(), Some(UnphysicalCause::Gain { .. }));
+    record.status() == StepStatus::Failed && !makes_energy
 }
 
 impl Found {
@@ -86,15 +86,15 @@ impl Found {
     pub fn look(&mut self, name: &str, record: &StepRecord, a: &Piece, b: &Piece) {
         self.failed += u32::from(is_unsolved(record));
         self.gaining +=
-            u32::from(record.report.status == StepStatus::Failed && !is_unsolved(record));
-        self.wild += u32::from(record.report.status == StepStatus::Wild);
-        let (from, to) = (&record.states, &record.solution.states);
+            u32::from(record.status() == StepStatus::Failed && !is_unsolved(record));
+        self.wild += u32::from(record.status() == StepStatus::Wild);
+        let (from, to) = (record.states(), record.next_states());
         let size = |piece: &Piece| piece.core().reach() + piece.radius();
         if let ([x, y], [x_end, y_end]) = (&from[..], &to[..]) {
             // The pieces stay far from each other.
             let apart = (x.position - y.position).norm();
             let moved = (x_end.position - x.position).norm() + (y_end.position - y.position).norm();
-            if record.contacts.is_empty() && apart - moved > reach(a) + reach(b) {
+            if record.first().contacts.is_empty() && apart - moved > reach(a) + reach(b) {
                 return;
             }
         }
@@ -103,7 +103,7 @@ impl Found {
             None => fixed(),
         };
         let apart = distance((a, &place(0, 0.0)), (b, &place(1, 0.0)));
-        for contact in &record.contacts {
+        for contact in &record.first().contacts {
             // Equal faces are distinguished to 1e-7 of the size, and solvers leave an error of some
             // 1e-9.
             if apart > 0.0 && contact.gap < -2e-7 * size(a).min(size(b)) {
@@ -112,7 +112,7 @@ impl Found {
             }
         }
         let turn = |body: usize| from.get(body).map_or(0.0, |state| turn(state, &to[body]));
-        if record.report.status == StepStatus::Failed || turn(0).max(turn(1)) > 1.0 {
+        if record.status() == StepStatus::Failed || turn(0).max(turn(1)) > 1.0 {
             return;
         }
         // The allowed depth is a fraction of both thicknesses. Between the ends of a step whose
@@ -123,7 +123,7 @@ impl Found {
         };
         let thick = 0.25 * (inner(a) + inner(b));
         let deep = |share: f64| {
-            let between = share < 1.0 && !record.contacts.is_empty();
+            let between = share < 1.0 && !record.first().contacts.is_empty();
             let depth = thick + if between { bulge(0, a) + bulge(1, b) } else { 0.0 };
             overlap_by((a, &place(0, share)), (b, &place(1, share)), depth)
         };
@@ -132,7 +132,7 @@ impl Found {
             return;
         }
         if let Some(share) = (1..=40).map(|i| f64::from(i) / 40.0).find(|share| deep(*share)) {
-            let (k, contacts) = (record.index, record.contacts.len());
+            let (k, contacts) = (record.index, record.first().contacts.len());
             let passed = if is_solved(record) { &mut self.passed } else { &mut self.marked };
             let turn = turn(0).max(turn(1));
             self.least_turn = self.least_turn.min(turn);
@@ -192,7 +192,7 @@ impl Pairs {
         let friction = if number.is_multiple_of(3) { 0.0 } else { draws.unit() };
         let world = world(bodies.to_vec(), friction, h, 0.0);
         let records = run(&world, &starts, steps);
-        found.met += u32::from(records.iter().any(|record| !record.contacts.is_empty()));
+        found.met += u32::from(records.iter().any(|record| !record.first().contacts.is_empty()));
         for record in &records {
             found.look(&format!("pair {number}"), record, &a.2, &b.2);
             if is_unsolved(record) {
@@ -213,9 +213,9 @@ impl Found {
     /// up to ten times the one that stops both bodies at `speed` [m/s]. A solution closes or opens
     /// the gap at the end of the step, computed as free flight under a wrench.
     fn seek(&mut self, world: &World, record: &StepRecord, speed: f64) {
-        let [contact] = record.contacts[..] else { return };
+        let [contact] = record.first().contacts[..] else { return };
         let Partner::Body(other) = contact.key.partner else { return };
-        let (a, b) = (&record.states[contact.key.body], &record.states[other]);
+        let (a, b) = (&record.states()[contact.key.body], &record.states()[other]);
         let masses = world.bodies().iter().map(|body| 1.0 / body.mass());
         let stops = speed / masses.sum::<f64>();
         let gap = |impulse: f64| {

@@ -65,7 +65,7 @@ fn kinetic(world: &World, states: &[State]) -> f64 {
 }
 
 fn is_solved(record: &StepRecord) -> bool {
-    record.report.status.is_solved()
+    record.status().is_solved()
 }
 
 /// Drops a ball of 5 mm from 2 m onto a shelf of 1 cm. It comes to rest on the shelf, for every
@@ -82,9 +82,9 @@ fn a_small_ball_lands_on_a_thin_shelf() {
             world.with_fixed(vec![fixed_box(v(0.5, 0.5, 0.005), v(0.0, 0.0, 0.5))]).unwrap();
         for record in run(&world, &[start], 20) {
             assert!(is_solved(&record), "{place}, k = {}", record.index);
-            assert!(record.contacts.len() <= 1, "{place}, k = {}", record.index);
+            assert!(record.first().contacts.len() <= 1, "{place}, k = {}", record.index);
         }
-        let end = &run(&world, &[start], 20)[19].solution.states[0];
+        let end = &run(&world, &[start], 20)[19].next_states()[0];
         assert!((end.position[2] - 0.51).abs() < 1e-9 && end.velocity.norm() < 1e-9, "{end:?}");
     }
 }
@@ -100,8 +100,8 @@ fn a_box_and_a_thin_plate_meet() {
     let world = world(vec![cube, plate], 0.2, 0.001, 0.0);
     let records = run(&world, &[a, b], 12);
     assert!(records.iter().all(is_solved));
-    let met = records.iter().any(|record| !record.contacts.is_empty());
-    let [a, b] = [0, 1].map(|i| &records[11].solution.states[i]);
+    let met = records.iter().any(|record| !record.first().contacts.is_empty());
+    let [a, b] = [0, 1].map(|i| &records[11].next_states()[i]);
     assert!(met && a.velocity[0] < 0.5 && b.velocity[0] > -0.5, "{a:?} {b:?}");
     assert!(b.position[0] - a.position[0] > 0.0);
 }
@@ -117,19 +117,19 @@ fn a_turning_rod_meets_a_post() {
     let world = world(vec![rod], 0.3, 0.005, 0.0);
     let world = world.with_fixed(vec![fixed_box(v(0.01, 0.01, 0.5), v(0.0, 0.8, 0.0))]).unwrap();
     let records = run(&world, &[start], 12);
-    let first = records.iter().position(|record| !record.contacts.is_empty());
+    let first = records.iter().position(|record| !record.first().contacts.is_empty());
     assert_eq!(first, Some(3));
     for record in &records[3..7] {
         // Position of the rod's centre line next to the post: it stays on its original side.
-        let state = &record.solution.states[0];
+        let state = &record.next_states()[0];
         let angle = 2.0 * state.attitude[3].atan2(state.attitude[0]);
         let beside = state.position[0] + (0.8 - state.position[1]) / angle.tan();
         assert!(
             is_solved(record) && beside > 0.01,
             "{}: {beside} {:?} {}",
             record.index,
-            record.report.status,
-            record.overlap
+            record.status(),
+            record.overlap()
         );
     }
 }
@@ -163,10 +163,10 @@ fn boxes_that_pass_closely_gain_no_energy() {
     let world = world(vec![brick.clone(), brick], 0.0, 0.002, 9.81);
     let before = kinetic(&world, &starts);
     for record in run(&world, &starts, 4) {
-        assert!(is_solved(&record), "k = {}: {:?}", record.index, record.report.status);
-        let after = kinetic(&world, &record.solution.states);
+        assert!(is_solved(&record), "k = {}: {:?}", record.index, record.status());
+        let after = kinetic(&world, record.next_states());
         assert!(after < before * 1.02, "k = {}: {after} J of {before} J", record.index);
-        for contact in &record.contacts {
+        for contact in &record.first().contacts {
             assert!(contact.gap > -1e-8, "k = {}: {}", record.index, contact.gap);
         }
     }
@@ -192,7 +192,7 @@ fn a_rounded_bar_across_two_boxes_has_two_points_on_each() {
         let world = world.with_fixed(boxes.to_vec()).unwrap();
         for record in run(&world, &[at(v(0.0, 0.0, 0.2 + height))], 3) {
             for index in 0..2 {
-                let on = record.solution.contacts.iter();
+                let on = record.first().solution.contacts.iter();
                 let on: Vec<_> = on.filter(|c| c.key.partner == Partner::Fixed(index)).collect();
                 assert_eq!(on.len(), points, "k = {}", record.index);
                 let force: f64 = on.iter().map(|contact| contact.normal_force).sum();
@@ -214,7 +214,7 @@ fn turn_of_two_radians_within_reach_of_something_is_unphysical() {
     let post = |y: f64| vec![fixed_box(v(0.01, 0.01, 0.5), v(0.0, y, 1.5))];
     let result = |world: &World, start: State| {
         let record = &run(world, &[start], 1)[0];
-        (record.report.status, record.unphysical)
+        (record.status(), record.unphysical())
     };
     let turns_far = |(status, cause): (StepStatus, Option<UnphysicalCause>)| {
         let Some(UnphysicalCause::Turn { body: 0, angle }) = cause else { panic!("{cause:?}") };
@@ -303,14 +303,14 @@ fn nothing_goes_through_a_wall() {
         let world = world(vec![body], draws.unit(), h, 0.0).with_fixed(vec![wall]).unwrap();
         let steps = (2.0 * apart / (h * speed) + 8.0).min(60.0) as usize;
         let records = run(&world, &[start], steps);
-        found.met += u32::from(records.iter().any(|record| !record.contacts.is_empty()));
+        found.met += u32::from(records.iter().any(|record| !record.first().contacts.is_empty()));
         for record in &records {
-            let state = &record.solution.states[0];
+            let state = &record.next_states()[0];
             assert!(
                 state.position[0] < 0.0,
                 "{number}, k = {}: {:?}",
                 record.index,
-                record.report.status
+                record.status()
             );
             let piece = &world.bodies()[0].pieces()[0];
             found.look(&format!("wall {number}"), record, piece, &of_wall);
@@ -343,10 +343,10 @@ fn grazing_balls_are_detected() {
                 let world = world(vec![ball(), ball()], 0.0, TIME_STEP, 0.0);
                 let records = run(&world, &[left, right], 8);
                 let name = format!("offset {offset}, {speed} m/s, phase {phase}");
-                let ends = &records.last().unwrap().solution.states;
+                let ends = records.last().unwrap().next_states();
                 let parted = ends[0].velocity[1] < 0.0 && ends[1].velocity[1] > 0.0;
                 let marked = records.iter().any(|record| !is_solved(record));
-                let has_contact = records.iter().any(|record| !record.contacts.is_empty());
+                let has_contact = records.iter().any(|record| !record.first().contacts.is_empty());
                 assert!(parted || marked || has_contact && offset >= 0.9, "{name}");
                 met += u32::from(parted);
             }

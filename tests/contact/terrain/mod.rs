@@ -69,9 +69,9 @@ fn run(name: &str, world: &World, start: State, steps: usize) -> Vec<State> {
     (0..steps)
         .map(|k| {
             run.step(&mut record).unwrap();
-            let status = record.report.status;
-            assert_ne!(status, StepStatus::Failed, "{name}, step {k}: {:?}", record.report);
-            record.solution.states[0]
+            let status = record.status();
+            assert_ne!(status, StepStatus::Failed, "{name}, step {k}: {:?}", record.report());
+            record.next_states()[0]
         })
         .collect()
 }

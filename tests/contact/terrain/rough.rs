@@ -35,8 +35,8 @@ fn throw(name: &str, piece: &Piece, seed: u64, rough: f64, steps: usize) -> [usi
     let (mut counts, mut before) = ([0; 2], start);
     for k in 0..steps {
         run.step(&mut record).unwrap();
-        let state = record.solution.states[0];
-        match record.report.status {
+        let state = record.next_states()[0];
+        match record.status() {
             StepStatus::Failed => counts[0] += 1,
             StepStatus::Wild => counts[1] += 1,
             _ => {}
@@ -44,7 +44,7 @@ fn throw(name: &str, piece: &Piece, seed: u64, rough: f64, steps: usize) -> [usi
         let gained = energy(&state) - energy(&before);
         // Rolling from an edge onto a face leaves an overlap, and the next step ends it. A larger gain
         // is marked.
-        let may = gained < 3e-3 || record.report.status == StepStatus::Wild;
+        let may = gained < 3e-3 || record.status() == StepStatus::Wild;
         assert!(may, "{name}, seed {seed}, step {k}: {gained:e} J");
         assert!(state.position.z > 0.0, "{name}, seed {seed}, step {k}: below the terrain");
         before = state;

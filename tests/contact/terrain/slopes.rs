@@ -120,9 +120,9 @@ fn a_box_stands_on_the_corners_of_a_plateau() {
     let mut record = StepRecord::new();
     for _ in 0..100 {
         run.step(&mut record).unwrap();
-        assert_eq!(record.solution.contacts.len(), 4);
+        assert_eq!(record.first().solution.contacts.len(), 4);
     }
-    let last = &record.solution.states[0];
+    let last = &record.next_states()[0];
     assert!((last.position - start.position).amax() < 1e-10, "{last:?}");
 }
 

@@ -54,10 +54,10 @@ fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
         for _ in 0..steps {
             simulation.step(&mut record).unwrap();
             tally.steps += 1;
-            let mut forces = record.solution.contacts.iter();
+            let mut forces = record.first().solution.contacts.iter();
             tally.pressed += u32::from(forces.any(|c| c.force.amax() > 0.0));
-            let status = record.report.status;
-            let certified = status != StepStatus::Failed && record.certificate.residual() <= 1e-9;
+            let status = record.status();
+            let certified = status != StepStatus::Failed && record.residual() <= 1e-9;
             // Shorter steps are certified each, and the mean of their forces is not.
             tally.uncertified += u32::from(!certified && status != StepStatus::Substepped);
             tally.wild += u32::from(status == StepStatus::Wild);
@@ -67,9 +67,9 @@ fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
                     "seed {seed} step {} of {:.2e} s: {status} {:?} {:.1e} ({}); {:?}, turn {:.2}",
                     record.index,
                     world.time_step(),
-                    record.report.start,
-                    record.certificate.residual(),
-                    record.certificate.worst_part(),
+                    record.report().start,
+                    record.residual(),
+                    record.certificate().worst_part(),
                     made(&world, &record),
                     turn(&world, &record),
                 );
@@ -79,14 +79,14 @@ fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
             }
             if certified {
                 for joint in world.joints() {
-                    let (place, turn) = joint.error(&record.solution.states).unwrap();
+                    let (place, turn) = joint.error(record.next_states()).unwrap();
                     tally.worst = (tally.worst.0.max(place), tally.worst.1.max(turn));
                 }
             }
             let (mut gained, mut kinetic) = made(&world, &record);
             if status == StepStatus::Substepped {
                 // The gain of the shorter steps is in the record.
-                let marked = record.gain.map_or(0.0, |gain| gain.energy);
+                let marked = record.gain().map_or(0.0, |gain| gain.energy);
                 tally.substepped += 1;
                 let [before, after] = energies(&world, &record);
                 match work_of_parts(&world, &record) {
@@ -116,7 +116,7 @@ fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
 /// Energy of lifting all bodies by twice the depth of the deepest loaded contact, as between two planes
 /// [J].
 fn lift(world: &World, record: &StepRecord) -> f64 {
-    let loaded = record.contacts.iter().zip(&record.solution.contacts);
+    let loaded = record.first().contacts.iter().zip(&record.first().solution.contacts);
     let loaded = loaded.filter(|(_, force)| force.force.amax() > 0.0);
     let depth = loaded.fold(0.0, |depth: f64, (contact, _)| depth.max(-contact.gap));
     let mass: f64 = world.bodies().iter().map(|body| body.mass()).sum();
@@ -125,7 +125,7 @@ fn lift(world: &World, record: &StepRecord) -> f64 {
 
 /// Total energy before and after the step [J].
 fn energies(world: &World, record: &StepRecord) -> [f64; 2] {
-    [&record.states, &record.solution.states].map(|states| energy::total(world, states))
+    [record.states(), record.next_states()].map(|states| energy::total(world, states))
 }
 
 /// Work of the drives in a substepped step [J].
@@ -140,11 +140,11 @@ fn work_of_parts(world: &World, record: &StepRecord) -> Option<(f64, f64)> {
         let short = Parameters { time_step, ..world.parameters().clone() };
         let short = world.with_parameters(short).ok()?;
         let motion = Motion::native(&short);
-        let mut simulation = Simulation::new(short.clone(), record.states.clone(), motion).ok()?;
+        let mut simulation = Simulation::new(short.clone(), record.states().to_vec(), motion).ok()?;
         let (mut part, mut work) = (StepRecord::new(), 0.0);
         for _ in 0..parts {
             simulation.step(&mut part).ok()?;
-            if !part.report.status.is_solved() {
+            if !part.status().is_solved() {
                 return None;
             }
             let [before, after] = energies(&short, &part);
@@ -158,7 +158,7 @@ fn work_of_parts(world: &World, record: &StepRecord) -> Option<(f64, f64)> {
 
 /// Largest rotation of a body in the step [rad].
 fn turn(world: &World, record: &StepRecord) -> f64 {
-    let next = record.solution.states.iter();
+    let next = record.next_states().iter();
     next.map(|state| world.time_step() * state.spin.norm()).fold(0.0, f64::max)
 }
 
@@ -245,8 +245,8 @@ fn the_order_of_bodies_is_no_matter() {
         for k in 0..100 {
             one.step(&mut record).unwrap();
             two.step(&mut record).unwrap();
-            let is_exact = matches!(record.report.status, StepStatus::Converged | StepStatus::Free);
-            let presses = record.solution.contacts.iter().any(|c| c.force.amax() > 0.0);
+            let is_exact = matches!(record.status(), StepStatus::Converged | StepStatus::Free);
+            let presses = record.first().solution.contacts.iter().any(|c| c.force.amax() > 0.0);
             after += u32::from(presses || !is_exact);
             if after > 3 {
                 break;

@@ -60,8 +60,8 @@ fn error(world: &World, states: &[State]) -> f64 {
 
 /// Energy gained in a step beyond the work of the drives, and the kinetic energy [J].
 fn made(world: &World, record: &StepRecord) -> (f64, f64) {
-    let (states, next) = (&record.states, &record.solution.states);
-    let drives = world.joints().iter().zip(&record.solution.joints);
+    let (states, next) = (record.states(), record.next_states());
+    let drives = world.joints().iter().zip(&record.first().solution.joints);
     let work: f64 = drives
         .map(|(joint, force)| joint.work(states, next, force, world.time_step()).unwrap())
         .sum();
@@ -146,10 +146,10 @@ fn bricards_mechanism_moves_as_another_program_has_it() {
         let mut places = Vec::new();
         for _ in 0..steps {
             simulation.step(&mut record).unwrap();
-            assert_ne!(record.report.status, StepStatus::Failed);
-            assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
-            assert!(error(&world, &record.solution.states) < 1e-12);
-            places.push(third(&record.solution.states));
+            assert_ne!(record.status(), StepStatus::Failed);
+            assert!(record.residual() < 1e-9, "{:?}", record.certificate());
+            assert!(error(&world, record.next_states()) < 1e-12);
+            places.push(third(record.next_states()));
         }
         let count = places.len();
         let found = 0.5 * (places[count - 2] + places[count - 1]);
@@ -207,9 +207,9 @@ fn four_bar_windows_go_through_their_singular_position() {
     let mut passages = 0;
     for k in 0..10000 {
         simulation.step(&mut record).unwrap();
-        let status = record.report.status;
+        let status = record.status();
         assert!(status.is_solved(), "{k}: {status}");
-        let now = &record.solution.states;
+        let now = record.next_states();
         assert!(error(&apart, now) < 1e-12, "{k}: {}", error(&apart, now));
         // All posts stay parallel, and the bars horizontal.
         for post in 1..posts {
@@ -217,7 +217,7 @@ fn four_bar_windows_go_through_their_singular_position() {
             assert!(apart.norm() < 1e-9, "{k}: {apart}");
         }
         let height = |states: &[State]| states[0].position[2];
-        passages += u32::from(height(&record.states) * height(now) < 0.0);
+        passages += u32::from(height(record.states()) * height(now) < 0.0);
         let energy = energy::total(&apart, now);
         assert!((energy - start).abs() < 2e-2 * start.abs(), "{k}: {energy} {start}");
     }
@@ -252,12 +252,12 @@ fn a_ring_that_folds_is_taken_where_it_makes_no_energy() {
     let (mut record, mut retried) = (StepRecord::new(), 0);
     for _ in 0..240 {
         simulation.step(&mut record).unwrap();
-        let status = record.report.status;
+        let status = record.status();
         assert_ne!(status, StepStatus::Failed, "{}", record.index);
         // The mean forces of shorter steps do not solve the step.
-        let is_exact = status == StepStatus::Substepped || record.certificate.residual() < 1e-9;
-        assert!(is_exact, "{:?}", record.certificate);
-        assert!(error(&world, &record.solution.states) < 1e-12);
+        let is_exact = status == StepStatus::Substepped || record.residual() < 1e-9;
+        assert!(is_exact, "{:?}", record.certificate());
+        assert!(error(&world, record.next_states()) < 1e-12);
         retried += u32::from(status == StepStatus::Retried);
         let (gained, kinetic) = made(&world, &record);
         assert!(gained < 0.01 * kinetic + 1e-6, "{}: {gained} of {kinetic}", record.index);

@@ -305,7 +305,7 @@ fn wrong_body_count_is_an_error_not_a_panic() {
 fn records_of_another_world_do_not_panic_writers() {
     use tumble_core::simulation::StepRecord;
     use tumble_core::step::ContactForce;
-    use tumble_scene::output::tables::{Streams, TableStep, TablesWriter};
+    use tumble_scene::output::tables::{IntervalRows, Streams, TablesWriter};
     use tumble_scene::output::trajectory::TrajectoryWriter;
     let mut panics = Panics::default();
     for bodies in [1, 2] {
@@ -313,15 +313,15 @@ fn records_of_another_world_do_not_panic_writers() {
         for (states, next) in pairs(bodies) {
             for contacts in contact_lists(&world, bodies) {
                 let mut record = StepRecord::new();
-                record.states = states.clone();
-                record.solution.states = next.clone();
+                record.states() = states.clone();
+                record.next_states() = next.clone();
                 let forces = contacts.iter().map(|contact| ContactForce::none(contact.key));
-                record.solution.contacts = forces.collect();
-                record.contacts = contacts;
+                record.first().solution.contacts = forces.collect();
+                record.first().contacts = contacts;
                 panics.look("TrajectoryWriter::write", || {
                     TrajectoryWriter::new(Vec::new(), &world).write(&record)
                 });
-                panics.look("TableStep::new", || TableStep::new(&world, &record));
+                panics.look("IntervalRows::new", || IntervalRows::new(&world, &record));
                 panics.look("TablesWriter::write", || {
                     let streams = Streams {
                         states: vec![],

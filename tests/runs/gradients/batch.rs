@@ -163,13 +163,13 @@ fn contacts_of_another_world_are_refused() {
         states: &states,
         wrenches: &[Wrench::zero()],
         free: &states,
-        previous: &record.solution,
+        previous: &record.first().solution,
         earlier: None,
         interrupt: None,
     };
-    let mut contacts = record.contacts.clone();
+    let mut contacts = record.first().contacts.clone();
     contacts[0].key.partner = Partner::Fixed(3);
-    let refused = StepDerivative::new().linearise(&step, &contacts, &record.solution);
+    let refused = StepDerivative::new().linearise(&step, &contacts, &record.first().solution);
     let (field, allowed) = ("fixed piece of a contact", "an index of a fixed piece of the world");
     assert_eq!(refused, Err(Error::Count { field, count: 3, allowed }));
 }

@@ -96,10 +96,10 @@ fn beside(world: &World, states: &[State], along: &Direction, by: f64) -> Option
 /// Largest difference of two steps' contact impulses over the mean mass [m/s]. A contact in only
 /// one of the steps counts with its full impulse.
 fn impulses_apart(world: &World, a: &StepRecord, b: &StepRecord) -> f64 {
-    let mass = world.bodies().iter().map(RigidBody::mass).sum::<f64>() / a.states.len() as f64;
+    let mass = world.bodies().iter().map(RigidBody::mass).sum::<f64>() / a.states().len() as f64;
     let beyond = |a: &StepRecord, b: &StepRecord| {
-        let each = a.solution.contacts.iter().map(|contact| {
-            let same = b.solution.contacts.iter().find(|other| other.key == contact.key);
+        let each = a.first().solution.contacts.iter().map(|contact| {
+            let same = b.first().solution.contacts.iter().find(|other| other.key == contact.key);
             (contact.force - same.map_or(Vector3::zeros(), |same| same.force)).norm()
         });
         each.fold(0.0, f64::max)
@@ -115,7 +115,7 @@ pub fn difference(
     along: &Direction,
     by: f64,
 ) -> Option<(Vec<StateChange>, f64)> {
-    let end = |by: f64| Some(beside(world, states, along, by)?.solution.states);
+    let end = |by: f64| Some(beside(world, states, along, by)?.next_states());
     // (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ)))/12δ, with an error of order δ⁴.
     let apart = |by: f64| {
         let (plus, minus) = (end(by)?, end(-by)?);
@@ -149,7 +149,7 @@ fn scatter(
 ) -> f64 {
     let each = (-4..=4).filter_map(|k| {
         let by = 1e-11 * f64::from(k);
-        let there = beside(world, states, along, by)?.solution.states;
+        let there = beside(world, states, along, by)?.next_states();
         let moved = base.iter().zip(&there).map(|(a, b)| StateChange::between(a, b));
         let off = moved.zip(found).map(|(moved, found)| moved.plus(-by, found));
         Some(size(&off.collect::<Vec<_>>()))
@@ -240,7 +240,7 @@ pub fn compare(
         let (mut best, mut compared, mut kinked, mut last) = (f64::INFINITY, 0, false, 0.0);
         let mut scale_of_best = 0.0;
         for by in [1e-4, 1e-5, 1e-6, 1e-7] {
-            let ends = (states, &base.solution.states[..]);
+            let ends = (states, base.next_states());
             let Some((expected, sides)) = difference(world, ends, &along, by) else { continue };
             // A change of the start that opens a gap opens it within one step.
             let moves = matches!(
@@ -283,7 +283,7 @@ pub fn compare(
             continue;
         }
         if best > 1e-6 {
-            let scatter = scatter(world, (states, &base.solution.states), &along, &found);
+            let scatter = scatter(world, (states, base.next_states()), &along, &found);
             // With such errors of the solutions the difference has an error of (8 + 8 + 1 + 1)/12
             // of it, over the step size.
             if best * scale_of_best < 1.5 * scatter {

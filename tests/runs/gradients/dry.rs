@@ -43,7 +43,7 @@ fn a_ball_joint_with_dry_friction_about_one_axis() {
             spin: draw.vector(5.0),
         };
         let (_, record) = step(&world, &[state], &[]).unwrap();
-        let states = record.solution.states;
+        let states = record.next_states();
         compare(&world, &states, &mut || draw.unit(), &format!("ball {number}"), &mut tally);
     }
     println!("{} compared, {} left out, worst {:.1e}", tally.compared, tally.left_out, tally.worst);
@@ -65,7 +65,7 @@ fn a_slide_stuck_at_its_stop_has_no_margin() {
         spin: Vector3::zeros(),
     };
     let end =
-        |height: f64| step(&world, &[at(height)], &[]).unwrap().1.solution.states[0].position.z;
+        |height: f64| step(&world, &[at(height)], &[]).unwrap().1.next_states()[0].position.z;
     assert!(end(1e-7).abs() < 1e-15 && (end(-1e-7) + 1e-7).abs() < 1e-15);
     let (simulation, record) = step(&world, &[at(0.0)], &[]).unwrap();
     let mut derivative = StepDerivative::new();

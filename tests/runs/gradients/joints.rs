@@ -95,7 +95,7 @@ fn a_slide_by_the_constants_of_its_drive() {
                 assert!(off < 1e-9 * (1.0 + expected.abs()), "{constant:?} {found} {expected}");
             }
         }
-        record.solution.states[0].velocity[2]
+        record.next_states()[0].velocity[2]
     };
     // The motor is below its force limit.
     let below = MASS + inertia + H * (d + dm) + H * H * (k + km);
@@ -184,7 +184,7 @@ fn the_columns_of_a_body_are_its_products() {
                 continue;
             }
             run.linearise(&record, &mut derivative).unwrap();
-            let bodies = record.states.len();
+            let bodies = record.states().len();
             let mut columns: Vec<SMatrix<f64, 12, 12>> = Vec::new();
             let mut end = Vec::new();
             for body in (0..bodies).step_by(1 + bodies / 5) {

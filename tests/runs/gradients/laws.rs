@@ -56,7 +56,7 @@ fn two_carriages_by_their_gear() {
         (m1 * speeds[0] - m1 * ratio * x2 / H) / below - above / below * 2.0 * m1 * ratio / below;
     let by_offset = -m1 * ratio / H / below;
     let (simulation, record) = step(&world, &states, &[]).unwrap();
-    assert!((record.solution.states[1].velocity[2] - above / below).abs() < 1e-12);
+    assert!((record.next_states()[1].velocity[2] - above / below).abs() < 1e-12);
     let mut derivative = StepDerivative::new();
     simulation.linearise(&record, &mut derivative).unwrap();
     let (mut end, mut gradient) = (Vec::new(), StepGradient::default());
@@ -230,7 +230,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
                     left_out += 1;
                     continue;
                 }
-                let ends = (&states[..], &base.solution.states[..]);
+                let ends = (&states[..], base.next_states());
                 let (expected, _) = difference(&world, ends, &along, by).unwrap();
                 let (scale, off) = (size(&expected), apart(&found, &expected));
                 // Solutions have an error of at most 1e-13 m/s here.

@@ -62,7 +62,7 @@ fn step<'a>(
     let mut record = StepRecord::new();
     simulation.step(&mut record).unwrap();
     let unsolved = [StepStatus::Failed, StepStatus::Substepped];
-    (!unsolved.contains(&record.report.status)).then_some((simulation, record))
+    (!unsolved.contains(&record.status())).then_some((simulation, record))
 }
 
 /// Cube of mass 2 kg and half side 0.1 m on a slope of `angle` [rad], sliding down at `velocity`
@@ -241,7 +241,7 @@ fn every_argument_in_every_regime() {
             if k % every == every / 2 {
                 compare(
                     &scene.world,
-                    &record.states,
+                    record.states(),
                     &mut draw,
                     &format!("{name}, step {k}"),
                     &mut tally,
@@ -403,7 +403,7 @@ fn reused_derivative_agrees_with_a_new_one_at_rest() {
             alone.jacobian_wrt_state(body, &mut found[1]).unwrap();
             assert_eq!(found[0], found[1]);
         }
-        at_rest += usize::from(record.states == record.solution.states);
+        at_rest += usize::from(record.states() == record.next_states());
     }
     assert!(at_rest > 100, "{at_rest} steps at rest");
     let heavier = scene.world.with_constants(&[(Constant::Mass, &[9.0; 64][..change.len()])]);

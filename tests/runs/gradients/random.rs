@@ -113,10 +113,10 @@ fn touching(Pair { world, states }: &Pair) -> Vec<Vec<State>> {
     let (mut now, mut found) = (states.clone(), Vec::new());
     for _ in 0..400 {
         let Some((_, record)) = step(world, &now, &[]) else { break };
-        if record.solution.contacts.iter().any(|contact| contact.carries_force()) {
+        if record.first().solution.contacts.iter().any(|contact| contact.carries_force()) {
             found.push(now);
         }
-        now = record.solution.states;
+        now = record.next_states();
         if found.len() == 3 {
             break;
         }

@@ -50,7 +50,7 @@ fn two_capsules_on_a_ball_joint_that_slide() {
         let mut found = Vec::new();
         derivative.jvp(&change, &mut found).unwrap();
         for by in sizes {
-            let ends = (states, &base.solution.states[..]);
+            let ends = (states, base.next_states());
             let (expected, _) = difference(world, ends, &along, by).unwrap();
             let (off, scale) = (apart(&found, &expected), size(&expected));
             assert!(off < 2e-6 * scale, "{}, {by:e}: {off:e} of {scale}", along.name);
@@ -96,7 +96,7 @@ fn links_of_a_chain_on_the_ground() {
         let mut found = Vec::new();
         derivative.jvp(&change, &mut found).unwrap();
         let off = [1e-4, 1e-5, 1e-6].map(|by| {
-            let ends = (&states[..], &base.solution.states[..]);
+            let ends = (&states[..], base.next_states());
             let (expected, _) = difference(world, ends, &along, by).unwrap();
             apart(&found, &expected) / size(&expected)
         });

@@ -51,14 +51,14 @@ fn smooth_shapes_on_the_ground() {
         let (mut now, mut found) = (vec![state], 0);
         for _ in 0..60 {
             let Some((_, record)) = step(&world, &now, &[]) else { break };
-            if record.solution.contacts.iter().any(|contact| contact.carries_force()) {
+            if record.first().solution.contacts.iter().any(|contact| contact.carries_force()) {
                 found += 1;
                 if found % 7 == 1 {
                     let at = format!("body {number}, touch {found}");
                     compare(&world, &now, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
                 }
             }
-            now = record.solution.states;
+            now = record.next_states();
         }
     }
     println!(
@@ -103,15 +103,15 @@ fn smooth_shapes_on_a_moving_face() {
         let (mut now, mut found) = (vec![flat, state], 0);
         for _ in 0..150 {
             let Some((_, record)) = step(&world, &now, &[]) else { break };
-            let is_one_step = record.report.status == StepStatus::Converged;
-            if is_one_step && record.solution.contacts.iter().any(ContactForce::carries_force) {
+            let is_one_step = record.status() == StepStatus::Converged;
+            if is_one_step && record.first().solution.contacts.iter().any(ContactForce::carries_force) {
                 found += 1;
                 if found % 3 == 1 && found < 30 {
                     let at = format!("body {number}, touch {found}");
                     compare(&world, &now, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
                 }
             }
-            now = record.solution.states;
+            now = record.next_states();
         }
     }
     println!(

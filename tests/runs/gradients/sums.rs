@@ -122,7 +122,7 @@ fn drawn_mechanisms_under_drives_of_sums() {
                     left_out += 1;
                     continue;
                 }
-                let ends = (&states[..], &base.solution.states[..]);
+                let ends = (&states[..], base.next_states());
                 let Some((expected, _)) = difference(&world, ends, &along, by) else { continue };
                 let (scale, off) = (size(&expected).max(1e-3), apart(&found, &expected));
                 // Where dry friction holds three axes, solutions scatter by 5e-12 m/s.
@@ -173,7 +173,7 @@ fn a_spring_between_two_slides() {
         let w = 1.0 / masses[0] + ratio * ratio / masses[1];
         v[0] + H / masses[0] * k * (rest - sum) / (1.0 + H * H * k * w)
     };
-    let end = record.solution.states[0].velocity[2];
+    let end = record.next_states()[0].velocity[2];
     assert!((end - speed(ratio, offset, x)).abs() < 1e-12);
     let slope = |of: &dyn Fn(f64) -> f64| (of(1e-4) - of(-1e-4)) / 2e-4;
     let mut derivative = StepDerivative::new();

@@ -160,7 +160,7 @@ fn balls_under_drives() {
                 if derivative.margin() < 10.0 * by * (1.0 / world.time_step() + size(&found)) {
                     continue;
                 }
-                let ends = (&states[..], &base.solution.states[..]);
+                let ends = (&states[..], base.next_states());
                 let Some((expected, _)) = difference(&world, ends, &along, by) else { continue };
                 let (scale, off) = (size(&expected), apart(&found, &expected));
                 assert!(

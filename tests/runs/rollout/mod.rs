@@ -104,16 +104,16 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
             simulation.step(&mut record).unwrap();
             out.states.extend(numbers(simulation.states()));
             for body in 0..simulation.states().len() {
-                out.forces.extend(&record.solution.total_force(body));
+                out.forces.extend(&record.first().solution.total_force(body));
             }
-            let residual = record.certificate.residual();
+            let residual = record.residual();
             out.residuals.push(residual);
-            let status = record.report.status;
+            let status = record.status();
             let place = StepStatus::ALL.iter().position(|known| *known == status).unwrap();
             out.statuses.push(place as u8);
             for tally in [&mut tally, &mut out.report.all] {
                 tally.statuses[place] += 1;
-                tally.tempered += u64::from(record.restitution_share < 1.0);
+                tally.tempered += u64::from(record.restitution_share() < 1.0);
                 tally.largest_residual = tally.largest_residual.max(residual);
             }
         }

@@ -76,10 +76,10 @@ fn run(path: &str) -> Result<(), LocalFailure> {
         simulation.step(&mut record)?;
         let wanted =
             k >= request.first && (k - request.first).is_multiple_of(request.stride.max(1));
-        if wanted && !record.contacts.is_empty() {
+        if wanted && !record.first().contacts.is_empty() {
             write_problem(&mut file, &world, &record, &previous, *seconds)?;
         }
-        previous.copy_from(&record.solution);
+        previous.copy_from(&record.first().solution);
     }
     file.flush()?;
     Ok(())
@@ -107,14 +107,14 @@ fn write_problem(
     previous: &StepSolution,
     seconds: f64,
 ) -> Result<(), LocalFailure> {
-    let (h, contacts) = (world.time_step(), &record.contacts);
+    let (h, contacts) = (world.time_step(), &record.first().contacts);
     let free: Vec<State> = record
-        .states
+        .states()
         .iter()
         .enumerate()
         .map(|(i, state)| world.free_flight(i, state, &Wrench::zero()))
         .collect();
-    let rows: Vec<LocalRows> = contacts.iter().map(|c| LocalRows::new(&record.states, c)).collect();
+    let rows: Vec<LocalRows> = contacts.iter().map(|c| LocalRows::new(record.states(), c)).collect();
     let n = contacts.len();
     let (mut w, mut q) = (DMatrix::zeros(3 * n, 3 * n), DVector::zeros(3 * n));
     let mut known = KeyIndex::new();

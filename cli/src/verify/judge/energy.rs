@@ -2,17 +2,9 @@
 
 use super::{JudgedStep, RELATIVE_TOLERANCE, StepJudge};
 use tumble_core::mechanics::State;
-use tumble_core::simulation::unphysical::LARGEST_GAIN;
 use tumble_core::simulation::{EnergyBalance, energy};
-use tumble_scene::output::tables::TableStep;
-
-/// Energy gain allowed for a substepped step besides [`LARGEST_GAIN`], relative to all energies. Its
-/// parts rotate by angles that a single step does not have.
-const ENERGY_MADE: f64 = 1e-6;
-
-/// Uncertainty of the work of loads and drives in a substepped step, as a fraction. Forces and speeds
-/// change from one shorter step to the next, and the rows have the mean forces.
-const WORK_OF_MEANS: f64 = 0.1;
+use tumble_core::world::Impacts;
+use tumble_scene::output::tables::IntervalRows;
 
 /// Difference of an energy from its column.
 pub(super) const OTHER_ENERGY: &str = "its energy differs";
@@ -29,34 +21,42 @@ impl StepJudge {
         pairs.all(|(found, column)| (found - column).abs() <= RELATIVE_TOLERANCE * scale)
     }
 
-    /// True if a step gains more energy than loads and drives supply.
-    pub(super) fn makes_energy(&self, judged: &JudgedStep<'_>) -> bool {
-        let EnergyBalance { loads, drives, .. } = self.balance(judged);
-        let (states, next) = (&judged.step.states[..], judged.next);
-        let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
-        let scale = self.energy_scale(states) + self.energy_scale(next);
-        let kinetic = |states: &[State]| -> f64 {
-            let bodies = self.world.bodies().iter().zip(states);
-            bodies.map(|(body, state)| energy::kinetic(&self.world, body, state)).sum()
-        };
-        let allowed = LARGEST_GAIN * kinetic(states).max(kinetic(next)) + ENERGY_MADE * scale;
-        // Constant forces do this work on any path.
-        let ends = states.iter().zip(next).zip(&judged.wrenches);
-        let along =
-            ends.map(|((from, to), wrench)| wrench.force.dot(&(to.position - from.position)));
-        let loads = loads.abs().max(along.sum::<f64>().abs());
-        let supplied = (1.0 + WORK_OF_MEANS) * (loads + drives.abs());
-        // NaN is not a small gain.
-        let is_small = after - before <= supplied + allowed;
-        !is_small
-    }
-
+    /// Terms of the balance (36). Where the rows count another energy than (35) with the length of the
+    /// interval, the discretisation term has the difference.
     fn balance(&self, judged: &JudgedStep<'_>) -> EnergyBalance {
-        EnergyBalance::new(&self.world, &judged.claim(), judged.loads.iter().copied())
+        let mut balance =
+            EnergyBalance::new(&self.world, &judged.claim(), judged.loads.iter().copied());
+        let JudgedStep { step, next, following, .. } = judged;
+        let is_located = self.world.impacts() == Impacts::Located;
+        let is_retry = self.world.span().is_some_and(|span| span.is_retry);
+        if is_located || is_retry && step.row.interval == 0 {
+            balance.discretisation -= step.row.energy - energy::total(&self.world, &step.states);
+        }
+        if is_located || is_retry && following.interval == 0 {
+            balance.discretisation += following.energy - energy::total(&self.world, next);
+        }
+        balance
     }
 
-    pub(super) fn has_its_energy(&self, step: &TableStep) -> bool {
-        let found = energy::total(&self.world, &step.states);
+    /// True if the energy equals its column: (35) at the start of the interval. With located impacts it is
+    /// that of the instant. A step that is taken again in shorter intervals counts the end of the
+    /// interval before.
+    pub(super) fn has_its_energy(&self, step: &IntervalRows) -> bool {
+        let world = &self.world;
+        let is_start_of_retry =
+            world.span().is_some_and(|span| span.is_retry) && step.row.interval == 0;
+        let found = if world.impacts() == Impacts::Located {
+            energy::of_instant(world, step.instant_states())
+        } else if !is_start_of_retry {
+            energy::total(world, &step.states)
+        } else if let Some(states) = &self.last_end {
+            let mut whole = world.clone();
+            whole.set_span(None);
+            energy::total(&whole, states)
+        } else {
+            // The first row, or a row after another step of this kind.
+            return true;
+        };
         (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * self.energy_scale(&step.states)
     }
 

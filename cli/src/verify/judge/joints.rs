@@ -3,7 +3,7 @@
 use super::{ROUNDED, StepJudge, is_near};
 use tumble_core::joint::{Axis, Drive, JointForce};
 use tumble_core::mechanics::State;
-use tumble_scene::output::tables::{GearTableRow, JointRow, TableStep};
+use tumble_scene::output::tables::{GearTableRow, IntervalRows, JointRow};
 
 impl StepJudge {
     /// Finds a joint whose row does not follow from states and forces. `next` has the states at
@@ -15,7 +15,7 @@ impl StepJudge {
     /// previous step.
     pub(super) fn another_joint(
         &self,
-        step: &TableStep,
+        step: &IntervalRows,
         next: Option<(&[State], &[JointForce])>,
     ) -> Option<String> {
         let joints = self.world.joints().iter().zip(&step.joints).enumerate();
@@ -59,7 +59,7 @@ impl StepJudge {
     /// Finds a gear whose row does not follow from states and forces.
     pub(super) fn another_gear(
         &self,
-        step: &TableStep,
+        step: &IntervalRows,
         next: Option<(&[State], &[JointForce])>,
     ) -> Option<String> {
         let gears = self.world.gears().iter().zip(&step.gears).enumerate();

@@ -1,4 +1,4 @@
-//! Verification of a step from the files alone.
+//! Verification of an interval from the files alone.
 //!
 //! The world comes from run.json. The contacts are rebuilt from their rows and compared with their
 //! keys ([`tumble_scene::output::tables`]). Those with a force must be where the pieces touch (eq.
@@ -29,8 +29,7 @@ use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::Stiffness;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
-use tumble_scene::joints_summary::StiffJointReport;
-use tumble_scene::output::tables::{JointRow, TableStep};
+use tumble_scene::output::tables::{IntervalRows, JointRow, StepRow};
 
 /// Relative tolerance of recomputed values, in addition to the rounding error of an exact step.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
@@ -46,9 +45,11 @@ const NEGLIGIBLE: f64 = 1e-11;
 /// Rounding error of a sum of some products, relative to the largest of them.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
 
-/// Result of verifying a step.
+/// Result of verifying an interval.
 pub struct Verified {
     pub index: u64,
+    /// True for the first interval of a step.
+    pub is_first: bool,
     pub status: StepStatus,
     /// Residual, m/s.
     pub residual: f64,
@@ -83,19 +84,21 @@ pub struct StepJudge {
     angles: Vec<Vector3<f64>>,
     /// True if joints may have turned before the first step.
     turned_before: bool,
+    /// States at the end of the last interval, unless it was a retry.
+    last_end: Option<Vec<State>>,
     /// True if rows between steps are omitted.
     has_gaps: bool,
     /// True if idle contacts have no rows.
     loaded_contacts: bool,
-    /// Joints that were too stiff for the time step.
-    pub stiff_joints: StiffJointReport,
 }
 
 /// A step of the tables with its contacts and their forces and moments.
 struct JudgedStep<'a> {
-    step: &'a TableStep,
+    step: &'a IntervalRows,
     /// States at its end.
     next: &'a [State],
+    /// Row after it.
+    following: &'a StepRow,
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
     loads: Vec<ContactLoad>,
@@ -130,22 +133,16 @@ impl StepJudge {
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             angles: Vec::new(),
+            last_end: None,
             turned_before: recording.run.start_index > 0,
-            has_gaps: recording.row_selection().has_gaps(&recording.world),
+            has_gaps: recording.row_selection().has_gaps(),
             loaded_contacts: recording.row_selection().loaded_contacts,
-            stiff_joints: StiffJointReport::default(),
         })
-    }
-
-    /// Sets the substep of the step to which the rows belong.
-    fn begin(&mut self, step: &TableStep) {
-        let length = step.row.substep_length;
-        self.world.set_substep((length > 0.0).then_some([0.0, length]));
     }
 
     /// Initialises the full turns of joints at `step`, the first row or a row after omitted ones.
     /// They come from its rows if joints may have turned before.
-    fn count(&mut self, step: &TableStep) {
+    fn count(&mut self, step: &IntervalRows) {
         if !self.angles.is_empty() && !self.has_gaps {
             return;
         }
@@ -161,16 +158,19 @@ impl StepJudge {
         };
     }
 
-    /// Verifies the step from the states of `step` to `next`.
+    /// Verifies the interval of `step`. The next rows are `following`.
     ///
     /// The states and forces of the rows are inserted in the equations of the step. The resulting
     /// certificate, slips, joint rows and energy are compared with the rows. Nothing is solved.
-    pub fn step(&mut self, step: &TableStep, next: &[State]) -> Verified {
+    pub fn interval(&mut self, step: &IntervalRows, following: &IntervalRows) -> Verified {
         let (states, row) = (&step.states[..], &step.row);
-        self.begin(step);
+        // Without rows in `ends`, the next row starts at the end.
+        let next = if step.ends.is_empty() { &following.states } else { &step.ends };
+        self.world.set_span(step.span(&self.world));
         self.world.follow(&self.courses, self.world.time_after(row.index));
         self.count(step);
-        let judged = self.compare_rows(step, next, self.wrenches(row.index, states));
+        let wrenches = self.wrenches(row.index, states);
+        let judged = self.compare_rows(step, next, &following.row, wrenches);
         let JudgedStep { contacts, loads, joints, wrong, .. } = &judged;
         let claim = judged.claim();
         let certificate = if self.floating {
@@ -184,6 +184,8 @@ impl StepJudge {
         let (differs, overlap) = self.compare(&judged, &certificate, lost);
         let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();
+        let is_retry = self.world.span().is_some_and(|span| span.is_retry);
+        self.last_end = (!is_retry).then(|| next.to_vec());
         // Free flight is exact for every solver of contacts.
         let flies =
             row.status == StepStatus::Free && loads.iter().all(|load| load.force.amax() == 0.0);
@@ -192,21 +194,21 @@ impl StepJudge {
         let is_exact = residual <= accepted.max(lost);
         Verified {
             index: row.index,
+            is_first: row.interval == 0,
             status: row.status,
             residual,
             part: certificate.worst_part(),
             differs,
-            // The substeps were exact, but the rows do not show them.
-            inexact: !is_exact && row.status != StepStatus::Substepped,
+            inexact: !is_exact,
             overlap,
         }
     }
 
     /// Verifies the last state: its energy, and that its row has no step. `follows` is true if its
     /// velocities of the instant are right. Returns `None` if it is correct.
-    pub fn end(&mut self, end: &TableStep, follows: bool) -> Option<Verified> {
+    pub fn end(&mut self, end: &IntervalRows, follows: bool) -> Option<Verified> {
         let row = &end.row;
-        self.begin(end);
+        self.world.set_span(None);
         self.world.follow(&self.courses, row.index as f64 * self.world.whole_step());
         let numbers =
             row.parts.iter().chain([&row.residual, &row.overlap, &row.placement, &row.stiffness]);
@@ -218,6 +220,7 @@ impl StepJudge {
         let is_bare = row.contacts == 0
             && end.joints.iter().all(of_joint)
             && row.iterations == 0
+            && (row.interval, row.length, row.error) == (0, 0.0, 0.0)
             && row.works == [0.0; 6]
             && row.start.is_empty()
             && row.restitution_share == 1.0
@@ -234,6 +237,7 @@ impl StepJudge {
         };
         Some(Verified {
             index: row.index,
+            is_first: true,
             status: row.status,
             residual: 0.0,
             part: "dynamics",
@@ -292,14 +296,13 @@ impl StepJudge {
         }
         let overlap = self.candidates.deepest_overlap(&self.world, next);
         let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
-        // The search of a run with substeps also saw those that were not taken. Depths below the gap that
-        // contacts keep depend on it.
+        // The search also saw intervals that were not taken. Depths below the gap that contacts keep depend
+        // on it.
         let kept = self.world.kept_gap().unwrap_or(0.0);
         if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach() + kept) {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
         }
         let stiffness = self.stiffness.largest_in_step(&self.world, states, joints, gears);
-        self.stiff_joints.add(&self.world, states, joints, gears, stiffness);
         if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
             differ(format!(
                 "its stiffness in the table is {:.3e}, not {stiffness:.3e}",
@@ -319,7 +322,7 @@ impl StepJudge {
     /// bodies allow. The search is that of the simulation, which may have found another plane. Two planes
     /// of one pair differ by the square of the rotation.
     fn missing_contact(&mut self, judged: &JudgedStep<'_>, lost: f64) -> Option<String> {
-        let JudgedStep { step: TableStep { row, states, .. }, next, contacts, .. } = judged;
+        let JudgedStep { step: IntervalRows { row, states, .. }, next, contacts, .. } = judged;
         let depth = self.accepted.max(lost) * self.world.time_step();
         self.candidates.clear();
         self.candidates.extend(contacts.iter().copied());
@@ -335,7 +338,7 @@ impl StepJudge {
         let missing = missing.find(|contact| contact.gap_in(next) < -allowed(contact))?;
         let body = missing.key.body;
         let depth = -missing.gap_in(next);
-        let may_miss = [StepStatus::Substepped, StepStatus::Wild, StepStatus::Failed];
+        let may_miss = [StepStatus::Wild, StepStatus::Failed];
         (!may_miss.contains(&row.status))
             .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))
     }
@@ -353,7 +356,7 @@ impl StepJudge {
     /// full restitution.
     fn has_another_rebound(&self, judged: &JudgedStep<'_>) -> bool {
         let JudgedStep { step, next, wrenches, contacts, loads, .. } = judged;
-        let TableStep { states, row, .. } = step;
+        let IntervalRows { states, row, .. } = step;
         let (world, share) = (&self.world, row.restitution_share);
         if !world.has_restitution() {
             return share != 1.0 || contacts.iter().any(Contact::bounces);

@@ -7,14 +7,15 @@ use tumble_core::contact::{ContactKey, ContactLoad, InstantMotions, PairFeatures
 use tumble_core::geometry::Feature;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::{State, Wrench};
-use tumble_scene::output::tables::{Misplaced, TableStep};
+use tumble_scene::output::tables::{IntervalRows, Misplaced, StepRow};
 
 impl StepJudge {
     /// Contacts and joint forces in the tables.
     pub(super) fn compare_rows<'a>(
         &self,
-        step: &'a TableStep,
+        step: &'a IntervalRows,
         next: &'a [State],
+        following: &'a StepRow,
         wrenches: Vec<Wrench>,
     ) -> JudgedStep<'a> {
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
@@ -25,8 +26,17 @@ impl StepJudge {
         });
         let gears = step.gears.iter().map(|gear| gear.force).collect();
         let (contacts, loads, joints) = (Vec::new(), Vec::new(), joints.collect());
-        let mut touching =
-            JudgedStep { step, next, wrenches, contacts, loads, joints, gears, wrong: None };
+        let mut touching = JudgedStep {
+            step,
+            next,
+            following,
+            wrenches,
+            contacts,
+            loads,
+            joints,
+            gears,
+            wrong: None,
+        };
         let mut planes = BTreeMap::new();
         if step.contacts.is_empty() {
             return touching;
@@ -34,7 +44,8 @@ impl StepJudge {
         let free = self.free_flight(&step.states, &touching.wrenches);
         let moved = self.moved(step, next, &free);
         let mut motions = InstantMotions::default();
-        if self.turns_friction {
+        let is_retry = self.world.span().is_some_and(|span| span.is_retry);
+        if self.turns_friction && !is_retry {
             motions.set(&step.instants, &free);
         }
         for row in &step.contacts {
@@ -45,7 +56,16 @@ impl StepJudge {
             });
             match contact {
                 Ok(mut contact) => {
-                    contact.hold(&self.world, &step.states, next);
+                    // The rows do not have the first solution, which may have held the contact.
+                    if contact.law.friction != row.friction {
+                        contact.hold(&self.world, &step.states, next);
+                    }
+                    if !contact.has_friction(&self.world, row.friction) {
+                        let index = row.index;
+                        touching.wrong.get_or_insert_with(|| {
+                            format!("its contact {index} has another coefficient of friction")
+                        });
+                    }
                     motions.set_slip_offset(&self.world, &step.states, &mut contact);
                     touching.contacts.push(contact);
                 }
@@ -62,7 +82,7 @@ impl StepJudge {
     /// Largest distance of a body's point during the step's contact detection, m. The point moves
     /// to its end or along free flight. The factor 2 covers bodies that are first pushed and later
     /// pushed back.
-    fn moved(&self, step: &TableStep, next: &[State], free: &[State]) -> f64 {
+    fn moved(&self, step: &IntervalRows, next: &[State], free: &[State]) -> f64 {
         let pairs = step.states.iter().zip(next).chain(step.states.iter().zip(free));
         let pairs = pairs.zip(self.world.bodies().iter().cycle());
         let travels = pairs.map(|((from, to), body)| {

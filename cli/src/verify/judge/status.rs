@@ -5,7 +5,7 @@ use tumble::solver::Rung;
 use tumble_core::solver::native::STARTS;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 
 /// True if the column `start` may have this value.
 fn is_start(word: &str) -> bool {
@@ -15,7 +15,7 @@ fn is_start(word: &str) -> bool {
 impl StepJudge {
     /// Reason why a step, correct otherwise, cannot have the status in its row.
     pub(super) fn another_status(&self, judged: &JudgedStep<'_>, lost: f64) -> Option<String> {
-        let TableStep { row, joints, .. } = judged.step;
+        let IntervalRows { row, joints, .. } = judged.step;
         let status = row.status;
         if !is_start(&row.start) {
             let start = shown::line(&row.start);
@@ -34,10 +34,10 @@ impl StepJudge {
             "bodies can touch"
         } else if is_solved && !(touches && has_start) {
             "nothing can touch, and no problem was solved"
-        } else if is_solved && row.residual > self.accepted.max(lost) {
+        } else if (is_solved || status == StepStatus::Substepped)
+            && row.residual > self.accepted.max(lost)
+        {
             "its residual is above the limit of a solved step"
-        } else if status == StepStatus::Substepped && self.makes_energy(judged) {
-            "its energy rises by more than loads and drives supply"
         } else {
             return None;
         };

@@ -9,6 +9,7 @@ fn nan_residual_ranks_as_worst() {
     for (index, residual) in [1.0, -f64::NAN, 2.0, f64::NAN].into_iter().enumerate() {
         let step = Verified {
             index: index as u64,
+            is_first: true,
             status: StepStatus::Converged,
             residual,
             part: "cone",

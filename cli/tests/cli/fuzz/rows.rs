@@ -78,14 +78,14 @@ fn numbers(points: usize) -> impl Strategy<Value = Numbers> {
 
 fn record(points: usize, k: usize, numbers: Numbers) -> StepRecord {
     let mut record = end(k, &numbers.state);
-    record.solution = StepSolution::free(&[upright(numbers.height)]);
+    record.first().solution = StepSolution::free(&[upright(numbers.height)]);
     let mut contacts = Vec::new();
     all_contacts(&world(points), &[upright(0.0)], &mut contacts);
     for (contact, found) in contacts.iter().zip(numbers.contacts) {
         let Some((force, slip, normal_force)) = found else { continue };
         let (key, force, slip) = (contact.key, force.into(), slip.into());
-        record.contacts.push(*contact);
-        record.solution.contacts.push(ContactForce {
+        record.first().contacts.push(*contact);
+        record.first().solution.contacts.push(ContactForce {
             force,
             normal_force,
             slip,
@@ -93,8 +93,8 @@ fn record(points: usize, k: usize, numbers: Numbers) -> StepRecord {
         });
     }
     let Numbers { status, iterations, dynamics, .. } = numbers;
-    record.report = StepReport { iterations, ..StepReport::without_problem(status) };
-    record.certificate.dynamics = dynamics;
+    record.report() = StepReport { iterations, ..StepReport::without_problem(status) };
+    record.certificate().dynamics = dynamics;
     record
 }
 

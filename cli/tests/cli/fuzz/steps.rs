@@ -24,7 +24,7 @@ pub struct Seen {
 
 impl Seen {
     fn count(&self, world: &World, record: &StepRecord, accepted: f64) {
-        let count = match record.report.status {
+        let count = match record.status() {
             StepStatus::Free | StepStatus::End => return,
             StepStatus::Failed if is_excused(world, record, accepted) => &self.excused,
             StepStatus::Failed => &self.failed,
@@ -169,10 +169,10 @@ fn is_excused(world: &World, record: &StepRecord, accepted: f64) -> bool {
     let speed = old.velocity.norm() + next.velocity.norm() + reach * spins + depth / h;
     let ratio = (body.mass() * reach * reach).max(moments.max()) / moments.min();
     // Free flight has no solver and no accepted residual. Only rounding can explain its residual.
-    let free = record.contacts.is_empty();
-    let lost = if free { record.certificate.residual() } else { accepted };
+    let free = record.first().contacts.is_empty();
+    let lost = if free { record.residual() } else { accepted };
     h * speed > 0.25 * reach
         || f64::EPSILON * ratio * speed >= lost
         || (rounding(world, old, next) >= LARGEST
-            && record.certificate.residual() <= rounding(world, old, next))
+            && record.residual() <= rounding(world, old, next))
 }

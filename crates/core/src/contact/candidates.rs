@@ -21,8 +21,6 @@ pub struct Candidates {
     rebound: Rebound,
     /// Workspace of [`detection::admit_missed`].
     index: KeyIndex,
-    /// Gap up to which new contacts [keep their gap](Contact::keep_gap) (m), if any do.
-    kept_gap: Option<f64>,
     /// For the offsets of slips (eq. 38).
     motions: InstantMotions,
 }
@@ -34,31 +32,26 @@ impl Candidates {
         Self::default()
     }
 
-    /// An empty list whose overlapping contacts [keep their depth](Contact::keep_gap).
-    pub(crate) fn keeping_depth() -> Self {
-        Self { kept_gap: Some(0.0), ..Self::default() }
-    }
-
-    /// Sets the gap up to which new contacts [keep their gap](Contact::keep_gap) (m).
-    pub(crate) fn set_kept_gap(&mut self, kept_gap: Option<f64>) {
-        self.kept_gap = kept_gap;
-    }
-
     /// Contacts found so far, in the order of the search.
     #[must_use]
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
 
-    /// State of the search that the next step continues from; empty if no pieces can meet.
-    pub(crate) fn memory(&self) -> &Memory {
-        self.neighbours.memory()
+    /// Continues the search from `memory`, which must fit `world`, and gives the memory so far.
+    pub(crate) fn exchange_memory(&mut self, world: &World, memory: &mut Memory) {
+        self.neighbours.exchange_memory(world, memory);
     }
 
-    /// Continues from `memory`, which must fit `world`. The contacts are cleared.
-    pub(crate) fn recall(&mut self, world: &World, memory: &Memory) {
+    /// Gives the state that the next search continues from.
+    pub(crate) fn return_memory(&mut self, memory: &mut Memory) {
+        self.neighbours.return_memory(memory);
+    }
+
+    /// The next memory is not the one that the last search left.
+    pub(crate) fn forget(&mut self) {
         self.contacts.clear();
-        self.neighbours.recall(world, memory);
+        self.neighbours.forget();
     }
 
     /// Updates the search after body `body` with `pieces` pieces was removed; `world` is the world
@@ -171,7 +164,9 @@ impl Candidates {
     /// Completes the new contacts, from index `first` on.
     fn complete(&mut self, world: &World, states: &[State], first: usize) {
         let new = &mut self.contacts[first..];
-        if let Some(kept) = self.kept_gap {
+        if let Some(kept) =
+            world.kept_gap().filter(|_| world.span().is_some_and(|span| span.keeps_gap))
+        {
             new.iter_mut().for_each(|contact| contact.keep_gap(kept));
         }
         new.iter_mut().for_each(|contact| contact.set_friction(world, states));

@@ -100,6 +100,12 @@ impl Contact {
         }
     }
 
+    /// True if this contact has the coefficient `friction`, or would have it without slip.
+    #[must_use]
+    pub fn has_friction(&self, world: &World, friction: f64) -> bool {
+        friction == self.law.friction || friction == self.friction_at(world, 0.0, 0.0)
+    }
+
     /// True if the contact has a static coefficient and has stopped within the step `states` → `next`: its slip
     /// along the one at the start is less than `slowest` times the world's speed scale.
     pub(crate) fn reverses(

@@ -14,15 +14,15 @@
 //! error of a second. The velocities of the middle are converted to another length by their last three
 //! values. A body after an abrupt change starts anew (37).
 
-use super::balance::EnergyBalance;
-use super::leapfrog::{AddedError, Converted, Instants};
-use super::{Simulation, StepRecord};
-use crate::contact::Memory;
-use crate::contact::certificate::Claim;
+use super::energy;
+use super::inputs::Inputs;
+use super::leapfrog::{self, AddedError, Converted};
+use super::moment::Moment;
+use super::one_interval::{self, Part};
+use super::record::StepRecord;
+use super::workspace::Workspace;
 use crate::error::Error;
-use crate::step::{StepReport, StepSolution};
-use crate::world::{Impacts, World};
-use std::mem::swap;
+use crate::world::{Impacts, Span, World};
 
 /// Share of the error of a second that an abrupt change may add.
 const CAUGHT: f64 = 0.1;
@@ -55,51 +55,9 @@ const MOST_SUBSTEPS: u32 = 20_000;
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Pace {
     /// Length to whose middle the velocities of the simulation belong (s); 0 for those of the instant.
-    length: f64,
-    /// Length wanted for the next substep of smooth motion (s); 0 if none is known.
-    wanted: f64,
-}
-
-/// Substeps of the steps of a simulation.
-#[derive(Default)]
-pub(super) struct Substeps {
-    pub(super) pace: Pace,
-    /// Simulation before the last step, and before the present substep.
-    step: Mark,
-    substep: Mark,
-    record: StepRecord,
-}
-
-/// State of a simulation to which it can return.
-#[derive(Default)]
-struct Mark {
-    pace: Pace,
-    now: StepSolution,
-    before: Option<StepSolution>,
-    long_before: Option<StepSolution>,
-    instants: Option<Instants>,
-    memory: Memory,
-}
-
-/// Substeps of a step as a whole, in the record of its first substep.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct SubstepsSummary {
-    /// Number of substeps; 0 for a step that is not taken in substeps.
-    pub count: u32,
-    /// Length of the first substep (s), to which states, forces and certificate of the record belong. In
-    /// a record without a step, that of the substep before.
     pub length: f64,
-    /// Solver iterations of the later substeps.
-    pub iterations: u32,
-    /// Terms of the energy balance (36) of the later substeps (J).
-    pub works: [f64; 6],
-    /// Growth of the estimated error (40) in the step, of the body with the largest one (m).
-    pub error: f64,
-    /// True if a substep had a larger error than the accuracy allows.
-    pub is_coarse: bool,
-    /// True if impacts of a body follow each other so closely that they may come in the other order
-    /// in the exact motion.
-    pub is_ambiguous: bool,
+    /// Length wanted for the next interval of smooth motion (s); 0 if none is known.
+    pub wanted: f64,
 }
 
 /// Search for an abrupt change: lengths of a substep without it and of one with it, and the length
@@ -290,157 +248,74 @@ impl Schedule {
     }
 }
 
-impl Substeps {
-    /// Substeps that go on at `pace`.
-    #[cfg(feature = "save")]
-    pub(super) fn with_pace(pace: Pace) -> Self {
-        Self { pace, ..Self::default() }
-    }
+/// True if steps of `world` are divided in intervals whose lengths follow from the motion.
+pub(super) fn divides_steps(world: &World, moment: &Moment) -> bool {
+    moment.instants.is_some() && world.impacts() == Impacts::Located
 }
 
-impl Substeps {
-    /// Summary of a state without a step.
-    pub(super) fn at_the_end(&self) -> SubstepsSummary {
-        SubstepsSummary { length: self.pace.length, ..SubstepsSummary::default() }
+/// Takes one step from `moment` in intervals whose lengths follow from the motion.
+///
+/// # Errors
+/// Those of an interval; the moment is then unchanged.
+pub(super) fn step(
+    world: &mut World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    record: &mut StepRecord,
+) -> Result<(), Error> {
+    let before = moment.clone();
+    let taken = intervals(world, moment, inputs, workspace, record);
+    if taken.is_err() {
+        *moment = before;
+        workspace.forget();
     }
+    taken
 }
 
-impl Mark {
-    fn set(&mut self, simulation: &Simulation<'_>, pace: Pace) {
-        self.pace = pace;
-        self.now.copy_from(&simulation.now);
-        self.before.clone_from(&simulation.before);
-        self.long_before.clone_from(&simulation.long_before);
-        self.instants.clone_from(&simulation.instants);
-        self.memory.copy_from(simulation.scratch.candidates.memory());
-    }
-}
-
-impl Simulation<'_> {
-    /// True if steps are divided in substeps.
-    pub(super) fn takes_substeps(&self) -> bool {
-        self.instants.is_some() && self.world.impacts() == Impacts::Located
-    }
-
-    fn return_to(&mut self, mark: &Mark) -> Pace {
-        self.now.copy_from(&mark.now);
-        self.before.clone_from(&mark.before);
-        self.long_before.clone_from(&mark.long_before);
-        self.instants.clone_from(&mark.instants);
-        self.scratch.candidates.recall(&self.world, &mark.memory);
-        self.scratch.rest.end();
-        mark.pace
-    }
-
-    /// Returns to the state before the last step in substeps.
-    pub(super) fn take_substeps_back(&mut self) {
-        if let Some(mut substeps) = self.substeps.take() {
-            substeps.pace = self.return_to(&substeps.step);
-            self.substeps = Some(substeps);
-        }
-    }
-
-    /// Advances by one step in substeps. The `record` describes the first one, and has the worst
-    /// status and the sums of all.
-    ///
-    /// # Errors
-    /// Those of a step; the simulation is then unchanged.
-    pub(super) fn step_in_substeps(&mut self, record: &mut StepRecord) -> Result<(), Error> {
-        let mut substeps = self.substeps.take().unwrap_or_default();
-        let index = self.index;
-        substeps.step.set(self, substeps.pace);
-        let taken = self.take_substeps(&mut substeps, record);
-        self.world.set_substep(None);
-        self.scratch.candidates.set_kept_gap(None);
-        if taken.is_err() {
-            substeps.pace = self.return_to(&substeps.step);
-        }
-        self.index = index + u64::from(taken.is_ok());
-        self.substeps = Some(substeps);
-        taken
-    }
-
-    fn take_substeps(
-        &mut self,
-        substeps: &mut Substeps,
-        record: &mut StepRecord,
-    ) -> Result<(), Error> {
-        let index = self.index;
-        let starts = self.instants.as_ref().is_some_and(|of| of.starts.contains(&true));
-        let mut schedule = Schedule::new(&self.world, substeps.pace, starts);
-        let mut sum = SubstepsSummary::default();
-        while let Some(length) = schedule.length() {
-            substeps.substep.set(self, substeps.pace);
-            let usual = schedule.plan.length;
-            self.begin_substep(substeps, schedule.since, length, usual);
-            self.single_step(&mut substeps.record)?;
-            self.index = index;
-            let is_solved = substeps.record.report.status.is_solved();
-            let judgement = schedule.judge(length, is_solved, &self.scratch.added_error);
-            if judgement == Judgement::Rejected {
-                let rejected = self.instants.take();
-                substeps.pace = self.return_to(&substeps.substep);
-                if let (Some(instants), Some(rejected), true) =
-                    (&mut self.instants, rejected, is_solved)
-                {
-                    instants.learn(&rejected);
-                }
-                continue;
+fn intervals(
+    world: &mut World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    record: &mut StepRecord,
+) -> Result<(), Error> {
+    let starts = moment.instants.as_ref().is_some_and(|instants| instants.starts.contains(&true));
+    let mut schedule = Schedule::new(world, moment.pace, starts);
+    while let Some(length) = schedule.length() {
+        let before = moment.clone();
+        let keeps_gap = length < KEEPS_GAP * schedule.plan.length;
+        let span = Span { since: schedule.since, length, keeps_gap, is_retry: false };
+        let converted = if length == moment.pace.length {
+            vec![Converted::Kept; moment.now.states.len()]
+        } else {
+            workspace.rest.end();
+            leapfrog::change_length(moment, before.pace.length, length)
+        };
+        moment.pace.length = length;
+        let part = Part { span: Some(span), is_part: true, converted };
+        let taken = record.next_interval();
+        one_interval::interval(world, moment, inputs, workspace, part, taken)?;
+        let is_solved = taken.report.status.is_solved();
+        let judgement = schedule.judge(length, is_solved, &taken.errors);
+        if judgement == Judgement::Rejected {
+            record.truncate(record.intervals().len() - 1);
+            let rejected = std::mem::replace(moment, before).instants;
+            workspace.forget();
+            if let (Some(instants), Some(rejected), true) =
+                (&mut moment.instants, rejected, is_solved)
+            {
+                instants.learn(&rejected);
             }
-            sum.is_coarse |= judgement == Judgement::TakenCoarse;
-            sum.is_ambiguous |= self.scratch.added_error.is_ambiguous;
-            #[cfg(feature = "save")]
-            self.record_substep(&substeps.record, [schedule.since - length, length]);
-            self.add_substep(substeps, &mut sum, record);
+            continue;
         }
-        substeps.pace.wanted = schedule.wanted;
-        let starts = substeps.step.instants.as_ref().map_or(&[][..], |instants| &instants.errors);
-        let grown = self.time_errors().iter().zip(starts).map(|(end, start)| end - start);
-        record.substeps = SubstepsSummary { error: grown.fold(0.0, f64::max), ..sum };
-        Ok(())
+        taken.is_coarse = judgement == Judgement::TakenCoarse;
+        let Some(part) = &mut taken.part else { continue };
+        part.changeable = world.changeable();
+        part.ends.extend_from_slice(moment.states());
+        let ends = [&taken.instants, &part.ends];
+        part.energies = ends.map(|states| Some(energy::of_instant(world, states)));
     }
-
-    /// Prepares a substep of `length` (s) that begins `since` the start of the step (s); `usual` is the
-    /// length of substeps in smooth motion.
-    fn begin_substep(&mut self, substeps: &mut Substeps, since: f64, length: f64, usual: f64) {
-        self.world.set_substep(Some([since, length]));
-        let is_short = length < KEEPS_GAP * usual;
-        self.scratch.candidates.set_kept_gap(self.world.kept_gap().filter(|_| is_short));
-        self.scratch.added_error = AddedError::default();
-        self.scratch.converted.clear();
-        self.scratch.converted.resize(self.now.states.len(), Converted::Kept);
-        if length != substeps.pace.length {
-            self.change_length(substeps.pace.length, length);
-            substeps.pace.length = length;
-        }
-    }
-
-    /// Adds the substep in `substeps` to the `sum` of the step, and to its `record`.
-    fn add_substep(
-        &self,
-        substeps: &mut Substeps,
-        sum: &mut SubstepsSummary,
-        record: &mut StepRecord,
-    ) {
-        let substep = &mut substeps.record;
-        sum.count += 1;
-        if sum.count == 1 {
-            sum.length = substeps.pace.length;
-            swap(record, substep);
-            return;
-        }
-        let StepRecord { states, wrenches, contacts, solution, .. } = &*substep;
-        let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
-        let claim = Claim { states, next, wrenches, contacts, joints, gears };
-        let works = EnergyBalance::new(&self.world, &claim, solution.loads()).terms();
-        sum.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
-        let StepReport { status, iterations, .. } = substep.report;
-        sum.iterations = sum.iterations.saturating_add(iterations);
-        record.report.status = record.report.status.with_later(status);
-        record.restitution_share = record.restitution_share.min(substep.restitution_share);
-        record.infeasible_gap = record.infeasible_gap.or(substep.infeasible_gap);
-        record.unphysical = record.unphysical.or(substep.unphysical);
-        record.gain = record.gain.or(substep.gain);
-        record.unsolved.append(&mut substep.unsolved);
-    }
+    moment.pace.wanted = schedule.wanted;
+    Ok(())
 }

@@ -3,11 +3,14 @@
 //! Stored solutions and loads are renumbered. Bodies that did not touch a removed body continue
 //! exactly as if it had never existed.
 
-use super::{ExternalLoads, Simulation, start};
+use super::inputs::ExternalLoads;
+use super::moment::Moment;
+use super::{Simulation, Undo, start};
+use crate::contact::Candidates;
 use crate::error::Error;
 use crate::mechanics::{RigidBody, State};
 use crate::simulation::Motion;
-use crate::step::{ContactForce, StepSolution};
+use crate::step::ContactForce;
 use crate::world::{Touching, World};
 use nalgebra::Vector3;
 
@@ -34,21 +37,15 @@ impl Simulation<'_> {
     ) -> Result<usize, Error> {
         let (state, index) = (state.checked()?, self.world.bodies().len());
         let world = self.world.with_body(body)?.with_touching(index, touching)?;
-        let mut states = self.now.states.clone();
+        let mut states = self.moment.now.states.clone();
         states.push(state);
-        let mut candidates = self.scratch.candidates.clone();
-        candidates.add(&world);
-        let touches = matches!(self.motion, Motion::Contact { .. });
-        start::check(&world, &states, &self.angles(), touches, &mut candidates, |body| {
-            body == index
-        })?;
-        self.change_solver(&world)?;
-        self.scratch.candidates = candidates;
-        self.outside.push(ExternalLoads::zero());
-        for solution in self.solutions() {
+        let is_new = |body| body == index;
+        self.searched_in(&world, &states, |candidates| candidates.add(&world), is_new)?;
+        self.inputs.outside.push(ExternalLoads::zero());
+        for solution in self.moment.solutions_mut() {
             solution.states.push(state);
         }
-        if let Some(instants) = &mut self.instants {
+        if let Some(instants) = &mut self.moment.instants {
             instants.push(state);
         }
         self.take_world(world);
@@ -81,17 +78,20 @@ impl Simulation<'_> {
         self.change_solver(&world)?;
         let before = self.world.clone();
         let body = before.bodies()[index].clone();
-        self.scratch.candidates.remove(&world, index, body.pieces().len());
-        self.outside.remove(index);
+        let Self { moment, workspace, inputs, .. } = self;
+        workspace.search(&before, &mut moment.search, |candidates| {
+            candidates.remove(&world, index, body.pieces().len());
+        });
+        inputs.outside.remove(index);
         let stays: Vec<_> = before.joints().iter().map(|joint| !joint.ties(index)).collect();
-        self.driving.keep(&stays);
+        inputs.driving.keep(&stays);
         let kept = before.gears().iter().map(|gear| gear.keeping(&stays).is_some());
         let gears: Vec<_> = kept.collect();
-        let state = self.states()[index];
-        if let Some(instants) = &mut self.instants {
+        let state = moment.states()[index];
+        if let Some(instants) = &mut moment.instants {
             instants.remove(index);
         }
-        for solution in self.solutions() {
+        for solution in moment.solutions_mut() {
             solution.leave_out(index, &stays, &gears);
         }
         self.take_world(world);
@@ -110,33 +110,48 @@ impl Simulation<'_> {
         if self.world.is_held(index) == held {
             return Ok(());
         }
-        let mut candidates = self.scratch.candidates.clone();
-        candidates.hold(&world, index);
-        let touches = matches!(self.motion, Motion::Contact { .. });
-        start::check(&world, &self.now.states, &self.angles(), touches, &mut candidates, |body| {
-            body == index
-        })?;
-        self.scratch.candidates = candidates;
+        let states = self.moment.now.states.clone();
+        let is_changed = |body| body == index;
+        self.searched_in(&world, &states, |candidates| candidates.hold(&world, index), is_changed)?;
         let still = Vector3::zeros();
-        let state = State { velocity: still, spin: still, ..self.now.states[index] };
-        self.now.states[index] = state;
-        if let Some(instants) = &mut self.instants {
+        let Moment { now, instants, .. } = &mut self.moment;
+        let state = State { velocity: still, spin: still, ..now.states[index] };
+        now.states[index] = state;
+        if let Some(instants) = instants {
             instants.start(index, state);
         }
         let touched = |force: &ContactForce| force.key.bodies().all(|body| body != index);
-        self.now.contacts.retain(touched);
+        now.contacts.retain(touched);
         self.take_world(world);
         Ok(())
     }
 
-    /// All stored solutions that the next steps use.
-    fn solutions(&mut self) -> impl Iterator<Item = &mut StepSolution> {
-        let before = self.before.iter_mut().chain(&mut self.long_before);
-        std::iter::once(&mut self.now).chain(before)
+    /// Continues the contact search in `world` after `change`, if the states of the bodies selected by
+    /// `asked` are valid initial ones there, and the solver supports that world.
+    fn searched_in(
+        &mut self,
+        world: &World,
+        states: &[State],
+        change: impl FnOnce(&mut Candidates),
+        asked: impl Fn(usize) -> bool,
+    ) -> Result<(), Error> {
+        let (near, touches) = (self.angles(), self.workspace.has_contacts());
+        let mut search = self.moment.search.clone();
+        let checked = self.workspace.search(world, &mut search, |candidates| {
+            change(candidates);
+            start::check(world, states, &near, touches, candidates, asked)
+        });
+        self.workspace.forget();
+        checked?;
+        if world.bodies().len() != self.world.bodies().len() {
+            self.change_solver(world)?;
+        }
+        self.moment.search = search;
+        Ok(())
     }
 
     fn change_solver(&mut self, world: &World) -> Result<(), Error> {
-        match &mut self.motion {
+        match &mut self.workspace.motion {
             Motion::Contact { solver, .. } => solver.change_world(world),
             Motion::Floating => Ok(()),
         }
@@ -144,8 +159,8 @@ impl Simulation<'_> {
 
     fn take_world(&mut self, world: World) {
         self.world = world;
-        self.scratch.rest.end();
-        self.taken_back = true;
+        self.workspace.rest.end();
+        self.undo = Undo::Impossible;
         #[cfg(feature = "save")]
         self.digest.take();
     }
@@ -153,7 +168,7 @@ impl Simulation<'_> {
     /// Present angles of every joint (rad), including full turns since the start
     /// ([`Joint::counted`](crate::joint::Joint::counted)).
     pub fn joint_angles(&self) -> impl Iterator<Item = &Vector3<f64>> {
-        self.now.joints.iter().map(|joint| &joint.angles)
+        self.moment.now.joints.iter().map(|joint| &joint.angles)
     }
 
     fn angles(&self) -> Vec<Vector3<f64>> {

@@ -22,7 +22,7 @@
 //! ([`wild`](super::unphysical)).
 
 use super::islands::Islands;
-use super::one_step::check_sizes;
+use super::one_interval::check_sizes;
 use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};

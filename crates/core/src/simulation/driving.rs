@@ -95,7 +95,7 @@ impl Simulation<'_> {
     pub fn set_drive(&mut self, joint: usize, axis: JointAxis, drive: Drive) -> Result<(), Error> {
         self.joint(joint)?;
         self.world.joints_mut()[joint].set_drive(axis, drive)?;
-        self.scratch.rest.end();
+        self.workspace.rest.end();
         Ok(())
     }
 
@@ -132,7 +132,7 @@ impl Simulation<'_> {
         let allowed = "an index of a gear";
         let count = Error::Count { field: "gear", count: gear, allowed };
         self.world.gears_mut().get_mut(gear).ok_or(count)?.set_drive(drive)?;
-        self.scratch.rest.end();
+        self.workspace.rest.end();
         Ok(())
     }
 
@@ -149,8 +149,8 @@ impl Simulation<'_> {
                 why: "locked axes and the rotation axes of a ball joint take no load",
             });
         }
-        put(&mut self.driving.loads, joint, load);
-        self.scratch.rest.end();
+        put(&mut self.inputs.driving.loads, joint, load);
+        self.workspace.rest.end();
         Ok(())
     }
 
@@ -160,7 +160,7 @@ impl Simulation<'_> {
     /// # Errors
     /// Same as there. The present velocity then stays.
     pub fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
-        self.scratch.rest.end();
+        self.workspace.rest.end();
         self.world.set_surface(of, velocity)
     }
 
@@ -184,15 +184,15 @@ impl Simulation<'_> {
         let course = course.checked()?;
         if let Course::Through(knots) = &course {
             let mut there = of.clone();
-            there.move_to(knots.at(self.index as f64 * self.world.time_step()));
+            there.move_to(knots.at(self.moment.index as f64 * self.world.time_step()));
             let (place, turn) = there.error(self.states()).unwrap_or((f64::NAN, f64::NAN));
             let fits = place.max(turn) <= JOINT_AT_THE_START;
             if !fits {
                 return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });
             }
         }
-        put(&mut self.driving.courses, joint, course);
-        self.scratch.rest.end();
+        put(&mut self.inputs.driving.courses, joint, course);
+        self.workspace.rest.end();
         Ok(())
     }
 }

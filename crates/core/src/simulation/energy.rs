@@ -55,3 +55,20 @@ pub fn total(world: &World, states: &[State]) -> f64 {
     let bodies = world.bodies().iter().zip(states);
     bodies.map(|(body, x)| kinetic(world, body, x) + potential(world, body, x)).sum()
 }
+
+/// Total energy of all bodies at one time (J), with the velocities and spins of this time:
+///
+/// ```text
+/// Σ ½ m v·v + ½ ω·I ω − m g·r
+/// ```
+#[must_use]
+pub fn of_instant(world: &World, states: &[State]) -> f64 {
+    let bodies = world.bodies().iter().zip(states);
+    bodies
+        .map(|(body, state)| {
+            let turning = state.spin.dot(&(body.inertia() * state.spin));
+            0.5 * (body.mass() * state.velocity.norm_squared() + turning)
+                + potential(world, body, state)
+        })
+        .sum()
+}

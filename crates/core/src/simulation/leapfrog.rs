@@ -24,13 +24,16 @@
 //! motion, are not in it.
 
 use super::abrupt::{STILL, TakenStep};
-use super::{Simulation, StepRecord, StepScratch};
+use super::inputs::Inputs;
+use super::interval::Interval;
+use super::moment::Moment;
+use super::one_interval;
+use super::workspace::Workspace;
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
-use crate::simulation::Motion;
 use crate::step::{ContactForce, StepStatus};
-use crate::world::Impacts;
+use crate::world::{Impacts, World};
 use nalgebra::Vector3;
 use std::mem::take;
 
@@ -89,6 +92,12 @@ impl Instants {
         self.was_abrupt.clone_from(&self.past.1);
     }
 
+    /// Stores the errors and flags before an interval.
+    fn remember(&mut self) {
+        self.past.0.clone_from(&self.errors);
+        self.past.1.clone_from(&self.was_abrupt);
+    }
+
     /// Sets the state of `body` as a start.
     pub(super) fn start(&mut self, body: usize, state: State) {
         self.states[body] = state;
@@ -140,8 +149,8 @@ impl Instants {
 /// Trial step that converts the velocities of a start.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TrialStep {
-    /// States with the velocities of the instant, inputs and solution.
-    pub record: StepRecord,
+    /// Its interval, from states with the velocities of the instant.
+    pub taken: Interval,
     /// Bodies whose velocity it converted.
     pub converted: Vec<bool>,
 }
@@ -159,8 +168,8 @@ pub(super) enum Converted {
 }
 
 /// Largest errors of bodies in a step.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct AddedError {
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct AddedError {
     /// Estimate (40) of bodies in smooth motion, and of those with an abrupt change of velocity (m).
     pub smooth: f64,
     pub abrupt: f64,
@@ -180,216 +189,270 @@ fn moved_back(state: &State, h: f64) -> State {
     }
 }
 
-impl Simulation<'_> {
-    /// Converts the velocities of the middle to steps of another length than the last, `from` → `to`
-    /// (s). Near the end of the last step, the motion has the velocity V + a t + ½ j t². Its derivatives
-    /// follow from the last velocities of the middle. Bodies without them start.
-    pub(super) fn change_length(&mut self, from: f64, to: f64) {
-        let Self { now, before, instants, scratch, world, .. } = self;
-        let Some(instants) = instants else { return };
-        scratch.rest.end();
-        instants.smooth.resize(world.bodies().len(), Smooth::default());
-        for (body, smooth) in instants.smooth.iter_mut().enumerate() {
-            let instant = &instants.states[body];
-            let state = &mut now.states[body];
-            let past = before.as_ref().filter(|_| smooth.known >= 2 && !instants.starts[body]);
-            let Some(past) = past else {
-                *state = *instant;
-                let extrapolated = !instants.was_abrupt[body];
-                scratch.converted[body] = Converted::Started { extrapolated, has_trial: false };
-                (instants.starts[body], instants.was_abrupt[body]) = (true, true);
-                *smooth = Smooth { since: smooth.since, ..Smooth::default() };
-                continue;
-            };
-            let past = &past.states[body];
-            let [jerk, turning] = smooth.jerk.unwrap_or_default();
-            let middle = |instant: &Vector3<f64>, last: Vector3<f64>, jerk: &Vector3<f64>| {
-                let acceleration = last / from + from * jerk;
-                instant - 0.5 * to * acceleration + 0.125 * to * to * jerk
-            };
-            let velocity = middle(&instant.velocity, state.velocity - past.velocity, &jerk);
-            let spin = middle(&instant.spin, state.spin - past.spin, &turning);
-            (state.velocity, state.spin) = (velocity, spin);
-            scratch.converted[body] = Converted::Shifted(0.5 * (1.0 - to / from));
-            smooth.known = 1;
-        }
-    }
-
-    /// Converts the velocities of bodies that start, with a trial step (eq. 37). The trial step and its
-    /// bodies are left in `kept`.
-    ///
-    /// # Errors
-    /// If the trial step cannot be posed or was interrupted; the simulation is then unchanged.
-    pub(super) fn start_leapfrog(&mut self, kept: Option<&mut TrialStep>) -> Result<(), Error> {
-        let Some(instants) = &self.instants else { return Ok(()) };
-        if !instants.starts.contains(&true) {
-            return Ok(());
-        }
-        self.scratch.rest.end();
-        self.scratch.rewind.copy_from(self.scratch.candidates.memory());
-        let taken = self.attempt().map(|(report, ..)| report.status);
-        let index = self.index;
-        let Self { world, now, instants, scratch, .. } = &mut *self;
-        let StepScratch { candidates, rewind, solution, free, abrupt, .. } = scratch;
-        if let Ok(StepStatus::Free | StepStatus::Converged | StepStatus::Retried) = taken {
-            let earlier: Vec<_> =
-                now.states.iter().map(|state| moved_back(state, world.time_step())).collect();
-            abrupt.find(&TakenStep {
-                world,
-                states: &now.states,
-                earlier: &earlier,
-                free,
-                past: &[],
-                contacts: candidates.contacts(),
-                solution,
-                resting: &[],
-            });
-        } else {
-            abrupt.bodies.clear();
-            abrupt.bodies.resize(now.states.len(), true);
-        }
-        let contacts = kept.is_some().then(|| candidates.contacts().to_vec());
-        candidates.recall(world, rewind);
-        taken?;
-        let Some(instants) = instants else { return Ok(()) };
-        if let (Some(kept), Some(contacts)) = (kept, contacts) {
-            kept.record.index = index;
-            kept.record.states.clone_from(&now.states);
-            kept.record.wrenches.clone_from(&scratch.wrenches);
-            kept.record.contacts = contacts;
-            kept.record.solution.copy_from(&scratch.solution);
-            let starts = instants.starts.iter().zip(&scratch.abrupt.bodies);
-            kept.converted = starts.map(|(starts, is_abrupt)| *starts && !is_abrupt).collect();
-        }
-        let StepScratch { solution, abrupt, converted, .. } = scratch;
-        // Initial point of the first step.
-        now.contacts.clone_from(&solution.contacts);
-        let all = now.states.iter_mut().zip(&solution.states);
-        for (body, (state, next)) in all.enumerate() {
-            if instants.starts[body] && !abrupt.bodies[body] {
-                state.velocity -= 0.5 * (next.velocity - state.velocity);
-                state.spin -= 0.5 * (next.spin - state.spin);
-            }
-            if let Some(converted) = converted.get_mut(body).filter(|_| instants.starts[body]) {
-                let extrapolated =
-                    matches!(converted, Converted::Started { extrapolated: true, .. });
-                let has_trial = !abrupt.bodies[body];
-                *converted = Converted::Started { extrapolated, has_trial };
-            }
-        }
-        instants.starts.fill(false);
-        scratch.started = true;
-        (scratch.infeasible_gap, scratch.unphysical) = (None, None);
-        (scratch.gain, scratch.makes_energy) = (None, false);
-        Ok(())
-    }
-
-    /// Velocities of the instant after the step in the scratch memory, whose report has `status`
-    /// (eq. 37).
-    pub(super) fn end_leapfrog(&mut self, status: StepStatus) {
-        let Self { world, motion, now, before, instants, scratch, .. } = self;
-        let Some(instants) = instants else { return };
-        let is_shifted = scratch.converted.iter().any(|of| matches!(of, Converted::Shifted(_)));
-        let StepScratch { candidates, solution, free, abrupt, started, added_error, rest, .. } =
-            scratch;
-        let is_smooth = matches!(
-            status,
-            StepStatus::Free | StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback
-        ) && matches!(motion, Motion::Contact { .. });
-        let h = world.time_step();
-        // A substep of another length than the last one has no step before it.
-        let started = take(started);
-        let begins = started && world.impacts() == Impacts::Located;
-        let moved_back = |state| moved_back(state, h);
-        let moved_back: Vec<_> = now.states.iter().filter(|_| begins).map(moved_back).collect();
-        let earlier = match before {
-            _ if begins => &moved_back,
-            Some(before) => &before.states,
-            None => &now.states,
+/// Converts the velocities of `moment` from intervals of length `from` to those of length `to` (s). Near
+/// the end of the last interval, the motion has the velocity V + a t + ½ j t². Its derivatives follow
+/// from the last velocities of the middle. Bodies without them start. Returns the origin of each
+/// velocity.
+pub(super) fn change_length(moment: &mut Moment, from: f64, to: f64) -> Vec<Converted> {
+    let Moment { now, before, instants, .. } = moment;
+    let mut converted = vec![Converted::Kept; now.states.len()];
+    let Some(instants) = instants else { return converted };
+    instants.smooth.resize(now.states.len(), Smooth::default());
+    for (body, smooth) in instants.smooth.iter_mut().enumerate() {
+        let instant = &instants.states[body];
+        let state = &mut now.states[body];
+        let past = before.as_ref().filter(|_| smooth.known >= 2 && !instants.starts[body]);
+        let Some(past) = past else {
+            *state = *instant;
+            let extrapolated = !instants.was_abrupt[body];
+            converted[body] = Converted::Started { extrapolated, has_trial: false };
+            (instants.starts[body], instants.was_abrupt[body]) = (true, true);
+            *smooth = Smooth { since: smooth.since, ..Smooth::default() };
+            continue;
         };
+        let past = &past.states[body];
+        let [jerk, turning] = smooth.jerk.unwrap_or_default();
+        let middle = |instant: &Vector3<f64>, last: Vector3<f64>, jerk: &Vector3<f64>| {
+            let acceleration = last / from + from * jerk;
+            instant - 0.5 * to * acceleration + 0.125 * to * to * jerk
+        };
+        let velocity = middle(&instant.velocity, state.velocity - past.velocity, &jerk);
+        let spin = middle(&instant.spin, state.spin - past.spin, &turning);
+        (state.velocity, state.spin) = (velocity, spin);
+        converted[body] = Converted::Shifted(0.5 * (1.0 - to / from));
+        smooth.known = 1;
+    }
+    converted
+}
+
+/// Converts the velocities of bodies that start, with a trial of the interval (eq. 37). The trial and
+/// its bodies are left in `kept`. Returns true if there were any.
+///
+/// # Errors
+/// If the trial cannot be posed or was interrupted; the moment is then unchanged.
+pub(super) fn start(
+    world: &World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    converted: &mut [Converted],
+    kept: Option<&mut TrialStep>,
+) -> Result<bool, Error> {
+    let starts = moment.instants.as_ref().is_some_and(|instants| instants.starts.contains(&true));
+    if !starts {
+        return Ok(false);
+    }
+    workspace.rest.end();
+    let search = moment.search.clone();
+    let mut trial = Interval::default();
+    let solved = one_interval::solve(world, moment, inputs, workspace, &mut trial);
+    // The interval itself searches again.
+    moment.search = search;
+    workspace.forget();
+    solved?;
+    let Workspace { free, abrupt, wrenches, .. } = workspace;
+    let Moment { now, instants, .. } = moment;
+    let Some(instants) = instants else { return Ok(false) };
+    if let StepStatus::Free | StepStatus::Converged | StepStatus::Retried = trial.report.status {
+        let earlier: Vec<_> =
+            now.states.iter().map(|state| moved_back(state, world.time_step())).collect();
+        abrupt.find(&TakenStep {
+            world,
+            states: &now.states,
+            earlier: &earlier,
+            free,
+            past: &[],
+            contacts: &trial.contacts,
+            solution: &trial.solution,
+            resting: &[],
+        });
+    } else {
         abrupt.bodies.clear();
-        // Of a substep of another length, only the contacts that stick have the slip of the one before.
-        let sticks = |past: &&ContactForce| past.slip.norm() <= STILL * world.speed_scale();
-        let known = if is_shifted && !started { &*now.contacts } else { &[] };
-        let sticking: Vec<_> = known.iter().filter(sticks).copied().collect();
-        if is_smooth {
-            abrupt.find(&TakenStep {
-                world,
-                states: &now.states,
-                earlier,
-                free,
-                past: if started || is_shifted { &sticking } else { &now.contacts },
-                contacts: candidates.contacts(),
-                solution,
-                resting: rest.bodies(),
-            });
+        abrupt.bodies.resize(now.states.len(), true);
+    }
+    // Initial point of the first interval.
+    now.contacts.clone_from(&trial.solution.contacts);
+    for (body, (state, next)) in now.states.iter_mut().zip(&trial.solution.states).enumerate() {
+        if !instants.starts[body] {
+            continue;
         }
-        instants.past.0.clone_from(&instants.errors);
-        instants.past.1.clone_from(&instants.was_abrupt);
-        *added_error = AddedError::default();
-        let change = |from: &State, to: &State| (to.velocity - from.velocity, to.spin - from.spin);
-        for body in 0..now.states.len() {
-            let state = &now.states[body];
-            let next = &solution.states[body];
-            let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
-            let last = change(state, next);
-            let reach = world.bodies()[body].reach();
-            let size = |of: (Vector3<f64>, Vector3<f64>)| of.0.norm() + (reach * of.1).norm();
-            // Second difference of the velocities of the middle, w⁺ − 2w + w⁻.
-            let has_past = match instants.smooth.get_mut(body) {
-                Some(smooth) if is_abrupt => {
-                    let is_struck = is_smooth && abrupt.struck[body];
-                    let moved = (smooth.since + h) * size(last);
-                    added_error.is_ambiguous |= is_struck && moved < instants.errors[body];
-                    let since = if is_struck { 0.0 } else { smooth.since + h };
-                    *smooth = Smooth { since, ..Smooth::default() };
-                    false
-                }
-                Some(smooth) => {
-                    smooth.since += h;
-                    smooth.known = (smooth.known + 1).min(3);
-                    smooth.known == 3
-                }
-                None => !is_abrupt && !instants.was_abrupt[body],
-            };
-            let second = before.as_ref().filter(|_| has_past).map(|before| {
-                let earlier = change(&before.states[body], state);
-                (last.0 - earlier.0, last.1 - earlier.1)
-            });
-            let turning = h.powi(3) / 12.0 * reach * state.spin.norm().powi(3);
-            let error = match second {
-                _ if is_abrupt => 0.5 * h * size(last),
-                second => second.map_or(0.0, |second| h / 24.0 * size(second)) + turning,
-            };
-            instants.errors[body] += error;
-            let of_kind = if is_abrupt { &mut added_error.abrupt } else { &mut added_error.smooth };
-            *of_kind = of_kind.max(error);
-            instants.was_abrupt[body] = is_abrupt;
-            let is_first = instants.smooth.get(body).is_some_and(|smooth| smooth.known == 1);
-            instants.states[body] = match instants.states[body] {
-                _ if is_abrupt => *next,
-                // Middle between the velocities of the instant before and after the first step.
-                State { velocity, spin, .. } if is_first && begins => State {
-                    velocity: 2.0 * next.velocity - velocity,
-                    spin: 2.0 * next.spin - spin,
-                    ..*next
-                },
-                _ => next.extrapolated(state),
-            };
-            if let Some(smooth) = instants.smooth.get_mut(body) {
-                if let Some((velocity, spin)) = second {
-                    let jerk = [velocity / (h * h), spin / (h * h)];
-                    let [linear, angular] = smooth.jerk.map_or([Vector3::zeros(); 2], |last| {
-                        [0, 1].map(|k| h * h * (jerk[k] - last[k]))
-                    });
-                    let missed = 0.3125 * size((linear, angular));
-                    added_error.velocity = added_error.velocity.max(missed);
-                    smooth.jerk = Some(jerk);
-                }
-                let [velocity, spin] = smooth.jerk.unwrap_or_default();
-                instants.states[body].velocity += 0.375 * h * h * velocity;
-                instants.states[body].spin += 0.375 * h * h * spin;
-            }
+        let has_trial = !abrupt.bodies[body];
+        if has_trial {
+            state.velocity -= 0.5 * (next.velocity - state.velocity);
+            state.spin -= 0.5 * (next.spin - state.spin);
+        }
+        if let Some(converted) = converted.get_mut(body) {
+            let extrapolated = matches!(converted, Converted::Started { extrapolated: true, .. });
+            *converted = Converted::Started { extrapolated, has_trial };
         }
     }
+    if let Some(kept) = kept {
+        let starts = instants.starts.iter().zip(&abrupt.bodies);
+        kept.converted = starts.map(|(starts, is_abrupt)| *starts && !is_abrupt).collect();
+        trial.wrenches.clone_from(wrenches);
+        kept.taken = trial;
+    }
+    instants.starts.fill(false);
+    Ok(true)
+}
+
+/// Velocities of the instant at the end of the interval `taken` from `moment` (eq. 37), and the
+/// growth of errors (40). `started` is true if velocities were converted by a trial.
+pub(super) fn end(
+    world: &World,
+    moment: &mut Moment,
+    workspace: &mut Workspace<'_>,
+    started: bool,
+    taken: &mut Interval,
+) {
+    taken.errors = AddedError::default();
+    let has_contacts = workspace.has_contacts();
+    let Moment { now, before, instants, .. } = moment;
+    let Some(instants) = instants else { return };
+    let Workspace { free, abrupt, rest, .. } = workspace;
+    let Interval { contacts, solution, part, .. } = &*taken;
+    let converted = part.as_ref().map_or(&[][..], |part| &part.converted);
+    let is_shifted = converted.iter().any(|of| matches!(of, Converted::Shifted(_)));
+    let is_smooth = has_contacts
+        && matches!(
+            taken.report.status,
+            StepStatus::Free | StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback
+        );
+    let h = world.time_step();
+    // An interval of another length than the last one has none before it.
+    let begins = started && world.impacts() == Impacts::Located;
+    let moved_back = |state| moved_back(state, h);
+    let moved_back: Vec<_> = now.states.iter().filter(|_| begins).map(moved_back).collect();
+    let earlier = match before {
+        _ if begins => &moved_back,
+        Some(before) => &before.states,
+        None => &now.states,
+    };
+    abrupt.bodies.clear();
+    // In an interval of another length, only the contacts that stick have the slip of the one before.
+    let sticks = |past: &&ContactForce| past.slip.norm() <= STILL * world.speed_scale();
+    let known = if is_shifted && !started { &*now.contacts } else { &[] };
+    let sticking: Vec<_> = known.iter().filter(sticks).copied().collect();
+    if is_smooth {
+        abrupt.find(&TakenStep {
+            world,
+            states: &now.states,
+            earlier,
+            free,
+            past: if started || is_shifted { &sticking } else { &now.contacts },
+            contacts,
+            solution,
+            resting: rest.bodies(),
+        });
+    }
+    instants.remember();
+    let mut added_error = AddedError::default();
+    let change = |from: &State, to: &State| (to.velocity - from.velocity, to.spin - from.spin);
+    for body in 0..now.states.len() {
+        let state = &now.states[body];
+        let next = &solution.states[body];
+        let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
+        let last = change(state, next);
+        let reach = world.bodies()[body].reach();
+        let size = |of: (Vector3<f64>, Vector3<f64>)| of.0.norm() + (reach * of.1).norm();
+        // Second difference of the velocities of the middle, w⁺ − 2w + w⁻.
+        let has_past = match instants.smooth.get_mut(body) {
+            Some(smooth) if is_abrupt => {
+                let is_struck = is_smooth && abrupt.struck[body];
+                let moved = (smooth.since + h) * size(last);
+                added_error.is_ambiguous |= is_struck && moved < instants.errors[body];
+                let since = if is_struck { 0.0 } else { smooth.since + h };
+                *smooth = Smooth { since, ..Smooth::default() };
+                false
+            }
+            Some(smooth) => {
+                smooth.since += h;
+                smooth.known = (smooth.known + 1).min(3);
+                smooth.known == 3
+            }
+            None => !is_abrupt && !instants.was_abrupt[body],
+        };
+        let second = before.as_ref().filter(|_| has_past).map(|before| {
+            let earlier = change(&before.states[body], state);
+            (last.0 - earlier.0, last.1 - earlier.1)
+        });
+        let turning = h.powi(3) / 12.0 * reach * state.spin.norm().powi(3);
+        let error = match second {
+            _ if is_abrupt => 0.5 * h * size(last),
+            second => second.map_or(0.0, |second| h / 24.0 * size(second)) + turning,
+        };
+        instants.errors[body] += error;
+        let of_kind = if is_abrupt { &mut added_error.abrupt } else { &mut added_error.smooth };
+        *of_kind = of_kind.max(error);
+        instants.was_abrupt[body] = is_abrupt;
+        let is_first = instants.smooth.get(body).is_some_and(|smooth| smooth.known == 1);
+        instants.states[body] = match instants.states[body] {
+            _ if is_abrupt => *next,
+            // Middle between the velocities of the instant before and after the first step.
+            State { velocity, spin, .. } if is_first && begins => State {
+                velocity: 2.0 * next.velocity - velocity,
+                spin: 2.0 * next.spin - spin,
+                ..*next
+            },
+            _ => next.extrapolated(state),
+        };
+        if let Some(smooth) = instants.smooth.get_mut(body) {
+            if let Some((velocity, spin)) = second {
+                let jerk = [velocity / (h * h), spin / (h * h)];
+                let [linear, angular] = smooth.jerk.map_or([Vector3::zeros(); 2], |last| {
+                    [0, 1].map(|k| h * h * (jerk[k] - last[k]))
+                });
+                let missed = 0.3125 * size((linear, angular));
+                added_error.velocity = added_error.velocity.max(missed);
+                smooth.jerk = Some(jerk);
+            }
+            let [velocity, spin] = smooth.jerk.unwrap_or_default();
+            instants.states[body].velocity += 0.375 * h * h * velocity;
+            instants.states[body].spin += 0.375 * h * h * spin;
+        }
+    }
+    taken.errors = added_error;
+    taken.extrapolated.extend(instants.was_abrupt.iter().map(|was_abrupt| !was_abrupt));
+}
+
+/// Velocities of the instant after the shorter intervals of a step from `start`, which was not solved
+/// at once. All bodies have those of the middle, which the `moment` at the end has, and the error (40)
+/// of an abrupt change.
+pub(super) fn end_of_retry(
+    world: &World,
+    start: &Moment,
+    moment: &mut Moment,
+    intervals: &mut [Interval],
+) {
+    let Some(mut instants) = start.instants.clone() else { return };
+    // The start has the velocities of the instant.
+    intervals[0].instants.clone_from(&instants.states);
+    for taken in &mut intervals[1..] {
+        taken.instants.clone_from(&taken.states);
+    }
+    instants.remember();
+    let mut largest = 0.0_f64;
+    for (body, (state, end)) in start.now.states.iter().zip(&moment.now.states).enumerate() {
+        let reach = world.bodies()[body].reach();
+        let change =
+            (end.velocity - state.velocity).norm() + (reach * (end.spin - state.spin)).norm();
+        let error = 0.5 * world.time_step() * change;
+        instants.errors[body] += error;
+        largest = largest.max(error);
+    }
+    instants.starts.fill(false);
+    instants.was_abrupt.fill(true);
+    instants.states.clone_from(&moment.now.states);
+    let bodies = instants.states.len();
+    for taken in &mut *intervals {
+        taken.extrapolated.clear();
+        taken.extrapolated.resize(bodies, false);
+    }
+    if let [.., last] = intervals {
+        last.errors.abrupt = largest;
+        if let Some(part) = &mut last.part {
+            part.ends.clone_from(&instants.states);
+        }
+    }
+    moment.instants = Some(instants);
 }

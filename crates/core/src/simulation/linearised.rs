@@ -1,6 +1,6 @@
 //! Derivative of the last step.
 
-use super::{Motion, Simulation, StepRecord};
+use super::{Interval, Simulation, StepRecord, Undo};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::solver::native::StepDerivative;
@@ -23,48 +23,50 @@ impl Simulation<'_> {
     ) -> Result<(), Error> {
         let refused = |why| Err(Error::Unsupported { what: "the derivative of this step", why });
         let bodies = self.world.bodies().len();
-        if self.taken_back || record.index + 1 != self.index || record.states.len() != bodies {
+        let is_last = record.index + 1 == self.moment.index;
+        if matches!(self.undo, Undo::Impossible) || !is_last || record.states().len() != bodies {
             return refused(
                 "only the last step has one; call this right after the step, with its record",
             );
         }
-        if self.instants.is_some() {
+        if self.moment.instants.is_some() {
             return refused(
                 "it is a function of middle velocities; call use_middle_velocities before the step",
             );
         }
         self.check_motion()?;
-        if self.world.impacts() == Impacts::Located {
-            return refused("a step in substeps has none; ask for the gradient of the run");
+        if self.world.impacts() == Impacts::Located || record.is_divided() {
+            return refused("a step in intervals has none; ask for the gradient of the run");
         }
         let mut free = derivative.take_flights();
-        let step = self.recorded_step(record, &mut free);
-        let found = derivative.linearise(&step, &record.contacts, &record.solution);
+        let taken = record.first();
+        let step = self.recorded_interval(taken, &mut free);
+        let found = derivative.linearise(&step, &taken.contacts, &taken.solution);
         derivative.keep_flights(free);
         found
     }
 
     /// Refuses the Runge–Kutta method.
     pub(super) fn check_motion(&self) -> Result<(), Error> {
-        if !matches!(self.motion, Motion::Floating) {
+        if self.workspace.has_contacts() {
             return Ok(());
         }
         let why = "the Runge-Kutta method has no derivative; use the contact step";
         Err(Error::Unsupported { what: "the derivative of this step", why })
     }
 
-    /// Step described by `record`, in the present world. `free` receives its free flights.
-    pub(super) fn recorded_step<'s>(
+    /// Problem of the interval `taken`, in the present world. `free` receives its free flights.
+    pub(super) fn recorded_interval<'s>(
         &'s self,
-        record: &'s StepRecord,
+        taken: &'s Interval,
         free: &'s mut Vec<State>,
     ) -> Step<'s> {
-        let StepRecord { states, wrenches, solution, .. } = record;
+        let Interval { states, wrenches, solution, .. } = taken;
         let world = &self.world;
         let flights = states.iter().zip(wrenches).enumerate();
         free.clear();
         free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
-        let interrupt = self.interrupt.as_deref();
+        let interrupt = self.inputs.interrupt.as_deref();
         Step { world, states, wrenches, free, previous: solution, earlier: None, interrupt }
     }
 }

@@ -1,9 +1,10 @@
 //! Simulation loop: a sequence of steps, each with its report and certificate.
 //!
-//! A step consists of free flight, contact [detection](crate::contact::detection), the solve for
-//! the forces, and the [certificate](crate::contact::certificate) that checks the solution. Related
-//! modules are initial states ([`scene`], [`random`]), step records ([`record`]) and run summaries
-//! ([`summary`]).
+//! A step is a list of intervals, mostly one. An interval consists of free flight, contact
+//! [detection](crate::contact::detection), the solve for the forces, and the
+//! [certificate](crate::contact::certificate) that checks the solution. It leads from one moment of
+//! the run to the next. Related modules are initial states ([`scene`], [`random`]), step records
+//! ([`record`]) and run summaries ([`summary`]).
 
 mod abrupt;
 mod accuracy;
@@ -16,17 +17,20 @@ pub mod energy;
 #[cfg(feature = "save")]
 pub mod gradient;
 mod infeasible_gap;
+mod inputs;
+pub mod interval;
 mod islands;
 mod leapfrog;
 mod linearised;
 mod median;
+mod moment;
 mod motion;
-mod one_step;
-mod parts;
+mod one_interval;
 pub mod random;
 pub mod record;
 mod redundancy;
 mod rest;
+mod retry;
 #[cfg(feature = "save")]
 pub mod save;
 pub mod scene;
@@ -35,13 +39,14 @@ mod step_problem;
 mod stiffness;
 pub mod summary;
 pub mod unphysical;
+mod workspace;
 
-pub use accuracy::SubstepsSummary;
 pub use assembly::Assembly;
 pub use balance::EnergyBalance;
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
 pub use infeasible_gap::InfeasibleGap;
+pub use interval::Interval;
 pub use motion::Motion;
 pub use record::StepRecord;
 pub use redundancy::{Constraint, RedundancyFinding};
@@ -51,117 +56,45 @@ pub use start::JOINT_AT_THE_START;
 pub use stiffness::Stiffness;
 pub use unphysical::{EnergyGain, UnphysicalCause};
 
-use crate::contact::certificate::Certifier;
-use crate::contact::{Candidates, Certificate, Memory};
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::{Load, State, Wrench};
-use crate::step::{StepReport, StepSolution, StepStatus};
-use crate::world::{Integrator, World};
-use abrupt::AbruptChanges;
-use accuracy::Substeps;
-use bounce::Bounce;
-use leapfrog::Instants;
-use one_step::{contact_step, floating_step};
+use crate::step::StepSolution;
+use crate::world::World;
+use inputs::Inputs;
+use moment::Moment;
+use nalgebra::Vector3;
 #[cfg(feature = "save")]
 use std::cell::OnceCell;
-use std::mem::{swap, take};
+use std::mem::swap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
+use workspace::Workspace;
 
 /// Largest number of steps. Times k h are computed in one double.
 const MOST_STEPS: u64 = 1 << 53;
 
 /// A running simulation.
 pub struct Simulation<'a> {
+    /// Joint frames with prescribed motions are at the present moment.
     world: World,
-    motion: Motion<'a>,
-    /// External wrench and load of each body.
-    outside: Vec<ExternalLoads>,
-    /// Time-dependent inputs of the joints.
-    driving: driving::Driving,
-    interrupt: Option<Arc<AtomicBool>>,
-    index: u64,
-    /// Solution of the last step: X at step k and the forces of that step. The next step starts
-    /// from it.
-    now: StepSolution,
-    /// States with velocities of the instant, with [`Integrator::Leapfrog`].
-    instants: Option<Instants>,
-    /// Solution at k − 1 if the last step can be taken back; `long_before` is the one at k − 2,
-    /// which that step used.
-    before: Option<StepSolution>,
-    long_before: Option<StepSolution>,
-    /// Substeps of the last step, if the run [takes them](Self::takes_substeps).
-    substeps: Option<Box<Substeps>>,
-    /// True if the last step cannot be taken back.
-    taken_back: bool,
-    /// True for the substeps of a failed step, which are not divided again.
-    is_part: bool,
-    scratch: StepScratch,
+    inputs: Inputs,
+    /// All else that the next step depends on.
+    moment: Moment,
+    undo: Undo,
+    workspace: Workspace<'a>,
     /// Digest of the world, computed on first use.
     #[cfg(feature = "save")]
     digest: OnceCell<u64>,
 }
 
-/// External wrench on a body, without gravity.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-struct ExternalLoads {
-    wrench: Wrench,
-    load: Load,
-}
-
-impl ExternalLoads {
-    fn zero() -> Self {
-        Self { wrench: Wrench::zero(), load: Load::none() }
-    }
-}
-
-/// Earlier solutions used by a step from k to k+1.
-#[derive(Clone, Copy)]
-struct Past<'a> {
-    /// States at k with the velocities of the instant, if the run has them.
-    instants: Option<&'a [State]>,
-    /// Solution that ended at k: [`Step::previous`](crate::step::Step::previous).
-    now: &'a StepSolution,
-    /// Solution that ended at k − 1: [`Step::earlier`](crate::step::Step::earlier).
-    before: Option<&'a StepSolution>,
-}
-
-/// Scratch memory of steps.
-#[derive(Default)]
-struct StepScratch {
-    /// Sum of external wrench and load of each body.
-    wrenches: Vec<Wrench>,
-    /// States at k+1 after free flight.
-    free: Vec<State>,
-    candidates: Candidates,
-    /// Memory of the contact search before a step that can be interrupted.
-    rewind: Memory,
-    bounce: Bounce,
-    /// Solution of the step being computed.
-    solution: StepSolution,
-    certifier: Certifier,
-    energy_check: unphysical::EnergyCheck,
-    stiffness: Stiffness,
-    abrupt: AbruptChanges,
-    /// True if velocities of the instant were converted for the step.
-    started: bool,
-    added_error: leapfrog::AddedError,
-    /// Conversions of velocities before a substep.
-    converted: Vec<leapfrog::Converted>,
-    /// Substeps of the last step, if they are recorded for a gradient.
-    #[cfg(feature = "save")]
-    tape: Option<Vec<gradient::TakenSubstep>>,
-    /// Infeasible gap found in a failed step.
-    infeasible_gap: Option<InfeasibleGap>,
-    /// Cause of an unphysical step.
-    unphysical: Option<UnphysicalCause>,
-    /// Largest energy that an island makes in the step.
-    gain: Option<EnergyGain>,
-    /// True if an island makes more than a valid step allows.
-    makes_energy: bool,
-    rest: rest::RestingBodies,
+/// How the last step can be taken back.
+enum Undo {
+    Impossible,
+    /// By its record: it had one interval.
+    Interval,
+    /// To this moment.
+    Moment(Box<Moment>),
 }
 
 impl<'a> Simulation<'a> {
@@ -192,49 +125,51 @@ impl<'a> Simulation<'a> {
                 allowed: "one per body",
             });
         }
-        let mut candidates = Candidates::new();
-        let touches = matches!(motion, Motion::Contact { .. });
-        start::check(&world, &states, &[], touches, &mut candidates, |_| true)?;
-        Self::at(world, &states, motion, candidates)
+        let mut simulation = Self::at(world, &states, motion)?;
+        simulation.check_start(&states, &[], |_| true)?;
+        Ok(simulation)
     }
 
     /// Creates a simulation at `states`, one per body, without checks of the initial state.
-    fn at(
-        world: World,
-        states: &[State],
-        motion: Motion<'a>,
-        candidates: Candidates,
-    ) -> Result<Self, Error> {
+    fn at(world: World, states: &[State], motion: Motion<'a>) -> Result<Self, Error> {
         if matches!(motion, Motion::Floating) && !world.joints().is_empty() {
             return Err(Error::Unsupported {
                 what: "joints of a floating body",
                 why: "the Runge-Kutta method does not support joints; use the contact step",
             });
         }
-        let angles = world.angles_near(states, &[]).into_iter();
-        let joints = angles.map(JointForce::none).collect();
-        let gears = vec![0.0; world.gears().len()];
-        let now = StepSolution { joints, gears, ..StepSolution::free(states) };
-        let is_leapfrog =
-            world.integrator() == Integrator::Leapfrog && matches!(motion, Motion::Contact { .. });
+        let workspace = Workspace::new(motion);
         Ok(Self {
-            instants: is_leapfrog.then(|| Instants::at(states)),
-            outside: vec![ExternalLoads::zero(); world.bodies().len()],
+            inputs: Inputs::none(world.bodies().len()),
+            moment: Moment::at(&world, states, workspace.has_contacts()),
             world,
-            motion,
-            driving: driving::Driving::default(),
-            interrupt: None,
-            index: 0,
-            now,
-            before: None,
-            long_before: None,
-            substeps: None,
-            taken_back: false,
-            is_part: false,
-            scratch: StepScratch { candidates, ..StepScratch::default() },
+            undo: Undo::Impossible,
+            workspace,
             #[cfg(feature = "save")]
             digest: OnceCell::new(),
         })
+    }
+
+    /// Checks `states` of all bodies as initial ones, for the bodies selected by `asked`. `near` has the
+    /// last joint angles (rad). After an error, the contact search is as before.
+    fn check_start(
+        &mut self,
+        states: &[State],
+        near: &[Vector3<f64>],
+        asked: impl Fn(usize) -> bool,
+    ) -> Result<(), Error> {
+        let Self { world, moment, workspace, .. } = self;
+        workspace.rest.end();
+        workspace.rewind.copy_from(&moment.search);
+        let touches = workspace.has_contacts();
+        let checked = workspace.search(world, &mut moment.search, |candidates| {
+            start::check(world, states, near, touches, candidates, asked)
+        });
+        if checked.is_err() {
+            moment.search.copy_from(&workspace.rewind);
+            workspace.forget();
+        }
+        checked
     }
 
     /// The world.
@@ -246,21 +181,32 @@ impl<'a> Simulation<'a> {
     /// States X at the current step, one per body, with the velocities of the instant.
     #[must_use]
     pub fn states(&self) -> &[State] {
-        self.instants.as_ref().map_or(&self.now.states, |instants| &instants.states)
+        self.moment.states()
     }
 
     /// States from which the next step starts. With [`Integrator::Leapfrog`] their velocities are
     /// those of the middle of the last step, except in bodies that [start](Simulation::set_state).
     #[must_use]
     pub fn step_states(&self) -> &[State] {
-        &self.now.states
+        &self.moment.now.states
+    }
+
+    /// Energy at the present moment as the rows of a run count it (J): (35), or with located impacts the
+    /// [energy of the instant](energy::of_instant).
+    #[must_use]
+    pub fn energy(&self) -> f64 {
+        if accuracy::divides_steps(&self.world, &self.moment) {
+            energy::of_instant(&self.world, self.states())
+        } else {
+            energy::total(&self.world, self.step_states())
+        }
     }
 
     /// Estimated errors of the bodies' positions by the time step since the start (m), with
     /// rotations at their reach (eq. 40). Empty unless the integrator is [`Integrator::Leapfrog`].
     #[must_use]
     pub fn time_errors(&self) -> &[f64] {
-        self.instants.as_ref().map_or(&[], |instants| &instants.errors)
+        self.moment.instants.as_ref().map_or(&[], |instants| &instants.errors)
     }
 
     /// Leaves out the velocities of the instant: all states have those of the middle of the last
@@ -268,7 +214,7 @@ impl<'a> Simulation<'a> {
     /// function of its states, as derivatives need it. Without effect if the integrator is not
     /// [`Integrator::Leapfrog`].
     pub fn use_middle_velocities(&mut self) {
-        self.instants = None;
+        self.moment.instants = None;
     }
 
     /// State X of the first body at the current step.
@@ -280,7 +226,7 @@ impl<'a> Simulation<'a> {
     /// Index k of the current step.
     #[must_use]
     pub fn index(&self) -> u64 {
-        self.index
+        self.moment.index
     }
 
     /// Sets the index of the current step, and with it the time index · h. Loads follow this time.
@@ -293,8 +239,8 @@ impl<'a> Simulation<'a> {
             let count = usize::try_from(index).unwrap_or(usize::MAX);
             return Err(Error::Count { field: "index of the step", count, allowed: "below 2^53" });
         }
-        self.index = index;
-        self.taken_back = true;
+        self.moment.index = index;
+        self.undo = Undo::Impossible;
         Ok(())
     }
 
@@ -305,7 +251,7 @@ impl<'a> Simulation<'a> {
     /// If the body does not exist, or if [`Simulation::new`] would reject its state. The present
     /// state then stays.
     pub fn set_state(&mut self, index: usize, state: State) -> Result<(), Error> {
-        self.outside_mut(index)?;
+        self.inputs.body_mut(index)?;
         let state = state.checked()?;
         self.exchange_states(&[(index, state)])
     }
@@ -318,7 +264,7 @@ impl<'a> Simulation<'a> {
     /// [`Simulation::set_state`].
     pub fn set_states(&mut self, states: &[State]) -> Result<(), Error> {
         let count = states.len();
-        if count != self.now.states.len() {
+        if count != self.moment.now.states.len() {
             return Err(Error::Count { field: "states", count, allowed: "one per body" });
         }
         let checked = states.iter().enumerate().map(|(body, state)| Ok((body, state.checked()?)));
@@ -328,41 +274,37 @@ impl<'a> Simulation<'a> {
 
     /// Sets these states if all moved bodies pass the checks of an initial state.
     fn exchange_states(&mut self, states: &[(usize, State)]) -> Result<(), Error> {
-        let Self { world, motion, now, instants, scratch, .. } = self;
-        let before = now.states.clone();
+        let mut wanted = self.moment.now.states.clone();
         // A body that keeps its state keeps the velocity of the middle too.
-        let is_kept = |body: usize, state: &State| {
-            instants.as_ref().is_some_and(|instants| instants.states[body] == *state)
+        let is_kept = |(body, state): &&(usize, State)| {
+            let instants = self.moment.instants.as_ref();
+            instants.is_some_and(|instants| instants.states[*body] == *state)
         };
-        let states: Vec<_> = states.iter().filter(|(body, state)| !is_kept(*body, state)).collect();
+        let states: Vec<_> = states.iter().filter(|set| !is_kept(set)).copied().collect();
         for (body, state) in &states {
-            now.states[*body] = *state;
+            wanted[*body] = *state;
         }
-        let StepScratch { candidates, rewind, rest, .. } = scratch;
-        rest.end();
-        rewind.copy_from(candidates.memory());
-        let is_moved = |body: usize| before[body].pose() != now.states[body].pose();
-        let touches = matches!(motion, Motion::Contact { .. });
+        let now = &self.moment.now;
         let near: Vec<_> = now.joints.iter().map(|joint| joint.angles).collect();
-        if let Err(error) = start::check(world, &now.states, &near, touches, candidates, is_moved) {
-            candidates.recall(world, rewind);
-            now.states = before;
-            return Err(error);
-        }
-        let angles = world.angles_near(&now.states, &near);
+        let pairs = now.states.iter().zip(&wanted);
+        let is_moved: Vec<_> = pairs.map(|(before, now)| before.pose() != now.pose()).collect();
+        self.check_start(&wanted, &near, |body| is_moved[body])?;
+        let Self { world, moment: Moment { now, instants, .. }, .. } = self;
+        let angles = world.angles_near(&wanted, &near);
+        now.states = wanted;
         now.joints.iter_mut().zip(angles).for_each(|(joint, angles)| joint.angles = angles);
         if let Some(instants) = instants {
-            states.into_iter().for_each(|(body, state)| instants.start(*body, *state));
+            states.into_iter().for_each(|(body, state)| instants.start(body, state));
         }
-        self.taken_back = true;
+        self.undo = Undo::Impossible;
         Ok(())
     }
 
     /// Exchanges the stepping method with `motion`, which must be made for this simulation's world.
     /// It allows repeating a step with another solver after [`Simulation::take_back`].
     pub fn swap_motion(&mut self, motion: &mut Motion<'a>) {
-        self.scratch.rest.end();
-        swap(&mut self.motion, motion);
+        self.workspace.rest.end();
+        swap(&mut self.workspace.motion, motion);
     }
 
     /// Sets the external wrench on body `index` for the next steps: force (N, world frame) and
@@ -373,7 +315,7 @@ impl<'a> Simulation<'a> {
     /// then stays.
     pub fn set_wrench(&mut self, index: usize, wrench: Wrench) -> Result<(), Error> {
         wrench.validate()?;
-        self.outside_mut(index)?.wrench = wrench;
+        self.inputs.body_mut(index)?.wrench = wrench;
         Ok(())
     }
 
@@ -382,206 +324,88 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// [`Error::Count`] if the body does not exist.
     pub fn set_load(&mut self, index: usize, load: Load) -> Result<(), Error> {
-        self.outside_mut(index)?.load = load;
+        self.inputs.body_mut(index)?.load = load;
         Ok(())
-    }
-
-    fn outside_mut(&mut self, index: usize) -> Result<&mut ExternalLoads, Error> {
-        let missing = Error::Count { field: "body", count: index, allowed: "an index of a body" };
-        self.outside.get_mut(index).ok_or(missing)
     }
 
     /// Sets the flag that interrupts the simulation. Once it is raised, the current step ends soon
     /// with [`Error::Interrupted`], and no further step is taken.
     pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
-        self.interrupt = Some(flag);
+        self.inputs.interrupt = Some(flag);
     }
 
     /// Advances by one step and describes it in `record`. A step that did not converge is taken
     /// too, with its status in the report.
     ///
-    /// The order is: loads, a copy of the last step if everything rests, motions of joint frames,
-    /// the step itself, shorter steps if it failed or makes energy, the record, and the new solution.
+    /// A step is one [interval](one_interval::interval), or several: shorter ones if one does not
+    /// converge or makes energy, and those of an accuracy or of located impacts.
     ///
     /// # Errors
     /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
-        if self.takes_substeps() { self.step_in_substeps(record) } else { self.single_step(record) }
-    }
-
-    /// Advances by one step, or by the substep that is set in the world.
-    fn single_step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
-        if self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
-            return Err(Error::Interrupted);
-        }
-        self.set_wrenches();
-        record.wrenches.clone_from(&self.scratch.wrenches);
-        record.unsolved.clear();
-        (self.scratch.infeasible_gap, self.scratch.unphysical) = (None, None);
-        (self.scratch.gain, self.scratch.makes_energy) = (None, false);
-        if self.scratch.rest.is_known() && self.rest(record) {
-            return Ok(());
-        }
-        let interval = self.world.load_interval(self.index);
-        let end = self.world.time_after(self.index);
-        self.driving.set(&mut self.world, &self.now.states, interval, end);
-        self.start_leapfrog(None)?;
-        let (mut report, mut certificate, share) = self.attempt()?;
-        if (report.status == StepStatus::Failed || self.scratch.makes_energy)
-            && !self.is_part
-            && !self.takes_substeps()
-            && let Some(rescued) = self.rescued((report, certificate), &mut record.unsolved)
-        {
-            (report, certificate) = rescued;
-        }
-        record.substeps = SubstepsSummary::default();
-        record.index = self.index;
-        record.report = report;
-        record.certificate = certificate;
-        record.restitution_share = share;
-        record.infeasible_gap = self.scratch.infeasible_gap;
-        record.unphysical = self.scratch.unphysical;
-        record.gain = self.scratch.gain;
-        let StepScratch { stiffness, solution, .. } = &mut self.scratch;
-        record.stiffness = stiffness.largest_in_step(
-            &self.world,
-            &self.now.states,
-            &solution.joints,
-            &solution.gears,
-        );
-        let overlap =
-            self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
-        record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
-        let StepScratch { candidates, solution, .. } = &mut self.scratch;
-        let (states, next) = (&self.now.states, &solution.states);
-        record.placement = candidates.placement_error(&self.world, states, next, solution.forces());
-        record.states.clear();
-        record.states.extend_from_slice(&self.now.states);
-        record.solution.copy_from(&self.scratch.solution);
-        record.instants.clear();
-        if let Some(instants) = &self.instants {
-            record.instants.extend_from_slice(&instants.states);
-            self.end_leapfrog(report.status);
-        }
-        record.extrapolated.clear();
-        if let Some(instants) = &self.instants {
-            record.extrapolated.extend(instants.was_abrupt.iter().map(|was_abrupt| !was_abrupt));
-        }
-        self.scratch.candidates.hand_over(&mut record.contacts);
-
-        // Rotates solution → now → before → long before, and reuses the memory of the oldest.
-        let last = &mut self.scratch.solution;
-        swap(&mut self.now, last);
-        for past in [&mut self.before, &mut self.long_before] {
-            let Some(past) = past else {
-                *past = Some(take(last));
-                break;
-            };
-            swap(past, last);
-        }
-        self.taken_back = false;
-        self.index += 1;
-        self.note_rest(record);
-        // A single body is covered by `note_rest`.
-        if self.now.states.len() > 1 {
-            self.note_islands(record);
-        }
-        Ok(())
-    }
-
-    /// The step itself: free flight, or detection, solver and certificate. The solution is left in
-    /// the scratch memory.
-    fn attempt(&mut self) -> Result<(StepReport, Certificate, f64), Error> {
-        let Self { world, motion, interrupt, now, before, instants, scratch, .. } = &mut *self;
-        let Motion::Contact { detection, solver } = motion else {
-            let (report, certificate) = floating_step(world, &now.states, scratch);
-            return Ok((report, certificate, 1.0));
+        let Self { world, moment, inputs, workspace, undo, .. } = self;
+        record.begin(moment.index);
+        let before = accuracy::divides_steps(world, moment).then(|| Box::new(moment.clone()));
+        let taken = if before.is_some() {
+            accuracy::step(world, moment, inputs, workspace, record)
+        } else {
+            retry::step(world, moment, inputs, workspace, record)
         };
-        let instants = instants.as_ref().map(|instants| &instants.states[..]);
-        let past = Past { instants, now, before: before.as_ref() };
-        let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
-        let StepScratch { rest, candidates, wrenches, .. } = &mut *scratch;
-        rest.begin(now, before.as_ref(), candidates.memory(), solver, wrenches);
-        // Without pairs of pieces there is nothing to restore.
-        let rewinds = interrupt.is_some() && !candidates.memory().is_empty();
-        if rewinds {
-            scratch.rewind.copy_from(scratch.candidates.memory());
-        }
-        let taken = contact_step(world, past, *detection, solver, interrupt, scratch);
-        if taken.is_err() {
-            scratch.rest.end();
-        }
-        if taken.is_err() && rewinds {
-            // Restores the search memory of the incomplete step.
-            scratch.candidates.recall(world, &scratch.rewind);
-        }
-        taken
+        world.set_span(None);
+        taken?;
+        moment.index += 1;
+        *undo = before.map_or(Undo::Interval, Undo::Moment);
+        Ok(())
     }
 
     /// True if the last step left everything unchanged to the last bit. The next step then ends the
     /// same, unless an input changes.
     #[must_use]
     pub fn rests(&self) -> bool {
-        self.scratch.rest.is_known()
-    }
-
-    /// Sets the wrenches of the next step.
-    fn set_wrenches(&mut self) {
-        let [from, to] = self.world.load_interval(self.index);
-        let now = self.outside.iter().zip(&self.now.states).map(|(outside, state)| {
-            if outside.load.is_none() {
-                return outside.wrench;
-            }
-            outside.wrench.plus(&outside.load.mean(from, to, &state.attitude))
-        });
-        self.scratch.wrenches.clear();
-        self.scratch.wrenches.extend(now);
+        self.workspace.rest.is_known()
     }
 
     /// Returns to the state before the step described by `record`, which must be the last one
     /// taken. It allows ending a run there, or repeating the step. Other records and a second call
     /// have no effect.
     pub fn take_back(&mut self, record: &StepRecord) {
-        if self.taken_back || record.index + 1 != self.index {
+        if record.index + 1 != self.moment.index {
             return;
         }
-        if record.substeps.count > 0 {
-            self.take_substeps_back();
-            (self.taken_back, self.index) = (true, record.index);
-            return;
-        }
-        if let Some(before) = self.before.take() {
-            self.scratch.rest.end();
-            self.now = before;
-            if let Some(instants) = &mut self.instants {
-                instants.take_back(&record.instants);
+        match std::mem::replace(&mut self.undo, Undo::Impossible) {
+            Undo::Impossible => return,
+            Undo::Moment(before) => {
+                self.moment = *before;
+                self.workspace.forget();
             }
-            self.before = self.long_before.take();
-            self.taken_back = true;
-            self.index = record.index;
+            Undo::Interval => {
+                if !self.moment.move_back(record.first()) {
+                    return;
+                }
+                self.workspace.rest.end();
+                self.moment.index = record.index;
+            }
         }
     }
 
     /// Describes the current state as the last row of a trajectory, without a following step.
     /// Joints have their counted angles and no forces.
     pub fn end(&self, record: &mut StepRecord) {
-        let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angles));
-        let gears = vec![0.0; self.world.gears().len()];
+        let Moment { now, instants, index, .. } = &self.moment;
+        let joints = now.joints.iter().map(|joint| JointForce::none(joint.angles));
         let solution = StepSolution {
             joints: joints.collect(),
-            gears,
-            ..StepSolution::free(&self.now.states)
+            gears: vec![0.0; self.world.gears().len()],
+            ..StepSolution::free(&now.states)
         };
-        *record = StepRecord {
-            index: self.index,
-            states: self.now.states.clone(),
-            instants: self.instants.as_ref().map_or(Vec::new(), |of| of.states.clone()),
-            substeps: self
-                .substeps
-                .as_ref()
-                .map_or(SubstepsSummary::default(), |substeps| substeps.at_the_end()),
+        record.begin(*index);
+        *record.next_interval() = Interval {
+            states: now.states.clone(),
+            instants: instants.as_ref().map_or(Vec::new(), |instants| instants.states.clone()),
             solution,
-            ..StepRecord::new()
+            part: accuracy::divides_steps(&self.world, &self.moment)
+                .then(|| Box::new(interval::PartOfStep::at_the_end(&self.world, &self.moment))),
+            ..Interval::default()
         };
     }
 }

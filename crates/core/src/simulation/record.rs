@@ -1,59 +1,31 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::{EnergyGain, InfeasibleGap, SubstepsSummary, UnphysicalCause};
-use crate::contact::{Certificate, Contact};
-use crate::mechanics::{State, Wrench};
-use crate::step::{StepReport, StepSolution, StepStatus};
+use super::interval::Interval;
+use super::{EnergyGain, InfeasibleGap, UnphysicalCause};
+use crate::contact::Certificate;
+use crate::mechanics::{State, Wrench, largest};
+use crate::step::{StepReport, StepStatus};
 use crate::world::without;
+use nalgebra::Vector3;
 
-/// Record of one step k → k+1. Lists have one entry per body.
-#[derive(Debug, Clone, PartialEq)]
+/// Largest number of intervals whose memory a record keeps for its next step.
+const MOST_SPARE: usize = 64;
+
+/// Record of one step k → k+1: one interval, or several that follow each other.
+///
+/// A step has several with an [accuracy](crate::world::World::with_accuracy), with [located
+/// impacts](crate::world::Impacts::Located), or if it was not solved at once. Methods of the record
+/// describe the whole step; [`StepRecord::intervals`] has the problems.
+#[derive(Debug, Clone)]
 pub struct StepRecord {
     /// Index k.
     pub index: u64,
-    /// States from which the step starts: X at step k. With
-    /// [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog) their velocities are those of the
-    /// middle of the step before.
-    pub states: Vec<State>,
-    /// States X at step k with the velocities of the instant; empty if `states` has them.
-    pub instants: Vec<State>,
-    /// Bodies whose velocities of the instant at k+1 are extrapolated (eq. 37); empty without such
-    /// velocities.
-    pub extrapolated: Vec<bool>,
-    /// External wrenches on the bodies, without gravity.
-    pub wrenches: Vec<Wrench>,
-    /// Candidate contacts.
-    pub contacts: Vec<Contact>,
-    /// States at k+1 and all forces.
-    pub solution: StepSolution,
-    /// Report of the solver.
-    pub report: StepReport,
-    /// Certificate of accuracy.
-    pub certificate: Certificate,
-    /// Deepest overlap of two pieces at k+1 (m), from their geometry. Contact planes are fixed
-    /// during a step, so it is of second order in the rotation per step.
-    pub overlap: f64,
-    /// Largest error of the placement of a loaded contact between two pieces (eq. 18g) (m); 0 if all
-    /// are where the pieces touch. It is no part of the certificate's residual.
-    pub placement: f64,
-    /// Smallest share of the coefficients of restitution that an island applied. It is 1 unless the
-    /// full restitution would add energy ([`bounce`](super::bounce)).
-    pub restitution_share: f64,
-    /// Stability number h ω; 0 without joints. ω (rad/s) bounds the fastest transverse vibration of
-    /// taut joints from below. A taut chain becomes unstable if it stays above 2 for several steps,
-    /// which no certificate shows. An impact can exceed 2 for a single step.
-    pub stiffness: f64,
-    /// Cause of a failed step, if two bodies leave too little room for a third one.
-    pub infeasible_gap: Option<InfeasibleGap>,
-    /// Cause of a step with [`StepStatus::Wild`], or of a failed step whose solution makes energy.
-    pub unphysical: Option<UnphysicalCause>,
-    /// Largest energy beyond the balance (32) that an island makes in the step as taken, if beyond
-    /// rounding.
-    pub gain: Option<EnergyGain>,
-    /// Substeps of the step, if it has any.
-    pub substeps: SubstepsSummary,
-    /// Bodies of islands that the native solver did not solve in one step without making energy.
+    /// Bodies of islands that the native solver did not solve in one interval without making energy.
     pub unsolved: Vec<usize>,
+    /// At least one.
+    intervals: Vec<Interval>,
+    /// Memory for later intervals.
+    spare: Vec<Interval>,
 }
 
 impl Default for StepRecord {
@@ -62,72 +34,202 @@ impl Default for StepRecord {
     }
 }
 
+/// Two records are equal if they describe equal steps.
+impl PartialEq for StepRecord {
+    fn eq(&self, other: &Self) -> bool {
+        (self.index, &self.unsolved, &self.intervals)
+            == (other.index, &other.unsolved, &other.intervals)
+    }
+}
+
+impl From<Interval> for StepRecord {
+    /// Record of a step of one interval, with the index 0.
+    fn from(interval: Interval) -> Self {
+        Self { index: 0, unsolved: Vec::new(), intervals: vec![interval], spare: Vec::new() }
+    }
+}
+
 impl StepRecord {
-    /// Creates an empty record for [`Simulation::step`](super::Simulation::step).
+    /// Creates an empty record for [`Simulation::step`](super::Simulation::step). It has one interval
+    /// without bodies.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            index: 0,
-            states: Vec::new(),
-            instants: Vec::new(),
-            extrapolated: Vec::new(),
-            wrenches: Vec::new(),
-            contacts: Vec::new(),
-            solution: StepSolution::default(),
-            report: StepReport::without_problem(StepStatus::End),
-            certificate: Certificate::default(),
-            overlap: 0.0,
-            placement: 0.0,
-            restitution_share: 1.0,
-            stiffness: 0.0,
-            infeasible_gap: None,
-            unphysical: None,
-            gain: None,
-            substeps: SubstepsSummary::default(),
-            unsolved: Vec::new(),
+        Self::from(Interval::default())
+    }
+
+    /// Begins the record of step `index`. Until [`Self::next_interval`] it has no interval.
+    pub(super) fn begin(&mut self, index: u64) {
+        self.index = index;
+        self.unsolved.clear();
+        self.truncate(0);
+    }
+
+    /// Adds an interval, whose content is that of an earlier step.
+    pub(super) fn next_interval(&mut self) -> &mut Interval {
+        self.intervals.push(self.spare.pop().unwrap_or_default());
+        let last = self.intervals.len() - 1;
+        &mut self.intervals[last]
+    }
+
+    /// Removes the first interval.
+    pub(super) fn remove_first(&mut self) {
+        self.spare.push(self.intervals.remove(0));
+    }
+
+    /// Removes all intervals but the first `count`.
+    pub(super) fn truncate(&mut self, count: usize) {
+        while self.intervals.len() > count {
+            let removed = self.intervals.pop();
+            self.spare.extend(removed.filter(|_| self.spare.len() < MOST_SPARE));
         }
     }
 
-    /// Removes the body `index` and its contacts, after its removal from the simulation. Bodies
-    /// after it move up by one. Joints and gears stay where their flag in `joints` and `gears` is
-    /// true.
-    pub fn leave_out(&mut self, index: usize, joints: &[bool], gears: &[bool]) {
-        if index < self.states.len() {
-            self.states.remove(index);
-            self.wrenches.remove(index);
+    /// Intervals with their energies and ends, to be completed.
+    pub(super) fn intervals_mut(&mut self) -> &mut [Interval] {
+        &mut self.intervals
+    }
+
+    /// The intervals in their order, at least one.
+    #[must_use]
+    pub fn intervals(&self) -> &[Interval] {
+        &self.intervals
+    }
+
+    /// The first interval, which starts at step k.
+    #[must_use]
+    pub fn first(&self) -> &Interval {
+        &self.intervals[0]
+    }
+
+    /// The last interval, which ends at step k+1.
+    #[must_use]
+    pub fn last(&self) -> &Interval {
+        &self.intervals[self.intervals.len() - 1]
+    }
+
+    /// True if the step has several intervals.
+    #[must_use]
+    pub fn is_divided(&self) -> bool {
+        self.intervals.len() > 1
+    }
+
+    /// The most serious status of the intervals.
+    #[must_use]
+    pub fn status(&self) -> StepStatus {
+        let statuses = self.intervals.iter().map(|interval| interval.report.status);
+        statuses.max().unwrap_or(StepStatus::End)
+    }
+
+    /// Iterations of all intervals, the initial point of the first, and the message of the last that
+    /// has one.
+    #[must_use]
+    pub fn report(&self) -> StepReport {
+        let all = self.intervals.iter().map(|interval| interval.report);
+        let whole = all.reduce(|whole, later| StepReport {
+            status: whole.status.max(later.status),
+            iterations: whole.iterations.saturating_add(later.iterations),
+            start: whole.start.or(later.start),
+            message: later.message.or(whole.message),
+        });
+        whole.unwrap_or(StepReport::without_problem(StepStatus::End))
+    }
+
+    /// Certificate of the interval with the largest residual.
+    #[must_use]
+    pub fn certificate(&self) -> &Certificate {
+        let worse = |a: &f64, b: &f64| a.is_nan() || a > b;
+        let mut worst = &self.first().certificate;
+        for Interval { certificate, .. } in &self.intervals[1..] {
+            if worse(&certificate.residual(), &worst.residual()) {
+                worst = certificate;
+            }
         }
-        if index < self.instants.len() {
-            self.instants.remove(index);
-        }
-        if index < self.extrapolated.len() {
-            self.extrapolated.remove(index);
-        }
-        let renumbered = |contact: &Contact| {
-            let key = contact.key.renumbered(|body| without(body, index))?;
-            Some(Contact { key, ..*contact })
-        };
-        self.contacts = self.contacts.iter().filter_map(renumbered).collect();
-        self.solution.leave_out(index, joints, gears);
+        worst
+    }
+
+    /// Largest residual of the intervals (m/s).
+    #[must_use]
+    pub fn residual(&self) -> f64 {
+        self.certificate().residual()
+    }
+
+    /// Largest number over all intervals; NaN if there is one.
+    fn largest(&self, number: impl Fn(&Interval) -> f64) -> f64 {
+        self.intervals.iter().map(number).fold(0.0, largest)
+    }
+
+    /// Deepest overlap at the end of an interval (m); see [`Interval::overlap`].
+    #[must_use]
+    pub fn overlap(&self) -> f64 {
+        self.largest(|interval| interval.overlap)
+    }
+
+    /// Largest error of the placement of contacts (m); see [`Interval::placement`].
+    #[must_use]
+    pub fn placement(&self) -> f64 {
+        self.largest(|interval| interval.placement)
+    }
+
+    /// Largest stability number; see [`Interval::stiffness`].
+    #[must_use]
+    pub fn stiffness(&self) -> f64 {
+        self.largest(|interval| interval.stiffness)
+    }
+
+    /// Smallest share of restitution; see [`Interval::restitution_share`].
+    #[must_use]
+    pub fn restitution_share(&self) -> f64 {
+        self.intervals.iter().map(|interval| interval.restitution_share).fold(1.0, f64::min)
+    }
+
+    /// Largest gain of energy; see [`Interval::gain`].
+    #[must_use]
+    pub fn gain(&self) -> Option<EnergyGain> {
+        let gains = self.intervals.iter().filter_map(|interval| interval.gain);
+        gains.max_by(|a, b| a.energy.total_cmp(&b.energy))
+    }
+
+    /// Cause of the first unphysical interval.
+    #[must_use]
+    pub fn unphysical(&self) -> Option<UnphysicalCause> {
+        self.intervals.iter().find_map(|interval| interval.unphysical)
+    }
+
+    /// First infeasible gap.
+    #[must_use]
+    pub fn infeasible_gap(&self) -> Option<InfeasibleGap> {
+        self.intervals.iter().find_map(|interval| interval.infeasible_gap)
+    }
+
+    /// Growth of the estimated error (40) in the step (m): the sum over its intervals of the body with
+    /// the largest one.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.intervals.iter().map(Interval::error).sum()
+    }
+
+    /// States from which the step starts; see [`Interval::states`].
+    #[must_use]
+    pub fn states(&self) -> &[State] {
+        &self.first().states
     }
 
     /// States X at step k with the velocities of the instant.
     #[must_use]
     pub fn instant_states(&self) -> &[State] {
-        if self.instants.is_empty() { &self.states } else { &self.instants }
+        self.first().instant_states()
+    }
+
+    /// States at step k+1 as the last problem has them.
+    #[must_use]
+    pub fn next_states(&self) -> &[State] {
+        &self.last().solution.states
     }
 
     /// States X at step k+1 with the velocities of the instant (eq. 37).
     #[must_use]
     pub fn end_states(&self) -> Vec<State> {
-        let ends = self.states.iter().zip(&self.solution.states).enumerate();
-        let end = |(body, (state, next)): (usize, (&State, &State))| {
-            if self.extrapolated.get(body) == Some(&true) {
-                next.extrapolated(state)
-            } else {
-                *next
-            }
-        };
-        ends.map(end).collect()
+        self.last().end_states()
     }
 
     /// State X of the first body at step k.
@@ -136,7 +238,7 @@ impl StepRecord {
     /// If the record is empty.
     #[must_use]
     pub fn state(&self) -> &State {
-        &self.states[0]
+        &self.states()[0]
     }
 
     /// State X of the first body at step k+1.
@@ -145,6 +247,45 @@ impl StepRecord {
     /// If the record is empty.
     #[must_use]
     pub fn next(&self) -> &State {
-        &self.solution.states[0]
+        &self.next_states()[0]
+    }
+
+    /// The intervals with their shares of the length of the step.
+    pub fn shares(&self) -> impl Iterator<Item = (f64, &Interval)> {
+        let length = |interval: &Interval| interval.span.map_or(1.0, |span| span.length);
+        let whole = match &self.intervals[..] {
+            [only] => length(only),
+            intervals => intervals.iter().map(length).sum(),
+        };
+        self.intervals.iter().map(move |interval| (length(interval) / whole, interval))
+    }
+
+    /// Mean of the sum of all contact forces on body `index` over the step (N), world frame.
+    #[must_use]
+    pub fn mean_force(&self, index: usize) -> Vector3<f64> {
+        self.shares().map(|(share, taken)| taken.solution.total_force(index) * share).sum()
+    }
+
+    /// Removes the body `index` and its contacts, after its removal from the simulation. Bodies
+    /// after it move up by one. Joints and gears stay where their flag in `joints` and `gears` is
+    /// true.
+    pub fn leave_out(&mut self, index: usize, joints: &[bool], gears: &[bool]) {
+        let intervals = self.intervals.iter_mut();
+        intervals.for_each(|interval| interval.leave_out(index, joints, gears));
+        let kept = |body: &usize| without(*body, index);
+        self.unsolved = self.unsolved.iter().filter_map(kept).collect();
+    }
+
+    /// Adds a body at the end that is at rest in `state`, after its addition to the simulation.
+    pub fn add_body(&mut self, state: State) {
+        for interval in self.intervals.iter_mut().filter(|interval| !interval.states.is_empty()) {
+            interval.states.push(state);
+            interval.wrenches.push(Wrench::zero());
+            if !interval.instants.is_empty() {
+                interval.instants.push(state);
+            }
+            interval.solution.states.push(state);
+            interval.part = None;
+        }
     }
 }

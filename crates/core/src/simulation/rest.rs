@@ -11,12 +11,17 @@
 //! with cached data of pieces that have not moved. If no new contact appears, the island is neither
 //! solved nor certified again.
 
+use super::inputs::Inputs;
+use super::interval::Interval;
 use super::islands::Islands;
-use super::{EnergyGain, Simulation, StepRecord, StepScratch, SubstepsSummary, UnphysicalCause};
+use super::leapfrog::AddedError;
+use super::moment::Moment;
+use super::{EnergyGain, UnphysicalCause};
 use crate::contact::{Certificate, Contact, ContactKey, KeyIndex, Memory};
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
 use crate::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::world::World;
 use nalgebra::Vector3;
 
 /// Detection of steps and islands at rest.
@@ -58,6 +63,7 @@ struct StepDiagnostics {
     restitution_share: f64,
     stiffness: f64,
     overlap: f64,
+    placement: f64,
     unphysical: Option<UnphysicalCause>,
     gain: Option<EnergyGain>,
 }
@@ -168,86 +174,114 @@ impl RestingBodies {
     }
 }
 
-impl Simulation<'_> {
-    /// Takes the next step as a copy of the last one if its wrenches are the same. Returns true if
-    /// it did.
+impl RestingBodies {
+    /// Describes the interval from `moment` as a copy of the one before in `taken`, if its wrenches
+    /// are the same. Returns true if they are. The moment stays as it is.
     #[inline(never)]
-    pub(super) fn rest(&mut self, record: &mut StepRecord) -> bool {
-        let StepScratch { rest, wrenches, .. } = &self.scratch;
-        let Some(diagnostics) = rest.last else { return false };
+    pub(super) fn repeat(
+        &mut self,
+        moment: &Moment,
+        wrenches: &[Wrench],
+        taken: &mut Interval,
+    ) -> bool {
+        let Some(diagnostics) = self.last else { return false };
         let of_wrench = bits_of_wrench;
-        if !wrenches.iter().map(of_wrench).eq(rest.wrenches.iter().map(of_wrench)) {
+        if !wrenches.iter().map(of_wrench).eq(self.wrenches.iter().map(of_wrench)) {
             return false;
         }
-        record.index = self.index;
-        record.substeps = SubstepsSummary::default();
-        record.infeasible_gap = None;
-        record.report = diagnostics.report;
-        record.certificate = diagnostics.certificate;
-        record.restitution_share = diagnostics.restitution_share;
-        record.stiffness = diagnostics.stiffness;
-        record.overlap = diagnostics.overlap;
-        record.unphysical = diagnostics.unphysical;
-        record.gain = diagnostics.gain;
-        record.states.clear();
-        record.states.extend_from_slice(&self.now.states);
-        record.instants.clear();
-        if let Some(instants) = &self.instants {
-            record.instants.extend_from_slice(&instants.states);
+        taken.infeasible_gap = None;
+        taken.report = diagnostics.report;
+        taken.certificate = diagnostics.certificate;
+        taken.restitution_share = diagnostics.restitution_share;
+        taken.stiffness = diagnostics.stiffness;
+        taken.overlap = diagnostics.overlap;
+        taken.placement = diagnostics.placement;
+        taken.unphysical = diagnostics.unphysical;
+        taken.gain = diagnostics.gain;
+        taken.errors = AddedError::default();
+        taken.states.clear();
+        taken.states.extend_from_slice(&moment.now.states);
+        taken.instants.clear();
+        taken.extrapolated.clear();
+        if let Some(instants) = &moment.instants {
+            taken.instants.extend_from_slice(&instants.states);
+            taken.extrapolated.extend(instants.was_abrupt.iter().map(|was_abrupt| !was_abrupt));
         }
-        record.extrapolated.clear();
-        if let Some(instants) = &self.instants {
-            record.extrapolated.extend(instants.was_abrupt.iter().map(|was_abrupt| !was_abrupt));
-        }
-        record.solution.copy_from(&self.now);
-        record.contacts.clear();
-        record.contacts.extend_from_slice(&rest.contacts);
+        taken.solution.copy_from(&moment.now);
+        taken.contacts.clear();
+        taken.contacts.extend_from_slice(&self.contacts);
         // The stored solutions are all equal.
-        self.scratch.rest.stays = true;
-        self.taken_back = false;
-        self.index += 1;
+        self.stays = true;
         true
     }
 
-    /// Checks whether the last step, described by `record`, left everything unchanged.
-    pub(super) fn note_rest(&mut self, record: &StepRecord) {
-        let Self { now, before, driving, scratch, .. } = self;
-        let StepScratch { rest, wrenches, candidates, .. } = scratch;
-        rest.make_room(record.contacts.len(), wrenches.len());
-        let is_left = rest.begins
-            && driving.is_idle()
-            && before.as_ref().is_some_and(|before| is_same(now, before))
-            && rest.memory == *candidates.memory();
+    /// Notes what the interval `taken`, which ended at `moment`, left as it was.
+    pub(super) fn note(
+        &mut self,
+        world: &World,
+        moment: &Moment,
+        inputs: &Inputs,
+        wrenches: &[Wrench],
+        taken: &Interval,
+    ) {
+        self.note_all(moment, inputs, wrenches, taken);
+        // A single body is covered by `note_all`.
+        if moment.now.states.len() > 1 {
+            self.note_islands(world, moment, inputs, wrenches, taken);
+        }
+    }
+
+    /// Checks whether the interval left everything unchanged.
+    fn note_all(
+        &mut self,
+        moment: &Moment,
+        inputs: &Inputs,
+        wrenches: &[Wrench],
+        taken: &Interval,
+    ) {
+        self.make_room(taken.contacts.len(), wrenches.len());
+        let is_left = self.begins
+            && inputs.driving.is_idle()
+            && moment.before.as_ref().is_some_and(|before| is_same(&moment.now, before))
+            && self.memory == moment.search;
         if is_left {
-            rest.wrenches.clone_from(wrenches);
-            rest.contacts.clone_from(&record.contacts);
-            rest.last = Some(StepDiagnostics {
-                report: record.report,
-                certificate: record.certificate,
-                restitution_share: record.restitution_share,
-                stiffness: record.stiffness,
-                overlap: record.overlap,
-                unphysical: record.unphysical,
-                gain: record.gain,
+            self.wrenches.clear();
+            self.wrenches.extend_from_slice(wrenches);
+            self.contacts.clone_from(&taken.contacts);
+            self.last = Some(StepDiagnostics {
+                report: taken.report,
+                certificate: taken.certificate,
+                restitution_share: taken.restitution_share,
+                stiffness: taken.stiffness,
+                overlap: taken.overlap,
+                placement: taken.placement,
+                unphysical: taken.unphysical,
+                gain: taken.gain,
             });
         }
     }
-}
 
-impl Simulation<'_> {
-    /// Checks which islands the last step, described by `record`, left unchanged.
-    pub(super) fn note_islands(&mut self, record: &StepRecord) {
-        let Self { now, before, long_before, driving, scratch, world, .. } = self;
-        let StepScratch { rest, wrenches, .. } = scratch;
-        let RestingBodies { bodies, loads, found, still, ties, islands, indices, repeats, .. } =
-            rest;
-        let (Some(before), Some(long_before)) = (before, long_before) else { return };
+    /// Checks which islands the interval left unchanged.
+    fn note_islands(
+        &mut self,
+        world: &World,
+        moment: &Moment,
+        inputs: &Inputs,
+        wrenches: &[Wrench],
+        taken: &Interval,
+    ) {
+        let Self { bodies, loads, found, still, ties, islands, indices, repeats, .. } = self;
+        let Moment { now, before: Some(before), long_before: Some(long_before), .. } = moment
+        else {
+            return;
+        };
         let count = now.states.len();
-        let can_rest = *repeats && driving.is_idle();
-        let pasts = [before, long_before].map(|past| &*past);
+        let can_rest = *repeats && inputs.driving.is_idle();
+        let pasts = [before, long_before];
         if !can_rest || pasts.iter().any(|past| past.states.len() != count) {
             bodies.clear();
-            loads.clone_from(wrenches);
+            loads.clear();
+            loads.extend_from_slice(wrenches);
             return;
         }
         let rested = |body: usize| bodies.get(body).is_some_and(|rests| *rests);
@@ -257,7 +291,7 @@ impl Simulation<'_> {
         };
         still.clear();
         still.extend((0..count).map(|body| rested(body) || !has_moved(body)));
-        let falls_asleep = record.report.status == StepStatus::Converged
+        let falls_asleep = taken.report.status == StepStatus::Converged
             && (0..count).any(|body| still[body] && !rested(body));
         if falls_asleep {
             islands.find(count, now.contacts.iter().map(|contact| &contact.key), world);
@@ -301,7 +335,8 @@ impl Simulation<'_> {
                 bodies.clear();
             }
         }
-        loads.clone_from(wrenches);
+        loads.clear();
+        loads.extend_from_slice(wrenches);
     }
 }
 

@@ -1,18 +1,17 @@
 //! Saved simulations, as values and as bytes.
 //!
-//! A step depends on the previous solutions, the loads, and the memory of the contact search and of
-//! the solver. [`Saved`] holds all of them, so that a [restored](super::Simulation::restore)
-//! simulation continues with the same bits. The world is not included. It is rebuilt and must be
+//! A step depends on the moment at which it starts, the inputs, and the memory of the solver.
+//! [`Saved`] holds all of them, so that a [restored](super::Simulation::restore) simulation continues
+//! with the same bits. The world is not included. It is rebuilt and must be
 //! identical to the last bit, which a digest checks.
 //!
 //! The bytes are a magic word, the format number, the length, the content and a checksum. Floating
 //! point numbers keep their bits.
 
-use super::accuracy::{Pace, Substeps};
 use super::driving::Driving;
-use super::leapfrog::Instants;
-use super::{ExternalLoads, MOST_STEPS, Motion, Simulation};
-use crate::contact::{Candidates, Memory};
+use super::inputs::ExternalLoads;
+use super::moment::Moment;
+use super::{MOST_STEPS, Motion, Simulation, Undo};
 use crate::error::Error;
 use crate::mechanics::load::Polyline;
 use crate::mechanics::{Load, State};
@@ -21,22 +20,15 @@ use crate::world::{Changeable, World};
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Write as _};
 
-/// State of a simulation: index, states, forces, loads and solver memory.
+/// State of a simulation: its moment, its inputs and the memory of its solver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
     /// Digest of the parts of the world that a simulation does not change.
     world: u64,
     changeable: Changeable,
-    index: u64,
-    taken_back: bool,
+    moment: Moment,
     outside: Vec<ExternalLoads>,
     driving: Driving,
-    now: StepSolution,
-    instants: Option<Instants>,
-    pace: Option<Pace>,
-    before: Option<StepSolution>,
-    long_before: Option<StepSolution>,
-    search: Memory,
     /// Serialised memory of the solver, in its own format.
     solver: Vec<u8>,
     /// Notes of the calling program.
@@ -46,7 +38,7 @@ pub struct Saved {
 /// Magic word at the start of the bytes.
 const MAGIC: [u8; 8] = *b"tumble-l";
 /// Format number. It changes with the meaning of the content.
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 /// Length of magic word, format number and length field (bytes).
 const HEADER: usize = 8 + 4 + 8;
 /// Length of the checksum (bytes).
@@ -56,19 +48,19 @@ impl Saved {
     /// Index k of the current step.
     #[must_use]
     pub fn index(&self) -> u64 {
-        self.index
+        self.moment.index
     }
 
     /// States X at the current step, one per body, with the velocities of the instant.
     #[must_use]
     pub fn states(&self) -> &[State] {
-        self.instants.as_ref().map_or(&self.now.states, |instants| &instants.states)
+        self.moment.states()
     }
 
     /// States from which the next step starts; see [`Simulation::step_states`].
     #[must_use]
     pub fn step_states(&self) -> &[State] {
-        &self.now.states
+        &self.moment.now.states
     }
 
     /// Returns this state with `notes`: additional data of the calling program, in its own format.
@@ -139,8 +131,9 @@ impl Saved {
     /// last bit share a digest.
     fn check(&self, world: &World, digest: u64) -> Result<(), Error> {
         let bodies = world.bodies().len();
-        if self.now.states.len() != bodies {
-            let count = self.now.states.len();
+        let Moment { index, now, before, long_before, instants, search, .. } = &self.moment;
+        if now.states.len() != bodies {
+            let count = now.states.len();
             let why = format!("has {count} bodies; the world has {bodies}");
             return Err(bad_input(why));
         }
@@ -148,19 +141,19 @@ impl Saved {
             let why = "belongs to another world: a body, a constant or a fixed piece differs";
             return Err(bad_input(why.to_owned()));
         }
-        let pasts = [Some(&self.now), self.before.as_ref(), self.long_before.as_ref()];
+        let pasts = [Some(now), before.as_ref(), long_before.as_ref()];
         let is_whole = |solution: &StepSolution| {
             let numbers = solution.states.iter().map(State::to_vector);
             solution.states.len() == bodies
                 && numbers.into_iter().all(|numbers| numbers.iter().all(|x| x.is_finite()))
         };
-        let is_possible = self.index < MOST_STEPS
+        let is_possible = *index < MOST_STEPS
             && self.outside.len() == bodies
             && self.outside.iter().all(ExternalLoads::is_possible)
             && pasts.into_iter().flatten().all(is_whole)
-            && self.search.fits(world)
+            && search.fits(world)
             && self.changeable.fits(world)
-            && self.instants.as_ref().is_none_or(|instants| instants.fits(bodies))
+            && instants.as_ref().is_none_or(|instants| instants.fits(bodies))
             && self.driving.fits(&self.changeable.joints);
         if is_possible {
             Ok(())
@@ -190,7 +183,7 @@ impl<'a> Simulation<'a> {
     /// Same as [`Simulation::restore`]; also joints with [`Motion::Floating`].
     pub fn restored(world: World, motion: Motion<'a>, saved: &Saved) -> Result<Self, Error> {
         saved.check(&world, digest(&world))?;
-        let mut simulation = Self::at(world, &saved.now.states, motion, Candidates::new())?;
+        let mut simulation = Self::at(world, &saved.moment.now.states, motion)?;
         simulation.restore(saved)?;
         Ok(simulation)
     }
@@ -201,17 +194,10 @@ impl<'a> Simulation<'a> {
         Saved {
             world: self.digest(),
             changeable: self.world.changeable(),
-            index: self.index,
-            taken_back: self.taken_back,
-            outside: self.outside.clone(),
-            driving: self.driving.clone(),
-            now: self.now.clone(),
-            instants: self.instants.clone(),
-            pace: self.substeps.as_ref().map(|substeps| substeps.pace),
-            before: self.before.clone(),
-            long_before: self.long_before.clone(),
-            search: self.scratch.candidates.memory().clone(),
-            solver: self.motion.memory(),
+            moment: self.moment.clone(),
+            outside: self.inputs.outside.clone(),
+            driving: self.inputs.driving.clone(),
+            solver: self.workspace.motion.memory(),
             notes: Vec::new(),
         }
     }
@@ -226,21 +212,13 @@ impl<'a> Simulation<'a> {
     pub fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
         saved.check(&self.world, self.digest())?;
         let world = self.world.with_changes(&saved.changeable)?;
-        self.motion.recall(&world, &saved.solver)?;
+        self.workspace.motion.recall(&world, &saved.solver)?;
         self.world = world;
-        self.scratch.rest.end();
-        self.scratch.candidates.recall(&self.world, &saved.search);
-        self.index = saved.index;
-        self.taken_back = saved.taken_back;
-        self.outside.clone_from(&saved.outside);
-        self.driving.clone_from(&saved.driving);
-        self.now.copy_from(&saved.now);
-        self.instants.clone_from(&saved.instants);
-        // The start of the last step in substeps is not saved.
-        self.taken_back |= saved.pace.is_some();
-        self.substeps = saved.pace.map(|pace| Box::new(Substeps::with_pace(pace)));
-        self.before.clone_from(&saved.before);
-        self.long_before.clone_from(&saved.long_before);
+        self.workspace.forget();
+        self.moment.clone_from(&saved.moment);
+        self.inputs.outside.clone_from(&saved.outside);
+        self.inputs.driving.clone_from(&saved.driving);
+        self.undo = Undo::Impossible;
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Contact problem of a recorded step.
 
-use super::StepRecord;
+use super::Interval;
 use crate::contact::{Contact, Partner};
 use crate::mechanics::State;
 use crate::problem::{ContactProblem, Law, ProblemError, SparseMatrix};
@@ -8,8 +8,8 @@ use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
 impl ContactProblem {
-    /// Returns the contact problem of a step of `world` in global form, and the impulses p⁺ of the
-    /// step (N s).
+    /// Returns the contact problem of an interval in `world` in global form, and its impulses p⁺
+    /// (N s).
     ///
     /// Velocities are those of every body: linear (m/s, world frame) and spin (rad/s, body frame).
     /// Rows are the normal and the tangents of every contact in the record, then those of the moments
@@ -25,18 +25,22 @@ impl ContactProblem {
     /// problem, up to the residual of the step.
     ///
     /// # Errors
-    /// If the step has joints or gears, if the record is not from `world`, or if a number is not
+    /// If `world` has joints or gears, if the interval is not from it, or if a number is not
     /// finite.
-    pub fn from_step(world: &World, record: &StepRecord) -> Result<(Self, Vec<f64>), ProblemError> {
+    pub fn from_interval(
+        world: &World,
+        taken: &Interval,
+    ) -> Result<(Self, Vec<f64>), ProblemError> {
         if !world.joints().is_empty() {
             let why = "contact problems do not support joints";
             return Err(ProblemError::Step { why });
         }
         let bodies = world.bodies().len();
-        let (states, next) = (&record.states, &record.solution.states);
-        let sizes = [states.len(), next.len(), record.solution.contacts.len()];
+        let Interval { states, contacts, solution, .. } = taken;
+        let next = &solution.states;
+        let sizes = [states.len(), next.len(), solution.contacts.len()];
         let is_of = |contact: &Contact| contact.key.bodies().all(|body| body < bodies);
-        if sizes != [bodies, bodies, record.contacts.len()] || !record.contacts.iter().all(is_of) {
+        if sizes != [bodies, bodies, contacts.len()] || !contacts.iter().all(is_of) {
             return Err(ProblemError::Step { why: "its record belongs to another world" });
         }
         let mut entries = Vec::new();
@@ -51,14 +55,14 @@ impl ContactProblem {
         let (mut entries, mut laws) = (Vec::new(), Vec::new());
         let (mut impulses, mut motion) = (Vec::new(), Vec::new());
         let h = world.time_step();
-        for (index, contact) in record.contacts.iter().enumerate() {
+        for (index, contact) in contacts.iter().enumerate() {
             let tensor = contact.friction_tensor(world, states);
             let mut frame = normal_first(&contact.frame);
-            let mut impulse = frame.tr_mul(&record.solution.contacts[index].force) * h;
+            let mut impulse = frame.tr_mul(&solution.contacts[index].force) * h;
             if let Some(tensor) = tensor {
                 // Rows of the scaled motion, with the round cone (eq. 46).
                 frame = normal_first(&tensor.frame(&contact.frame));
-                impulse = frame.tr_mul(&record.solution.contacts[index].force) * h;
+                impulse = frame.tr_mul(&solution.contacts[index].force) * h;
                 impulse[1] /= tensor.stretch();
                 frame.column_mut(1).scale_mut(tensor.stretch());
             }
@@ -79,7 +83,7 @@ impl ContactProblem {
                 }
             }
         }
-        for (index, contact) in record.contacts.iter().enumerate() {
+        for (index, contact) in contacts.iter().enumerate() {
             let friction = contact.turning_friction(world);
             if !friction.acts() {
                 continue;
@@ -87,7 +91,7 @@ impl ContactProblem {
             let rotation = |body: usize| states[body].pose().rotation;
             let length = contact.moment_scale(world, rotation).length;
             let first = impulses.len();
-            let moment = record.solution.moment(index);
+            let moment = solution.moment(index);
             impulses.extend((contact.frame.tr_mul(&moment) * (h / length)).iter());
             let poses = |body: usize| (states[body].pose(), next[body].pose());
             let a = poses(contact.key.body);

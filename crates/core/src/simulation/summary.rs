@@ -2,7 +2,7 @@
 //! [records](crate::simulation::StepRecord) of its steps.
 
 use super::median::Median;
-use super::{EnergyGain, InfeasibleGap, StepRecord, UnphysicalCause};
+use super::{EnergyGain, InfeasibleGap, Interval, StepRecord, UnphysicalCause};
 use crate::step::{ContactForce, StepStatus};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -67,12 +67,11 @@ pub struct RunSummary {
     pub failed: u64,
     /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
     pub tempered: u64,
-    /// Number of substeps, in a run that takes them.
-    pub substeps: u64,
-    /// Number of steps with less accurate substeps (`is_coarse` of [`SubstepsSummary`](super::SubstepsSummary)).
+    /// Number of intervals of all steps.
+    pub intervals: u64,
+    /// Number of steps with intervals that are [less accurate](Interval::is_coarse) than asked.
     pub coarse: u64,
-    /// Number of steps in which the order of impacts is uncertain (`is_ambiguous` of
-    /// [`SubstepsSummary`](super::SubstepsSummary)).
+    /// Number of steps in which the order of impacts [is uncertain](Interval::is_ambiguous).
     pub ambiguous: u64,
     /// Solver iterations over all steps.
     pub iterations: u64,
@@ -106,43 +105,45 @@ pub struct StatusCount {
 impl RunSummary {
     /// Adds one step.
     pub fn add(&mut self, record: &StepRecord) {
-        let (report, certificate) = (&record.report, &record.certificate);
+        let (report, certificate) = (record.report(), record.certificate());
         let (index, residual) = (record.index, certificate.residual());
         let part = certificate.worst_part();
         let status = report.status;
-        let iterations = report.iterations.saturating_add(record.substeps.iterations);
-        let restitution_share = record.restitution_share;
+        let iterations = report.iterations;
+        let restitution_share = record.restitution_share();
         self.count(&StatusCount { index, status, iterations, residual, part, restitution_share });
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
             let message = report.message.map(Word::from);
             let part = Word::from(part);
-            let infeasible_gap = record.infeasible_gap;
+            let infeasible_gap = record.infeasible_gap();
             let unsolved = record.unsolved.iter().copied().take(MOST_BODIES_KEPT).collect();
-            let unphysical = record.unphysical;
+            let unphysical = record.unphysical();
             let failed =
                 FailedStep { index, message, residual, part, infeasible_gap, unphysical, unsolved };
             self.first_failures.push(failed);
         }
-        self.substeps += u64::from(record.substeps.count);
-        self.coarse += u64::from(record.substeps.is_coarse);
-        self.ambiguous += u64::from(record.substeps.is_ambiguous);
+        let has = |mark: fn(&Interval) -> bool| u64::from(record.intervals().iter().any(mark));
+        self.intervals += record.intervals().len() as u64;
+        self.coarse += has(|taken| taken.is_coarse);
+        self.ambiguous += has(Interval::is_ambiguous);
         self.touching +=
-            u64::from(record.solution.contacts.iter().any(ContactForce::carries_force));
+            has(|taken| taken.solution.contacts.iter().any(ContactForce::carries_force));
         if status == StepStatus::Wild
-            && let Some(cause) = record.unphysical
+            && let Some(cause) = record.unphysical()
         {
             self.first_wild.get_or_insert((index, cause));
         }
-        if let Some(gain) = record.gain
+        if let Some(gain) = record.gain()
             && self.largest_gain.is_none_or(|(_, most)| gain.energy > most.energy)
         {
             self.largest_gain = Some((index, gain));
         }
         // A NaN is an error too.
-        if record.placement != 0.0 {
+        let placement = record.placement();
+        if placement != 0.0 {
             self.misplaced += 1;
-            if self.largest_placement.is_none_or(|(_, most)| record.placement > most) {
-                self.largest_placement = Some((index, record.placement));
+            if self.largest_placement.is_none_or(|(_, most)| placement > most) {
+                self.largest_placement = Some((index, placement));
             }
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {

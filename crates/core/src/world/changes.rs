@@ -8,8 +8,8 @@ use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
 /// Parts of a world that a simulation can change.
-#[cfg(feature = "save")]
-#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Changeable {
     /// Held flag of each body; empty if no body is held.
     held: Vec<bool>,
@@ -91,7 +91,6 @@ impl World {
     }
 
     /// Parts of this world that a simulation can change.
-    #[cfg(feature = "save")]
     pub(crate) fn changeable(&self) -> Changeable {
         let Self { held, joints, gears, surfaces, .. } = self;
         let (held, joints) = (held.clone(), joints.clone());
@@ -99,7 +98,6 @@ impl World {
     }
 
     /// Sets the changeable parts to those that this world had before.
-    #[cfg(feature = "save")]
     pub(crate) fn set_changeable(&mut self, before: &Changeable) {
         self.held.clone_from(&before.held);
         self.joints.clone_from(&before.joints);

@@ -19,7 +19,6 @@ mod turning_friction;
 
 pub use crate::partner::{Coefficient, ContactLaw, FrictionAxis, Partner, TurningFriction};
 pub(crate) use apart::KnownSeparations;
-#[cfg(feature = "save")]
 pub(crate) use changes::Changeable;
 pub(crate) use changes::without;
 use coefficients::LawCoefficients;
@@ -167,17 +166,30 @@ pub struct World {
     integrator: Integrator,
     accuracy: Option<f64>,
     impacts: Impacts,
-    substep: Option<Substep>,
+    part: Option<Part>,
     reach: f64,
     speed_scale: f64,
 }
 
-/// Substep of a step; see [`World::with_accuracy`].
+/// Part of a time step that one problem covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Substep {
-    /// Its start, since the start of the step (s).
-    since: f64,
-    /// Time step of the world (s).
+pub struct Span {
+    /// Its start since that of the step (s).
+    pub since: f64,
+    /// Its length (s).
+    pub length: f64,
+    /// True if contacts keep a depth or a small gap at which they begin
+    /// ([`World::kept_gap`]).
+    pub keeps_gap: bool,
+    /// True for a shorter interval of a step that was not solved. Its velocities are those of its
+    /// end, as with [`Integrator::Euler`].
+    pub is_retry: bool,
+}
+
+/// Present part of the time step, and the whole of it (s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Part {
+    span: Span,
     whole: f64,
 }
 
@@ -223,7 +235,7 @@ impl World {
             integrator: Integrator::Euler,
             accuracy: None,
             impacts: Impacts::Stepped,
-            substep: None,
+            part: None,
             reach,
             speed_scale,
         }
@@ -410,40 +422,66 @@ impl World {
         (self.impacts() == Impacts::Located).then(|| self.accuracy.unwrap_or(1e-6))
     }
 
-    /// Gap (m) below which contacts in short substeps [keep their
-    /// gap](crate::contact::Contact::keep_gap), in a world with located impacts.
+    /// Gap (m) below which contacts in short intervals [keep their
+    /// gap](crate::contact::Contact::keep_gap), in a world with located impacts. It is 0 in shorter
+    /// intervals of a step that was not solved.
     #[must_use]
     pub fn kept_gap(&self) -> Option<f64> {
-        self.impact_accuracy().map(|accuracy| 0.1 * accuracy)
+        match self.span() {
+            Some(Span { is_retry: true, .. }) => Some(0.0),
+            _ => self.impact_accuracy().map(|accuracy| 0.1 * accuracy),
+        }
     }
 
-    /// Sets the time step to a substep of the whole one: its start since that of the step, and its
-    /// length (s). `None` is the whole step.
-    pub fn set_substep(&mut self, substep: Option<[f64; 2]>) {
+    /// Sets the part of the time step that the next problem covers. `None` is the whole step.
+    pub fn set_span(&mut self, span: Option<Span>) {
+        if span.is_none() && self.part.is_none() {
+            return;
+        }
         let whole = self.whole_step();
-        self.parameters.time_step = substep.map_or(whole, |[_, length]| length);
-        self.substep = substep.map(|[since, _]| Substep { since, whole });
+        self.parameters.time_step = span.map_or(whole, |span| span.length);
+        self.part = span.map(|span| Part { span, whole });
         self.set_middles();
     }
 
-    /// Time step of the world (s), also while a [substep](World::set_substep) of it is set.
+    /// Part of the time step that is [set](World::set_span).
     #[must_use]
-    pub fn whole_step(&self) -> f64 {
-        self.substep.map_or(self.time_step(), |substep| substep.whole)
+    pub fn span(&self) -> Option<Span> {
+        self.part.map(|part| part.span)
     }
 
-    /// Time at the end of step `index` (s), or of the substep of it that is set.
+    /// Time step of the world (s), also while a [part](World::set_span) of it is set.
+    #[must_use]
+    pub fn whole_step(&self) -> f64 {
+        self.part.map_or(self.time_step(), |part| part.whole)
+    }
+
+    /// Time at the start of step `index` (s), or of the part of it that is set.
+    #[must_use]
+    pub fn time_before(&self, index: u64) -> f64 {
+        let since = self.span().map_or(0.0, |span| span.since);
+        // k h with one rounding, so that times do not drift.
+        index as f64 * self.whole_step() + since
+    }
+
+    /// Time at the end of step `index` (s), or of the part of it that is set.
     #[must_use]
     pub fn time_after(&self, index: u64) -> f64 {
-        match self.substep {
+        match self.part {
             None => (index + 1) as f64 * self.time_step(),
-            Some(Substep { since, whole }) => index as f64 * whole + since + self.time_step(),
+            Some(_) => self.time_before(index) + self.time_step(),
         }
+    }
+
+    /// True if the velocities of the present problem belong to the middle of its interval.
+    fn has_middles(&self) -> bool {
+        let is_retry = self.span().is_some_and(|span| span.is_retry);
+        self.integrator == Integrator::Leapfrog && !is_retry
     }
 
     /// Sets in all joints when their springs and dampers act.
     fn set_middles(&mut self) {
-        let is_middle = self.integrator == Integrator::Leapfrog;
+        let is_middle = self.has_middles();
         let Self { joints, parameters, .. } = self;
         joints.iter_mut().for_each(|joint| joint.set_middle(is_middle, &parameters.bodies));
     }
@@ -459,14 +497,11 @@ impl World {
     /// earliest.
     #[must_use]
     pub fn load_interval(&self, index: u64) -> [f64; 2] {
-        let middle = match self.integrator {
-            Integrator::Euler => 0.0,
-            Integrator::Leapfrog => 0.5,
-        };
-        match self.substep {
+        let middle = if self.has_middles() { 0.5 } else { 0.0 };
+        match self.part {
             None => [index, index + 1].map(|k| (k as f64 - middle).max(0.0) * self.time_step()),
-            Some(Substep { since, whole }) => {
-                let start = index as f64 * whole + since;
+            Some(_) => {
+                let start = self.time_before(index);
                 [-middle, 1.0 - middle].map(|by| (start + by * self.time_step()).max(0.0))
             }
         }

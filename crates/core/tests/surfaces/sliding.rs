@@ -30,8 +30,8 @@ fn run(world: &World, start: &State, steps: usize) -> Path {
     let mut path = Path { states: vec![*start], bad: 0 };
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
-        let status = record.report.status;
-        path.bad += usize::from(!is_solved(status) || record.placement != 0.0);
+        let status = record.status();
+        path.bad += usize::from(!is_solved(status) || record.placement() != 0.0);
         path.states.push(*simulation.state());
     }
     path

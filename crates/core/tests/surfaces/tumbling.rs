@@ -52,16 +52,16 @@ impl Campaign {
             let after = energy(world.bodies(), simulation.states());
             let made = after.0 + after.1 - before.0 - before.1;
             self.steps += 1;
-            *self.statuses.entry(record.report.status.name()).or_default() += 1;
-            let solved = !matches!(record.report.status, StepStatus::Failed);
-            let place = format!("{case}, step {}, {}", record.index, record.report.status.name());
+            *self.statuses.entry(record.status().name()).or_default() += 1;
+            let solved = !matches!(record.status(), StepStatus::Failed);
+            let place = format!("{case}, step {}, {}", record.index, record.status().name());
             // NaN is not small.
             let is_small = made <= 0.01 * before.0.max(after.0) + 1e-5;
             if !is_small {
                 self.wrong.push(format!("{place}: makes {made:.3e} J of {:.3e} J", before.0));
             }
-            if solved && record.placement != 0.0 {
-                self.misplaced.push(format!("{place}: by {:.3e} m", record.placement));
+            if solved && record.placement() != 0.0 {
+                self.misplaced.push(format!("{place}: by {:.3e} m", record.placement()));
             }
             before = after;
         }

@@ -95,7 +95,7 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Expected index k of the next row in a table of steps.
+/// Expected index k and interval of the next row in a table of steps.
 pub struct Steps {
     /// Index k of the last row; before the first row, the expected k of the first.
     pub at: u64,
@@ -103,34 +103,43 @@ pub struct Steps {
     pub every: u64,
     /// True if the first row may have any k.
     pub anywhere: bool,
-    begun: bool,
+    /// Interval of the last row; `None` before the first row.
+    interval: Option<u32>,
 }
 
 impl Default for Steps {
     fn default() -> Self {
-        Self { at: 0, every: 1, anywhere: false, begun: false }
+        Self { at: 0, every: 1, anywhere: false, interval: None }
     }
 }
 
 impl Steps {
-    /// Checks and returns the k of the row just read, which has the given status.
+    /// Checks the order of the row just read, which has the given status and interval.
     pub fn next<R: Read>(
         &mut self,
         reader: &CsvReader<R>,
         status: StepStatus,
-    ) -> Result<u64, RowsError> {
+        interval: u32,
+    ) -> Result<(), RowsError> {
         let found = reader.whole(0)?;
         let next = self.at.saturating_add(self.every);
-        let fits = match (self.begun, status) {
-            (false, _) => self.anywhere || found == self.at,
-            (true, StepStatus::End) => self.at < found && found <= next,
-            (true, _) => found == next,
+        let is_end = status == StepStatus::End;
+        let (fits, expected) = match self.interval {
+            None => (self.anywhere || found == self.at, 0),
+            Some(last) if found == self.at && !is_end => (true, last.saturating_add(1)),
+            Some(_) if is_end => (self.at < found && found <= next, 0),
+            Some(_) => (found == next, 0),
         };
         if !fits {
-            reader.expect(0, if self.begun { next } else { self.at })?;
+            reader.expect(0, if self.interval.is_some() { next } else { self.at })?;
         }
-        (self.at, self.begun) = (found, true);
-        Ok(found)
+        if interval != expected
+            && let Some(column) = reader.interval_column()
+        {
+            reader.expect(column, expected.into())?;
+        }
+        (self.at, self.interval) = (found, Some(interval));
+        Ok(())
     }
 }
 
@@ -180,11 +189,28 @@ impl<R: Read> CsvReader<R> {
         read.map_err(|error| or_too_long(self.table, &self.csv, line, error))
     }
 
-    /// Reads a row of step `index`; `false` if the next row is of a later step.
-    pub fn next_of_step(&mut self, index: u64) -> Result<bool, RowsError> {
-        let is_row = self.next_row()?;
-        self.is_ahead = is_row && self.whole::<u64>(0)? > index;
-        Ok(is_row && !self.is_ahead)
+    /// True if the next row belongs to this interval of step `index`. It stays the next row.
+    pub fn next_is_of(&mut self, index: u64, interval: u32) -> Result<bool, RowsError> {
+        self.is_ahead = self.next_row()?;
+        let Some(column) = self.interval_column().filter(|_| self.is_ahead) else {
+            return Ok(false);
+        };
+        Ok(self.whole::<u64>(0)? == index && self.whole::<u32>(column)? == interval)
+    }
+
+    /// Checks the columns of the interval.
+    pub fn expect_interval(&self, interval: u32, length: f64) -> Result<(), RowsError> {
+        let Some(column) = self.interval_column() else { return Ok(()) };
+        self.expect(column, interval.into())?;
+        if self.number(column + 1)? == length {
+            return Ok(());
+        }
+        Err(self.invalid(column + 1, "the length of the same interval in the table steps"))
+    }
+
+    /// Column of the number of the interval. The length follows.
+    fn interval_column(&self) -> Option<usize> {
+        self.columns.iter().rposition(|column| *column == "interval")
     }
 
     /// Reads a required row; fails with `why` at the end.

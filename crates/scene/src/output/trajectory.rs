@@ -20,7 +20,7 @@ use tumble::step_nlp::SMOOTHING;
 use tumble::step_nlp::layout::Layout;
 use tumble::step_nlp::point::{Products, products};
 use tumble_core::contact::{Contact, ContactKey, Partner, rounding};
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::{Interval, StepRecord};
 use tumble_core::step::{ContactForce, StepStatus};
 use tumble_core::world::World;
 
@@ -93,36 +93,20 @@ impl<W: Write> TrajectoryWriter<W> {
     /// The errors of the stream; a record without states, or with a contact that is not between the
     /// points of the first body and the ground. Nothing is written for such a record.
     pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
-        let status = record.report.status;
+        let status = record.status();
         if !self.kept.has(record.index, status) {
             return Ok(());
         }
-        let ([state], [_]) = (record.instant_states(), &record.solution.states[..]) else {
+        let ([state], [_]) = (record.instant_states(), record.next_states()) else {
             return Err(refused("a trajectory needs a record with the states of one body"));
         };
         self.numbers.fill(0.0);
         self.carrying.fill(false);
-        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
-            let (ContactKey { body, partner, point, .. }, count) =
-                (contact.key, self.carrying.len());
-            if body != 0 || partner != Partner::Ground || point >= count {
-                return Err(refused("a trajectory needs contacts at the points of its body"));
-            }
-            let [fx, fy, fz] = found.force.into();
-            let [s1, s2, slip_speed] = match &record.solution.variables[..] {
-                [] => smallest_slacks(&self.world, record, contact, found),
-                variables => {
-                    let [.., s1, s2, slip] = Layout::new(count).contact_variables(point);
-                    [s1, s2, slip]
-                        .map(|variable| variables.get(variable).copied().unwrap_or(f64::NAN))
-                }
-            };
-            let values = [fx, fy, fz, s1, s2, slip_speed];
-            for (column, value) in values.into_iter().enumerate() {
-                self.numbers[column * count + point] = value;
-            }
-            self.carrying[point] = found.carries_force();
+        // Means of the forces over the step. The other columns of a point are those of its last contact.
+        for (share, interval) in record.shares() {
+            self.add_contacts(share, interval)?;
         }
+        let report = record.report();
         let rows = &mut self.rows;
         rows.whole(record.index);
         // k h with one rounding, so that times do not drift.
@@ -131,11 +115,43 @@ impl<W: Write> TrajectoryWriter<W> {
         rows.numbers(&self.numbers);
         self.carrying.iter().for_each(|carries| rows.whole((*carries).into()));
         rows.text(status.name());
-        rows.text(record.report.message.unwrap_or_default());
-        rows.whole(record.report.iterations.into());
+        rows.text(report.message.unwrap_or_default());
+        rows.whole(report.iterations.into());
         let is_end = status == StepStatus::End;
-        rows.number(if is_end { 0.0 } else { record.certificate.residual() });
+        rows.number(if is_end { 0.0 } else { record.residual() });
         rows.end_row()
+    }
+
+    /// Adds the contacts of an interval to the numbers of the row.
+    fn add_contacts(&mut self, share: f64, interval: &Interval) -> io::Result<()> {
+        let count = self.carrying.len();
+        for (contact, found) in interval.contacts.iter().zip(&interval.solution.contacts) {
+            let ContactKey { body, partner, point, .. } = contact.key;
+            if body != 0 || partner != Partner::Ground || point >= count {
+                return Err(refused("a trajectory needs contacts at the points of its body"));
+            }
+            for (column, force) in found.force.iter().enumerate() {
+                let mean = &mut self.numbers[column * count + point];
+                // The only interval keeps the sign of a zero.
+                *mean = if share == 1.0 { *force } else { *mean + share * force };
+            }
+            let slacks = match &interval.solution.variables[..] {
+                [] => {
+                    let world = interval.world(&self.world);
+                    smallest_slacks(&world, interval, contact, found)
+                }
+                variables => {
+                    let [.., s1, s2, slip] = Layout::new(count).contact_variables(point);
+                    [s1, s2, slip]
+                        .map(|variable| variables.get(variable).copied().unwrap_or(f64::NAN))
+                }
+            };
+            for (column, value) in slacks.into_iter().enumerate() {
+                self.numbers[(3 + column) * count + point] = value;
+            }
+            self.carrying[point] |= found.carries_force();
+        }
+        Ok(())
     }
 
     /// Flushes and returns the stream, with all rows written so far.
@@ -160,15 +176,15 @@ fn points(world: &World) -> usize {
     world.bodies().first().map_or(0, |body| body.contact_points().len())
 }
 
-/// Smallest slacks s1 (N m) and s2 (W) and slip speed (m/s) of a contact with the ground in the step of `record`.
+/// Smallest slacks s1 (N m) and s2 (W) and slip speed (m/s) of a contact with the ground in an interval.
 fn smallest_slacks(
     world: &World,
-    record: &StepRecord,
+    interval: &Interval,
     contact: &Contact,
     found: &ContactForce,
 ) -> [f64; 3] {
     let (h, normal, slip) = (world.time_step(), contact.normal(), found.slip.norm());
-    let (states, next) = (&record.states, &record.solution.states);
+    let (states, next) = (&interval.states, &interval.solution.states);
     let pose = next[0].pose();
     let gap = contact.gap_at(&pose, None);
     let height = if contact.bounces() {

@@ -8,15 +8,15 @@ pub use checksums::{Checksums, Seal, Summed, checksum_of};
 pub use solver::SolverSettings;
 
 use super::joints_summary::{JointsSummary, StiffJoint, StiffJointReport};
+use super::row_counts::RowCounts;
 use super::row_selection::RowSelection;
 use super::scene::Scene;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
-use crate::output::tables::{JointRow, Table, TableStep};
+use crate::output::tables::IntervalRows;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tumble_core::simulation::scene as tutorial;
 use tumble_core::simulation::summary::RunSummary;
-use tumble_core::world::Impacts;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::shown;
@@ -235,46 +235,38 @@ impl RunFile {
         })
     }
 
-    /// Content of run.json for a whole or partial run of `scene` with the given `rows`.
+    /// Content of run.json for a whole or partial run of `scene` with the given `rows`, which contain idle
+    /// contacts or, with `loaded_contacts`, may lack them.
     ///
     /// The last row is a state without a step. The run counts as complete, starts at the first row and
     /// has no trajectory.csv. Returns `None` without rows.
     ///
     /// # Errors
     /// The errors of [`RunFile::new`].
-    pub fn from_rows(scene: &Scene, rows: &[TableStep]) -> Result<Option<Self>, Failure> {
+    pub fn from_rows(
+        scene: &Scene,
+        rows: &[IntervalRows],
+        loaded_contacts: bool,
+    ) -> Result<Option<Self>, Failure> {
         let Some(first) = rows.first() else { return Ok(None) };
-        let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
-        let (mut largest_overlap, mut world) = (0.0_f64, scene.world.clone());
-        let mut stiff_joints = StiffJointReport::default();
-        for (place, step) in rows.iter().enumerate() {
-            let index = step.row.index;
-            summary.count(&step.row.count());
-            largest_overlap = largest_overlap.max(step.row.overlap);
-            if place > 0 {
-                world.follow(&scene.courses, index as f64 * world.whole_step());
-                joints.add_errors(&world, &step.states);
-            }
-            joints.add_rows(&world, step);
-            let length = step.row.substep_length;
-            world.set_substep((length > 0.0).then_some([0.0, length]));
-            world.follow(&scene.courses, world.time_after(index));
-            let forces: Vec<_> = step.joints.iter().map(JointRow::forces).collect();
-            let gears: Vec<_> = step.gears.iter().map(|gear| gear.force).collect();
-            stiff_joints.add(&world, &step.states, &forces, &gears, step.row.stiffness);
-        }
+        let mut counts = RowCounts::new(scene.world.clone(), scene.courses.clone());
+        rows.iter().for_each(|row| counts.add(row));
+        let RowCounts { summary, joints, largest_overlap, stiff_joints, .. } = counts;
         let joints = (!scene.joints.is_empty()).then_some(joints);
-        let (outcome, summary, seconds) = ("complete", &summary, 0.0);
-        let stiff_joints = &stiff_joints;
-        let end = RunEnd { outcome, summary, seconds, largest_overlap, joints, stiff_joints };
+        let end = RunEnd {
+            outcome: "complete",
+            summary: &summary,
+            seconds: 0.0,
+            largest_overlap,
+            joints,
+            stiff_joints: &stiff_joints,
+        };
         let mut file = Self::new(scene, &end)?;
         file.trajectory = false;
-        if scene.world.impacts() == Impacts::Located {
-            file.kept = file.kept.without(Table::Ends);
-        }
-        file.kept.loaded_contacts = rows.iter().any(|step| step.contacts.len() < step.row.contacts);
+        let lacks = |rows: &IntervalRows| rows.contacts.len() < rows.row.contacts;
+        file.kept.loaded_contacts = loaded_contacts || rows.iter().any(lacks);
         file.start_index = first.row.index;
-        file.steps = rows.len() as u64;
+        file.steps = rows.iter().filter(|rows| rows.row.interval == 0).count() as u64;
         file.model
             .start_at(first.instant_states(), first.row.index as f64 * scene.world.time_step())?;
         file.model.drop_draws_unless_from(scene.seed);

@@ -50,7 +50,7 @@ use stage::{Backdrop, FrameState, SKETCHES};
 use std::io;
 use std::ops::ControlFlow;
 use tumble_core::contact::Partner;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 
 /// Half length of a drawn joint axis over the size of its body.
 const AXIS: f64 = 0.3;
@@ -171,8 +171,8 @@ fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<FrameState>,
 /// Content of a frame: bodies as in `shown`, and the mean forces of `steps`.
 fn moment(
     film: &Film,
-    shown: &TableStep,
-    steps: &[TableStep],
+    shown: &IntervalRows,
+    steps: &[IntervalRows],
     scale: &Scale,
     to_ground: &Isometry3<f64>,
 ) -> Result<FrameState, AnimationError> {

@@ -4,7 +4,7 @@ use super::panel::{Marks, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
 use crate::film::Film;
 use tumble_core::step::StepStatus;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 
 /// Panels of all bodies together, from top to bottom.
 pub const PANELS: [PanelMaker; 4] = [
@@ -28,7 +28,7 @@ const MARKED: [(StepStatus, &str); 5] = [
 fn energies(film: &Film) -> Panel {
     let frames = || film.frames.iter();
     let start = film.frames.first().map_or(0.0, |frame| film.potential(frame));
-    let potential = move |frame: &TableStep| film.potential(frame) - start;
+    let potential = move |frame: &IntervalRows| film.potential(frame) - start;
     Panel {
         id: "energy",
         symbol: ("E", ""),
@@ -61,7 +61,7 @@ fn lowest_point(film: &Film) -> Panel {
 fn residual(film: &Film) -> Panel {
     let values = film.steps().iter().map(|frame| frame.row.residual);
     let marks = |(status, colour): (StepStatus, &'static str)| {
-        let value = |frame: &TableStep| {
+        let value = |frame: &IntervalRows| {
             if frame.row.status == status { frame.row.residual } else { f64::NAN }
         };
         Marks { status, colour, values: film.steps().iter().map(value).collect() }

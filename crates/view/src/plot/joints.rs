@@ -6,7 +6,7 @@ use super::scale::ScaleKind;
 use crate::film::{Film, Object, slides_and_turns};
 use crate::forces::Scale;
 use tumble_core::joint::Joint;
-use tumble_scene::output::tables::{JointRow, TableStep};
+use tumble_scene::output::tables::{IntervalRows, JointRow};
 
 /// Panels from top to bottom.
 pub const PANELS: [PanelMaker; 10] = {
@@ -63,13 +63,14 @@ fn panel(
     body: usize,
     takes: fn(&Joint) -> bool,
     quantity: fn(&JointRow) -> f64,
-    frames: &[TableStep],
+    frames: &[IntervalRows],
     named: Panel,
 ) -> Panel {
     let joints = film.world.joints().iter().zip(&film.joints).enumerate();
     let own = joints.filter(|(_, (joint, _))| joint.ties(body) && takes(joint));
-    let value =
-        |joint: usize| move |frame: &TableStep| frame.joints.get(joint).map_or(f64::NAN, quantity);
+    let value = |joint: usize| {
+        move |frame: &IntervalRows| frame.joints.get(joint).map_or(f64::NAN, quantity)
+    };
     let series = own.enumerate().map(|(colour, (index, (_, name)))| {
         PlotSeries::new(name.clone(), colour, frames.iter().map(value(index)))
     });

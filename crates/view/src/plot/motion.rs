@@ -4,7 +4,7 @@ use super::panel::{Panel, PanelMaker};
 use super::scale::ScaleKind;
 use crate::film::{Film, is_of};
 use nalgebra::Vector3;
-use tumble_scene::output::tables::{ContactRow, TableStep};
+use tumble_scene::output::tables::{ContactRow, IntervalRows};
 
 /// Panels of a body, from top to bottom.
 pub const PANELS: [PanelMaker; 6] = [
@@ -29,7 +29,7 @@ fn force_on(contact: &ContactRow, body: usize) -> Vector3<f64> {
 
 /// Sum of the contact forces on the body, from ground, fixed objects and other bodies.
 fn force(film: &Film, body: usize) -> Panel {
-    let sum = |step: &TableStep| {
+    let sum = |step: &IntervalRows| {
         let contacts = step.contacts.iter().filter(|contact| is_of(contact, body));
         contacts.map(|contact| force_on(contact, body)).sum::<Vector3<f64>>().norm()
     };
@@ -43,7 +43,7 @@ fn force(film: &Film, body: usize) -> Panel {
 
 fn contacts(film: &Film, body: usize) -> Panel {
     let is_own = |contact: &&ContactRow| is_of(contact, body);
-    let count = |step: &TableStep| step.contacts.iter().filter(is_own).count() as f64;
+    let count = |step: &IntervalRows| step.contacts.iter().filter(is_own).count() as f64;
     let title = (("contacts", ""), "", "of the body that carry a force");
     Panel {
         kind: ScaleKind::Count,

@@ -11,7 +11,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, Plane, World};
-use tumble_scene::output::tables::{ContactRow, KeyText, TableStep};
+use tumble_scene::output::tables::{ContactRow, IntervalRows, KeyText};
 
 /// Gravity g (m/s²).
 const GRAVITY: f64 = 9.81;
@@ -123,7 +123,7 @@ pub fn floating_cube(steps: u64) -> Film {
     Film { ground: None, ..film("a floating cube", world, frames) }
 }
 
-fn film(title: &str, world: World, frames: Vec<TableStep>) -> Film {
+fn film(title: &str, world: World, frames: Vec<IntervalRows>) -> Film {
     let shapes = Shape::from_body(&world.bodies()[0]);
     Film {
         title: title.to_owned(),
@@ -147,17 +147,17 @@ fn step(
     status: StepStatus,
     [position, velocity, spin]: [Vector3<f64>; 3],
     attitude: UnitQuaternion<f64>,
-) -> TableStep {
+) -> IntervalRows {
     let [x, y, z, w] = attitude.coords.into();
     let state = State { position, attitude: [w, x, y, z].into(), velocity, spin };
     let record = StepRecord { index, states: vec![state], ..StepRecord::new() };
-    let mut step = TableStep::new(world, &record);
+    let mut step = IntervalRows::new(world, &record);
     step.row.status = status;
     step
 }
 
 /// Marks the last frame, which has no step.
-fn ended(frames: impl Iterator<Item = TableStep>) -> Vec<TableStep> {
+fn ended(frames: impl Iterator<Item = IntervalRows>) -> Vec<IntervalRows> {
     let mut frames: Vec<_> = frames.collect();
     if let Some(last) = frames.last_mut() {
         last.row.status = StepStatus::End;

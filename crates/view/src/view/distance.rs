@@ -4,7 +4,7 @@ use super::curves::{self, Plot};
 use crate::film::Film;
 use crate::plot::{Panel, PlotSeries, ScaleKind};
 use nalgebra::Vector3;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 
 /// Plot of ‖r_A − r_B‖, the largest over all bodies, for the common duration of both runs. It has
 /// the rows of the run with the smaller time step, with the other run interpolated.
@@ -42,7 +42,7 @@ fn panel(values: Vec<f64>, words: &'static str) -> Panel {
 fn distances(fine: &Film, coarse: &Film) -> Vec<f64> {
     let ratio = fine.frame_time() / coarse.frame_time();
     let frames = fine.frames.iter().enumerate();
-    let distance = |(i, frame): (usize, &TableStep)| {
+    let distance = |(i, frame): (usize, &IntervalRows)| {
         let others = positions_at(coarse, i as f64 * ratio)?;
         let apart = frame.states.iter().zip(others).map(|(state, other)| state.position - other);
         Some(apart.map(|apart| apart.norm()).fold(0.0, f64::max))

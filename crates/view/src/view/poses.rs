@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use tumble_core::contact::{ContactKey, Partner};
 use tumble_core::mechanics::State;
-use tumble_scene::output::tables::TableStep;
+use tumble_scene::output::tables::IntervalRows;
 
 /// Maximum number of poses, which is enough for smooth playback. Bodies with more than eight
 /// contact points and films of many bodies have fewer.
@@ -80,7 +80,7 @@ impl EncodedPoses {
         let most = (MOST_FRAMES * 8 / points.max(8)).min(MOST_POSES / film.bodies.len());
         let every = spacing(frames.len(), most.max(FEWEST_FRAMES));
         let shown: Vec<usize> = shown(frames.len(), every).collect();
-        let spans: Vec<&[TableStep]> = (0..shown.len())
+        let spans: Vec<&[IntervalRows]> = (0..shown.len())
             .map(|i| &frames[shown[i]..shown.get(i + 1).copied().unwrap_or(frames.len())])
             .collect();
         // Five digits of the smallest body and of the largest speed; four are displayed.
@@ -152,7 +152,7 @@ fn interleaved<const N: usize>(components: &[Vec<Vec<f64>>; N]) -> impl Iterator
 }
 
 /// Quaternion components. Signs are chosen for continuity.
-fn attitudes(film: &Film, spans: &[&[TableStep]]) -> [Vec<Vec<f64>>; 4] {
+fn attitudes(film: &Film, spans: &[&[IntervalRows]]) -> [Vec<Vec<f64>>; 4] {
     let mut all = [(); 4].map(|()| Vec::with_capacity(film.bodies.len()));
     for b in 0..film.bodies.len() {
         let mut of_body = [(); 4].map(|()| Vec::with_capacity(spans.len()));
@@ -173,14 +173,14 @@ fn attitudes(film: &Film, spans: &[&[TableStep]]) -> [Vec<Vec<f64>>; 4] {
 }
 
 /// Components of the mean force of each joint in each span, world frame.
-fn joint_forces(film: &Film, spans: &[&[TableStep]]) -> [Vec<Vec<f64>>; 3] {
+fn joint_forces(film: &Film, spans: &[&[IntervalRows]]) -> [Vec<Vec<f64>>; 3] {
     let joints = film.world.joints();
-    let force = |step: &TableStep, j: usize| {
+    let force = |step: &IntervalRows, j: usize| {
         let along_axes = step.joints.get(j).map_or(Vector3::zeros(), |row| row.force);
         let along_other = joints[j].frames()[1].rotation() * along_axes;
         joints[j].other().map_or(along_other, |b| pose(&step.states[b]).rotation * along_other)
     };
-    let mean = |span: &&[TableStep], j: usize| {
+    let mean = |span: &&[IntervalRows], j: usize| {
         span.iter().map(|step| force(step, j)).sum::<Vector3<f64>>() / span.len() as f64
     };
     let means = |j: usize| spans.iter().map(move |span| mean(span, j)).collect();
@@ -189,7 +189,7 @@ fn joint_forces(film: &Film, spans: &[&[TableStep]]) -> [Vec<Vec<f64>>; 3] {
 }
 
 /// Mean forces of each span.
-fn pushes(scale: &Scale, spans: &[&[TableStep]]) -> BTreeMap<ContactKey, Vec<DrawnForce>> {
+fn pushes(scale: &Scale, spans: &[&[IntervalRows]]) -> BTreeMap<ContactKey, Vec<DrawnForce>> {
     let mut pushes: BTreeMap<ContactKey, Vec<DrawnForce>> = BTreeMap::new();
     for (frame, span) in spans.iter().enumerate() {
         for mean in scale.means(span) {

@@ -8,7 +8,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Fixed, Parameters, Plane, World};
-use tumble_scene::output::tables::{ContactRow, KeyText, TableStep};
+use tumble_scene::output::tables::{ContactRow, IntervalRows, KeyText};
 use tumble_view::{Film, Object, Shape};
 
 /// Bricks per row of the wall, and number of rows.
@@ -183,7 +183,7 @@ pub fn film(steps: u64) -> Film {
         };
         let states = (0..100).map(|b| state_at(b, time)).collect();
         let mut step =
-            TableStep::new(&world, &StepRecord { index: k, states, ..StepRecord::new() });
+            IntervalRows::new(&world, &StepRecord { index: k, states, ..StepRecord::new() });
         if k < steps {
             step.contacts = standing.iter().cloned().chain((60..75).map(rolls)).collect();
             (step.row.status, step.row.iterations) = (StepStatus::Converged, 3);

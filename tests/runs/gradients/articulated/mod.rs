@@ -73,7 +73,7 @@ fn change(tree: &Tree, one: &Steps, other: &Steps) -> f64 {
     let mass = bodies.iter().map(RigidBody::mass).fold(f64::INFINITY, f64::min);
     let mut most = 0.0_f64;
     for (one, other) in one.records.iter().zip(&other.records) {
-        for ((a, b), body) in one.solution.states.iter().zip(&other.solution.states).zip(bodies) {
+        for ((a, b), body) in one.next_states().iter().zip(other.next_states()).zip(bodies) {
             let speeds = (a.velocity - b.velocity).norm() + body.reach() * (a.spin - b.spin).norm();
             most = most.max(speeds);
         }
@@ -84,7 +84,7 @@ fn change(tree: &Tree, one: &Steps, other: &Steps) -> f64 {
             });
             each.fold(0.0, f64::max) * h / mass
         };
-        let (a, b) = (&one.solution.contacts, &other.solution.contacts);
+        let (a, b) = (&one.first().solution.contacts, &other.first().solution.contacts);
         most = most.max(beyond(a, b)).max(beyond(b, a));
     }
     most
@@ -117,7 +117,7 @@ impl<'t> Comparison<'t> {
     /// Scalar after a run, relative to that of the base.
     fn value(&self, steps: &Steps) -> Option<f64> {
         let (base, end) = (self.base.records.last()?, steps.records.last()?);
-        let each = base.solution.states.iter().zip(&end.solution.states).zip(&self.weights);
+        let each = base.next_states().iter().zip(end.next_states()).zip(&self.weights);
         Some(each.map(|((a, b), weight)| weight.dot(&StateChange::between(a, b))).sum())
     }
 
@@ -194,7 +194,7 @@ fn compare_all(count: usize) {
             continue;
         };
         let loaded =
-            |record: &StepRecord| record.solution.contacts.iter().any(ContactForce::carries_force);
+            |record: &StepRecord| record.first().solution.contacts.iter().any(ContactForce::carries_force);
         tally.touching += usize::from(comparison.base.records.iter().any(loaded));
         for along in &all {
             let (mark, error) = comparison.judged(along);

@@ -87,7 +87,7 @@ pub fn run(
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
         let unsolved = [StepStatus::Failed, StepStatus::Substepped, StepStatus::Wild];
-        is_solved &= !unsolved.contains(&record.report.status);
+        is_solved &= !unsolved.contains(&record.status());
         records.push(record);
     }
     Some(Steps { records, is_solved })
@@ -135,7 +135,7 @@ pub fn warmed_up(tree: &mut Tree, situation: Situation, steps: usize) -> Option<
     let inputs: Vec<Inputs> = (0..warm).map(at).collect();
     let after = |states: Vec<State>, inputs: &[Inputs]| {
         let steps = run(world, states, inputs, None)?;
-        Some(steps.records.last()?.solution.states.clone())
+        Some(steps.records.last()?.next_states().to_vec())
     };
     let mut states = after(tree.states.clone(), &inputs)?;
     if situation == Situation::Sliding {

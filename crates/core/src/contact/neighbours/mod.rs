@@ -54,6 +54,8 @@ pub struct Overlap {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     memory: Memory,
+    /// True if the following fields were computed from the memory.
+    is_known: bool,
     colliders: Colliders,
     extents: Vec<PieceExtent>,
     /// Body of each box.
@@ -433,14 +435,12 @@ impl Neighbours {
         self.list_pieces(world);
     }
 
-    /// State that the next search continues from.
-    pub(super) fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
     /// Continues from `memory`, which must fit `world` ([`Memory::fits`]).
-    pub(super) fn recall(&mut self, world: &World, memory: &Memory) {
-        self.memory.copy_from(memory);
+    pub(super) fn exchange_memory(&mut self, world: &World, memory: &mut Memory) {
+        std::mem::swap(&mut self.memory, memory);
+        if std::mem::replace(&mut self.is_known, true) {
+            return;
+        }
         if self.memory.start.is_empty() && self.memory.end.is_empty() {
             // There was no search yet.
             self.colliders.clear();
@@ -448,6 +448,16 @@ impl Neighbours {
         }
         // Same as a change of bodies that requests a new search.
         self.change(world, |_| ());
+    }
+
+    /// Moves the state that the next search continues from to `memory`.
+    pub(super) fn return_memory(&mut self, memory: &mut Memory) {
+        std::mem::swap(&mut self.memory, memory);
+    }
+
+    /// What was computed from the last memory does not fit the next one.
+    pub(super) fn forget(&mut self) {
+        self.is_known = false;
     }
 }
 

@@ -6,12 +6,12 @@
 //! are not run again, because all their steps are equal.
 
 use super::impact_time::ImpactTimes;
-use super::{Run, RunGradient, TakenSubstep};
+use super::{Run, RunGradient};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::State;
-use crate::simulation::leapfrog::{Converted, TrialStep};
-use crate::simulation::{Saved, Simulation, StepRecord};
+use crate::simulation::leapfrog::{self, Converted, TrialStep};
+use crate::simulation::{Interval, Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
 use crate::world::{Changeable, Constant, World};
 use nalgebra::Matrix3;
@@ -23,30 +23,32 @@ const BODY_BYTES: usize = 6000;
 /// Number of steps of a segment that is always allowed.
 const FEW: usize = 16;
 
-/// Recorded step with the changeable parts of its world, and its interval if it is a substep.
+/// Recorded step with the changeable parts of its world at its end.
 #[derive(Debug, Default)]
 struct Recorded {
     record: StepRecord,
     changeable: Changeable,
-    substep: Option<[f64; 2]>,
 }
 
-/// Step or substep of a segment.
+/// Place of an interval in a segment: of its record, and of the interval in it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Place {
+    record: usize,
+    interval: usize,
+}
+
+/// Interval of a segment.
 #[derive(Debug, Default)]
 struct Taken {
-    /// Steps of the run up to this one.
+    /// Steps of the run up to its step.
     steps: u64,
-    /// Index of its record in the segment. Equal steps at rest share one.
-    record: usize,
+    /// Its record. Equal steps at rest share one.
+    place: Place,
     /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
     /// that act off the centre.
     turned: Vec<(usize, Matrix3<f64>)>,
-    /// Conversions of velocities before a substep; empty before a whole step.
-    converted: Vec<Converted>,
-    /// False for substeps with another one after them in the step.
+    /// True for the last interval of a step.
     is_last: bool,
-    /// States at the end of a substep.
-    ends: Vec<State>,
 }
 
 /// Start of a segment; `rests` is true if every step in it repeats the previous one.
@@ -199,8 +201,8 @@ impl Backward {
                 break;
             }
             simulation.advance(run, self.record_at(0))?;
-            let is_whole = simulation.scratch.tape.is_none();
-            stretch.rests &= is_whole && simulation.scratch.rest.stays();
+            let is_whole = self.records[0].record.first().part.is_none();
+            stretch.rests &= is_whole && simulation.workspace.rest.stays();
         }
         let saved = self.saved;
         self.saved = (saved.saturating_sub(parts)).max(2);
@@ -230,7 +232,6 @@ impl Backward {
         run: &mut Run<'_>,
         place: usize,
     ) -> Result<(), Error> {
-        simulation.scratch.tape.iter_mut().for_each(Vec::clear);
         simulation.advance(run, self.record_at(place))?;
         self.records[place].changeable = simulation.world().changeable();
         Ok(())
@@ -248,9 +249,10 @@ impl Backward {
     ) -> Result<bool, Error> {
         simulation.restore(start)?;
         self.take(simulation, run, 0)?;
-        let turned = simulation.load_torque_rotation_jacobians(&self.records[0].record).collect();
-        let mut taken = Taken { record: 0, turned, is_last: true, ..Taken::default() };
-        self.linearise(simulation, run, 0)?;
+        let record = &self.records[0].record;
+        let turned = simulation.load_torque_rotation_jacobians(from, record.first()).collect();
+        let mut taken = Taken { turned, is_last: true, ..Taken::default() };
+        self.linearise(simulation, run, taken.place)?;
         let is_at_rest = self.derivative.is_at_rest();
         for k in (from..to).rev().take_while(|_| is_at_rest) {
             taken.steps = k + 1;
@@ -274,16 +276,20 @@ impl Backward {
         let mut used = 0;
         for k in from..to {
             self.take(simulation, run, used)?;
-            if simulation.scratch.tape.is_some() {
-                used += self.take_substeps(simulation, k + 1, used, &mut taken);
-                continue;
-            }
             // A repeated step has the record before it.
-            let repeats = used > 0 && simulation.scratch.rest.stays();
-            let record = &self.records[used].record;
-            let turned = simulation.load_torque_rotation_jacobians(record).collect();
+            let intervals = self.records[used].record.intervals();
+            let is_whole = intervals[0].part.is_none();
+            let repeats = used > 0 && is_whole && simulation.workspace.rest.stays();
             let record = if repeats { used - 1 } else { used };
-            taken.push(Taken { steps: k + 1, record, turned, is_last: true, ..Taken::default() });
+            for (interval, described) in intervals.iter().enumerate() {
+                let turned = simulation.load_torque_rotation_jacobians(self.first + k, described);
+                taken.push(Taken {
+                    steps: k + 1,
+                    place: Place { record, interval },
+                    turned: turned.collect(),
+                    is_last: interval + 1 == intervals.len(),
+                });
+            }
             used += usize::from(!repeats);
         }
         if self.end.is_none() {
@@ -291,55 +297,36 @@ impl Backward {
         }
         let mut last = None;
         for step in taken.iter().rev() {
-            if last != Some(step.record) {
-                self.linearise(simulation, run, step.record)?;
-                last = Some(step.record);
+            if last != Some(step.place) {
+                self.linearise(simulation, run, step.place)?;
+                last = Some(step.place);
             }
             self.back(simulation.world(), run, step)?;
         }
-        simulation.world.set_substep(None);
+        simulation.world.set_span(None);
         self.taken = taken;
         Ok(())
     }
 
-    /// Moves the substeps of the last step to the records from place `used` on, and to the end of `taken`.
-    /// Returns their number.
-    fn take_substeps(
-        &mut self,
-        simulation: &mut Simulation<'_>,
-        steps: u64,
-        used: usize,
-        taken: &mut Vec<Taken>,
-    ) -> usize {
-        let substeps = simulation.scratch.tape.iter_mut().flat_map(|tape| tape.drain(..));
-        self.records.truncate(used);
-        for TakenSubstep { record, changeable, turned, converted, interval, ends } in substeps {
-            let place = self.records.len();
-            self.records.push(Recorded { record, changeable, substep: Some(interval) });
-            let is_last = false;
-            taken.push(Taken { steps, record: place, turned, converted, is_last, ends });
-        }
-        taken.last_mut().into_iter().for_each(|last| last.is_last = true);
-        self.records.len() - used
-    }
-
-    /// Linearises the step of record `place`, unless it equals the linearised step at rest.
+    /// Linearises the interval at `place`, unless it equals the linearised step at rest.
     fn linearise(
         &mut self,
         simulation: &mut Simulation<'_>,
         run: &Run<'_>,
-        place: usize,
+        place: Place,
     ) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
-        let Recorded { record, changeable, substep } = &records[place];
+        let Recorded { record, changeable } = &records[place.record];
+        let taken = &record.intervals()[place.interval];
+        let changeable = taken.part.as_ref().map_or(changeable, |part| &part.changeable);
         simulation.world.set_changeable(changeable);
-        simulation.world.set_substep(*substep);
+        simulation.world.set_span(taken.span);
         let mut free = self.derivative.take_flights();
-        let step = simulation.recorded_step(record, &mut free);
-        let StepRecord { contacts, solution, .. } = record;
+        let step = simulation.recorded_interval(taken, &mut free);
+        let Interval { contacts, solution, .. } = taken;
         let mut found = Ok(());
-        // Substeps have different lengths.
-        if substep.is_some() || !self.derivative.is_at_rest_in(&step, contacts, solution) {
+        // Parts of steps have different lengths.
+        if taken.part.is_some() || !self.derivative.is_at_rest_in(&step, contacts, solution) {
             found = self.flush_constants(run);
             found = found.and_then(|()| self.derivative.linearise(&step, contacts, solution));
         }
@@ -348,18 +335,18 @@ impl Backward {
         found
     }
 
-    /// Processes a step backward with its derivative.
+    /// Processes an interval backward with its derivative.
     fn back(&mut self, world: &World, run: &mut Run<'_>, step: &Taken) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
-        let Recorded { record, substep, .. } = &records[step.record];
-        let is_extrapolated = |body| record.extrapolated.get(body) == Some(&true);
-        let added = match substep {
-            Some(_) if !step.is_last => Ok(()),
-            Some(_) => self.add(run, step.steps, &step.ends, is_extrapolated),
-            None => self.add(run, step.steps, &record.end_states(), is_extrapolated),
+        let taken = &records[step.place.record].record.intervals()[step.place.interval];
+        let is_extrapolated = |body| taken.extrapolated.get(body) == Some(&true);
+        let added = if step.is_last {
+            self.add(run, step.steps, &taken.end_states(), is_extrapolated)
+        } else {
+            Ok(())
         };
-        self.found.note(self.first + step.steps - 1, record, &self.derivative);
-        let is_whole = substep.is_none();
+        self.found.note(self.first + step.steps - 1, taken, &self.derivative);
+        let is_whole = taken.part.is_none();
         self.records = records;
         added?;
         let Self { derivative, dual, owed, extrapolated, records, step: gradient, .. } = self;
@@ -379,8 +366,8 @@ impl Backward {
         let after = self.times.are_asked().then(|| dual.clone());
         dual.clone_from(&gradient.states);
         if let Some(after) = after {
-            let record = &records[step.record].record;
-            let all_have_times = self.times.add(world, record, &after, dual);
+            let taken = &records[step.place.record].record.intervals()[step.place.interval];
+            let all_have_times = self.times.add(world, taken, &after, dual);
             self.found.untimed += u64::from(!all_have_times);
         }
         for (dual, more) in dual.iter_mut().zip(extrapolated.iter_mut()) {
@@ -400,14 +387,19 @@ impl Backward {
         self.convert(run, step)
     }
 
-    /// Multiplies by the derivatives of the conversions of velocities before the substep `step`, whose
-    /// trial step has its derivative.
+    /// Multiplies by the derivatives of the conversions of velocities before an interval, whose trial
+    /// has its derivative.
     fn convert(&mut self, run: &Run<'_>, step: &Taken) -> Result<(), Error> {
+        let Place { record, interval } = step.place;
+        let part = &self.records[record].record.intervals()[interval].part;
+        let Some(converted) = part.as_ref().map(|part| part.converted.clone()) else {
+            return Ok(());
+        };
         let is_trial = |of: &Converted| matches!(of, Converted::Started { has_trial: true, .. });
-        if step.converted.iter().any(is_trial) {
-            self.start_with(run, |body| is_trial(&step.converted[body]), &step.turned)?;
+        if converted.iter().any(is_trial) {
+            self.start_with(run, |body| is_trial(&converted[body]), &step.turned)?;
         }
-        for (body, converted) in step.converted.iter().enumerate() {
+        for (body, converted) in converted.iter().enumerate() {
             let kappa = match converted {
                 Converted::Shifted(kappa) => *kappa,
                 Converted::Started { extrapolated: true, .. } => 0.5,
@@ -435,12 +427,13 @@ impl Backward {
         }
         self.flush_constants(run)?;
         let mut free = self.derivative.take_flights();
-        let step = simulation.recorded_step(&trial.record, &mut free);
-        let StepRecord { contacts, solution, .. } = &trial.record;
+        let step = simulation.recorded_interval(&trial.taken, &mut free);
+        let Interval { contacts, solution, .. } = &trial.taken;
         let found = self.derivative.linearise(&step, contacts, solution);
         self.derivative.keep_flights(free);
         found?;
-        let turned: Vec<_> = simulation.load_torque_rotation_jacobians(&trial.record).collect();
+        let jacobians = simulation.load_torque_rotation_jacobians(self.first, &trial.taken);
+        let turned: Vec<_> = jacobians.collect();
         self.start_with(run, |body| trial.converted[body], &turned)
     }
 
@@ -497,13 +490,14 @@ impl Backward {
 
 impl Simulation<'_> {
     /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
-    /// that act off the centre.
-    pub(super) fn load_torque_rotation_jacobians(
+    /// that act off the centre, in the interval `taken` of step `index`.
+    fn load_torque_rotation_jacobians(
         &self,
-        record: &StepRecord,
+        index: u64,
+        taken: &Interval,
     ) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
-        let interval = self.world().load_interval(record.index);
-        let each = self.outside.iter().zip(&record.states).enumerate();
+        let interval = taken.world(&self.world).load_interval(index);
+        let each = self.inputs.outside.iter().zip(&taken.states).enumerate();
         each.filter_map(move |(body, (outside, state))| {
             Some((body, outside.load.torque_by_turn(interval, &state.attitude)?))
         })
@@ -511,11 +505,10 @@ impl Simulation<'_> {
 
     /// Converts the velocities of the start in the step `trial`, with its inputs.
     pub(super) fn start_run(&mut self, trial: &mut TrialStep) -> Result<(), Error> {
-        self.set_wrenches();
-        let interval = self.world.load_interval(self.index);
-        let end = self.world.time_after(self.index);
-        self.driving.set(&mut self.world, &self.now.states, interval, end);
-        self.start_leapfrog(Some(trial))
+        let Self { world, moment, inputs, workspace, .. } = self;
+        inputs.set_wrenches(world, moment, &mut workspace.wrenches);
+        inputs.drive_joints(world, moment);
+        leapfrog::start(world, moment, inputs, workspace, &mut [], Some(trial)).map(drop)
     }
 
     /// Takes one step of `run`.

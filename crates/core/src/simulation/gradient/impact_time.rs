@@ -15,7 +15,7 @@ use crate::contact::Contact;
 use crate::derivative::StateChange;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
-use crate::simulation::StepRecord;
+use crate::simulation::Interval;
 use crate::simulation::abrupt::STILL;
 use crate::world::World;
 use nalgebra::Vector3;
@@ -43,16 +43,16 @@ impl ImpactTimes {
     pub(super) fn add(
         &mut self,
         world: &World,
-        record: &StepRecord,
+        taken: &Interval,
         dual_after: &[StateChange],
         dual: &mut [StateChange],
     ) -> bool {
         if !self.is_located {
-            return add_bounce_times(world, record, dual_after, dual);
+            return add_bounce_times(world, taken, dual_after, dual);
         }
-        let has_one_time = self.add_located_time(world, record, dual_after, dual);
+        let has_one_time = self.add_located_time(world, taken, dual_after, dual);
         let h = world.time_step();
-        let changes = record.states.iter().zip(&record.solution.states).map(|(state, next)| {
+        let changes = taken.states.iter().zip(&taken.solution.states).map(|(state, next)| {
             [(next.velocity - state.velocity) / h, (next.spin - state.spin) / h]
         });
         self.later.clear();
@@ -65,15 +65,15 @@ impl ImpactTimes {
     fn add_located_time(
         &self,
         world: &World,
-        record: &StepRecord,
+        taken: &Interval,
         dual_after: &[StateChange],
         dual: &mut [StateChange],
     ) -> bool {
-        let StepRecord { states, wrenches, solution, .. } = record;
+        let Interval { states, wrenches, solution, .. } = taken;
         let flights = states.iter().zip(wrenches).enumerate();
         let free: Vec<_> =
             flights.map(|(body, (state, wrench))| world.free_flight(body, state, wrench)).collect();
-        let pairs = record.contacts.iter().zip(&solution.contacts);
+        let pairs = taken.contacts.iter().zip(&solution.contacts);
         let meets = |contact: &Contact| {
             let speed = -contact.normal().dot(&contact.point_velocity(world, states));
             let least = contact.smooth_change(world, states, &free) + STILL * world.speed_scale();
@@ -117,11 +117,11 @@ impl ImpactTimes {
 /// in the step: their impacts have no times of their own and are left out.
 fn add_bounce_times(
     world: &World,
-    record: &StepRecord,
+    taken: &Interval,
     dual_after: &[StateChange],
     dual: &mut [StateChange],
 ) -> bool {
-    let pairs = record.contacts.iter().zip(&record.solution.contacts);
+    let pairs = taken.contacts.iter().zip(&taken.solution.contacts);
     let bounces: Vec<_> = pairs
         .filter(|(contact, force)| contact.bounces() && force.carries_force())
         .map(|(contact, _)| contact)
@@ -131,7 +131,7 @@ fn add_bounce_times(
         let shares = |other: &&&Contact| {
             other.key.bodies().any(|body| contact.key.bodies().any(|own| own == body))
         };
-        let speed = contact.coming_speed(world, &record.states);
+        let speed = contact.coming_speed(world, &taken.states);
         // The contact itself is one of those that share its bodies.
         if bounces.iter().filter(shares).count() > 1 || speed <= 0.0 {
             all_have_times = false;
@@ -139,9 +139,9 @@ fn add_bounce_times(
         }
         let mut later = 0.0;
         for body in contact.key.bodies() {
-            let state = &record.states[body];
-            let end = &record.solution.states[body];
-            let free = world.free_flight(body, state, &record.wrenches[body]);
+            let state = &taken.states[body];
+            let end = &taken.solution.states[body];
+            let free = world.free_flight(body, state, &taken.wrenches[body]);
             let h = world.time_step();
             let flow = |of: &State| StateChange {
                 position: of.velocity,
@@ -151,7 +151,7 @@ fn add_bounce_times(
             };
             later += dual[body].dot(&flow(state)) - dual_after[body].dot(&flow(end));
         }
-        for (body, gap) in gap_slopes(contact, &record.states) {
+        for (body, gap) in gap_slopes(contact, &taken.states) {
             dual[body] = dual[body].plus(later / speed, &gap);
         }
     }

@@ -10,15 +10,14 @@
 mod backward;
 mod impact_time;
 
-use super::leapfrog::{Converted, TrialStep};
-use super::{Saved, Simulation, StepRecord};
+use super::leapfrog::TrialStep;
+use super::{Interval, Saved, Simulation, accuracy};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
 use crate::solver::native::{Smoothing, StepDerivative};
-use crate::world::{Changeable, Constant};
+use crate::world::Constant;
 use backward::Backward;
-use nalgebra::Matrix3;
 
 /// Memory budget of the backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,19 +98,6 @@ pub struct RunGradient {
     pub limited: u64,
 }
 
-/// Substep of a recorded step.
-#[derive(Debug)]
-pub(super) struct TakenSubstep {
-    record: StepRecord,
-    changeable: Changeable,
-    turned: Vec<(usize, Matrix3<f64>)>,
-    converted: Vec<Converted>,
-    /// Its start since that of the step, and its length (s).
-    interval: [f64; 2],
-    /// States at its end, with the velocities of the instant.
-    ends: Vec<State>,
-}
-
 impl RunGradient {
     /// Adds to the derivatives by the wrenches of the step that was processed last.
     fn add_last_wrenches(&mut self, more: &[Wrench]) {
@@ -125,8 +111,8 @@ impl RunGradient {
         last.zip(more.iter().flatten()).for_each(|(sum, more)| *sum += more);
     }
 
-    /// Adds the diagnostics of step `index`. `record` describes it, up to the index.
-    fn note(&mut self, index: u64, record: &StepRecord, derivative: &StepDerivative) {
+    /// Adds the diagnostics of the interval `taken` of step `index`.
+    fn note(&mut self, index: u64, taken: &Interval, derivative: &StepDerivative) {
         let smaller = |most: &mut (f64, u64), margin: f64| {
             if margin < most.0 {
                 *most = (margin, index);
@@ -134,32 +120,14 @@ impl RunGradient {
         };
         smaller(&mut self.margin, derivative.margin());
         smaller(&mut self.feature_margin, derivative.feature_margin());
-        self.unsolved += u64::from(!record.report.status.is_one_problem());
+        self.unsolved += u64::from(!taken.report.status.is_one_problem());
         self.unknown += u64::from(derivative.unknown() > 0);
         self.kept += u64::from(derivative.keeps_shares());
-        self.limited += u64::from(record.restitution_share < 1.0);
+        self.limited += u64::from(taken.restitution_share < 1.0);
     }
 }
 
 impl Simulation<'_> {
-    /// Records the substep of `record` and its `interval`, if they are recorded.
-    pub(super) fn record_substep(&mut self, record: &StepRecord, interval: [f64; 2]) {
-        if self.scratch.tape.is_none() {
-            return;
-        }
-        let substep = TakenSubstep {
-            record: record.clone(),
-            changeable: self.world.changeable(),
-            turned: self.load_torque_rotation_jacobians(record).collect(),
-            converted: self.scratch.converted.clone(),
-            interval,
-            ends: self.states().to_vec(),
-        };
-        if let Some(tape) = &mut self.scratch.tape {
-            tape.push(substep);
-        }
-    }
-
     /// Runs `run` from the current state and returns the gradient of its scalar. The simulation is
     /// left at the end of the run, or unchanged after an error.
     ///
@@ -169,8 +137,7 @@ impl Simulation<'_> {
     pub fn gradient(&mut self, run: &mut Run<'_>) -> Result<RunGradient, Error> {
         let start = self.save();
         let found = self.differentiated(run, &start);
-        self.scratch.tape = None;
-        self.world.set_substep(None);
+        self.world.set_span(None);
         if found.is_err() {
             self.restore(&start)?;
         }
@@ -184,12 +151,10 @@ impl Simulation<'_> {
             self.world().with_constants(&[(*constant, &constant.values(self.world()))])?;
         }
         self.check_motion()?;
-        let has_substeps = self.takes_substeps();
-        let mut backward = Backward::begin(run, self.index(), self.world(), has_substeps)?;
+        let is_divided = accuracy::divides_steps(&self.world, &self.moment);
+        let mut backward = Backward::begin(run, self.index(), self.world(), is_divided)?;
         let mut trial = TrialStep::default();
-        if has_substeps {
-            self.scratch.tape = Some(Vec::new());
-        } else if run.steps > 0 {
+        if !is_divided && run.steps > 0 {
             (run.before)(self)?;
             self.start_run(&mut trial)?;
         }

@@ -103,16 +103,19 @@ impl Cells for StateRow {
     }
 }
 
+/// Columns of the interval at the end of a row: its number in the step, and its length.
+pub(super) const INTERVAL_COLUMNS: [&str; 2] = ["interval", "interval_s"];
+
 columns! {
-    /// Row of the table `steps`. In a run that omits rows, `status` and `works` cover the steps up
-    /// to the next row.
+    /// Row of the table `steps`: an interval of a step. In a run that omits rows, `status`, `works` and
+    /// `error` of the last interval of a step cover the steps up to the next row.
     #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
     StepRow {
         /// Step index k.
         index: u64 = ["k"],
-        /// Time t (s).
+        /// Time t at the start of the interval (s).
         time: f64 = ["time_s"],
-        /// Status of the step, or `substepped`, `wild` or `failed` of a step between this row and
+        /// Status of the interval, or `substepped`, `wild` or `failed` of a step between this row and
         /// the next.
         status: StepStatus = ["status"],
         /// Iterations of the solver.
@@ -131,26 +134,27 @@ columns! {
         /// Overlap of pieces at k+1 (m).
         overlap: f64 = ["overlap_m"],
         /// Largest error of the placement of a loaded contact (m), see
-        /// [`StepRecord::placement`](tumble_core::simulation::StepRecord::placement).
+        /// [`Interval::placement`](tumble_core::simulation::Interval::placement).
         placement: f64 = ["placement_m"],
         /// Smallest restitution share of an island.
         restitution_share: f64 = ["restitution_share"],
-        /// Energy at k (J), see [energy](tumble_core::simulation::energy).
+        /// Energy at the start of the interval (J), see
+        /// [`Interval::energy`](tumble_core::simulation::Interval::energy).
         energy: f64 = ["energy_J"],
         /// Terms of the energy balance (J), summed over the steps up to the next row; see
         /// `terms` of an [`EnergyBalance`](tumble_core::simulation::EnergyBalance).
         works: [f64; 6] = [
             "loads_J", "drives_J", "reactions_J", "impacts_J", "friction_J", "discretisation_J",
         ],
+        /// Number of the interval in its step, from 0.
+        interval: u32 = ["interval"],
+        /// Length of the interval (s); 0 in the last row.
+        length: f64 = ["interval_s"],
         /// Stiffness number h ω, see
-        /// [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness); 0 without joints.
+        /// [`Interval::stiffness`](tumble_core::simulation::Interval::stiffness); 0 without joints.
         stiffness: f64 = ["stiffness"],
-        /// Number of substeps of the step, in a run with an accuracy.
-        substeps_taken: u32 = ["substeps"],
-        /// Length of its first substep (s), to which the rows of the step belong. In the last row, of the
-        /// substep before.
-        substep_length: f64 = ["substep_s"],
-        /// Growth of the estimated error (40) of the body with the largest one up to the next row (m).
+        /// Growth of the estimated error (40) of the body with the largest one up to the next row (m),
+        /// in a run with an accuracy.
         error: f64 = ["error_m"],
     }
 }
@@ -181,6 +185,12 @@ columns! {
         rebound: f64 = ["rebound_m_s"],
         /// Touching features.
         key: KeyText = ["key"],
+        /// Coefficient of friction in the interval.
+        friction: f64 = ["friction"],
+        /// Number of the interval in its step, from 0.
+        interval: u32 = ["interval"],
+        /// Length of the interval (s).
+        length: f64 = ["interval_s"],
         /// Moment on `body` about the touching point (N m), in a world with turning friction.
         moment: Vector3<f64> = ["moment_x_N_m", "moment_y_N_m", "moment_z_N_m"],
     }

@@ -1,31 +1,34 @@
 //! Runs of any number of bodies as tables in CSV, each with one header line.
 //!
-//! The rows of a table are in the order of k. A run has `states`, `contacts` and `steps`, unless
+//! A row belongs to an interval of a step: to the whole step, or to a part of it. All rows have the
+//! columns `interval`, the number of the interval in its step, and `interval_s`, its length. The rows of
+//! a table are in the order of k and of intervals. A run has `states`, `contacts` and `steps`, unless
 //! fewer tables are requested. It has `joints` and `gears` if its scene has any.
 //!
-//! - `states`: one row per body and step: `k,time_s,body`, then the 13 numbers of the state at step k.
-//!   `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
-//! - `contacts`: one row per candidate contact of the step k → k+1, see [`ContactRow`]. Idle
+//! - `states`: one row per body and interval: `k,time_s,body`, then the 13 numbers of the state at its
+//!   start. `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
+//! - `contacts`: one row per candidate contact of the interval, see [`ContactRow`]. Idle
 //!   contacts may have no rows, see [`TablesWriter::without_idle_contacts`].
-//! - `steps`: one row per step: status, residual with its five parts, overlap at k+1, smallest
-//!   restitution share of an island, and [energy](tumble_core::simulation::energy) at k. The
-//!   potential energy is relative to the world's origin. With joints the last column is the
-//!   [stiffness number](tumble_core::simulation::StepRecord::stiffness) h ω.
-//! - `joints`: one row per joint and step: `k,time_s,joint`, coordinates at k, mean rates over the
-//!   step, [force and torque](tumble_core::joint::JointForce) on A, and two residuals. `joint` is
+//! - `steps`: one row per interval: status, residual with its five parts, overlap at its end, smallest
+//!   restitution share of an island, and [energy](tumble_core::simulation::energy) at its start. The
+//!   potential energy is relative to the world's origin. With joints a column is the
+//!   [stiffness number](tumble_core::simulation::Interval::stiffness) h ω.
+//! - `joints`: one row per joint and interval: `k,time_s,joint`, coordinates at its start, mean rates over
+//!   it, [force and torque](tumble_core::joint::JointForce) on A, and two residuals. `joint` is
 //!   the index in [`World::joints`](tumble_core::world::World::joints). The coordinates are the
 //!   position of A's anchor along the axes of B's frame and the
 //!   [angles](tumble_core::joint::Joint::turns) about them. Hinge angles include full turns. A
 //!   moving frame in the world is taken at the end of the step, so its coordinates at k are the
 //!   remaining motion.
-//! - `gears`: one row per gear and step: `k,time_s,gear`, both coordinates at k, the force along the
-//!   first one over the step (N or N m), and the residual. `gear` is the index in
+//! - `gears`: one row per gear and interval: `k,time_s,gear`, both coordinates at its start, the force
+//!   along the first one (N or N m), and the residual. `gear` is the index in
 //!   [`World::gears`](tumble_core::world::World::gears). Coordinates are in m, or in rad with full
 //!   turns.
-//! - `ends`: one row per body and step, with the columns of `states` and the states at k+1. It
-//!   exists if a run does not keep every step, so that each kept step can be verified.
+//! - `ends`: one row per body, with the columns of `states` and the states at the end of an interval. It
+//!   has the intervals after which the next row does not start at their end: rows are omitted, or
+//!   velocities are converted to another length. Each interval can be verified with it.
 //!
-//! Within a step, states are in the order of the bodies and contacts in the order of the solution.
+//! Within an interval, states are in the order of the bodies and contacts in the order of the solution.
 //! The last step is a state of status `end` without contacts. Numbers have the fewest digits that
 //! read back to the same double.
 
@@ -34,15 +37,17 @@ mod key;
 mod named;
 mod read;
 mod rebuild;
+mod steps;
 mod write;
 
-use columns::MIDDLE_COLUMNS;
 pub(super) use columns::STATE_COLUMNS;
 pub use columns::{ContactRow, GearTableRow, JointRow, StepRow};
+use columns::{INTERVAL_COLUMNS, MIDDLE_COLUMNS};
 pub use key::KeyText;
 pub use named::Misplaced;
-pub use read::{TableStep, TablesReader};
-pub use write::TablesWriter;
+pub use read::{IntervalRows, TablesReader};
+pub use steps::whole_steps;
+pub use write::{OpenRows, TablesWriter};
 
 use std::fmt;
 use tumble_core::world::{Impacts, Integrator, World};
@@ -61,7 +66,7 @@ pub enum Table {
     Joints,
     /// Coordinates and forces of the gears.
     Gears,
-    /// States after each step, if the next step is not kept.
+    /// States after intervals from which the next row does not start.
     Ends,
 }
 
@@ -91,20 +96,22 @@ impl Table {
     pub fn columns(self, shape: &TableShape) -> Vec<&'static str> {
         let (first, others): (&[_], &[_]) = match self {
             Self::States if shape.has_middles => {
-                return [&["k", "time_s", "body"][..], &STATE_COLUMNS, &MIDDLE_COLUMNS].concat();
+                let body = &["k", "time_s", "body"][..];
+                return [body, &STATE_COLUMNS, &MIDDLE_COLUMNS, &INTERVAL_COLUMNS].concat();
             }
             Self::States | Self::Ends => (&["k", "time_s", "body"], &STATE_COLUMNS),
             Self::Contacts => {
                 let count = ContactRow::COLUMNS.len() - shape.missing_columns_of_contacts();
-                (&["k"], &ContactRow::COLUMNS[..count])
+                return [&["k"], &ContactRow::COLUMNS[..count]].concat();
             }
             Self::Steps => {
-                (&[], &StepRow::COLUMNS[..StepRow::COLUMNS.len() - shape.missing_columns()])
+                return StepRow::COLUMNS[..StepRow::COLUMNS.len() - shape.missing_columns()]
+                    .to_vec();
             }
             Self::Joints => (&["k", "time_s", "joint"], JointRow::COLUMNS),
             Self::Gears => (&["k", "time_s", "gear"], GearTableRow::COLUMNS),
         };
-        [first, others].concat()
+        [first, others, &INTERVAL_COLUMNS].concat()
     }
 }
 
@@ -126,8 +133,8 @@ pub struct TableShape {
     pub gears: usize,
     /// True with [`Integrator::Leapfrog`].
     pub has_middles: bool,
-    /// True with an [accuracy](World::with_accuracy).
-    pub has_substeps: bool,
+    /// True with an [accuracy](World::with_accuracy) or located impacts.
+    pub has_errors: bool,
     /// True with [rolling or torsional friction](World::has_turning_friction).
     pub has_moments: bool,
 }
@@ -141,18 +148,18 @@ impl TableShape {
             joints: world.joints().len(),
             gears: world.gears().len(),
             has_middles: world.integrator() == Integrator::Leapfrog,
-            has_substeps: world.impacts() == Impacts::Located,
+            has_errors: world.impacts() == Impacts::Located,
             has_moments: world.has_turning_friction(),
         }
     }
 
-    /// Number of columns at the end of the table `steps` that it lacks: the substeps of a step without an
-    /// accuracy, and the stiffness without joints as well.
+    /// Number of columns at the end of the table `steps` that it lacks: the error without an accuracy,
+    /// and the stiffness without joints as well.
     fn missing_columns(&self) -> usize {
-        match (self.has_substeps, self.joints) {
+        match (self.has_errors, self.joints) {
             (true, _) => 0,
-            (false, 1..) => 3,
-            (false, 0) => 4,
+            (false, 1..) => 1,
+            (false, 0) => 2,
         }
     }
 
@@ -175,7 +182,7 @@ pub struct Streams<S> {
     pub joints: Option<S>,
     /// Stream of [`Table::Gears`], for a world with gears.
     pub gears: Option<S>,
-    /// Stream of [`Table::Ends`], for a run that omits steps.
+    /// Stream of [`Table::Ends`].
     pub ends: Option<S>,
 }
 

@@ -7,29 +7,45 @@ use std::io::Read;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::State;
 use tumble_core::step::StepStatus;
+use tumble_core::world::{Impacts, Span, World};
 
-/// One step read from tables.
+/// Rows of an interval.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TableStep {
+pub struct IntervalRows {
     /// Row of the table `steps`.
     pub row: StepRow,
-    /// States from which the step starts, one per body: X at step k, in a run with middle velocities
-    /// with those.
+    /// States from which the interval starts, one per body, in a run with middle velocities with
+    /// those.
     pub states: Vec<State>,
-    /// States X at step k with the velocities of the instant; empty if `states` has them.
+    /// States at its start with the velocities of the instant; empty if `states` has them.
     pub instants: Vec<State>,
-    /// State X of each body at step k+1. Empty for the last state and without a table `ends`.
+    /// State of each body at its end. Read from tables, it is empty if the next interval starts there.
     pub ends: Vec<State>,
-    /// Contacts of the step k → k+1.
+    /// Contacts of the interval.
     pub contacts: Vec<ContactRow>,
+    /// Flags of contacts that add nothing to the residual: without force and rebound, they end with a gap
+    /// of 0 or more. Read from tables, it is empty.
+    pub idle: Vec<bool>,
     /// Row of each joint of the world.
     pub joints: Vec<JointRow>,
     /// Row of each gear of the world.
     pub gears: Vec<GearTableRow>,
 }
 
-impl TableStep {
-    /// States X at step k with the velocities of the instant.
+impl IntervalRows {
+    /// Part of the step that this interval covers in a run of `world`; `None` for a whole step. A
+    /// length that differs from the one of the step by rounding is the whole.
+    #[must_use]
+    pub fn span(&self, world: &World) -> Option<Span> {
+        let Self { row: StepRow { index, time, length, status, .. }, .. } = *self;
+        let is_located = world.impacts() == Impacts::Located;
+        let is_retry = status == StepStatus::Substepped && !is_located;
+        let since = time - index as f64 * world.whole_step();
+        let is_part = is_located || is_retry;
+        (is_part && length > 0.0).then_some(Span { since, length, keeps_gap: false, is_retry })
+    }
+
+    /// States at its start with the velocities of the instant.
     #[must_use]
     pub fn instant_states(&self) -> &[State] {
         if self.instants.is_empty() { &self.states } else { &self.instants }
@@ -48,7 +64,7 @@ const CUT_OFF: &str = "it ends before the row with status `end`: it is cut off, 
                        run";
 const TOO_LONG: &str = "there are rows after the step with status `end`";
 
-/// Reads the tables of a run step by step. It keeps one step in memory.
+/// Reads the tables of a run interval by interval. It keeps one interval in memory.
 pub struct TablesReader<R: Read> {
     readers: Streams<CsvReader<R>>,
     shape: TableShape,
@@ -120,11 +136,11 @@ impl<R: Read> TablesReader<R> {
         self
     }
 
-    /// Next step; `None` after the step of status `end`.
+    /// Next interval; `None` after the row of status `end`.
     ///
     /// # Errors
     /// The first fault, with table, line and column.
-    pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
+    pub fn next_interval(&mut self) -> Result<Option<IntervalRows>, RowsError> {
         let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = &mut self.readers;
         if self.ended {
             let some = [contacts, joints, gears, ends].into_iter().flatten();
@@ -136,8 +152,8 @@ impl<R: Read> TablesReader<R> {
         let TableShape { bodies, has_middles, .. } = self.shape;
         steps.need_row(CUT_OFF)?;
         let status = steps.field(2, "a status", StepStatus::from_name)?;
-        self.order.next(steps, status)?;
         let row = StepRow::read(&mut RowCells::from(steps, 0))?;
+        self.order.next(steps, status, row.interval)?;
         // Grows with the rows in the file: the requested number is not trustworthy.
         let (states, instants) = if has_middles {
             let rows: Vec<StateRow> = rows_of(of_bodies, &row, bodies)?;
@@ -145,10 +161,12 @@ impl<R: Read> TablesReader<R> {
         } else {
             (rows_of(of_bodies, &row, bodies)?, Vec::new())
         };
-        let ends = match ends {
-            Some(reader) if status != StepStatus::End => rows_of(reader, &row, bodies)?,
-            _ => Vec::new(),
-        };
+        let mut end_rows = Vec::new();
+        if let Some(reader) = ends
+            && reader.next_is_of(row.index, row.interval)?
+        {
+            end_rows = rows_of(reader, &row, bodies)?;
+        }
         let all = !self.loaded_contacts;
         let contacts = contacts.as_mut().map(|reader| contacts_of(reader, &row, all));
         let contacts = contacts.transpose()?.unwrap_or_default();
@@ -157,11 +175,20 @@ impl<R: Read> TablesReader<R> {
         let (joints, gears) = (joints.transpose()?, gears.transpose()?);
         let (joints, gears) = (joints.unwrap_or_default(), gears.unwrap_or_default());
         self.ended = status == StepStatus::End;
-        Ok(Some(TableStep { row, states, instants, ends, contacts, joints, gears }))
+        Ok(Some(IntervalRows {
+            row,
+            states,
+            instants,
+            ends: end_rows,
+            idle: Vec::new(),
+            contacts,
+            joints,
+            gears,
+        }))
     }
 }
 
-/// Reads the contacts of a step. Unless `all` are required, some may be missing.
+/// Reads the contacts of an interval. Unless `all` are required, some may be missing.
 fn contacts_of<R: Read>(
     reader: &mut CsvReader<R>,
     step: &StepRow,
@@ -169,12 +196,12 @@ fn contacts_of<R: Read>(
 ) -> Result<Vec<ContactRow>, RowsError> {
     let (mut rows, mut next) = (Vec::new(), 0);
     while next < step.contacts {
-        if all {
-            reader.need_row(CUT_OFF)?;
-        } else if !reader.next_of_step(step.index)? {
+        if !all && !reader.next_is_of(step.index, step.interval)? {
             break;
         }
+        reader.need_row(CUT_OFF)?;
         reader.expect(0, step.index)?;
+        reader.expect_interval(step.interval, step.length)?;
         if all {
             reader.expect(1, next as u64)?;
         }
@@ -188,7 +215,8 @@ fn contacts_of<R: Read>(
     Ok(rows)
 }
 
-/// Reads the rows of all bodies, joints or gears of a step, and checks their first three columns.
+/// Reads the rows of all bodies, joints or gears of an interval, and checks their first three columns and
+/// their interval.
 fn rows_of<R: Read, T: Cells>(
     reader: &mut CsvReader<R>,
     step: &StepRow,
@@ -202,6 +230,7 @@ fn rows_of<R: Read, T: Cells>(
         if reader.number(1)? != step.time {
             return Err(reader.invalid(1, "the time of the same step in the table steps"));
         }
+        reader.expect_interval(step.interval, step.length)?;
         rows.push(T::read(&mut RowCells::from(reader, 3))?);
     }
     Ok(rows)

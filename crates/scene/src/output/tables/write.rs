@@ -1,18 +1,17 @@
 //! Writer of tables from step records.
 
 use super::columns::{Cells, ContactRow, GearTableRow, JointRow, StateRow, StepRow};
-use super::{KeyText, Streams, Table, TableShape, TableStep};
+use super::{IntervalRows, KeyText, Streams, Table, TableShape};
 use crate::output::rows::{RowChoice, RowWriter};
 use nalgebra::Vector3;
-use std::array;
+use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::io::{self, Write};
 use tumble_core::contact::Contact;
-use tumble_core::contact::certificate::Claim;
 use tumble_core::joint::{Gear, Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::summary::StatusCount;
-use tumble_core::simulation::{EnergyBalance, StepRecord, energy};
+use tumble_core::simulation::{Interval, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Integrator, World};
 
@@ -25,8 +24,18 @@ pub struct TablesWriter<W: Write> {
     kept: RowChoice,
     /// True if idle contacts have no rows.
     loaded_contacts: bool,
+    open: OpenRows,
+}
+
+/// Rows that are not written yet, because they depend on the next ones.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct OpenRows {
     /// Row of the table `steps` whose sums are not complete, if rows are omitted.
-    open: Option<StepRow>,
+    steps: Option<StepRow>,
+    /// Interval of the last rows, and the states at its end.
+    end: Option<(StepRow, Vec<State>)>,
+    /// True if the table `ends` has rows.
+    pub has_ends: bool,
 }
 
 impl<W: Write> TablesWriter<W> {
@@ -50,8 +59,8 @@ impl<W: Write> TablesWriter<W> {
     }
 
     fn with_writers(tables: Streams<RowWriter<W>>, world: &World) -> Self {
-        let (courses, kept) = (Vec::new(), RowChoice::ALL);
-        Self { tables, world: world.clone(), courses, kept, loaded_contacts: false, open: None }
+        let (courses, kept, open) = (Vec::new(), RowChoice::ALL, OpenRows::default());
+        Self { tables, world: world.clone(), courses, kept, loaded_contacts: false, open }
     }
 
     /// Sets the prescribed motions of joint frames in the world.
@@ -70,26 +79,23 @@ impl<W: Write> TablesWriter<W> {
         self
     }
 
-    /// If `idle` is true, [`TablesWriter::write`] omits idle contacts: those without force and rebound
-    /// that end the step with a gap of 0 or more. They add nothing to the residual.
+    /// If `idle` is true, [idle](IntervalRows::idle) contacts have no rows.
     #[must_use]
     pub fn without_idle_contacts(mut self, idle: bool) -> Self {
         self.loaded_contacts = idle;
         self
     }
 
-    /// Sets the row of the table `steps` that [`TablesWriter::open`] returned at the end of the
-    /// existing rows.
+    /// Sets the rows that [`TablesWriter::open`] returned at the end of the existing rows.
     #[must_use]
-    pub fn continue_from(mut self, open: Option<StepRow>) -> Self {
+    pub fn continue_from(mut self, open: OpenRows) -> Self {
         self.open = open;
         self
     }
 
-    /// Row of the table `steps` that is not written yet, because steps up to the next row may
-    /// follow. `None` if every step has rows.
-    pub fn open(&self) -> Option<&StepRow> {
-        self.open.as_ref()
+    /// Rows that are not written yet.
+    pub fn open(&self) -> &OpenRows {
+        &self.open
     }
 
     /// Writes the rows of a step, if the step is selected. Otherwise adds its energy terms and its
@@ -98,49 +104,56 @@ impl<W: Write> TablesWriter<W> {
     /// # Errors
     /// The errors of the streams.
     pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
-        let is_end = record.report.status == StepStatus::End;
-        let StepRecord { substeps, index, .. } = record;
-        self.world.set_substep((substeps.length > 0.0).then_some([0.0, substeps.length]));
-        let start = *index as f64 * self.world.whole_step();
-        let time = if is_end { start } else { self.world.time_after(*index) };
-        self.world.follow(&self.courses, time);
-        if !self.kept.has(record.index, record.report.status) {
-            if let Some(open) = &mut self.open {
-                open.add(record, &works(&self.world, record));
+        let status = record.status();
+        let is_end = status == StepStatus::End;
+        let index = record.index;
+        let world = &mut self.world;
+        let time = if is_end { world.time_before(index) } else { world.time_after(index) };
+        world.follow(&self.courses, time);
+        if !self.kept.has(index, status) {
+            if let Some(open) = &mut self.open.steps {
+                for interval in record.intervals() {
+                    open.add(interval, &interval.balance(&interval.world(world)).terms());
+                }
             }
             return Ok(());
         }
-        self.end_open()?;
-        let mut step = TableStep::new(&self.world, record);
-        if self.loaded_contacts {
-            let ends = &record.solution.states;
-            let is_open = |row: &ContactRow| record.contacts[row.index].gap_in(ends) >= 0.0;
-            let acts = |row: &ContactRow| row.force != Vector3::zeros() || row.rebound != 0.0;
-            step.contacts.retain(|row| acts(row) || !is_open(row));
+        for (number, interval) in record.intervals().iter().enumerate() {
+            self.write_rows(&IntervalRows::new(&self.world, index, number, interval))?;
         }
-        if self.tables.ends.is_some() && !is_end {
-            step.ends.extend_from_slice(&record.solution.states);
-        }
-        if !self.kept.omits() || is_end {
-            return self.write_step(&step);
-        }
-        self.write_beside(&step)?;
-        self.open = Some(step.row);
         Ok(())
     }
 
-    /// Writes the open row.
-    fn end_open(&mut self) -> io::Result<()> {
-        self.open.take().map_or(Ok(()), |row| self.write_steps_row(&row))
-    }
-
-    /// Writes the given rows of a step, without selection.
+    /// Writes the rows of an interval.
     ///
     /// # Errors
     /// The errors of the streams.
-    pub fn write_step(&mut self, step: &TableStep) -> io::Result<()> {
-        self.write_steps_row(&step.row)?;
-        self.write_beside(step)
+    pub fn write_rows(&mut self, rows: &IntervalRows) -> io::Result<()> {
+        if let Some(row) = self.open.steps.take() {
+            self.write_steps_row(&row)?;
+        }
+        self.write_end(&rows.states)?;
+        self.write_beside(rows)?;
+        let is_end = rows.row.status == StepStatus::End;
+        if self.tables.ends.is_some() && !is_end {
+            self.open.end = Some((rows.row.clone(), rows.ends.clone()));
+        }
+        if self.kept.omits() && !is_end {
+            self.open.steps = Some(rows.row.clone());
+            return Ok(());
+        }
+        self.write_steps_row(&rows.row)
+    }
+
+    /// Writes the states at the end of the last interval, unless the next one starts there.
+    fn write_end(&mut self, next: &[State]) -> io::Result<()> {
+        match (self.open.end.take(), &mut self.tables.ends) {
+            (Some((row, ends)), Some(table)) if ends != next => {
+                self.open.has_ends = true;
+                write_all(table, &row, &ends)
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Writes a row of the table `steps`.
@@ -151,10 +164,10 @@ impl<W: Write> TablesWriter<W> {
         steps.end_row()
     }
 
-    /// Writes the rows of a step in all tables but `steps`.
-    fn write_beside(&mut self, step: &TableStep) -> io::Result<()> {
+    /// Writes the rows of an interval in all tables but `steps` and `ends`.
+    fn write_beside(&mut self, step: &IntervalRows) -> io::Result<()> {
         let missing_moments = TableShape::new(&self.world).missing_columns_of_contacts();
-        let Streams { states, contacts, steps: _, joints, gears, ends } = &mut self.tables;
+        let Streams { states, contacts, joints, gears, .. } = &mut self.tables;
         let row = &step.row;
         if self.world.integrator() == Integrator::Euler {
             write_all(states, row, &step.states)?;
@@ -166,11 +179,11 @@ impl<W: Write> TablesWriter<W> {
             });
             write_all(states, row, &rows.collect::<Vec<_>>())?;
         }
-        if let Some(table) = ends {
-            write_all(table, row, &step.ends)?;
-        }
         if let Some(table) = contacts {
-            for contact in &step.contacts {
+            let is_idle = |place: usize| step.idle.get(place) == Some(&true);
+            let omits = |place: usize| self.loaded_contacts && is_idle(place);
+            let rows = step.contacts.iter().enumerate().filter(|(place, _)| !omits(*place));
+            for (_, contact) in rows {
                 table.whole(row.index);
                 contact.write(table);
                 (0..missing_moments).for_each(|_| table.drop_cell());
@@ -212,7 +225,7 @@ impl<W: Write> TablesWriter<W> {
     }
 }
 
-/// Writes one row per body, joint or gear of a step.
+/// Writes one row per body, joint or gear of an interval.
 fn write_all<W: Write>(
     table: &mut RowWriter<W>,
     row: &StepRow,
@@ -223,52 +236,71 @@ fn write_all<W: Write>(
         table.number(row.time);
         table.whole(index as u64);
         value.write(table);
+        table.whole(row.interval.into());
+        table.number(row.length);
         table.end_row()?;
     }
     Ok(())
 }
 
-impl TableStep {
-    /// Rows of a step of a simulation of `world`.
+impl IntervalRows {
+    /// Rows of all intervals of a step of a simulation of `world`; see [`IntervalRows::new`].
+    #[must_use]
+    pub fn of_step(world: &World, record: &StepRecord) -> Vec<Self> {
+        let intervals = record.intervals().iter().enumerate();
+        intervals
+            .map(|(number, interval)| Self::new(world, record.index, number, interval))
+            .collect()
+    }
+
+    /// Rows of an `interval` with this `number` in step `index` of a simulation of `world`.
     ///
     /// Joint frames with a prescribed motion must be in `world` at their pose at the end of the
-    /// step. A record without the state of a body gives NaN for its contact points and joint
-    /// coordinates. Records of a simulation have all states.
+    /// step. An interval without the state of a body gives NaN for its contact points and joint
+    /// coordinates. Those of a simulation have all states.
     #[must_use]
-    pub fn new(world: &World, record: &StepRecord) -> Self {
-        let is_end = record.report.status == StepStatus::End;
-        let certificate = if is_end { Default::default() } else { record.certificate };
+    pub fn new(world: &World, index: u64, number: usize, interval: &Interval) -> Self {
+        let is_end = interval.report.status == StepStatus::End;
+        let certificate = if is_end { Default::default() } else { interval.certificate };
+        let world = &*interval.world(world);
+        let length = if is_end { 0.0 } else { world.time_step() };
         let row = StepRow {
-            index: record.index,
-            // k h with one rounding, so that times do not drift.
-            time: record.index as f64 * world.whole_step(),
-            status: record.report.status,
-            iterations: record.report.iterations,
-            start: record.report.start.unwrap_or("").to_owned(),
-            contacts: record.contacts.len(),
+            index,
+            interval: number as u32,
+            length,
+            time: world.time_before(index),
+            status: interval.report.status,
+            iterations: interval.report.iterations,
+            start: interval.report.start.unwrap_or("").to_owned(),
+            contacts: interval.contacts.len(),
             residual: certificate.residual(),
             parts: certificate.contact_parts().map(|(_, part)| part),
-            overlap: record.overlap,
-            placement: record.placement,
-            restitution_share: record.restitution_share,
-            energy: energy::total(world, &record.states),
-            works: if is_end { [0.0; 6] } else { works(world, record) },
-            stiffness: if is_end { 0.0 } else { record.stiffness },
-            substeps_taken: record.substeps.count,
-            substep_length: record.substeps.length,
-            error: record.substeps.error,
+            overlap: interval.overlap,
+            placement: interval.placement,
+            restitution_share: interval.restitution_share,
+            energy: interval.energy(world),
+            works: if is_end { [0.0; 6] } else { interval.balance(world).terms() },
+            stiffness: if is_end { 0.0 } else { interval.stiffness },
+            error: if is_end { 0.0 } else { interval.error() },
         };
-        let contacts = ContactRow::from_record(record).collect();
-        let joints = JointRow::from_record(world, record).collect();
-        let gears = GearTableRow::from_record(world, record).collect();
+        let contact = |mut contact: ContactRow| {
+            (contact.interval, contact.length) = (row.interval, length);
+            contact
+        };
+        let ends = &interval.solution.states;
+        let pairs = interval.contacts.iter().zip(&interval.solution.contacts);
+        let is_idle = pairs.map(|(contact, found)| {
+            found.force == Vector3::zeros() && contact.rebound == 0.0 && contact.gap_in(ends) >= 0.0
+        });
         Self {
+            states: interval.states.clone(),
+            instants: interval.instants.clone(),
+            ends: if is_end { Vec::new() } else { interval.solution.states.clone() },
+            idle: is_idle.collect(),
+            contacts: ContactRow::from_interval(interval).map(contact).collect(),
+            joints: JointRow::from_interval(world, interval).collect(),
+            gears: GearTableRow::from_interval(world, interval).collect(),
             row,
-            states: record.states.clone(),
-            instants: record.instants.clone(),
-            ends: Vec::new(),
-            contacts,
-            joints,
-            gears,
         }
     }
 }
@@ -287,39 +319,30 @@ impl StepRow {
         }
     }
 
-    /// Adds the status, the error and the energy terms (J) of a step between this row and the next.
-    fn add(&mut self, record: &StepRecord, works: &[f64; 6]) {
-        self.error += record.substeps.error;
+    /// Adds the status, the error and the energy terms (J) of an interval between this row and the next.
+    fn add(&mut self, interval: &Interval, works: &[f64; 6]) {
+        self.error += interval.error();
         self.works.iter_mut().zip(works).for_each(|(sum, work)| *sum += work);
-        self.status = self.status.with_later(record.report.status);
+        self.status = self.status.with_later(interval.report.status);
     }
-}
-
-/// Terms of the energy balance of a step (J).
-fn works(world: &World, record: &StepRecord) -> [f64; 6] {
-    let StepRecord { states, wrenches, contacts, solution, .. } = record;
-    let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
-    let claim = Claim { states, next, wrenches, contacts, joints, gears };
-    let first = EnergyBalance::new(world, &claim, solution.loads()).terms();
-    array::from_fn(|k| first[k] + record.substeps.works[k])
 }
 
 impl JointRow {
-    /// Rows of the joints of `world` in a step; see [`TableStep::new`].
-    pub fn from_record<'a>(
+    /// Rows of the joints of `world` in an interval; see [`IntervalRows::new`].
+    pub fn from_interval<'a>(
         world: &'a World,
-        record: &'a StepRecord,
+        interval: &'a Interval,
     ) -> impl Iterator<Item = Self> + 'a {
-        let is_end = record.report.status == StepStatus::End;
+        let is_end = interval.report.status == StepStatus::End;
         world.joints().iter().enumerate().map(move |(index, joint)| {
-            let force = record.solution.joints.get(index);
+            let force = interval.solution.joints.get(index);
             let force = force.copied().unwrap_or(JointForce::none(Vector3::zeros()));
-            let next = (!is_end).then_some(&record.solution.states[..]);
-            Self::between(world, joint, &record.states, next, &force)
+            let next = (!is_end).then_some(&interval.solution.states[..]);
+            Self::between(world, joint, &interval.states, next, &force)
         })
     }
 
-    /// Row of `joint` for a step from `states` to `next` under `force`; `None` for a state without
+    /// Row of `joint` for an interval from `states` to `next` under `force`; `None` for a state without
     /// a step.
     #[must_use]
     pub fn between(
@@ -358,20 +381,20 @@ impl JointRow {
 }
 
 impl GearTableRow {
-    /// Rows of the gears of `world` in a step; see [`TableStep::new`].
-    pub fn from_record<'a>(
+    /// Rows of the gears of `world` in an interval; see [`IntervalRows::new`].
+    pub fn from_interval<'a>(
         world: &'a World,
-        record: &'a StepRecord,
+        interval: &'a Interval,
     ) -> impl Iterator<Item = Self> + 'a {
-        let (solution, is_end) = (&record.solution, record.report.status == StepStatus::End);
+        let (solution, is_end) = (&interval.solution, interval.report.status == StepStatus::End);
         world.gears().iter().enumerate().map(move |(index, gear)| {
             let force = solution.gears.get(index).copied().unwrap_or(0.0);
             let next = (!is_end).then_some(&solution.states[..]);
-            Self::between(world, gear, &record.states, next, &solution.joints, force)
+            Self::between(world, gear, &interval.states, next, &solution.joints, force)
         })
     }
 
-    /// Row of `gear` for a step from `states` to `next`; `None` for a state without a step.
+    /// Row of `gear` for an interval from `states` to `next`; `None` for a state without a step.
     ///
     /// `joints` are the forces and angles of the joints, `force` is the gear's force (N or N m).
     #[must_use]
@@ -394,14 +417,15 @@ impl GearTableRow {
 }
 
 impl ContactRow {
-    /// Rows of the contacts of a step, in the order of its solution; see [`TableStep::new`].
+    /// Rows of the contacts of an interval, in the order of its solution; see [`IntervalRows::new`].
+    /// They belong to the interval 0.
     #[inline]
-    pub fn from_record(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
+    pub fn from_interval(interval: &Interval) -> impl Iterator<Item = Self> + '_ {
         let point = |contact: &Contact| {
-            let state = record.states.get(contact.key.body);
+            let state = interval.states.get(contact.key.body);
             state.map_or(Vector3::repeat(f64::NAN), |state| state.position + contact.arm)
         };
-        let pairs = record.contacts.iter().zip(&record.solution.contacts);
+        let pairs = interval.contacts.iter().zip(&interval.solution.contacts);
         pairs.enumerate().map(move |(index, (contact, found))| Self {
             index,
             body: contact.key.body,
@@ -414,7 +438,10 @@ impl ContactRow {
             radius: contact.features.radius,
             rebound: contact.rebound,
             key: KeyText::new(&contact.key),
-            moment: record.solution.moment(index),
+            friction: contact.law.friction,
+            interval: 0,
+            length: 0.0,
+            moment: interval.solution.moment(index),
         })
     }
 }

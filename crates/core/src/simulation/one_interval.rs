@@ -1,0 +1,282 @@
+//! One interval of a step: free flight, or contact detection, solver and certificate.
+
+use super::inputs::Inputs;
+use super::interval::Interval;
+use super::leapfrog::{self, Converted};
+use super::moment::Moment;
+use super::unphysical::{self, UnphysicalCause};
+use super::workspace::Workspace;
+use super::{Motion, infeasible_gap};
+use crate::contact::certificate::{Claim, certify_rk4_step};
+use crate::contact::rounding;
+use crate::error::Error;
+use crate::mechanics::dynamics::rk4_step;
+use crate::step::{Step, StepReport, StepSolution, StepStatus};
+use crate::world::{Span, World};
+
+/// Part of a step to be taken.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Part {
+    /// `None` for a whole step.
+    pub span: Option<Span>,
+    /// True if more than this interval may belong to the step.
+    pub is_part: bool,
+    /// Conversions of velocities to its length; empty without any.
+    pub converted: Vec<Converted>,
+}
+
+/// Takes one interval from `moment`, which moves to its end. `taken` describes it. It is taken even
+/// if it is not solved.
+///
+/// The order is: wrenches; a copy of the interval before if all rests; motions of joint frames; a
+/// trial that converts velocities of a start; the problem; the velocities of the instant; the move.
+///
+/// # Errors
+/// If the problem cannot be posed or was interrupted. The moment is then unchanged.
+pub(super) fn interval(
+    world: &mut World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    part: Part,
+    taken: &mut Interval,
+) -> Result<(), Error> {
+    inputs.check_interrupt()?;
+    world.set_span(part.span);
+    inputs.set_wrenches(world, moment, &mut workspace.wrenches);
+    taken.span = part.span;
+    taken.wrenches.clone_from(&workspace.wrenches);
+    taken.is_coarse = false;
+    taken.part = part.is_part.then(Box::default);
+    if workspace.rest.is_known() && workspace.rest.repeat(moment, &workspace.wrenches, taken) {
+        return Ok(());
+    }
+    inputs.drive_joints(world, moment);
+    let mut converted = part.converted;
+    let started = leapfrog::start(world, moment, inputs, workspace, &mut converted, None)?;
+    solve(world, moment, inputs, workspace, taken)?;
+    if let Some(part) = &mut taken.part {
+        part.converted = converted;
+    }
+    finish(world, moment, inputs, workspace, started, taken);
+    Ok(())
+}
+
+/// Moves `moment` to the end of `taken`, whose solution is that of the interval.
+pub(super) fn finish(
+    world: &World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    started: bool,
+    taken: &mut Interval,
+) {
+    leapfrog::end(world, moment, workspace, started, taken);
+    workspace.solution.copy_from(&taken.solution);
+    moment.move_on(&mut workspace.solution);
+    workspace.rest.note(world, moment, inputs, &workspace.wrenches, taken);
+}
+
+/// Solves the problem of an interval and describes it in `taken`. Only the contact search of the
+/// moment moves on.
+///
+/// # Errors
+/// If the problem cannot be posed or was interrupted. The moment is then unchanged.
+pub(super) fn solve(
+    world: &World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) -> Result<(), Error> {
+    taken.states.clear();
+    taken.states.extend_from_slice(&moment.now.states);
+    taken.instants.clear();
+    taken.extrapolated.clear();
+    if let Some(instants) = &moment.instants {
+        taken.instants.extend_from_slice(&instants.states);
+    }
+    (taken.infeasible_gap, taken.unphysical, taken.gain) = (None, None, None);
+    // Without pairs of pieces there is nothing to restore.
+    let rewinds = inputs.interrupt.is_some() && !moment.search.is_empty();
+    if rewinds {
+        workspace.rewind.copy_from(&moment.search);
+    }
+    let mut memory = std::mem::take(&mut moment.search);
+    if workspace.has_contacts() {
+        workspace.begin_rest(moment, &memory);
+    }
+    workspace.candidates.exchange_memory(world, &mut memory);
+    let solved = if workspace.has_contacts() {
+        contact_step(world, moment, inputs, workspace, taken)
+    } else {
+        floating_step(world, workspace, taken);
+        Ok(())
+    };
+    if solved.is_ok() {
+        describe(world, workspace, taken);
+    }
+    workspace.candidates.return_memory(&mut memory);
+    moment.search = memory;
+    if solved.is_err() {
+        workspace.forget();
+        if rewinds {
+            moment.search.copy_from(&workspace.rewind);
+        }
+    }
+    solved
+}
+
+/// Stiffness, overlap and placement of a solved interval, and its contacts.
+fn describe(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
+    let Workspace { candidates, .. } = workspace;
+    let Interval { states, solution, stiffness, overlap, placement, .. } = &mut *taken;
+    let StepSolution { states: next, joints, gears, .. } = &*solution;
+    *stiffness = workspace.stiffness.largest_in_step(world, states, joints, gears);
+    *overlap = candidates.deepest_overlap(world, next).map_or(0.0, |(depth, ..)| depth);
+    *placement = candidates.placement_error(world, states, next, solution.forces());
+    candidates.hand_over(&mut taken.contacts);
+}
+
+/// Advances each body separately by the Runge–Kutta method.
+fn floating_step(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
+    let Workspace { wrenches, candidates, .. } = workspace;
+    let Interval { states, solution, .. } = &mut *taken;
+    candidates.clear();
+    solution.set_free(&[]);
+    let bodies = world.bodies().iter().zip(&*states).zip(&*wrenches);
+    solution.states.extend(bodies.enumerate().map(|(index, ((body, state), wrench))| {
+        if world.is_held(index) {
+            return *state;
+        }
+        let mut total = *wrench;
+        total.force += world.gravity() * body.mass();
+        rk4_step(body, state, &total, world.time_step())
+    }));
+    let contacts = candidates.contacts();
+    let next = &solution.states;
+    let claim = Claim { states, next, wrenches, contacts, joints: &[], gears: &[] };
+    taken.certificate = certify_rk4_step(world, &claim);
+    taken.report = StepReport::without_problem(StepStatus::Free);
+    taken.restitution_share = 1.0;
+}
+
+/// Advances by free flight, detection, solver and certificate.
+fn contact_step(
+    world: &World,
+    moment: &Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) -> Result<(), Error> {
+    let Workspace {
+        motion, wrenches, free, candidates, bounce, certifier, energy_check, rest, ..
+    } = workspace;
+    let Motion::Contact { detection, solver } = motion else { return Ok(()) };
+    let (detection, solver) = (*detection, solver.as_mut());
+    let Moment { instants, now: previous, before, .. } = moment;
+    let states = &previous.states;
+    free.clear();
+    let flights = states.iter().zip(&*wrenches).enumerate();
+    free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
+
+    let (earlier, interrupt) = (before.as_ref(), inputs.interrupt.as_deref());
+    let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
+    // Other solvers' laws have no offset.
+    match instants {
+        Some(instants) if solver.islands().is_some() => {
+            candidates.set_instants(&instants.states, free);
+        }
+        _ => candidates.set_instants(&[], &[]),
+    }
+    let solution = &mut taken.solution;
+    let needs_contact = candidates.find(detection, world, states, free);
+    rest.found(candidates.contacts().len());
+    let (mut report, share, accepted) = if needs_contact {
+        rest.tell(solver);
+        let (report, share) = bounce.solve(&step, solver, candidates, solution)?;
+        let islands = solver.islands();
+        rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
+        // The solver's slips are those of the law.
+        let solved = solution.contacts.iter_mut().zip(candidates.contacts());
+        solved.for_each(|(force, contact)| force.slip -= contact.slip_offset);
+        (report, share, solver.accepted_residual())
+    } else {
+        rest.keep(|_| false);
+        solution.set_free(free);
+        // Exact, unless an implicit gyroscopic equation has no solution in reach.
+        (StepReport::without_problem(StepStatus::Free), 1.0, 0.0)
+    };
+    let missed = candidates.missed_pair(world, states, &solution.states);
+    let contacts = candidates.contacts();
+    let (joints, gears) = (&solution.joints, &solution.gears);
+    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
+    // Without moments the loop over the contacts is shorter.
+    let certificate = if world.has_turning_friction() {
+        certifier.step_beside(world, &claim, solution.loads(), rest.bodies())
+    } else {
+        certifier.step_beside(world, &claim, solution.forces(), rest.bodies())
+    };
+    // The certificate overrides the solver's status. A NaN fails every comparison.
+    let residual = certificate.residual();
+    let rounding = || rounding::residual(world, states, &solution.states);
+    let within = residual <= accepted || residual <= rounding();
+    let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
+    if !within {
+        report.status = StepStatus::Failed;
+    } else if solved {
+        taken.unphysical = energy_check.cause(
+            world,
+            &claim,
+            certifier.joint_motions(),
+            solution.forces(),
+            accepted,
+        );
+        taken.gain = energy_check.largest_gain();
+    }
+    if report.status == StepStatus::Failed {
+        let least = world.time_step() * accepted.max(rounding());
+        taken.infeasible_gap = infeasible_gap::find(world, states, contacts, least);
+    }
+    // A step that skipped a contact has an invalid trajectory.
+    if report.status != StepStatus::Failed {
+        taken.unphysical = taken
+            .unphysical
+            .or(missed.map(|between| UnphysicalCause::Missed { between }))
+            .or_else(|| {
+                let body = unphysical::lost_body(world, states, &solution.states)?;
+                Some(UnphysicalCause::turn(world, body, &solution.states[body]))
+            });
+        if taken.unphysical.is_some() {
+            report.status = StepStatus::Wild;
+        }
+    }
+    (taken.report, taken.certificate, taken.restitution_share) = (report, certificate, share);
+    Ok(())
+}
+
+/// Checks the sizes of a solution before it is indexed.
+#[inline]
+pub(super) fn check_sizes(
+    solution: &StepSolution,
+    step: &Step<'_>,
+    contacts: usize,
+) -> Result<(), Error> {
+    let StepSolution { states, contacts: forces, joints, gears, .. } = solution;
+    let found = [states.len(), forces.len(), joints.len(), gears.len()];
+    let (world, bodies) = (step.world, step.states.len());
+    let wanted = [bodies, contacts, world.joints().len(), world.gears().len()];
+    if found == wanted { Ok(()) } else { Err(size_error(found, wanted)) }
+}
+
+#[cold]
+#[inline(never)]
+fn size_error(found: [usize; 4], wanted: [usize; 4]) -> Error {
+    let [states, contacts, joints, gears] = found;
+    let [bodies, candidates, tied, geared] = wanted;
+    let why = format!(
+        "its solution has {states} states, {contacts} contact forces and the forces of {joints} \
+         joints and {gears} gears; expected {bodies}, {candidates}, {tied} and {geared}"
+    );
+    Error::Solver { solver: "the step's solver", why }
+}

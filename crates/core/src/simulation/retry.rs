@@ -1,0 +1,429 @@
+//! Fallbacks for a step that the native solver did not solve, or whose solution makes energy (eq. 32):
+//! shorter intervals, or a motion that adds no energy.
+//!
+//! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
+//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Shorter
+//! intervals keep the depth at which their contacts begin: they would remove it with n times the speed.
+//! Velocities that depend on the length are converted before and after. The spin keeps its momentum P⁻
+//! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
+//!
+//! A point near the solution that adds no energy is kept, and the step is failed. If the shorter
+//! intervals are not solved either, islands that add no energy keep the best point of the solver. Other
+//! islands that touch the ground or a fixed piece stand still. The rest move on as one rigid body
+//! with their momentum P and angular momentum L:
+//!
+//! ```text
+//! v = P/m + h g,   ω = I⁻¹ L
+//! ```
+//!
+//! A rigid motion has the least kinetic energy for given P and L.
+
+use super::inputs::Inputs;
+use super::interval::Interval;
+use super::islands::Islands;
+use super::leapfrog;
+use super::moment::Moment;
+use super::one_interval::{self, Part};
+use super::record::StepRecord;
+use super::unphysical::{Budget, EnergyGain, UnphysicalCause};
+use super::workspace::Workspace;
+use super::{Motion, energy, unphysical};
+use crate::contact::Memory;
+use crate::error::Error;
+use crate::joint::JointForce;
+use crate::mechanics::quaternion::{product, rotation};
+use crate::mechanics::{RigidBody, Rotation, State};
+use crate::step::{ContactForce, StepStatus};
+use crate::world::{Span, World};
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// Residual, as a multiple of the accepted one, below which the best point is kept. Shorter intervals
+/// are less accurate, because they fall by a further ½ h² g.
+const NEAR: f64 = 1e3;
+
+/// Largest number of shorter intervals.
+const MOST_PARTS: u32 = 64;
+
+/// Largest number of Newton steps for the spin. The map is nearly linear.
+const MOST_NEWTON: u32 = 20;
+
+/// Takes one step from `moment`: in one interval, or in shorter ones if that is not solved or makes
+/// energy.
+///
+/// # Errors
+/// Those of an interval; the moment is then unchanged.
+pub(super) fn step(
+    world: &mut World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    record: &mut StepRecord,
+) -> Result<(), Error> {
+    let taken = record.next_interval();
+    one_interval::interval(world, moment, inputs, workspace, Part::default(), taken)?;
+    let is_tried = taken.report.status == StepStatus::Failed || taken.gain.is_some();
+    let Some(failure) = is_tried.then(|| Failure::find(world, workspace, taken)).flatten() else {
+        return Ok(());
+    };
+    record.unsolved.extend(failure.bodies());
+    if failure.is_kept || !moment.move_back(record.first()) {
+        return Ok(());
+    }
+    // The interrupt flag is not checked here, because an external solver could not repeat its part with
+    // the same bits.
+    let inputs = inputs.uninterrupted();
+    let mut parts = if failure.is_squeezed { MOST_PARTS + 1 } else { 2 };
+    while parts <= MOST_PARTS {
+        let start = Moment { search: Memory::default(), ..moment.clone() };
+        if let Some(end) = in_parts(parts, world, start, &inputs, workspace, &failure, record) {
+            *moment = end;
+            workspace.forget();
+            world.set_span(None);
+            return Ok(());
+        }
+        record.truncate(1);
+        parts *= 2;
+    }
+    world.set_span(None);
+    inputs.drive_joints(world, moment);
+    workspace.forget();
+    let taken = &mut record.intervals_mut()[0];
+    failure.hold_energy(world, workspace, taken);
+    one_interval::finish(world, moment, &inputs, workspace, false, taken);
+    workspace.rest.end();
+    Ok(())
+}
+
+/// A step that was not solved or makes energy. Flags have one entry per body.
+struct Failure {
+    /// Islands that are not solved, or that make more energy than a step may.
+    unsolved: Vec<bool>,
+    /// Islands that gain energy.
+    gains: Vec<bool>,
+    /// Largest gain of an island that makes more than a step may.
+    cause: Option<UnphysicalCause>,
+    /// Islands that touch the ground or a fixed piece, or have a held body.
+    stands: Vec<bool>,
+    islands: Islands,
+    /// True if the point found is kept: near the solution, and without added energy.
+    is_kept: bool,
+    /// True if a body has too little room.
+    is_squeezed: bool,
+}
+
+impl Failure {
+    /// Examines the last interval `taken`. `None` if it is kept as a step of its kind: for other solvers,
+    /// and without an island that is not solved.
+    fn find(world: &World, workspace: &mut Workspace<'_>, taken: &Interval) -> Option<Self> {
+        let Workspace { motion, energy_check, certifier, .. } = workspace;
+        let Motion::Contact { solver, .. } = motion else { return None };
+        let bodies = taken.states.len();
+        let has_failed = taken.report.status == StepStatus::Failed;
+        let is_near = taken.certificate.residual() <= NEAR * solver.accepted_residual();
+        // Steps of other solvers are kept.
+        let solver = solver.islands()?;
+        if has_failed {
+            let forces = taken.solution.forces();
+            certifier.contact_step(world, &taken.claim(), taken.solution.loads());
+            energy_check.count(world, &taken.claim(), certifier.joint_motions(), forces, 0.0);
+        }
+        // The certificate can reject an interval that the solver considers solved.
+        let all_are = (0..bodies).all(|body| solver.is_solved(body));
+        let is_unsolved = |body| has_failed && (all_are || !solver.is_solved(body));
+        let unsolved: Vec<_> =
+            (0..bodies).map(|body| is_unsolved(body) || energy_check.makes(body)).collect();
+        if !unsolved.contains(&true) {
+            return None;
+        }
+        let gains: Vec<_> = (0..bodies).map(|body| energy_check.gains(body)).collect();
+        let makes = |gain: &EnergyGain| energy_check.makes(gain.body);
+        let cause = energy_check.largest_gain().filter(makes);
+        let mut islands = Islands::default();
+        islands.find(bodies, taken.contacts.iter().map(|contact| &contact.key), world);
+        Some(Self {
+            is_kept: is_near && !(0..bodies).any(|body| unsolved[body] && gains[body]),
+            stands: standing(world, &islands, taken),
+            unsolved,
+            gains,
+            cause: cause.map(|EnergyGain { body, energy }| UnphysicalCause::Gain { body, energy }),
+            islands,
+            is_squeezed: taken.infeasible_gap.is_some(),
+        })
+    }
+
+    /// Bodies of unsolved islands.
+    fn bodies(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.unsolved.len()).filter(|body| self.unsolved[*body])
+    }
+
+    /// Replaces the motion of islands with unsolved bodies that add energy by one that does not, and
+    /// certifies `taken` again.
+    fn hold_energy(&self, world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
+        let Self { unsolved, gains, stands, islands, .. } = self;
+        let Interval { states, contacts, solution, .. } = &mut *taken;
+        let bodies = states.len();
+        for (label, &stands) in stands.iter().enumerate() {
+            let members: Vec<_> =
+                (0..bodies).filter(|body| islands.label(*body) == label).collect();
+            if !members.iter().any(|body| unsolved[*body] && gains[*body]) {
+                continue;
+            }
+            let motion = (!stands).then(|| RigidMotion::from_members(world, states, &members));
+            for &body in &members {
+                let state = &states[body];
+                solution.states[body] = match &motion {
+                    Some(motion) => motion.moved(world, state),
+                    None => State { velocity: Vector3::zeros(), spin: Vector3::zeros(), ..*state },
+                };
+            }
+            let is_member = |body: usize| islands.label(body) == label;
+            for (place, force) in solution.contacts.iter_mut().enumerate() {
+                if is_member(force.key.body) {
+                    *force = ContactForce::none(force.key);
+                    solution.moments.get_mut(place).into_iter().for_each(|moment| moment.fill(0.0));
+                }
+            }
+            for (force, joint) in solution.joints.iter_mut().zip(world.joints()) {
+                if is_member(joint.body()) {
+                    *force = JointForce::none(force.angles);
+                }
+            }
+            for (force, gear) in solution.gears.iter_mut().zip(world.gears()) {
+                if is_member(world.joints()[gear.axes()[0].joint].body()) {
+                    *force = 0.0;
+                }
+            }
+        }
+        for (force, contact) in solution.contacts.iter_mut().zip(contacts) {
+            force.normal_force = contact.normal().dot(&force.force);
+            force.slip = contact.slip(world, states, &solution.states);
+        }
+        for (force, joint) in solution.joints.iter_mut().zip(world.joints()) {
+            if let Some(at) = joint.coordinates(&solution.states) {
+                force.angles = joint.counted(&at, &force.angles);
+            }
+        }
+        taken.report.status = StepStatus::Failed;
+        taken.unphysical = self.cause;
+        taken.gain = None;
+        let Workspace { certifier, .. } = workspace;
+        taken.certificate = certifier.contact_step(world, &taken.claim(), taken.solution.loads());
+    }
+}
+
+/// True per body if its island touches the ground or a fixed piece, or has a held body.
+fn standing(world: &World, islands: &Islands, taken: &Interval) -> Vec<bool> {
+    let bodies = taken.states.len();
+    let mut stands = vec![false; bodies];
+    for body in (0..bodies).filter(|body| world.is_held(*body)) {
+        stands[islands.label(body)] = true;
+    }
+    for contact in &taken.contacts {
+        stands[islands.label(contact.key.body)] |= contact.key.partner.body().is_none();
+    }
+    for joint in world.joints() {
+        stands[islands.label(joint.body())] |= joint.other().is_none();
+    }
+    (0..bodies).map(|body| stands[islands.label(body)]).collect()
+}
+
+/// Takes the step from `start` in `parts` shorter intervals, and returns the moment at its end. They
+/// replace the interval in `record`. Returns `None` if one of them is not solved, or if they make energy
+/// together.
+fn in_parts(
+    parts: u32,
+    world: &mut World,
+    start: Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    failure: &Failure,
+    record: &mut StepRecord,
+) -> Option<Moment> {
+    let h = world.whole_step();
+    let length = h / f64::from(parts);
+    world.set_span(None);
+    let first_energy = energy::total(world, &start.now.states);
+    let mut moment = Moment { instants: None, ..start.clone() };
+    moment.now.states = converted(world, failure, &moment.now.states, h, length)?;
+    moment.forget_past();
+    workspace.forget();
+    let mut budget = Budget::default();
+    for part in 0..parts {
+        let since = f64::from(part) * length;
+        let span = Span { since, length, keeps_gap: true, is_retry: true };
+        let taken = record.next_interval();
+        let part = Part { span: Some(span), is_part: true, converted: Vec::new() };
+        one_interval::interval(world, &mut moment, inputs, workspace, part, taken).ok()?;
+        if !taken.report.status.is_solved() {
+            return None;
+        }
+        if taken.report.status != StepStatus::Free {
+            budget.add(&workspace.energy_check.sum(&failure.unsolved));
+        }
+        taken.report.status = StepStatus::Substepped;
+        if let Some(part) = &mut taken.part {
+            part.changeable = world.changeable();
+        }
+    }
+    if budget.is_made() {
+        return None;
+    }
+    world.set_span(None);
+    let mut ends = converted(world, failure, &moment.now.states, length, h)?;
+    let gained = failure.slow_standing(world, &start.now.states, &mut ends, parts, budget.gained);
+    let last_energy = energy::total(world, &ends);
+    moment.now.states = ends;
+    moment.forget_past();
+    record.remove_first();
+    let intervals = record.intervals_mut();
+    let last = intervals.len() - 1;
+    for (place, taken) in intervals.iter_mut().enumerate() {
+        let ends = [(place == 0).then_some(first_energy), (place == last).then_some(last_energy)];
+        taken.part.iter_mut().for_each(|part| part.energies = ends);
+    }
+    budget.gained = gained;
+    if budget.gains() {
+        let body = failure.bodies().next().unwrap_or(0);
+        intervals[last].gain = Some(EnergyGain { body, energy: gained });
+    }
+    leapfrog::end_of_retry(world, &start, &mut moment, intervals);
+    Some(moment)
+}
+
+/// Converts `states` from intervals of length `from` to those of length `to` (s).
+fn converted(
+    world: &World,
+    failure: &Failure,
+    states: &[State],
+    from: f64,
+    to: f64,
+) -> Option<Vec<State>> {
+    let bodies = world.bodies().iter().zip(states).zip(&failure.stands);
+    bodies
+        .map(|((body, state), stands)| same_momentum(world, body, state, !stands, from, to))
+        .collect()
+}
+
+impl Failure {
+    /// Slows the standing unsolved bodies down at the `ends` of the step from `states`, alike, so that
+    /// they gain no energy. Besides the `made` energy of the `parts` (J) they gain, because they keep
+    /// their velocities in spite of the other length (35),
+    ///
+    /// ```text
+    /// Σ ½ m (h − h/n) g·(v⁺ − v)
+    /// ```
+    ///
+    /// Returns the energy that is left: bodies that are at rest at the end may be higher (J).
+    fn slow_standing(
+        &self,
+        world: &World,
+        states: &[State],
+        ends: &mut [State],
+        parts: u32,
+        made: f64,
+    ) -> f64 {
+        let h = world.time_step();
+        let (mut gained, mut kinetic, mut lag) = (made.max(0.0), 0.0, 0.0);
+        let moves = |body: &usize| self.stands[*body] && !world.is_held(*body);
+        let bodies: Vec<_> = self.bodies().filter(moves).collect();
+        for &index in &bodies {
+            let (body, end) = (&world.bodies()[index], &ends[index]);
+            let fall = world.gravity() * (0.5 * h * body.mass());
+            let faster = end.velocity - states[index].velocity;
+            gained += fall.dot(&faster) * (1.0 - 1.0 / f64::from(parts));
+            kinetic += unphysical::kinetic_energy(world, body, end);
+            lag += fall.dot(&end.velocity);
+        }
+        if gained > 0.0 && kinetic > 0.0 {
+            // Energy (35) at s times the velocities: s² T + s Σ ½ m h g·v.
+            let root = (lag * lag + 4.0 * kinetic * (kinetic + lag - gained)).max(0.0).sqrt();
+            let slower = ((root - lag) / (2.0 * kinetic)).clamp(0.0, 1.0);
+            for index in bodies {
+                ends[index].velocity *= slower;
+                ends[index].spin *= slower;
+            }
+            gained -= (1.0 - slower) * ((1.0 + slower) * kinetic + lag);
+        }
+        gained.max(0.0)
+    }
+}
+
+/// Converts `state` from intervals of length `from` to those of length `to` (s). The spin keeps its
+/// momentum. A body that `flies` gets the velocity of the same fall, since velocities lag half an
+/// interval (eq. 35). Returns `None` if no spin has this momentum, as for many radians per interval.
+fn same_momentum(
+    world: &World,
+    body: &RigidBody,
+    state: &State,
+    flies: bool,
+    from: f64,
+    to: f64,
+) -> Option<State> {
+    let (form, inertia) = (world.rotation(), body.inertia());
+    let mut velocity = state.velocity;
+    if flies && form == Rotation::Momentum {
+        velocity += 0.5 * (from - to) * world.gravity();
+    }
+    let wanted = form.momentum(inertia, &state.spin, from);
+    let mut spin = state.spin;
+    for _ in 0..MOST_NEWTON {
+        let off = form.momentum(inertia, &spin, to) - wanted;
+        if off.norm() <= 8.0 * f64::EPSILON * wanted.norm() {
+            return Some(State { velocity, spin, ..*state });
+        }
+        spin -= form.momentum_slope(inertia, &spin, to).try_inverse()? * off;
+    }
+    None
+}
+
+/// Rigid motion of a group of bodies.
+struct RigidMotion {
+    centre: Vector3<f64>,
+    velocity: Vector3<f64>,
+    /// Angular velocity, world frame.
+    spin: Vector3<f64>,
+}
+
+impl RigidMotion {
+    /// Rigid motion with the linear and angular momentum of the group.
+    fn from_members(world: &World, states: &[State], members: &[usize]) -> Self {
+        let of = |body: usize| (&world.bodies()[body], &states[body]);
+        let mass: f64 = members.iter().map(|body| of(*body).0.mass()).sum();
+        let weighted = |vector: fn(&State) -> Vector3<f64>| -> Vector3<f64> {
+            let parts = members.iter().map(|body| of(*body));
+            parts.map(|(body, state)| body.mass() * vector(state)).sum::<Vector3<f64>>() / mass
+        };
+        let (centre, velocity) =
+            (weighted(|state| state.position), weighted(|state| state.velocity));
+        let (mut inertia, mut momentum) = (Matrix3::zeros(), Vector3::zeros());
+        for (body, state) in members.iter().map(|body| of(*body)) {
+            let turn = rotation(&state.attitude);
+            let arm = state.position - centre;
+            let own = turn * body.inertia() * turn.transpose();
+            inertia += own
+                + body.mass() * (arm.norm_squared() * Matrix3::identity() - arm * arm.transpose());
+            let about = world.rotation().momentum(body.inertia(), &state.spin, world.time_step());
+            momentum += turn * about + body.mass() * arm.cross(&(state.velocity - velocity));
+        }
+        let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * momentum);
+        Self { centre, velocity: velocity + world.gravity() * world.time_step(), spin }
+    }
+
+    /// State of a body of the group after the step.
+    fn moved(&self, world: &World, state: &State) -> State {
+        let h = world.time_step();
+        let angle = h * self.spin.norm();
+        let arm = state.position - self.centre;
+        let (sine, cosine) = libm::sincos(0.5 * angle);
+        let axis = if angle > 0.0 { self.spin / self.spin.norm() } else { Vector3::zeros() };
+        let turn = Vector4::new(cosine, sine * axis[0], sine * axis[1], sine * axis[2]);
+        let attitude = product(&turn, &state.attitude).normalize();
+        let arm = rotation(&turn) * arm;
+        State {
+            position: self.centre + h * self.velocity + arm,
+            attitude,
+            velocity: self.velocity + self.spin.cross(&arm),
+            spin: rotation(&attitude).transpose() * self.spin,
+        }
+    }
+}

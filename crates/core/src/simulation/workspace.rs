@@ -1,0 +1,84 @@
+//! Memory that steps use again. It changes no result.
+
+use super::Motion;
+use super::abrupt::AbruptChanges;
+use super::bounce::Bounce;
+use super::moment::Moment;
+use super::rest::RestingBodies;
+use super::stiffness::Stiffness;
+use super::unphysical::EnergyCheck;
+use crate::contact::certificate::Certifier;
+use crate::contact::{Candidates, Memory};
+use crate::mechanics::{State, Wrench};
+use crate::step::StepSolution;
+use crate::world::World;
+
+/// The solver and the scratch memory of steps, and what is known of bodies at rest.
+pub(super) struct Workspace<'a> {
+    pub motion: Motion<'a>,
+    /// External wrench on each body in the interval.
+    pub wrenches: Vec<Wrench>,
+    /// States after free flight.
+    pub free: Vec<State>,
+    pub candidates: Candidates,
+    /// State of the contact search before an interval that may not be taken.
+    pub rewind: Memory,
+    pub bounce: Bounce,
+    /// Solution of the interval.
+    pub solution: StepSolution,
+    pub certifier: Certifier,
+    pub energy_check: EnergyCheck,
+    pub stiffness: Stiffness,
+    pub abrupt: AbruptChanges,
+    pub rest: RestingBodies,
+}
+
+impl<'a> Workspace<'a> {
+    pub fn new(motion: Motion<'a>) -> Self {
+        Self {
+            motion,
+            wrenches: Vec::new(),
+            free: Vec::new(),
+            candidates: Candidates::new(),
+            rewind: Memory::default(),
+            bounce: Bounce::default(),
+            solution: StepSolution::default(),
+            certifier: Certifier::new(),
+            energy_check: EnergyCheck::default(),
+            stiffness: Stiffness::default(),
+            abrupt: AbruptChanges::default(),
+            rest: RestingBodies::default(),
+        }
+    }
+
+    /// The next interval does not start where the last one ended.
+    pub fn forget(&mut self) {
+        self.rest.end();
+        self.candidates.forget();
+    }
+
+    /// Notes the start of an interval for [`RestingBodies`].
+    pub fn begin_rest(&mut self, moment: &Moment, memory: &Memory) {
+        let Motion::Contact { solver, .. } = &mut self.motion else { return };
+        let Moment { now, before, .. } = moment;
+        self.rest.begin(now, before.as_ref(), memory, solver.as_mut(), &self.wrenches);
+    }
+
+    /// True if steps have contacts.
+    pub fn has_contacts(&self) -> bool {
+        matches!(self.motion, Motion::Contact { .. })
+    }
+
+    /// Calls `work` with the contact search of `moment`.
+    pub fn search<T>(
+        &mut self,
+        world: &World,
+        memory: &mut Memory,
+        work: impl FnOnce(&mut Candidates) -> T,
+    ) -> T {
+        self.candidates.exchange_memory(world, memory);
+        let result = work(&mut self.candidates);
+        self.candidates.return_memory(memory);
+        result
+    }
+}

@@ -1,0 +1,129 @@
+//! Whole steps from the rows of their intervals.
+
+use super::{ContactRow, GearTableRow, IntervalRows, JointRow};
+use std::borrow::Cow;
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::StepStatus;
+
+/// Rows of whole steps, from the `rows` of all their intervals: states, coordinates and energy at the
+/// start of the step; means of forces, rates and slips over it; sums of works, errors and iterations;
+/// the largest residuals; the most serious status.
+#[must_use]
+pub fn whole_steps(rows: &[IntervalRows]) -> Cow<'_, [IntervalRows]> {
+    if rows.iter().all(|rows| rows.row.interval == 0) {
+        return Cow::Borrowed(rows);
+    }
+    let is_same_step = |a: &IntervalRows, b: &IntervalRows| a.row.index == b.row.index;
+    Cow::Owned(rows.chunk_by(is_same_step).filter_map(whole_step).collect())
+}
+
+/// Rows of a whole step from those of its intervals.
+fn whole_step(intervals: &[IntervalRows]) -> Option<IntervalRows> {
+    let [first, later @ ..] = intervals else { return None };
+    let mut whole = first.clone();
+    if later.is_empty() {
+        return Some(whole);
+    }
+    let length: f64 = intervals.iter().map(|rows| rows.row.length).sum();
+    whole.scale(first.row.length / length);
+    for rows in later {
+        whole.add(rows, rows.row.length / length);
+    }
+    let last = &intervals[intervals.len() - 1];
+    whole.ends.clone_from(&last.ends);
+    whole.row.length = length;
+    whole.idle.clear();
+    whole.row.contacts = whole.contacts.len();
+    for (number, contact) in whole.contacts.iter_mut().enumerate() {
+        (contact.index, contact.interval, contact.length) = (number, 0, length);
+    }
+    Some(whole)
+}
+
+/// Adds the mean force and slip of a contact to the same one of `contacts`, or appends it.
+fn add_contact(contacts: &mut Vec<ContactRow>, contact: ContactRow) {
+    let is_same = |known: &&mut ContactRow| {
+        (known.body, known.partner, &known.key) == (contact.body, contact.partner, &contact.key)
+    };
+    match contacts.iter_mut().find(is_same) {
+        Some(known) => {
+            known.force += contact.force;
+            known.moment += contact.moment;
+            known.slip += contact.slip;
+        }
+        None => contacts.push(contact),
+    }
+}
+
+impl ContactRow {
+    /// Contacts of a step of several intervals, with means of forces and slips over the step.
+    #[must_use]
+    pub fn of_divided_step(record: &StepRecord) -> Vec<Self> {
+        let mut contacts = Vec::new();
+        for (share, interval) in record.shares() {
+            for mut contact in Self::from_interval(interval) {
+                contact.scale(share);
+                add_contact(&mut contacts, contact);
+            }
+        }
+        contacts
+    }
+
+    fn scale(&mut self, share: f64) {
+        let Self { force, moment, slip, .. } = self;
+        [force, moment, slip].into_iter().for_each(|vector| *vector *= share);
+    }
+}
+
+impl IntervalRows {
+    /// Scales forces, rates and slips by the `share` of this interval in the step.
+    fn scale(&mut self, share: f64) {
+        self.contacts.iter_mut().for_each(|contact| contact.scale(share));
+        for JointRow { velocity, spin, force, torque, .. } in &mut self.joints {
+            [velocity, spin, force, torque].into_iter().for_each(|vector| *vector *= share);
+        }
+        self.gears.iter_mut().for_each(|gear| gear.force *= share);
+    }
+
+    /// Adds a later interval of the step with its `share`.
+    fn add(&mut self, later: &Self, share: f64) {
+        let (row, more) = (&mut self.row, &later.row);
+        let larger = |most: &mut f64, number: f64| {
+            if number.is_nan() || number > *most {
+                *most = number;
+            }
+        };
+        row.status = row.status.max(more.status);
+        row.iterations = row.iterations.saturating_add(more.iterations);
+        larger(&mut row.residual, more.residual);
+        row.parts.iter_mut().zip(more.parts).for_each(|(most, part)| larger(most, part));
+        larger(&mut row.overlap, more.overlap);
+        larger(&mut row.placement, more.placement);
+        larger(&mut row.stiffness, more.stiffness);
+        row.restitution_share = row.restitution_share.min(more.restitution_share);
+        row.works.iter_mut().zip(more.works).for_each(|(sum, work)| *sum += work);
+        row.error += more.error;
+        let mut scaled = later.clone();
+        scaled.scale(share);
+        scaled.contacts.into_iter().for_each(|contact| add_contact(&mut self.contacts, contact));
+        for (joint, more) in self.joints.iter_mut().zip(&scaled.joints) {
+            joint.velocity += more.velocity;
+            joint.spin += more.spin;
+            joint.force += more.force;
+            joint.torque += more.torque;
+            larger(&mut joint.residual.locked, more.residual.locked);
+            larger(&mut joint.residual.drive, more.residual.drive);
+        }
+        for (gear, GearTableRow { force, residual, .. }) in self.gears.iter_mut().zip(&scaled.gears)
+        {
+            gear.force += force;
+            larger(&mut gear.residual, *residual);
+        }
+    }
+
+    /// True if the row is the last one, a state without a step.
+    #[must_use]
+    pub fn is_end(&self) -> bool {
+        self.row.status == StepStatus::End
+    }
+}
