@@ -38,7 +38,7 @@ fn main() -> Result<ExitCode, Error> {
     for _ in 0..STEPS {
         simulation.step(&mut record)?;
         if record.status() == StepStatus::Failed {
-            let before = record.certificate();
+            let before = *record.certificate();
             *laws.entry(before.worst_part()).or_default() += 1;
             simulation.take_back(&record);
             simulation.swap_motion(&mut native);

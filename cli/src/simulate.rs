@@ -223,10 +223,11 @@ impl<'a> RunFiles<'a> {
     /// Completes the files of the results `run` and gives them their names.
     fn publish(self, prepared: &Prepared<'_>, run: &RunResults) -> Result<WrittenRun, Failure> {
         let Prepared { args, scene, simulation, selection, .. } = prepared;
-        let WrittenFiles { mut files, checksums, before_end } = self.writer.finish()?;
+        let WrittenFiles { mut files, checksums, omitted, before_end } = self.writer.finish()?;
         let mut run_file = RunFile::new(scene, &run.ended())?;
         (run_file.kept, run_file.checksums) = (selection.clone(), checksums);
         run_file.files = prepared.names();
+        run_file.files.retain(|name| omitted.as_ref() != Some(name));
         run_file.files.extend(self.parts.iter().map(PendingFile::name));
         self.run_json.write(run_file.text()?.as_bytes())?;
         let notes = ContinuedNotes { rows: before_end, run: run.clone() };

@@ -35,6 +35,8 @@ pub struct RunWriter {
 pub struct WrittenFiles {
     pub files: Vec<PendingFile>,
     pub checksums: Checksums,
+    /// Name of the file of the table `ends`, if that has no rows and no file.
+    pub omitted: Option<String>,
     /// Rows before the final one, which only has the state.
     pub before_end: RowsSoFar,
 }
@@ -65,12 +67,15 @@ impl RunWriter {
         out: &OutputDirectory,
         written: Option<Written<'_>>,
     ) -> Result<Self, Failure> {
+        let ends = file_of(Table::Ends.name(), selection.form);
         let mut files = Vec::new();
         let mut open = |name: &str| {
             let name = file_of(name, selection.form);
             let file = PendingFile::create(out, &name)?;
             let mut stream = TableSink::new(file.open()?, selection.form);
-            if let Some(written) = written {
+            // A table `ends` without rows has no file.
+            let is_omitted = |rows: &RowsSoFar| name == ends && !rows.open.has_ends;
+            if let Some(written) = written.filter(|written| !is_omitted(written.rows)) {
                 copy_rows(&written, &name, &mut stream)?;
             }
             files.push(file);
@@ -85,16 +90,15 @@ impl RunWriter {
         let steps = open(Table::Steps.name())?;
         let joints = has(Table::Joints).then(|| open(Table::Joints.name())).transpose()?;
         let gears = has(Table::Gears).then(|| open(Table::Gears.name())).transpose()?;
-        let ends = has(Table::Ends).then(|| open(Table::Ends.name())).transpose()?;
+        let end_rows = has(Table::Ends).then(|| open(Table::Ends.name())).transpose()?;
         let trajectory = scene.trajectory.then(|| open(TRAJECTORY)).transpose()?;
-        let streams = Streams { states, contacts, steps, joints, gears, ends };
-        let tables = if continues {
-            TablesWriter::after(streams, world)
+        let streams = Streams { states, contacts, steps, joints, gears, ends: end_rows };
+        let tables = if let Some(written) = written {
+            TablesWriter::after(streams, world, written.rows.open.clone())
         } else {
             TablesWriter::new(streams, world).map_err(|error| files[0].failed(&error))?
         };
-        let open = written.map_or_else(OpenRows::default, |written| written.rows.open.clone());
-        let tables = tables.continue_from(open).driven(scene.courses.clone()).every(every, first);
+        let tables = tables.driven(scene.courses.clone()).every(every, first);
         let tables = tables.without_idle_contacts(selection.loaded_contacts);
         let trajectory = trajectory.map(|stream| {
             let rows = if continues {
@@ -105,7 +109,6 @@ impl RunWriter {
             rows.every(every, first)
         });
         let before_end = RowsSoFar::default();
-        let ends = file_of(Table::Ends.name(), selection.form);
         Ok(Self { files, tables, trajectory, before_end, ends, has_checkpoint: false })
     }
 
@@ -184,7 +187,8 @@ impl RunWriter {
         let (files, sums): (Vec<_>, Vec<_>) =
             all.filter(|(file, _)| has_ends || file.name() != self.ends).unzip();
         let checksums = files.iter().map(PendingFile::name).zip(sums).collect();
-        Ok(WrittenFiles { files, checksums, before_end: self.before_end })
+        let omitted = (!has_ends).then_some(self.ends);
+        Ok(WrittenFiles { files, checksums, omitted, before_end: self.before_end })
     }
 }
 

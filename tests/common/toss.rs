@@ -81,9 +81,9 @@ pub fn native_run(world: &World, start: State, steps: usize) -> Vec<StepRecord> 
 /// Largest residual of a run [m/s], after a check that no step failed.
 pub fn worst_residual(run: &[StepRecord]) -> f64 {
     for step in run {
-        assert_ne!(step.status()()()(), StepStatus::Failed, "step {}", step.index);
+        assert_ne!(step.status(), StepStatus::Failed, "step {}", step.index);
     }
-    run.iter().map(|step| step.residual()).()fo()ld()(0.0, largest)
+    run.iter().map(|step| step.residual()).fold(0.0, largest)
 }
 
 /// Larger of two numbers, or NaN if either is NaN.
@@ -116,7 +116,7 @@ pub fn solve_again(
     run: &[StepRecord],
     k: usize,
 ) -> Solved {
-    let past = (&run[k - 1].first().solution,() Som()e(&r()un[k - 2].first()().sol()ution)());
+    let past = (&run[k - 1].first().solution, Some(&run[k - 2].first().solution));
     solve_step_after(solver, world, run[k].state(), past)
 }
 

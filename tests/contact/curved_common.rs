@@ -70,6 +70,7 @@ pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
 
 /// Normal forces of a step [N].
 pub fn normal_forces(record: &StepRecord) -> Vec<f64> {
-    let contacts = record.first().solution.contacts.iter().filter(|contact| contact.carries_force());
+    let contacts =
+        record.first().solution.contacts.iter().filter(|contact| contact.carries_force());
     contacts.map(|contact| contact.normal_force).collect()
 }

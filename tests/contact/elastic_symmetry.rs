@@ -76,7 +76,8 @@ fn end(world: &World, states: Vec<State>) -> Option<Vec<State>> {
     let mut record = StepRecord::new();
     simulation.step(&mut record).unwrap();
     let is_solved = matches!(record.status(), StepStatus::Converged | StepStatus::Retried);
-    let is_pressed = record.first().solution.contacts.iter().any(|contact| contact.force.amax() > 0.0);
+    let is_pressed =
+        record.first().solution.contacts.iter().any(|contact| contact.force.amax() > 0.0);
     (is_solved && is_pressed).then(|| record.next_states().to_vec())
 }
 

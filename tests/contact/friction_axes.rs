@@ -349,7 +349,9 @@ fn random_steps_obey_the_law() {
             if !status.is_solved() || status == StepStatus::Substepped {
                 continue;
             }
-            for (contact, force) in record.first().contacts.iter().zip(&record.first().solution.contacts) {
+            for (contact, force) in
+                record.first().contacts.iter().zip(&record.first().solution.contacts)
+            {
                 let n = contact.normal();
                 let tensor = scene.tensor(contact, record.states());
                 let pressed = n.dot(&force.force);

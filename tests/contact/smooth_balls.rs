@@ -45,7 +45,12 @@ fn check(name: &str, world: &World, starts: &[State]) -> Vec<StepRecord> {
     };
     let records: Vec<_> = (0..40).map(&mut step).collect();
     assert!(
-        records.iter().any(|record| record.first().solution.contacts.iter().any(|c| c.carries_force()))
+        records.iter().any(|record| record
+            .first()
+            .solution
+            .contacts
+            .iter()
+            .any(|c| c.carries_force()))
     );
     let energy = |states: &[State]| -> f64 {
         let bodies = world.bodies().iter().zip(states);

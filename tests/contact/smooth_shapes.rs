@@ -280,8 +280,7 @@ fn drops_do_not_gain_energy() {
             let after = energy(&record.next_states()[0]);
             let gained = after.0 - before.0 - after.1 - before.1;
             if gained > 1e-5 || record.status() == StepStatus::Failed {
-                unsolved
-                    .push(format!("drop {drop}, k = {k}: {:?} {gained:e} J", record.status()));
+                unsolved.push(format!("drop {drop}, k = {k}: {:?} {gained:e} J", record.status()));
             }
             steps += 1;
             before = after;

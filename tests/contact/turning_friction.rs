@@ -428,7 +428,7 @@ fn moments_obey_their_law() {
         let before = simulation.states().to_vec();
         simulation.step(&mut record).unwrap();
         assert!(record.residual() < 1e-10, "{step} {:?}", record.certificate());
-        let (problem, impulses) = ContactProblem::from_step(&world, &record).unwrap();
+        let (problem, impulses) = ContactProblem::from_interval(&world, record.first()).unwrap();
         assert_eq!(impulses.len(), 6 * record.first().contacts.len());
         let found = problem.evaluate(&impulses);
         assert!(found.residual < 1e-10 && found.relative_error < 1e-9, "{step} {found:?}");
@@ -438,7 +438,8 @@ fn moments_obey_their_law() {
         }
         let after = record.next_states();
         for (place, contact) in record.first().contacts.iter().enumerate() {
-            let (force, moment) = (&record.first().solution.contacts[place], record.first().solution.moment(place));
+            let (force, moment) =
+                (&record.first().solution.contacts[place], record.first().solution.moment(place));
             let turning = |body: usize| {
                 let turn = rotation(&before[body].attitude);
                 turn * after[body].spin
@@ -524,8 +525,8 @@ fn random_steps(mut seed: u64, factor: f64) -> [usize; 3] {
         for step in 0..250 {
             simulation.step(&mut record).unwrap();
             let status = record.status();
-            let is_failed = !status.is_solved()
-                || status != StepStatus::Substepped && record.residual() > 1e-9;
+            let is_failed =
+                !status.is_solved() || status != StepStatus::Substepped && record.residual() > 1e-9;
             if is_failed {
                 println!("{scene} {step}: {status} {:?}", record.certificate());
             }

@@ -97,7 +97,12 @@ fn compare(
             if !is_solved(a) || !is_solved(b) {
                 break;
             }
-            assert_eq!(a.first().contacts.len(), b.first().contacts.len(), "{order:?}, k = {}", a.index);
+            assert_eq!(
+                a.first().contacts.len(),
+                b.first().contacts.len(),
+                "{order:?}, k = {}",
+                a.index
+            );
             most = most.max(apart(a.next_states(), b.next_states(), order));
             compared += u32::from(!a.first().contacts.is_empty());
         }

@@ -10,7 +10,7 @@ use tumble_core::contact::Plane;
 use tumble_core::contact::certificate::{Certifier, Claim};
 use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_core::mechanics::{Load, Polyline, RigidBody, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::simulation::{Interval, Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
@@ -127,7 +127,7 @@ fn a_records_certificate_comes_out_again_from_what_is_in_it() {
         (world.ground().unwrap(), Motion::native(&world), &[Wrench::zero()]);
     let mut touched = 0;
     for record in records(&world, start, Polyline::default(), motion, 600) {
-        let StepRecord { states, solution, contacts, certificate, .. } = &record;
+        let Interval { states, solution, contacts, certificate, .. } = record.first();
         let claim =
             Claim { states, next: &solution.states, wrenches, contacts, joints: &[], gears: &[] };
         let again = Certifier::new().contact_step(&world, &claim, solution.forces());

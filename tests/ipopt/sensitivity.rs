@@ -126,7 +126,9 @@ impl Active {
         let mut variables: Vec<usize> = layout::STATE.collect();
         let mut rows: Vec<usize> = (0..layout::UNIT_NORM_ROW + 1).collect();
         let mut alpha = vec![0.0; n];
-        for contact in step.first().solution.contacts.iter().filter(|contact| contact.carries_force()) {
+        for contact in
+            step.first().solution.contacts.iter().filter(|contact| contact.carries_force())
+        {
             let (i, [fx, fy, fz, s1, s2, slip]) = {
                 let i = contact.key.point;
                 (i, at.contact_variables(i))
@@ -237,7 +239,13 @@ fn the_kkt_system_at_the_native_point_has_the_same_derivative() {
                 let heights = heights(&world, step.next());
                 let mut point = ProgramPoint::zeros(points(&world));
                 let (ground, friction) = (world.ground().unwrap(), world.friction());
-                point.set_solution(&step.first().solution, ground, |i| heights[i], friction, SMOOTHING);
+                point.set_solution(
+                    &step.first().solution,
+                    ground,
+                    |i| heights[i],
+                    friction,
+                    SMOOTHING,
+                );
                 let (x, alpha) = (point.as_slice(), &active.alpha);
                 let changes = changes(&world);
                 let right: Vec<_> =

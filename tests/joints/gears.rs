@@ -224,7 +224,11 @@ fn fingers_that_follow_each_other_share_the_force() {
     };
     let pressed = |finger: usize| record.first().solution.total_force(finger)[0];
     assert!((pressed(0) + 20.0).abs() < 1e-6 && (pressed(1) - 20.0).abs() < 1e-6, "{}", pressed(0));
-    assert!((record.first().solution.gears[0] - 20.0).abs() < 1e-6, "{:?}", record.first().solution.gears);
+    assert!(
+        (record.first().solution.gears[0] - 20.0).abs() < 1e-6,
+        "{:?}",
+        record.first().solution.gears
+    );
     // Friction of 0.5 at two faces holds 20 N. The held body fell for a step or two before.
     assert!(record.next().velocity.norm() < 1e-9 && gear_error(&world, &record) < 1e-13);
     assert!(record.next_states()[2].position[2] > -0.2);

@@ -100,7 +100,8 @@ fn friction_of_the_angles_holds_the_weight() {
         let mut simulation = started(&world, &[state]);
         let record = run(&mut simulation, 50);
         assert!((record.next().position - state.position).amax() < 1e-13);
-        let (torque, at) = (record.first().solution.joints[0].torque, record.first().solution.joints[0].angles);
+        let (torque, at) =
+            (record.first().solution.joints[0].torque, record.first().solution.joints[0].angles);
         // About each axis, with the other angles fixed: τ = −a · (r × m g).
         let weight = Vector3::new(0.0, 0.0, -2.0 * G);
         let moment = state.position.cross(&weight);

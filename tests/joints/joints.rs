@@ -338,7 +338,8 @@ fn a_mechanism_touches_the_ground() {
     assert!(low.abs() < 1e-9, "{low}");
     // Moments about the pin: the normal force at the tip balances the weight.
     let moved: f64 = record
-        .first().contacts
+        .first()
+        .contacts
         .iter()
         .zip(record.first().solution.forces())
         .map(|(contact, force)| (record.states()[0].position + contact.arm)[0] * force[2])
@@ -375,7 +376,8 @@ fn a_pendulum_meets_a_wall_on_its_way() {
             let corner = record.next().position[0];
             assert!(corner < x, "{x} {speed}: {corner}");
             assert!(record.overlap() < 1e-9, "{}", record.overlap());
-            met |= record.first().solution.contacts.iter().any(|contact| contact.normal_force > 0.0);
+            met |=
+                record.first().solution.contacts.iter().any(|contact| contact.normal_force > 0.0);
         }
         assert!(met);
     }
@@ -450,7 +452,10 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
         let y = turned(&states[0].attitude) * Vector3::y();
         let x = turned(&states[1].attitude) * Vector3::x();
         assert!(x.dot(&y).abs() < 1e-12);
-        let (one, two) = (record.first().solution.joints[0].angles[2], record.first().solution.joints[1].angles[2]);
+        let (one, two) = (
+            record.first().solution.joints[0].angles[2],
+            record.first().solution.joints[1].angles[2],
+        );
         let missed = two.sin() * one.cos() - one.sin() * two.cos() * bend.cos();
         assert!(missed.abs() < 1e-12, "{one} {two}");
     }

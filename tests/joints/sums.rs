@@ -115,7 +115,11 @@ fn a_stop_of_a_sum_shares_its_force_by_virtual_work() {
     assert!(reached);
     let [x, y] = step(&mut simulation, &mut record);
     // −7 N on the sum is −14 N on the second slider, whose spring holds it at −0.14 m.
-    assert!((record.first().solution.gears[0] + 7.0).abs() < 1e-6, "{:?}", record.first().solution.gears);
+    assert!(
+        (record.first().solution.gears[0] + 7.0).abs() < 1e-6,
+        "{:?}",
+        record.first().solution.gears
+    );
     // Bodies slower than 3e-10 m/s come to rest.
     assert!((y + 0.14).abs() < 1e-8 && (x - 0.53).abs() < 1e-8, "{x} {y}");
     // A start beyond the limit is refused, and assembly repairs it.
@@ -198,14 +202,18 @@ fn a_spring_between_hinges_counts_turns() {
         step(&mut simulation, &mut record);
         let angles = [0, 1].map(|joint: usize| record.first().solution.joints[joint].angles[2]);
         let sum = angles[0] - 3.0 * angles[1];
-        assert!((record.first().solution.gears[0] + 2.0 * sum).abs() < 1e-8 * (1.0 + sum.abs()), "{k}");
+        assert!(
+            (record.first().solution.gears[0] + 2.0 * sum).abs() < 1e-8 * (1.0 + sum.abs()),
+            "{k}"
+        );
         work = 0.3 * angles[0];
         let moving = energy::total(&world, record.next_states()) + sum * sum;
         assert!(moving <= work * (1.0 + 1e-2) + 1e-9, "{k}: {moving} {work}");
     }
     // Together they rotate with the inertia I₁ + I₂/9: 3 θ₂ = θ₁ on average.
     assert!(work > 0.3 * 100.0, "{work}");
-    let turned = record.first().solution.joints[1].angles[2] / record.first().solution.joints[0].angles[2];
+    let turned =
+        record.first().solution.joints[1].angles[2] / record.first().solution.joints[0].angles[2];
     assert!((turned - 1.0 / 3.0).abs() < 1e-3, "{turned}");
 }
 

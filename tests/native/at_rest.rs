@@ -143,12 +143,14 @@ impl Both {
 /// Numbers of a record as bits, including the signs of zeros.
 fn bits(record: &StepRecord) -> Vec<u64> {
     let states = record
-        .first().solution
+        .first()
+        .solution
         .states
         .iter()
         .flat_map(|s| s.to_vector().iter().copied().collect::<Vec<_>>());
     let forces = record
-        .first().solution
+        .first()
+        .solution
         .contacts
         .iter()
         .flat_map(|c| c.force.iter().chain(&c.slip).copied().collect::<Vec<_>>());

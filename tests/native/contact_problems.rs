@@ -316,7 +316,8 @@ fn the_problem_of_a_step_has_its_impulses() {
             if record.first().contacts.is_empty() || record.status() == StepStatus::Wild {
                 continue;
             }
-            let (problem, impulses) = ContactProblem::from_step(&world, &record).unwrap();
+            let (problem, impulses) =
+                ContactProblem::from_interval(&world, record.first()).unwrap();
             let found = problem.evaluate(&impulses);
             assert!(found.residual < 1e-9, "step {}: {}", record.index, found.residual);
             let next = &record.next_states()[0];

@@ -111,7 +111,6 @@ fn every_corner_does_what_it_does_in_the_exact_solution() {
 #[test]
 fn every_step_of_seed_715_is_solved() {
     let run = thrown_run(&cube_world(LIGHT), 715);
-    let failed: Vec<_> =
-        run.iter().filter(|step| step.status() == StepStatus::Failed).collect();
+    let failed: Vec<_> = run.iter().filter(|step| step.status() == StepStatus::Failed).collect();
     assert!(failed.is_empty(), "step {}", failed[0].index);
 }

@@ -106,8 +106,14 @@ fn a_run_is_the_same_on_any_number_of_threads() {
         alone.step(&mut expected).unwrap();
         for (threads, run) in &mut runs {
             run.step(&mut found).unwrap();
-            let same = bits(&found.first().solution) == bits(&expected.first().solution) && found == expected;
-            assert!(same, "k = {k}, {threads} threads: {:?} {:?}", found.report(), expected.report());
+            let same = bits(&found.first().solution) == bits(&expected.first().solution)
+                && found == expected;
+            assert!(
+                same,
+                "k = {k}, {threads} threads: {:?} {:?}",
+                found.report(),
+                expected.report()
+            );
         }
         let (several, single) = count_islands(&expected);
         mixed += usize::from(several >= 4 && single >= 4 && expected.first().contacts.len() >= 64);

@@ -130,7 +130,12 @@ fn piles_of_other_seeds_are_certified() {
             let gained = energy(&world, record.next_states()) - energy(&world, record.states());
             let most = most_gain(&world, &record) + 1e-9 * energy(&world, record.states()).abs();
             assert!(gained <= most, "seed {seed}, k = {}: {gained:e}, {most:e} J", record.index);
-            assert!(record.overlap() < 1e-3, "seed {seed}, k = {}: {}", record.index, record.overlap());
+            assert!(
+                record.overlap() < 1e-3,
+                "seed {seed}, k = {}: {}",
+                record.index,
+                record.overlap()
+            );
         }
     }
     assert!(contact > 4000, "{contact}");

@@ -111,7 +111,11 @@ fn a_step_accepted_as_it_is_has_the_selected_forces() {
                 let force = pairs.map(|(a, b)| (a - b).amax() / QUARTER_WEIGHT).fold(0.0, largest);
                 let name = format!("seed {seed}, step {}", step.index);
                 assert!(again.report.iterations > 0, "{name}");
-                assert_eq!(again.solution.contacts.len(), step.first().solution.contacts.len(), "{name}");
+                assert_eq!(
+                    again.solution.contacts.len(),
+                    step.first().solution.contacts.len(),
+                    "{name}"
+                );
                 assert!(motion < 1e-10, "{name}: the motion differs by {motion:e} m/s");
                 assert!(force < 1e-9, "{name}: a force differs by {force:e}");
                 accepted += 1;
@@ -140,7 +144,8 @@ fn a_cube_at_rest_presses_with_four_equal_forces() {
         let world = World::new(Parameters { time_step: h, ..parameters(body) }).unwrap();
         for start in cubes_at_rest() {
             for step in native_run(&world, start, 20) {
-                let carrying: Vec<_> = step.first().solution.forces().filter(|f| f[2] > 0.0).collect();
+                let carrying: Vec<_> =
+                    step.first().solution.forces().filter(|f| f[2] > 0.0).collect();
                 let worst = carrying.iter().map(unequal).fold(0.0, largest);
                 assert_eq!(carrying.len(), 4, "h = {h}, step {}", step.index);
                 assert!(worst < 1e-9, "h = {h}, step {}: {worst:e}", step.index);

@@ -106,7 +106,9 @@ fn body_continues_from_the_state_that_was_set() {
     let (h, g) = (scene.world.time_step(), scene.world.gravity());
     let fallen = run.states()[top].velocity - away.velocity;
     assert!((fallen - g * h).norm() < 1e-12);
-    assert!(record.first().contacts.iter().all(|contact| contact.key.bodies().all(|body| body != top)));
+    assert!(
+        record.first().contacts.iter().all(|contact| contact.key.bodies().all(|body| body != top))
+    );
     for (state, before) in record.next_states()[..top].iter().zip(&there) {
         assert!((state.position - before.position).norm() < 1e-6);
     }

@@ -34,11 +34,7 @@ fn after(scene: &Scene, steps: usize) -> Simulation<'static> {
     let mut record = StepRecord::new();
     for step in 0..steps {
         simulation.step(&mut record).unwrap();
-        assert!(
-            record.residual() <= 1e-9,
-            "{step}: {:e}",
-            record.residual()
-        );
+        assert!(record.residual() <= 1e-9, "{step}: {:e}", record.residual());
     }
     simulation
 }

@@ -93,7 +93,8 @@ fn a_pair_counts_before_neighbours_and_exclusions() {
         let mut touched = false;
         for _ in 0..100 {
             simulation.step(&mut record).unwrap();
-            touched |= record.first().contacts.iter().any(|contact| contact.key.partner.body().is_some());
+            touched |=
+                record.first().contacts.iter().any(|contact| contact.key.partner.body().is_some());
         }
         touched
     };

@@ -61,8 +61,8 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
     let simulation = Simulation::new(world, starts, Motion::Floating).unwrap();
     let mut end = StepRecord::new();
     simulation.end(&mut end);
-    let step = IntervalRows::new(&scene.world, &end);
-    Film::new(&scene.world, model, false, vec![step]).unwrap()
+    let frames = IntervalRows::of_step(&scene.world, &end);
+    Film::new(&scene.world, model, false, frames).unwrap()
 }
 
 fn mesh(shape: &Shape) -> &Mesh {

@@ -97,8 +97,9 @@ fn a_quadruped_lands_and_stands() {
             }
         }
         assert!(sway > 5e-3, "{push}: {sway}");
-        let carried: f64 =
-            (0..simulation.states().len()).map(|body| record.first().solution.total_force(body)[2]).sum();
+        let carried: f64 = (0..simulation.states().len())
+            .map(|body| record.first().solution.total_force(body)[2])
+            .sum();
         assert!((carried - weight).abs() <= 1e-9 * weight, "{push}: {carried} {weight}");
         // No creep: nothing has moved in the last second.
         for (now, then) in simulation.states().iter().zip(still.unwrap()) {

@@ -44,7 +44,8 @@ fn bits(record: &StepRecord) -> Vec<u8> {
     let report = &record.report();
     let told = (record.index, report.status.name(), report.iterations, report.start);
     let judged = (record.residual(), record.overlap(), record.restitution_share());
-    to_bytes(&(record.states(), &record.first().contacts, &record.first().solution, told, judged)).unwrap()
+    to_bytes(&(record.states(), &record.first().contacts, &record.first().solution, told, judged))
+        .unwrap()
 }
 
 fn steps(simulation: &mut Simulation<'_>, count: u64) -> Vec<Vec<u8>> {

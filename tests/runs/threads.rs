@@ -71,7 +71,8 @@ fn outcome(job: Job) -> Vec<(Vec<u64>, Vec<ContactKey>, String)> {
             numbers.push(contact.normal_force);
         }
         let bits = numbers.into_iter().map(f64::to_bits).collect();
-        let pressed = step.first().solution.contacts.iter().filter(|contact| contact.carries_force());
+        let pressed =
+            step.first().solution.contacts.iter().filter(|contact| contact.carries_force());
         (bits, pressed.map(|contact| contact.key).collect(), format!("{:?}", step.report()))
     };
     run.into_iter().map(step).collect()

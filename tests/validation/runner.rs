@@ -320,7 +320,9 @@ impl<'a> Runner<'a> {
         let external = load.wrench(record.index, h, &before.attitude);
         let to_body = rotation(&before.attitude).transpose();
         let (mut force, mut torque) = (external.force, external.torque);
-        for (contact, found) in record.first().contacts.iter().zip(&record.first().solution.contacts) {
+        for (contact, found) in
+            record.first().contacts.iter().zip(&record.first().solution.contacts)
+        {
             if contact.key.body == index {
                 force += found.force;
                 torque += contact.lever.cross(&(to_body * found.force));

@@ -88,7 +88,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         let why = "the run of the plan differs from its replay; this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));
     }
-    let WrittenFiles { mut files, checksums, before_end } = writer.finish()?;
+    let WrittenFiles { mut files, checksums, omitted, before_end } = writer.finish()?;
     let mut file = |name: &str, bytes: &[u8]| {
         let file = PendingFile::create(&out, name)?;
         file.write(bytes)?;
@@ -101,6 +101,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let [csv, json, html, toml] = PLAN_FILES;
     let scenario = written::text(&scene).ok();
     names.retain(|name| name != toml || scenario.is_some());
+    names.retain(|name| omitted.as_ref() != Some(name));
     (run_file.files, run_file.checksums) = (names, checksums);
     file(RUN_JSON, run_file.text()?.as_bytes())?;
     let notes = ContinuedNotes { rows: before_end, run };

@@ -5,14 +5,16 @@ use nalgebra::{SVector, Vector3};
 use tumble::tutorial_parameters;
 use tumble_core::contact::Partner;
 use tumble_core::mechanics::State;
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::Interval;
+use tumble_core::step::StepSolution;
 use tumble_scene::output::tables::{ContactRow, KeyText};
 
 /// A frame of a body with `count` contacts.
 fn frame(count: usize) -> IntervalRows {
     let world = World::new(tutorial_parameters().unwrap()).unwrap();
     let states = vec![State::from_vector(&SVector::zeros())];
-    let mut step = IntervalRows::new(&world, &StepRecord { states, ..StepRecord::new() });
+    let interval = Interval::new(states, Vec::new(), StepSolution::default());
+    let mut step = IntervalRows::new(&world, 0, 0, &interval);
     let contact = ContactRow {
         index: 0,
         body: 0,
@@ -25,6 +27,9 @@ fn frame(count: usize) -> IntervalRows {
         radius: 0.0,
         rebound: 0.0,
         key: KeyText { point: 0, pair: None },
+        friction: 0.0,
+        interval: 0,
+        length: 0.0,
         moment: Vector3::zeros(),
     };
     step.contacts = vec![contact; count];

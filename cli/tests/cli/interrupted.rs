@@ -119,7 +119,7 @@ fn rows(run: &Simulated) -> Vec<IntervalRows> {
     let reader = TablesReader::new(streams, ONE_BODY).unwrap();
     let mut reader = reader.without_idle_contacts(true);
     let mut rows = Vec::new();
-    while let Some(row) = reader.next_step().unwrap() {
+    while let Some(row) = reader.next_interval().unwrap() {
         rows.push(row);
     }
     rows

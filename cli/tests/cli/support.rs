@@ -168,7 +168,7 @@ pub const ONE_BODY: TableShape = TableShape {
     joints: 0,
     gears: 0,
     has_middles: false,
-    has_substeps: false,
+    has_errors: false,
     has_moments: false,
 };
 

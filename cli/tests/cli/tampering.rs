@@ -412,8 +412,8 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     for _ in 0..2 {
         simulation.step(&mut record).unwrap();
         let between = (record.first().contacts[1].arm - record.first().contacts[0].arm).normalize();
-        record.first().solution.contacts[0].force += 1e9 * between;
-        record.first().solution.contacts[1].force -= 1e9 * between;
+        record.first_mut().solution.contacts[0].force += 1e9 * between;
+        record.first_mut().solution.contacts[1].force -= 1e9 * between;
         let claim = Claim {
             states: record.states(),
             next: record.next_states(),
@@ -423,8 +423,9 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
             gears: &[],
         };
         let forces = record.first().solution.forces();
-        record.certificate() = Certifier::new().contact_step(&scene.world, &claim, forces);
-        record.status() = StepStatus::Failed;
+        let certificate = Certifier::new().contact_step(&scene.world, &claim, forces);
+        record.first_mut().certificate = certificate;
+        record.first_mut().report.status = StepStatus::Failed;
         worst = worst.max(record.residual());
         writer.write(&record).unwrap();
     }

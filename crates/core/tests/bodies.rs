@@ -127,7 +127,8 @@ fn a_body_that_is_put_on_a_stack_presses_on_it() {
     let record = steps(&mut run, 20).pop().unwrap();
     let weight = 2.0 * 9.81;
     assert!((record.first().solution.total_force(new)[2] - weight).abs() < 1e-6 * weight);
-    let ground = record.first().solution.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
+    let ground =
+        record.first().solution.contacts.iter().filter(|c| c.key.partner == Partner::Ground);
     let carried: f64 = ground.map(|contact| contact.force[2]).sum();
     assert!((carried - 4.0 * weight).abs() < 1e-6 * weight, "{carried}");
 }
@@ -175,7 +176,13 @@ fn a_body_that_is_held_stays_and_touches_nothing_until_it_is_let_go() {
     for record in steps(&mut run, 60) {
         let state = record.next_states()[1];
         assert_eq!((state.position, state.attitude), (there.position, there.attitude));
-        assert!(record.first().contacts.iter().all(|contact| contact.key.bodies().all(|body| body != 1)));
+        assert!(
+            record
+                .first()
+                .contacts
+                .iter()
+                .all(|contact| contact.key.bodies().all(|body| body != 1))
+        );
         assert_eq!(record.residual().max(1e-9), 1e-9);
         last = record;
     }

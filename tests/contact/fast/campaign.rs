@@ -85,8 +85,7 @@ impl Found {
     /// Examines a step of two pieces. `b` belongs to the second body or is fixed.
     pub fn look(&mut self, name: &str, record: &StepRecord, a: &Piece, b: &Piece) {
         self.failed += u32::from(is_unsolved(record));
-        self.gaining +=
-            u32::from(record.status() == StepStatus::Failed && !is_unsolved(record));
+        self.gaining += u32::from(record.status() == StepStatus::Failed && !is_unsolved(record));
         self.wild += u32::from(record.status() == StepStatus::Wild);
         let (from, to) = (record.states(), record.next_states());
         let size = |piece: &Piece| piece.core().reach() + piece.radius();

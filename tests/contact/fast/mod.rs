@@ -84,7 +84,7 @@ fn a_small_ball_lands_on_a_thin_shelf() {
             assert!(is_solved(&record), "{place}, k = {}", record.index);
             assert!(record.first().contacts.len() <= 1, "{place}, k = {}", record.index);
         }
-        let end = &run(&world, &[start], 20)[19].next_states()[0];
+        let end = run(&world, &[start], 20)[19].next_states()[0];
         assert!((end.position[2] - 0.51).abs() < 1e-9 && end.velocity.norm() < 1e-9, "{end:?}");
     }
 }

@@ -140,7 +140,8 @@ fn work_of_parts(world: &World, record: &StepRecord) -> Option<(f64, f64)> {
         let short = Parameters { time_step, ..world.parameters().clone() };
         let short = world.with_parameters(short).ok()?;
         let motion = Motion::native(&short);
-        let mut simulation = Simulation::new(short.clone(), record.states().to_vec(), motion).ok()?;
+        let mut simulation =
+            Simulation::new(short.clone(), record.states().to_vec(), motion).ok()?;
         let (mut part, mut work) = (StepRecord::new(), 0.0);
         for _ in 0..parts {
             simulation.step(&mut part).ok()?;

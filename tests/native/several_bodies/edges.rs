@@ -70,7 +70,7 @@ fn a_box_slides_over_tiles_that_are_bodies() {
     for (k, (a, b)) in smooth.iter().zip(&way).enumerate() {
         assert!((a - b).abs() < 1e-8, "step {k}: {:e} m", a - b);
     }
-    for (start, end) in scene.states.iter().zip(&records[steps - 1].next_states()).skip(1) {
+    for (start, end) in scene.states.iter().zip(records[steps - 1].next_states()).skip(1) {
         assert!((start.position - end.position).amax() < 1e-9);
     }
 }

@@ -313,8 +313,12 @@ fn exactly_aligned_corners_make_four_contacts() {
         let cube = || solid_box(1.0, 0.1, 0.1, 0.1);
         let scene = Scene::new(vec![(cube(), turned(0.1)), (cube(), turned(0.3))], 0.5, 0.002);
         for record in scene.run(50) {
-            let between =
-                record.first().solution.contacts.iter().filter(|c| c.key.partner != Partner::Ground);
+            let between = record
+                .first()
+                .solution
+                .contacts
+                .iter()
+                .filter(|c| c.key.partner != Partner::Ground);
             let forces: Vec<f64> = between.map(|contact| contact.normal_force).collect();
             assert_eq!(forces.len(), 4, "{angle}, step {}: {forces:?}", record.index);
             for force in forces {

@@ -295,7 +295,7 @@ fn wrong_body_count_is_an_error_not_a_panic() {
             ends: None,
         };
         let shape = TableShape { bodies, ..TableShape::new(&world) };
-        TablesReader::new(streams, shape).unwrap().next_step()
+        TablesReader::new(streams, shape).unwrap().next_interval()
     };
     assert!(read(1).is_ok());
     assert!(read(usize::MAX).is_err());
@@ -313,15 +313,15 @@ fn records_of_another_world_do_not_panic_writers() {
         for (states, next) in pairs(bodies) {
             for contacts in contact_lists(&world, bodies) {
                 let mut record = StepRecord::new();
-                record.states() = states.clone();
-                record.next_states() = next.clone();
+                record.first_mut().states = states.clone();
+                record.first_mut().solution.states = next.clone();
                 let forces = contacts.iter().map(|contact| ContactForce::none(contact.key));
-                record.first().solution.contacts = forces.collect();
-                record.first().contacts = contacts;
+                record.first_mut().solution.contacts = forces.collect();
+                record.first_mut().contacts = contacts;
                 panics.look("TrajectoryWriter::write", || {
                     TrajectoryWriter::new(Vec::new(), &world).write(&record)
                 });
-                panics.look("IntervalRows::new", || IntervalRows::new(&world, &record));
+                panics.look("IntervalRows::new", || IntervalRows::of_step(&world, &record));
                 panics.look("TablesWriter::write", || {
                     let streams = Streams {
                         states: vec![],

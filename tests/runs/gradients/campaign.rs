@@ -129,7 +129,7 @@ fn drawn_scenes_against_differences() {
                     compare(&world, &states, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
                 }
                 let Some((_, record)) = step(&world, &states, &[]) else { break };
-                states = record.next_states();
+                states = record.next_states().to_vec();
             }
         }
         println!(

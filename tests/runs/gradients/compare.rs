@@ -115,7 +115,7 @@ pub fn difference(
     along: &Direction,
     by: f64,
 ) -> Option<(Vec<StateChange>, f64)> {
-    let end = |by: f64| Some(beside(world, states, along, by)?.next_states());
+    let end = |by: f64| Some(beside(world, states, along, by)?.next_states().to_vec());
     // (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ)))/12δ, with an error of order δ⁴.
     let apart = |by: f64| {
         let (plus, minus) = (end(by)?, end(-by)?);
@@ -149,7 +149,7 @@ fn scatter(
 ) -> f64 {
     let each = (-4..=4).filter_map(|k| {
         let by = 1e-11 * f64::from(k);
-        let there = beside(world, states, along, by)?.next_states();
+        let there = beside(world, states, along, by)?.next_states().to_vec();
         let moved = base.iter().zip(&there).map(|(a, b)| StateChange::between(a, b));
         let off = moved.zip(found).map(|(moved, found)| moved.plus(-by, found));
         Some(size(&off.collect::<Vec<_>>()))

@@ -64,8 +64,7 @@ fn a_slide_stuck_at_its_stop_has_no_margin() {
         velocity: Vector3::zeros(),
         spin: Vector3::zeros(),
     };
-    let end =
-        |height: f64| step(&world, &[at(height)], &[]).unwrap().1.next_states()[0].position.z;
+    let end = |height: f64| step(&world, &[at(height)], &[]).unwrap().1.next_states()[0].position.z;
     assert!(end(1e-7).abs() < 1e-15 && (end(-1e-7) + 1e-7).abs() < 1e-15);
     let (simulation, record) = step(&world, &[at(0.0)], &[]).unwrap();
     let mut derivative = StepDerivative::new();

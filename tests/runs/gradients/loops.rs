@@ -28,7 +28,7 @@ fn linearised(world: &World, states: &[State]) -> (StepDerivative, Vec<State>) {
     let (simulation, base) = step(world, states, &[]).unwrap();
     let mut derivative = StepDerivative::new();
     simulation.linearise(&base, &mut derivative).unwrap();
-    (derivative, base.next_states())
+    (derivative, base.next_states().to_vec())
 }
 
 /// Accuracy of a step's solution for one body (m/s).

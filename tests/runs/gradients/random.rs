@@ -116,7 +116,7 @@ fn touching(Pair { world, states }: &Pair) -> Vec<Vec<State>> {
         if record.first().solution.contacts.iter().any(|contact| contact.carries_force()) {
             found.push(now);
         }
-        now = record.next_states();
+        now = record.next_states().to_vec();
         if found.len() == 3 {
             break;
         }

@@ -58,7 +58,7 @@ fn smooth_shapes_on_the_ground() {
                     compare(&world, &now, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
                 }
             }
-            now = record.next_states();
+            now = record.next_states().to_vec();
         }
     }
     println!(
@@ -104,14 +104,16 @@ fn smooth_shapes_on_a_moving_face() {
         for _ in 0..150 {
             let Some((_, record)) = step(&world, &now, &[]) else { break };
             let is_one_step = record.status() == StepStatus::Converged;
-            if is_one_step && record.first().solution.contacts.iter().any(ContactForce::carries_force) {
+            if is_one_step
+                && record.first().solution.contacts.iter().any(ContactForce::carries_force)
+            {
                 found += 1;
                 if found % 3 == 1 && found < 30 {
                     let at = format!("body {number}, touch {found}");
                     compare(&world, &now, &mut || draw.within(-1.0, 1.0), &at, &mut tally);
                 }
             }
-            now = record.next_states();
+            now = record.next_states().to_vec();
         }
     }
     println!(

@@ -114,7 +114,8 @@ fn write_problem(
         .enumerate()
         .map(|(i, state)| world.free_flight(i, state, &Wrench::zero()))
         .collect();
-    let rows: Vec<LocalRows> = contacts.iter().map(|c| LocalRows::new(record.states(), c)).collect();
+    let rows: Vec<LocalRows> =
+        contacts.iter().map(|c| LocalRows::new(record.states(), c)).collect();
     let n = contacts.len();
     let (mut w, mut q) = (DMatrix::zeros(3 * n, 3 * n), DVector::zeros(3 * n));
     let mut known = KeyIndex::new();

@@ -93,7 +93,7 @@ fn check_files(out: &Path, end: &End) {
     let reader = TablesReader::new(streams, ONE_BODY).unwrap();
     let mut reader = reader.without_idle_contacts(true);
     let mut failed = false;
-    while let Some(step) = reader.next_step().unwrap() {
+    while let Some(step) = reader.next_interval().unwrap() {
         failed |= step.row.status == StepStatus::Failed;
     }
     assert_eq!(end.code, Some(if failed { 3 } else { 0 }), "{end:?}");

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use tumble_core::contact::detection::all_contacts;
 use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::{Interval, StepRecord};
 use tumble_core::step::{ContactForce, StepReport, StepSolution, StepStatus};
 use tumble_core::world::{Parameters, World};
 
@@ -78,14 +78,14 @@ fn numbers(points: usize) -> impl Strategy<Value = Numbers> {
 
 fn record(points: usize, k: usize, numbers: Numbers) -> StepRecord {
     let mut record = end(k, &numbers.state);
-    record.first().solution = StepSolution::free(&[upright(numbers.height)]);
+    record.first_mut().solution = StepSolution::free(&[upright(numbers.height)]);
     let mut contacts = Vec::new();
     all_contacts(&world(points), &[upright(0.0)], &mut contacts);
     for (contact, found) in contacts.iter().zip(numbers.contacts) {
         let Some((force, slip, normal_force)) = found else { continue };
         let (key, force, slip) = (contact.key, force.into(), slip.into());
-        record.first().contacts.push(*contact);
-        record.first().solution.contacts.push(ContactForce {
+        record.first_mut().contacts.push(*contact);
+        record.first_mut().solution.contacts.push(ContactForce {
             force,
             normal_force,
             slip,
@@ -93,8 +93,8 @@ fn record(points: usize, k: usize, numbers: Numbers) -> StepRecord {
         });
     }
     let Numbers { status, iterations, dynamics, .. } = numbers;
-    record.report() = StepReport { iterations, ..StepReport::without_problem(status) };
-    record.certificate().dynamics = dynamics;
+    record.first_mut().report = StepReport { iterations, ..StepReport::without_problem(status) };
+    record.first_mut().certificate.dynamics = dynamics;
     record
 }
 
@@ -114,5 +114,7 @@ pub fn runs() -> impl Strategy<Value = Run> {
 fn end(k: usize, numbers: &[f64]) -> StepRecord {
     let states = vec![state(numbers)];
     let solution = StepSolution::free(&states);
-    StepRecord { index: k as u64, states, solution, ..StepRecord::new() }
+    let mut record = StepRecord::from(Interval::new(states, Vec::new(), solution));
+    record.index = k as u64;
+    record
 }

@@ -7,7 +7,7 @@ use tumble::ipopt::ReturnStatus;
 use tumble_core::contact::certificate::{Certifier, Claim};
 use tumble_core::contact::rounding::LARGEST;
 use tumble_core::mechanics::{State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::simulation::{Interval, Motion, Simulation, StepRecord};
 use tumble_core::solver::native::{ACCEPTED_RESIDUAL, NativeSolver};
 use tumble_core::step::{StepReport, StepSolver, StepStatus};
 use tumble_core::world::World;
@@ -78,7 +78,7 @@ pub fn check_run(
 /// Asserts finite numbers, a certificate that agrees with the step, and a status that the
 /// certificate supports.
 fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), TestCaseError> {
-    let StepRecord { states, contacts, solution, report, certificate, .. } = record;
+    let Interval { states, contacts, solution, report, certificate, .. } = record.first();
     let (state, next) = (record.state(), record.next());
     prop_assert!(next.to_vector().iter().all(|number| number.is_finite()), "{record:?}");
     for contact in &solution.contacts {

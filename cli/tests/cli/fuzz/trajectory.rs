@@ -55,7 +55,8 @@ fn written_tables_read_back_bit_for_bit() {
             prop_assert_eq!(bits(&state), bits(&record.state().to_vector()));
             let step: Vec<_> = step.map(number).collect();
             prop_assert_eq!(bits(&step), bits(&step_columns(run.points, record, &step)));
-            let carrying = record.first().solution.contacts.iter().filter(|of| of.normal_force > 0.0);
+            let carrying =
+                record.first().solution.contacts.iter().filter(|of| of.normal_force > 0.0);
             let mut expected = vec!["0"; run.points];
             carrying.for_each(|contact| expected[contact.key.point] = "1");
             prop_assert_eq!(flags.map(|column| &row[column]).collect::<Vec<_>>(), expected);

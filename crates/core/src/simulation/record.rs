@@ -101,6 +101,11 @@ impl StepRecord {
         &self.intervals[0]
     }
 
+    /// The first interval, to be changed.
+    pub fn first_mut(&mut self) -> &mut Interval {
+        &mut self.intervals[0]
+    }
+
     /// The last interval, which ends at step k+1.
     #[must_use]
     pub fn last(&self) -> &Interval {

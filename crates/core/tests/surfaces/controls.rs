@@ -35,7 +35,8 @@ fn records(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
 /// Sum of the contact forces on body 0 (N).
 fn force(record: &StepRecord) -> Vector3<f64> {
     record
-        .first().contacts
+        .first()
+        .contacts
         .iter()
         .zip(record.first().solution.forces())
         .filter(|(c, _)| c.key.body == 0)
@@ -254,7 +255,8 @@ fn bodies_pressed_against_a_wall_of_bricks_keep_their_speed_along_it() {
                 let mut along = speed;
                 for _ in 0..((0.6 / speed / 0.002) as usize) {
                     simulation.step(&mut record).unwrap();
-                    let sideways = record.first().contacts.iter().zip(record.first().solution.forces());
+                    let sideways =
+                        record.first().contacts.iter().zip(record.first().solution.forces());
                     // Beyond the end of the wall the last edge pushes the body forward.
                     for (contact, force) in sideways {
                         assert!(

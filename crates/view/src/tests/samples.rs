@@ -8,7 +8,8 @@ use tumble_core::geometry::Hull;
 use tumble_core::joint::{Joint, JointFrame};
 use tumble_core::mechanics::body::box_corners;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::Interval;
+use tumble_core::step::StepSolution;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, Plane, World};
 use tumble_scene::output::tables::{ContactRow, IntervalRows, KeyText};
@@ -52,6 +53,9 @@ pub fn contact(
         radius: 0.0,
         rebound: 0.0,
         key: KeyText { point, pair: None },
+        friction: 0.0,
+        interval: 0,
+        length: 0.0,
         moment: Vector3::zeros(),
     }
 }
@@ -150,8 +154,8 @@ fn step(
 ) -> IntervalRows {
     let [x, y, z, w] = attitude.coords.into();
     let state = State { position, attitude: [w, x, y, z].into(), velocity, spin };
-    let record = StepRecord { index, states: vec![state], ..StepRecord::new() };
-    let mut step = IntervalRows::new(world, &record);
+    let interval = Interval::new(vec![state], Vec::new(), StepSolution::default());
+    let mut step = IntervalRows::new(world, index, 0, &interval);
     step.row.status = status;
     step
 }

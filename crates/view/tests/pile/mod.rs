@@ -5,7 +5,8 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tumble_core::contact::Partner;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::Interval;
+use tumble_core::step::StepSolution;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Fixed, Parameters, Plane, World};
 use tumble_scene::output::tables::{ContactRow, IntervalRows, KeyText};
@@ -124,6 +125,9 @@ fn contact(
         radius: 0.0,
         rebound: 0.0,
         key: KeyText { point: key, pair: None },
+        friction: 0.0,
+        interval: 0,
+        length: 0.0,
         moment: Vector3::zeros(),
     }
 }
@@ -182,8 +186,8 @@ pub fn film(steps: u64) -> Film {
             contact(b, Partner::Fixed(0), 0, point, up * (GRAVITY * SLOPE.cos()))
         };
         let states = (0..100).map(|b| state_at(b, time)).collect();
-        let mut step =
-            IntervalRows::new(&world, &StepRecord { index: k, states, ..StepRecord::new() });
+        let interval = Interval::new(states, Vec::new(), StepSolution::default());
+        let mut step = IntervalRows::new(&world, k, 0, &interval);
         if k < steps {
             step.contacts = standing.iter().cloned().chain((60..75).map(rolls)).collect();
             (step.row.status, step.row.iterations) = (StepStatus::Converged, 3);

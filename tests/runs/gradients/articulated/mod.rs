@@ -193,8 +193,9 @@ fn compare_all(count: usize) {
             tally.refused += 1;
             continue;
         };
-        let loaded =
-            |record: &StepRecord| record.first().solution.contacts.iter().any(ContactForce::carries_force);
+        let loaded = |record: &StepRecord| {
+            record.first().solution.contacts.iter().any(ContactForce::carries_force)
+        };
         tally.touching += usize::from(comparison.base.records.iter().any(loaded));
         for along in &all {
             let (mark, error) = comparison.judged(along);

@@ -51,11 +51,20 @@ impl<W: Write> TablesWriter<W> {
         Ok(Self::with_writers(streams.each(csv)?, world))
     }
 
-    /// Continues tables that already have headers, and possibly rows.
+    /// Continues tables that already have headers, and possibly rows. `open` are the rows that
+    /// [`TablesWriter::open`] returned at their end. A table `ends` without rows is empty.
     #[must_use]
-    pub fn after(streams: Streams<W>, world: &World) -> Self {
-        let Ok(tables) = streams.each(|_, stream| Ok::<_, Infallible>(RowWriter::after(stream)));
-        Self::with_writers(tables, world)
+    pub fn after(streams: Streams<W>, world: &World, open: OpenRows) -> Self {
+        let shape = TableShape::new(world);
+        let Ok(tables) = streams.each(|table, stream| {
+            let begins = table == Table::Ends && !open.has_ends;
+            Ok::<_, Infallible>(if begins {
+                RowWriter::new(stream, table.columns(&shape))
+            } else {
+                RowWriter::after(stream)
+            })
+        });
+        Self { open, ..Self::with_writers(tables, world) }
     }
 
     fn with_writers(tables: Streams<RowWriter<W>>, world: &World) -> Self {
@@ -83,13 +92,6 @@ impl<W: Write> TablesWriter<W> {
     #[must_use]
     pub fn without_idle_contacts(mut self, idle: bool) -> Self {
         self.loaded_contacts = idle;
-        self
-    }
-
-    /// Sets the rows that [`TablesWriter::open`] returned at the end of the existing rows.
-    #[must_use]
-    pub fn continue_from(mut self, open: OpenRows) -> Self {
-        self.open = open;
         self
     }
 
