@@ -73,7 +73,6 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file)?;
     refuse_partial(&recording)?;
     let mut judge = StepJudge::new(&recording)?;
-    let has_gaps = recording.row_selection().has_gaps();
     let (mut findings, mut previous) = (VerifyFindings::default(), None::<IntervalRows>);
     // True if the velocities of the instant in the row `previous` follow from the interval before it.
     let mut follows = true;
@@ -83,9 +82,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         counts.add(&rows);
         if let Some(previous) = &previous {
             let mut verified = judge.interval(previous, &rows);
-            let is_next = rows.row.interval > 0
-                || rows.row.index == previous.row.index + 1
-                || has_gaps && rows.is_end();
+            let is_next = rows.row.interval > 0 || rows.row.index == previous.row.index + 1;
             if verified.differs.is_none() && !follows {
                 verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }

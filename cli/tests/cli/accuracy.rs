@@ -1,8 +1,9 @@
 //! Runs with an accuracy: files, checks of the files, continued runs and refusals.
 
 use super::scenario::run_scenario;
-use super::support::{Table, run};
+use super::support::{End, Table, run};
 use std::fs;
+use std::path::Path;
 
 /// A tilted box that falls, bounces and slides, beside a pendulum with a spring.
 const SCENE: &str = r#"
@@ -38,27 +39,73 @@ stiffness = 2.0
 fn a_run_with_an_accuracy_is_verified() {
     let (end, directory) = run_scenario(SCENE, &[]);
     assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("  substeps     "), "{end:?}");
+    assert!(end.stdout.contains("  intervals    "), "{end:?}");
     let steps = Table::parse(&fs::read_to_string(directory.path().join("out/steps.csv")).unwrap());
     let errors = steps.numbers("error_m");
     assert!(errors.iter().sum::<f64>() <= 3e-5 && errors.iter().any(|error| *error > 0.0));
-    assert!(steps.numbers("substeps").iter().sum::<f64>() >= 100.0);
+    let whole = steps.numbers("interval").iter().filter(|number| **number == 0.0).count();
+    assert!(whole == 101 && steps.rows.len() > 150);
     let states = directory.path().join("out/states.csv");
     let verified = run(&["verify", states.to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
-    // A length of a substep that is not that of the row.
-    let path = directory.path().join("out/steps.csv");
-    super::support::unseal(&directory.path().join("out/run.json"));
-    let text = fs::read_to_string(&path).unwrap();
-    let length = steps.numbers("substep_s")[50];
-    fs::write(&path, text.replacen(&format!(",{length},"), &format!(",{},", 2.0 * length), 1))
-        .unwrap();
-    assert_eq!(run(&["verify", states.to_str().unwrap()]).code, Some(1));
 }
 
-/// Sixteen balls with friction, whose rows often have one substep and the next one another length.
+/// Changes a cell of a row of a table, and returns what `verify` says. The table is restored.
+fn verify_with(out: &Path, table: &str, row: usize, column: &str, change: f64) -> End {
+    let path = out.join(format!("{table}.csv"));
+    let text = fs::read_to_string(&path).unwrap();
+    let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
+    let place = lines[0].split(',').position(|name| name == column).unwrap();
+    let mut cells: Vec<_> = lines[row + 1].split(',').map(str::to_owned).collect();
+    let number: f64 = cells[place].parse().unwrap();
+    cells[place] = (number + change).to_string();
+    lines[row + 1] = cells.join(",");
+    fs::write(&path, lines.join("\n") + "\n").unwrap();
+    let end = run(&["verify", out.join("states.csv").to_str().unwrap()]);
+    fs::write(&path, text).unwrap();
+    end
+}
+
+/// Errors planted in the second and in the last interval of steps: states, velocities, forces, coefficients
+/// and lengths.
 #[test]
-fn rows_of_one_substep_are_verified() {
+fn planted_errors_in_later_intervals_are_rejected() {
+    let (end, directory) = run_scenario(SCENE, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    super::support::unseal(&out.join("run.json"));
+    let table = |name: &str| {
+        Table::parse(&fs::read_to_string(out.join(format!("{name}.csv"))).unwrap())
+    };
+    let mut planted = 0;
+    for (name, columns) in [
+        ("states", &["x_m", "qw", "mid_vz_m_s", "vx_m_s", "interval_s"][..]),
+        ("contacts", &["force_z_N", "friction", "gap_m", "interval_s"]),
+        ("steps", &["interval_s", "energy_J", "friction_J", "residual_m_s"]),
+        ("joints", &["force_x_N", "wz_rad_s"]),
+    ] {
+        let rows = table(name);
+        let [steps, numbers] = ["k", "interval"].map(|column| rows.numbers(column));
+        let second = |row: &usize| numbers[*row] == 1.0;
+        let last = |row: &usize| {
+            numbers[*row] > 1.0 && steps.get(row + 1).is_some_and(|next| *next > steps[*row])
+        };
+        let all = 0..rows.rows.len();
+        let second = all.clone().filter(second).step_by(17).take(4);
+        for row in second.chain(all.filter(last).step_by(13).take(4)) {
+            for column in columns {
+                let end = verify_with(&out, name, row, column, 1e-4);
+                assert!(matches!(end.code, Some(1 | 2)), "{name} {column} {row}: {end:?}");
+                planted += 1;
+            }
+        }
+    }
+    assert!(planted >= 100, "{planted}");
+}
+
+/// Sixteen balls with friction, whose steps often have one interval and the next one another length.
+#[test]
+fn steps_of_one_interval_are_verified() {
     let path = format!("{}/scenarios/billiard.toml", crate::ROOT);
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out").to_str().unwrap().to_owned();
@@ -68,7 +115,7 @@ fn rows_of_one_substep_are_verified() {
     assert_eq!(verified.code, Some(0), "{verified:?}");
 }
 
-/// Steps that begin with a short substep, in which contacts keep their gap, are verified too. Balls in
+/// Steps that begin with a short interval, in which contacts keep their gap, are verified too. Balls in
 /// the rack meet at nearly the same time, and the summary says so.
 #[test]
 fn a_run_with_located_impacts_is_verified() {

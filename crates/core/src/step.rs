@@ -180,12 +180,12 @@ impl StepSolution {
     }
 
     /// Forces of all candidates (N), world frame.
-    pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+    pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + Clone + '_ {
         self.contacts.iter().map(|contact| contact.force)
     }
 
     /// Forces and moments of all candidates.
-    pub fn loads(&self) -> impl Iterator<Item = ContactLoad> + '_ {
+    pub fn loads(&self) -> impl Iterator<Item = ContactLoad> + Clone + '_ {
         let load = |(place, contact): (usize, &ContactForce)| ContactLoad {
             force: contact.force,
             moment: self.moment(place),

@@ -66,7 +66,7 @@ impl Scene {
     pub fn use_integrator(&mut self, integrator: Integrator) {
         (self.model.integrator, self.model.accuracy) = (integrator, None);
         self.model.impacts = Impacts::Stepped;
-        self.world = self.world.clone().without_substeps().with_integrator(integrator);
+        self.world = self.world.clone().with_whole_steps().with_integrator(integrator);
     }
 
     /// World at step `index`, with the frames of prescribed motions at their places.

@@ -57,10 +57,9 @@ impl StepJudge {
             match contact {
                 Ok(mut contact) => {
                     // The rows do not have the first solution, which may have held the contact.
-                    if contact.law.friction != row.friction {
-                        contact.hold(&self.world, &step.states, next);
-                    }
-                    if !contact.has_friction(&self.world, row.friction) {
+                    if contact.may_have_friction(&self.world, row.friction) {
+                        contact.law.friction = row.friction;
+                    } else {
                         let index = row.index;
                         touching.wrong.get_or_insert_with(|| {
                             format!("its contact {index} has another coefficient of friction")

@@ -84,7 +84,7 @@ impl Certificate {
     };
 
     /// Elementwise maximum of two certificates; NaN if either part is.
-    fn joined(&self, other: &Self) -> Self {
+    pub(crate) fn joined(&self, other: &Self) -> Self {
         Self {
             dynamics: largest(self.dynamics, other.dynamics),
             penetration: largest(self.penetration, other.penetration),
@@ -134,17 +134,14 @@ impl Certificate {
     }
 }
 
-/// Certifies steps of one world. It owns its workspace, so that certifying does not allocate.
+/// Certifies steps of one world. It owns its workspace, so that certifying does not allocate. The
+/// workspace changes no certificate.
 #[derive(Debug, Clone, Default)]
 pub struct Certifier {
     /// Poses of the bodies at both ends of the step.
     poses: Vec<(Pose, Pose)>,
     /// Sum of contact and external forces (world) and torques (body frame) on each body.
     loads: Vec<Wrench>,
-    /// Flags of the bodies that rested in the last step.
-    rested: Vec<bool>,
-    /// Residual of the resting bodies in that step.
-    of_rested: Certificate,
     /// Motion of each joint.
     joint_motions: Vec<JointMotion>,
 }
@@ -168,61 +165,31 @@ impl Certifier {
         claim: &Claim<'_>,
         loads: impl IntoIterator<Item: Into<ContactLoad>>,
     ) -> Certificate {
-        self.step_beside(world, claim, loads, &[])
+        self.bodies_of_step(world, claim, loads, |_| true)
     }
 
-    /// Same as [`Self::contact_step`], but reuses the residual of resting bodies.
-    ///
-    /// `rest` has one flag per body, or is empty. A resting body must have the same states,
-    /// contacts and forces as in the last certified step if it rested there too. Its residual is
-    /// then reused. Resting bodies touch no moving bodies.
-    pub(crate) fn step_beside(
+    /// Same as [`Self::contact_step`] for the `asked` bodies, their contacts, and all joints. An asked body
+    /// touches asked bodies only.
+    pub(crate) fn bodies_of_step(
         &mut self,
         world: &World,
         claim: &Claim<'_>,
         loads: impl IntoIterator<Item: Into<ContactLoad>>,
-        rest: &[bool],
+        asked: impl Fn(usize) -> bool,
     ) -> Certificate {
         if !claim.is_of(world) {
-            self.rested.clear();
             return Certificate::UNKNOWN;
         }
-        if rest.is_empty() {
-            self.rested.clear();
-            return self.judge::<false>(world, claim, loads, rest, false);
-        }
-        let is_known = self.rested == rest;
-        if !is_known {
-            self.rested.clear();
-            self.rested.extend_from_slice(rest);
-            self.of_rested = Certificate::default();
-        }
-        self.judge::<true>(world, claim, loads, rest, is_known)
-    }
-
-    /// Certifies a claim. If `is_known`, the residual of the bodies in `rest` is kept instead of
-    /// computed.
-    fn judge<const SOME_REST: bool>(
-        &mut self,
-        world: &World,
-        claim: &Claim<'_>,
-        loads: impl IntoIterator<Item: Into<ContactLoad>>,
-        rest: &[bool],
-        is_known: bool,
-    ) -> Certificate {
         let h = world.time_step();
         let has_moments = world.has_turning_friction();
-        let rests = |body: usize| SOME_REST && rest.get(body).is_some_and(|rests| *rests);
-        self.begin(claim, |body| is_known && rests(body));
-        let mut both = [Certificate::default(), self.of_rested];
+        self.begin(claim, &asked);
+        let mut certificate = Certificate::default();
         for (contact, load) in claim.contacts.iter().zip(loads) {
             let load: ContactLoad = load.into();
             let ContactLoad { force, moment } = load;
-            let rests = rests(contact.key.body);
-            if is_known && rests {
+            if !asked(contact.key.body) {
                 continue;
             }
-            let certificate = &mut both[usize::from(rests)];
             self.add_force(contact, &force);
             let a = &self.poses[contact.key.body];
             let b = contact.key.partner.body().map(|index| &self.poses[index]);
@@ -244,7 +211,6 @@ impl Certifier {
             let through = -contact.normal().dot(&u);
             certificate.penetration = largest(certificate.penetration, through);
         }
-        let certificate = &mut both[0];
         self.joint_motions.clear();
         for (joint, force) in world.joints().iter().zip(claim.joints) {
             let joint_motion = joint.step_motion(claim.states, claim.next, force, h);
@@ -270,11 +236,9 @@ impl Certifier {
             *part = largest(*part, missed);
         }
         for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
-            let rests = rests(index);
-            if is_known && rests {
+            if !asked(index) {
                 continue;
             }
-            let certificate = &mut both[usize::from(rests)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
             let motion = if world.is_held(index) {
                 difference(body, state, next, h)
@@ -285,12 +249,7 @@ impl Certifier {
             let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
             certificate.penetration = largest(certificate.penetration, depth / h);
         }
-        let [moving, resting] = both;
-        if !SOME_REST {
-            return moving;
-        }
-        self.of_rested = resting;
-        moving.joined(&resting)
+        certificate
     }
 
     /// Joint motion in the last certified step.
@@ -298,12 +257,12 @@ impl Certifier {
         &self.joint_motions
     }
 
-    /// Updates poses and loads. Poses of bodies for which `known` holds are unchanged and are kept.
-    fn begin(&mut self, claim: &Claim<'_>, known: impl Fn(usize) -> bool) {
+    /// Sets the poses of the `asked` bodies, and all loads.
+    fn begin(&mut self, claim: &Claim<'_>, asked: impl Fn(usize) -> bool) {
         let pairs = claim.states.iter().zip(claim.next);
         if self.poses.len() == claim.states.len() {
             for (body, (poses, (state, next))) in self.poses.iter_mut().zip(pairs).enumerate() {
-                if !known(body) {
+                if asked(body) {
                     *poses = (state.pose(), next.pose());
                 }
             }

@@ -102,7 +102,7 @@ impl Contact {
 
     /// True if this contact has the coefficient `friction`, or would have it without slip.
     #[must_use]
-    pub fn has_friction(&self, world: &World, friction: f64) -> bool {
+    pub fn may_have_friction(&self, world: &World, friction: f64) -> bool {
         friction == self.law.friction || friction == self.friction_at(world, 0.0, 0.0)
     }
 

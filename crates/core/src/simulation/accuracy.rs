@@ -1,7 +1,7 @@
-//! Substeps that keep an accuracy ([`with_accuracy`](crate::world::World::with_accuracy)), or that
+//! Intervals that keep an accuracy ([`with_accuracy`](crate::world::World::with_accuracy)), or that
 //! only begin at impacts ([`with_impacts`](crate::world::World::with_impacts)).
 //!
-//! A substep is a step of its own, with its certificate. Its length h follows from the growth of the
+//! An interval is a step of its own, with its certificate. Its length h follows from the growth of the
 //! estimated error (40) of the worst body: at most a h for the accuracy a (m/s). This error is of
 //! third order, so that the next length is
 //!
@@ -9,8 +9,8 @@
 //! h⁺ = h √(a h / e)                                                      (eq. 41)
 //! ```
 //!
-//! Bisection finds the longest substep without an [abrupt change](super::abrupt) of velocity. The change
-//! happens in a substep of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
+//! Bisection finds the longest interval without an [abrupt change](super::abrupt) of velocity. The change
+//! happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
 //! error of a second. The velocities of the middle are converted to another length by their last three
 //! values. A body after an abrupt change starts anew (37).
 
@@ -26,31 +26,31 @@ use crate::world::{Impacts, Span, World};
 
 /// Share of the error of a second that an abrupt change may add.
 const CAUGHT: f64 = 0.1;
-/// Shortest substep (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
+/// Shortest interval (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
-/// Shortest substep of smooth motion (s).
+/// Shortest interval of smooth motion (s).
 const SHORTEST_SMOOTH: f64 = 1e-6;
-/// Length of a substep, as a share of the usual one, below which contacts keep a depth or a small gap at
-/// which they begin. Shorter substeps would remove a depth at high speed, and impacts would find
+/// Length of an interval, as a share of the usual one, below which contacts keep a depth or a small gap at
+/// which they begin. Shorter intervals would remove a depth at high speed, and impacts would find
 /// contacts that touch open.
 const KEEPS_GAP: f64 = 0.1;
 /// Range of lengths that are wanted, in present lengths, in which the present one stays.
 const STAYS: [f64; 2] = [0.9, 1.5];
-/// Length of the first substeps after a start or an abrupt change, as a share of the usual one. They have
+/// Length of the first intervals after a start or an abrupt change, as a share of the usual one. They have
 /// no estimate.
 const FIRST: f64 = 0.125;
-/// Largest growth of a length, and substeps between two growths.
+/// Largest growth of a length, and intervals between two growths.
 const GROWTH: f64 = 2.0;
-const SUBSTEPS_PER_GROWTH: u32 = 4;
-/// Halvings of a substep that is not solved.
+const INTERVALS_PER_GROWTH: u32 = 4;
+/// Halvings of an interval that is not solved.
 const MOST_HALVINGS: u32 = 8;
 /// Largest number of abrupt changes that are searched in a step. Later ones happen within their
-/// substeps.
+/// intervals.
 const MOST_CHANGES: u32 = 32;
-/// Largest number of substeps of a step, with rejected ones. Later substeps are taken as they are.
-const MOST_SUBSTEPS: u32 = 20_000;
+/// Largest number of intervals of a step, with rejected ones. Later intervals are taken as they are.
+const MOST_INTERVALS: u32 = 20_000;
 
-/// Lengths of substeps.
+/// Lengths of intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Pace {
@@ -60,7 +60,7 @@ pub(super) struct Pace {
     pub wanted: f64,
 }
 
-/// Search for an abrupt change: lengths of a substep without it and of one with it, and the length
+/// Search for an abrupt change: lengths of an interval without it and of one with it, and the length
 /// within which it is caught (s).
 #[derive(Debug, Clone, Copy)]
 struct Search {
@@ -69,7 +69,7 @@ struct Search {
     window: f64,
 }
 
-/// Equal substeps of the rest of a step.
+/// Equal intervals of the rest of a step.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
     length: f64,
@@ -77,11 +77,11 @@ struct Plan {
 }
 
 impl Plan {
-    /// Substeps of `left` (s) with a length near `wanted`, or the `present` one where it suits.
+    /// Intervals of `left` (s) with a length near `wanted`, or the `present` one where it suits.
     fn even(left: f64, wanted: f64, present: f64) -> Self {
         let suits = STAYS[0] * present <= wanted && wanted <= STAYS[1] * present;
         let wanted = if suits { present } else { wanted };
-        let count = (left / wanted - 1e-9).ceil().clamp(1.0, f64::from(MOST_SUBSTEPS));
+        let count = (left / wanted - 1e-9).ceil().clamp(1.0, f64::from(MOST_INTERVALS));
         let length = left / count;
         // The same length but for rounding.
         let is_same = (length - present).abs() <= 1e-9 * present;
@@ -89,30 +89,30 @@ impl Plan {
     }
 }
 
-/// Lengths of the substeps of a step.
+/// Lengths of the intervals of a step.
 #[derive(Debug)]
 struct Schedule {
     /// Accuracy of smooth motion, if it is controlled, and of abrupt changes (m/s).
     smooth: Option<f64>,
     accuracy: f64,
-    /// Length of the step (s), and of the substeps taken so far.
+    /// Length of the step (s), and of the intervals taken so far.
     whole: f64,
     since: f64,
-    /// Length of substeps that the last estimate allows (s).
+    /// Length of intervals that the last estimate allows (s).
     wanted: f64,
     plan: Plan,
     search: Option<Search>,
-    /// Lengths of the next substeps that are taken as they are (s): up to an abrupt change, and with it.
+    /// Lengths of the next intervals that are taken as they are (s): up to an abrupt change, and with it.
     fixed: [f64; 2],
-    /// Substeps with rejected ones, abrupt changes found, halvings of substeps that are not solved,
-    /// and substeps of the present length.
+    /// Intervals with rejected ones, abrupt changes found, halvings of intervals that are not solved,
+    /// and intervals of the present length.
     attempts: u32,
     changes: u32,
     halvings: u32,
     streak: u32,
 }
 
-/// Judgement of a substep that was taken.
+/// Judgement of an interval that was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Judgement {
     Taken,
@@ -122,7 +122,7 @@ enum Judgement {
 }
 
 impl Schedule {
-    /// Substeps of a step of `world` after those at `pace`; `starts` is true if a body starts.
+    /// Intervals of a step of `world` after those at `pace`; `starts` is true if a body starts.
     fn new(world: &World, pace: Pace, starts: bool) -> Self {
         let smooth = world.accuracy();
         let whole = world.time_step();
@@ -148,7 +148,7 @@ impl Schedule {
         }
     }
 
-    /// Length of the next substep (s); `None` at the end of the step.
+    /// Length of the next interval (s); `None` at the end of the step.
     fn length(&self) -> Option<f64> {
         let planned = match self.search {
             _ if self.fixed[0] > 0.0 => self.fixed[0],
@@ -158,7 +158,7 @@ impl Schedule {
         (self.plan.count > 0).then_some(planned)
     }
 
-    /// Judges a substep of `length` (s) with these errors, and plans the next one.
+    /// Judges an interval of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
         let AddedError { smooth, abrupt, velocity, .. } = *errors;
         let caught = CAUGHT * self.accuracy;
@@ -174,7 +174,7 @@ impl Schedule {
         let is_long = is_rough && length > SHORTEST_SMOOTH;
         self.attempts += 1;
         let is_fixed = self.fixed[0] > 0.0;
-        if !is_fixed && self.attempts < MOST_SUBSTEPS {
+        if !is_fixed && self.attempts < MOST_INTERVALS {
             let closer = self.search.map(|search| Search { low: length, ..search });
             let closer = closer.filter(|closer| closer.high - closer.low > closer.window);
             if !is_solved && self.halvings < MOST_HALVINGS {
@@ -197,7 +197,7 @@ impl Schedule {
         if !is_fixed && (misses || is_long) { Judgement::TakenCoarse } else { Judgement::Taken }
     }
 
-    /// Narrows the search for an abrupt change, which a substep of `length` (s) has, to the `window` (s).
+    /// Narrows the search for an abrupt change, which an interval of `length` (s) has, to the `window` (s).
     fn narrow(&mut self, length: f64, window: f64) {
         let low = self.search.map_or(0.0, |search| search.low);
         if length - low > window {
@@ -210,13 +210,13 @@ impl Schedule {
         self.search = None;
     }
 
-    /// `length` (s), or all that is left of the step if less than a substep would remain.
+    /// `length` (s), or all that is left of the step if less than an interval would remain.
     fn until_the_end(&self, length: f64) -> f64 {
         let left = self.whole - self.since;
         if left - length < SHORTEST { left } else { length }
     }
 
-    /// Goes on after a substep of `length` (s); `next` is the length that its estimate allows.
+    /// Goes on after an interval of `length` (s); `next` is the length that its estimate allows.
     fn take(&mut self, length: f64, next: f64) {
         self.since += length;
         (self.halvings, self.streak) = (0, self.streak + 1);
@@ -225,19 +225,19 @@ impl Schedule {
             let share = self.smooth.map_or(1.0, |_| FIRST);
             self.plan_anew(share * self.wanted, length);
         } else if let Some(Search { high, .. }) = self.search.take() {
-            // The substep ends within the window before the change.
+            // The interval ends within the window before the change.
             self.fixed = [self.until_the_end(high - length), 0.0];
             self.plan_anew(self.wanted, length);
         } else {
             (self.wanted, self.plan.count) = (next, self.plan.count - 1);
-            let grows = self.streak >= SUBSTEPS_PER_GROWTH && next >= STAYS[1] * length;
+            let grows = self.streak >= INTERVALS_PER_GROWTH && next >= STAYS[1] * length;
             if self.plan.count > 1 && grows {
                 self.plan_anew(next, length);
             }
         }
     }
 
-    /// Divides the rest of the step in substeps near `wanted` (s), or of the `present` length (s).
+    /// Divides the rest of the step in intervals near `wanted` (s), or of the `present` length (s).
     fn plan_anew(&mut self, wanted: f64, present: f64) {
         let left = self.whole - self.since;
         (self.search, self.streak) = (None, 0);

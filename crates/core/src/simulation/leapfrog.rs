@@ -52,7 +52,7 @@ pub(super) struct Instants {
     pub was_abrupt: Vec<bool>,
     /// `errors` and `was_abrupt` before the last step.
     past: (Vec<f64>, Vec<bool>),
-    /// Smoothness of the motion, in a run with substeps; otherwise empty.
+    /// Smoothness of the motion, in a run with intervals; otherwise empty.
     smooth: Vec<Smooth>,
 }
 
@@ -155,14 +155,14 @@ pub(super) struct TrialStep {
     pub converted: Vec<bool>,
 }
 
-/// Origin of the velocity w of a body at the start of a substep.
+/// Origin of the velocity w of a body at the start of an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) enum Converted {
     #[default]
     Kept,
     /// w + κ (w − w⁻) with this κ, but for second derivatives of the velocity.
     Shifted(f64),
-    /// The velocity V of the instant, which is `extrapolated` or that of the substep before. A trial
+    /// The velocity V of the instant, which is `extrapolated` or that of the interval before. A trial
     /// step converts it; without one w is V.
     Started { extrapolated: bool, has_trial: bool },
 }

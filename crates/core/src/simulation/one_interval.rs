@@ -213,9 +213,9 @@ fn contact_step(
     let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
     // Without moments the loop over the contacts is shorter.
     let certificate = if world.has_turning_friction() {
-        certifier.step_beside(world, &claim, solution.loads(), rest.bodies())
+        rest.certify(world, &claim, certifier, solution.loads())
     } else {
-        certifier.step_beside(world, &claim, solution.forces(), rest.bodies())
+        rest.certify(world, &claim, certifier, solution.forces())
     };
     // The certificate overrides the solver's status. A NaN fails every comparison.
     let residual = certificate.residual();

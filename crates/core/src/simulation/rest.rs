@@ -17,7 +17,8 @@ use super::islands::Islands;
 use super::leapfrog::AddedError;
 use super::moment::Moment;
 use super::{EnergyGain, UnphysicalCause};
-use crate::contact::{Certificate, Contact, ContactKey, KeyIndex, Memory};
+use crate::contact::certificate::{Certifier, Claim};
+use crate::contact::{Certificate, Contact, ContactKey, ContactLoad, KeyIndex, Memory};
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
 use crate::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
@@ -53,6 +54,8 @@ pub(super) struct RestingBodies {
     ties: Vec<bool>,
     islands: Islands,
     indices: [KeyIndex; 2],
+    /// Certificate of resting bodies, and their flags in the interval that it was computed in.
+    certified: (Vec<bool>, Certificate),
 }
 
 /// Results of a step besides its solution.
@@ -74,6 +77,7 @@ impl RestingBodies {
         (self.last, self.begins, self.reported_no_rest, self.stays) = (None, false, false, false);
         self.bodies.clear();
         self.loads.clear();
+        self.certified.0.clear();
     }
 
     /// True if the last step repeated the previous one to the last bit.
@@ -175,6 +179,31 @@ impl RestingBodies {
 }
 
 impl RestingBodies {
+    /// Certifies the step of `world` in `claim` with the `loads` of its contacts. Bodies that rested in
+    /// the last interval too keep their part: their states, contacts and forces are the same. Resting
+    /// bodies touch no others.
+    pub(super) fn certify<L: IntoIterator<Item: Into<ContactLoad>> + Clone>(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        certifier: &mut Certifier,
+        loads: L,
+    ) -> Certificate {
+        let Self { bodies, certified: (known, certificate), .. } = self;
+        if bodies.is_empty() {
+            known.clear();
+            return certifier.contact_step(world, claim, loads);
+        }
+        if known != bodies {
+            known.clone_from(bodies);
+            let rests = |body: usize| bodies[body];
+            let resting = certifier.bodies_of_step(world, claim, loads.clone(), rests);
+            // Joints are certified with the moving bodies.
+            *certificate = Certificate { joint: 0.0, joint_law: 0.0, ..resting };
+        }
+        certifier.bodies_of_step(world, claim, loads, |body| !bodies[body]).joined(certificate)
+    }
+
     /// Describes the interval from `moment` as a copy of the one before in `taken`, if its wrenches
     /// are the same. Returns true if they are. The moment stays as it is.
     #[inline(never)]

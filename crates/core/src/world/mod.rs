@@ -98,7 +98,7 @@ pub enum Impacts {
     /// Within the step: its velocities have the change from the start.
     #[default]
     Stepped,
-    /// At their time, where a substep begins. Needs [`Integrator::Leapfrog`].
+    /// At their time, where an interval begins. Needs [`Integrator::Leapfrog`].
     Located,
 }
 
@@ -378,7 +378,7 @@ impl World {
     }
 
     /// Returns this world with an error of the time step that runs keep: the estimate (40) of each
-    /// body's position grows by at most `accuracy` (m) in a second. A step is then taken in substeps,
+    /// body's position grows by at most `accuracy` (m) in a second. A step is then taken in intervals,
     /// which also begin at impacts, ends of slips and stops of joints. Needs
     /// [`Integrator::Leapfrog`], and has no effect without it.
     ///
@@ -400,7 +400,7 @@ impl World {
     /// Returns this world with whole steps: without an [accuracy](World::with_accuracy) and with
     /// impacts within a step.
     #[must_use]
-    pub fn without_substeps(self) -> Self {
+    pub fn with_whole_steps(self) -> Self {
         Self { accuracy: None, impacts: Impacts::Stepped, ..self }
     }
 

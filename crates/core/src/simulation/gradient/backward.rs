@@ -90,12 +90,12 @@ impl Backward {
         run: &Run<'_>,
         first: u64,
         world: &World,
-        has_substeps: bool,
+        is_divided: bool,
     ) -> Result<Self, Error> {
         let bodies = world.bodies().len();
         let infinite = (f64::INFINITY, first);
-        // A step may have many substeps.
-        let most = if has_substeps { FEW } else { (MEMORY / (bodies * BODY_BYTES)).max(FEW) };
+        // A step may have many intervals.
+        let most = if is_divided { FEW } else { (MEMORY / (bodies * BODY_BYTES)).max(FEW) };
         Ok(Self {
             first,
             stretch: most.min(run.checkpoints.steps.max(1)) as u64,
@@ -116,7 +116,7 @@ impl Backward {
                 .map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?,
             owed: vec![StateChange::zero(); bodies],
             extrapolated: vec![StateChange::zero(); bodies],
-            times: ImpactTimes::new(run.has_impact_times, has_substeps),
+            times: ImpactTimes::new(run.has_impact_times, is_divided),
             end: None,
         })
     }

@@ -60,7 +60,7 @@ impl ImpactTimes {
         has_one_time
     }
 
-    /// Part of (G21) through the time of an impact in a substep, with a loss or without. Points that
+    /// Part of (G21) through the time of an impact in an interval, with a loss or without. Points that
     /// meet in it count as meeting at their mean time. Returns false if there are several.
     fn add_located_time(
         &self,
