@@ -12,7 +12,7 @@ use tumble_view::{Fact, Film, Takeover, is_loaded};
 
 /// Largest memory for the rows of a picture, bytes: a million rows of a box with contacts at all
 /// its corners.
-const MOST_BYTES: usize = 2_300_000_000;
+const MOST_BYTES: usize = 2_500_000_000;
 
 /// Reads all rows for drawing. More than `most` rows, or too much memory, are refused. Returns
 /// `None` if `interrupt` is raised.

@@ -355,7 +355,7 @@ fn drawing(session: &Session) -> Result<String, Failure> {
     let scene = session.scene();
     let mut end = StepRecord::new();
     session.simulation().end(&mut end);
-    let frames = IntervalRows::of_step(&scene.world, &end);
+    let frames = IntervalRows::from_step(&scene.world, &end);
     let floating = scene.contact.is_none();
     let mut film = Film::new(&scene.world, &scene.model, floating, frames)?;
     // A recorded run hides a ground that its bodies do not reach. Here they may still fall to it.

@@ -119,7 +119,7 @@ impl ContactColumns {
     ) -> Self {
         let names = Arc::clone(names);
         let mut columns = if record.is_divided() {
-            let rows = ContactRow::of_divided_step(record);
+            let rows = ContactRow::from_divided_step(record);
             let all = rows.iter().map(|row| (row.body, row.partner)).collect();
             Self::new(py, all, rows.iter(), names)
         } else {

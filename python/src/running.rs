@@ -136,7 +136,7 @@ impl Running {
             let record = self.last.record();
             let bodies = 0..record.states().len();
             recording.forces.extend(bodies.map(|body| record.mean_force(body)));
-            let mut rows = IntervalRows::of_step(self.simulation.world(), record);
+            let mut rows = IntervalRows::from_step(self.simulation.world(), record);
             for rows in rows.iter_mut().filter(|_| !recording.has_contacts) {
                 rows.contacts = Vec::new();
                 rows.row.contacts = 0;

@@ -364,7 +364,7 @@ impl PySimulation {
         let world = simulation.world();
         let now = JointRow::from_interval(world, end.first());
         // Before the first step there are no rates and forces.
-        let steps = IntervalRows::of_step(world, last.record());
+        let steps = IntervalRows::from_step(world, last.record());
         let steps = whole_steps(&steps);
         let before = steps.iter().filter(|_| simulation.index() > 0);
         let mut before = before.flat_map(|step| step.joints.iter().copied());

@@ -244,18 +244,23 @@ fn an_interrupt_ends_the_steps_of_islands() {
     let flag = Arc::new(AtomicBool::new(false));
     simulation.interrupt_by(Arc::clone(&flag));
     simulation.step(&mut record).unwrap();
+    let mut last = record.next_states().to_vec();
     let end = std::thread::scope(|scope| {
         scope.spawn(|| flag.store(true, Ordering::Relaxed));
         loop {
             let is_raised = flag.load(Ordering::Relaxed);
             match simulation.step(&mut record) {
-                Ok(()) => assert!(!is_raised, "step {} was taken", record.index),
+                Ok(()) => {
+                    assert!(!is_raised, "step {} was taken", record.index);
+                    last = record.next_states().to_vec();
+                }
                 Err(error) => break error,
             }
         }
     });
     assert_eq!(end, Error::Interrupted);
-    assert_eq!(simulation.states(), record.next_states());
+    assert_eq!(simulation.states(), last);
+    assert_eq!(record, StepRecord::new());
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
     let simulation = Simulation::new(world, starts, Motion::Floating).unwrap();
     let mut end = StepRecord::new();
     simulation.end(&mut end);
-    let frames = IntervalRows::of_step(&scene.world, &end);
+    let frames = IntervalRows::from_step(&scene.world, &end);
     Film::new(&scene.world, model, false, frames).unwrap()
 }
 

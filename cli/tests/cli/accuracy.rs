@@ -74,9 +74,8 @@ fn planted_errors_in_later_intervals_are_rejected() {
     assert_eq!(end.code, Some(0), "{end:?}");
     let out = directory.path().join("out");
     super::support::unseal(&out.join("run.json"));
-    let table = |name: &str| {
-        Table::parse(&fs::read_to_string(out.join(format!("{name}.csv"))).unwrap())
-    };
+    let table =
+        |name: &str| Table::parse(&fs::read_to_string(out.join(format!("{name}.csv"))).unwrap());
     let mut planted = 0;
     for (name, columns) in [
         ("states", &["x_m", "qw", "mid_vz_m_s", "vx_m_s", "interval_s"][..]),

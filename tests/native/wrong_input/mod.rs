@@ -321,7 +321,7 @@ fn records_of_another_world_do_not_panic_writers() {
                 panics.look("TrajectoryWriter::write", || {
                     TrajectoryWriter::new(Vec::new(), &world).write(&record)
                 });
-                panics.look("IntervalRows::new", || IntervalRows::of_step(&world, &record));
+                panics.look("IntervalRows::new", || IntervalRows::from_step(&world, &record));
                 panics.look("TablesWriter::write", || {
                     let streams = Streams {
                         states: vec![],

@@ -46,7 +46,7 @@ impl StepJudge {
         let is_start_of_retry =
             world.span().is_some_and(|span| span.is_retry) && step.row.interval == 0;
         let found = if world.impacts() == Impacts::Located {
-            energy::of_instant(world, step.instant_states())
+            energy::at_instant(world, step.instant_states())
         } else if !is_start_of_retry {
             energy::total(world, &step.states)
         } else if let Some(states) = &self.last_end {

@@ -314,7 +314,7 @@ fn intervals(
         part.changeable = world.changeable();
         part.ends.extend_from_slice(moment.states());
         let ends = [&taken.instants, &part.ends];
-        part.energies = ends.map(|states| Some(energy::of_instant(world, states)));
+        part.energies = ends.map(|states| Some(energy::at_instant(world, states)));
     }
     moment.pace.wanted = schedule.wanted;
     Ok(())

@@ -62,7 +62,7 @@ pub fn total(world: &World, states: &[State]) -> f64 {
 /// Σ ½ m v·v + ½ ω·I ω − m g·r
 /// ```
 #[must_use]
-pub fn of_instant(world: &World, states: &[State]) -> f64 {
+pub fn at_instant(world: &World, states: &[State]) -> f64 {
     let bodies = world.bodies().iter().zip(states);
     bodies
         .map(|(body, state)| {

@@ -77,7 +77,7 @@ pub(super) struct PartOfStep {
 impl PartOfStep {
     /// Part of the record of a state without a step.
     pub fn at_the_end(world: &World, moment: &Moment) -> Self {
-        let energies = [Some(energy::of_instant(world, moment.states())), None];
+        let energies = [Some(energy::at_instant(world, moment.states())), None];
         Self { energies, changeable: world.changeable(), ..Self::default() }
     }
 }

@@ -192,11 +192,11 @@ impl<'a> Simulation<'a> {
     }
 
     /// Energy at the present moment as the rows of a run count it (J): (35), or with located impacts the
-    /// [energy of the instant](energy::of_instant).
+    /// [energy of the instant](energy::at_instant).
     #[must_use]
     pub fn energy(&self) -> f64 {
         if accuracy::divides_steps(&self.world, &self.moment) {
-            energy::of_instant(&self.world, self.states())
+            energy::at_instant(&self.world, self.states())
         } else {
             energy::total(&self.world, self.step_states())
         }
@@ -341,7 +341,8 @@ impl<'a> Simulation<'a> {
     /// converge or makes energy, and those of an accuracy or of located impacts.
     ///
     /// # Errors
-    /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
+    /// If a step cannot be posed or was interrupted; the simulation is then unchanged, and the record
+    /// is empty.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
         let Self { world, moment, inputs, workspace, undo, .. } = self;
         record.begin(moment.index);
@@ -352,7 +353,10 @@ impl<'a> Simulation<'a> {
             retry::step(world, moment, inputs, workspace, record)
         };
         world.set_span(None);
-        taken?;
+        if let Err(error) = taken {
+            *record = StepRecord::new();
+            return Err(error);
+        }
         moment.index += 1;
         *undo = before.map_or(Undo::Interval, Undo::Moment);
         Ok(())

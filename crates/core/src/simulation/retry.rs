@@ -25,7 +25,7 @@ use super::leapfrog;
 use super::moment::Moment;
 use super::one_interval::{self, Part};
 use super::record::StepRecord;
-use super::unphysical::{Budget, EnergyGain, UnphysicalCause};
+use super::unphysical::{Budget, EnergyCheck, EnergyGain, UnphysicalCause};
 use super::workspace::Workspace;
 use super::{Motion, energy, unphysical};
 use crate::contact::Memory;
@@ -61,7 +61,9 @@ pub(super) fn step(
 ) -> Result<(), Error> {
     let taken = record.next_interval();
     one_interval::interval(world, moment, inputs, workspace, Part::default(), taken)?;
-    let is_tried = taken.report.status == StepStatus::Failed || taken.gain.is_some();
+    let makes_energy = |check: &EnergyCheck| (0..taken.states.len()).any(|body| check.makes(body));
+    let is_tried = taken.report.status == StepStatus::Failed
+        || taken.gain.is_some() && makes_energy(&workspace.energy_check);
     let Some(failure) = is_tried.then(|| Failure::find(world, workspace, taken)).flatten() else {
         return Ok(());
     };

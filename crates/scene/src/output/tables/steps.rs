@@ -58,7 +58,7 @@ fn add_contact(contacts: &mut Vec<ContactRow>, contact: ContactRow) {
 impl ContactRow {
     /// Contacts of a step of several intervals, with means of forces and slips over the step.
     #[must_use]
-    pub fn of_divided_step(record: &StepRecord) -> Vec<Self> {
+    pub fn from_divided_step(record: &StepRecord) -> Vec<Self> {
         let mut contacts = Vec::new();
         for (share, interval) in record.shares() {
             for mut contact in Self::from_interval(interval) {

@@ -248,7 +248,7 @@ fn write_all<W: Write>(
 impl IntervalRows {
     /// Rows of all intervals of a step of a simulation of `world`; see [`IntervalRows::new`].
     #[must_use]
-    pub fn of_step(world: &World, record: &StepRecord) -> Vec<Self> {
+    pub fn from_step(world: &World, record: &StepRecord) -> Vec<Self> {
         let intervals = record.intervals().iter().enumerate();
         intervals
             .map(|(number, interval)| Self::new(world, record.index, number, interval))
