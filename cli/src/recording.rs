@@ -129,7 +129,7 @@ impl<'a> Recording<'a> {
         let StepRow { index, interval, time, length, .. } = rows.row;
         let h = self.world.whole_step();
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.max(h);
-        let fills = self.since == 0.0 || interval > 0 || near(self.since, h);
+        let fills = interval > 0 || near(self.since, h) || self.since == 0.0;
         if interval == 0 {
             self.since = 0.0;
         }
@@ -137,8 +137,7 @@ impl<'a> Recording<'a> {
         let fits = near(time, start + self.since);
         self.since += length;
         let is_within = length >= 0.0 && self.since <= h * (1.0 + 1e-9);
-        let is_whole = interval > 0 || rows.is_end() || rows.span(&self.world).is_some();
-        if fits && fills && is_within && (is_whole || near(length, h)) {
+        if fits && fills && is_within {
             return Ok(());
         }
         let [time, length, h] = [time, length, h].map(shown::number);

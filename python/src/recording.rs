@@ -106,18 +106,11 @@ impl PyRecording {
     /// Rows `first` to `end` - 1 as a recording. Its last row becomes a state without a step.
     fn part(&self, first: usize, end: usize) -> PyResult<Self> {
         // Rows of the steps from `first` on, and of the first interval of the last one.
-        let mut step = 0;
         let starts = self.rows.iter().enumerate().filter(|(_, rows)| rows.row.interval == 0);
-        let mut ends = 0..0;
-        for (place, _) in starts {
-            if step == first {
-                ends.start = place;
-            }
-            if step + 1 == end {
-                ends.end = place + 1;
-            }
-            step += 1;
-        }
+        let starts: Vec<_> = starts.map(|(place, _)| place).collect();
+        let last = end.checked_sub(1).and_then(|last| starts.get(last));
+        let (first_row, last_row) = (starts.get(first), last.map_or(0, |last| last + 1));
+        let ends = first_row.map_or(0..0, |first| *first..last_row);
         let Some(rows) = self.rows.get(ends).filter(|rows| !rows.is_empty()) else {
             return Err(refused("a part of a run needs at least one state"));
         };

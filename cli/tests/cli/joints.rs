@@ -243,6 +243,11 @@ fn a_changed_number_of_a_joint_is_found() {
                 let cell = &mut table.rows[4 * 12 + joint][column];
                 *cell = (cell.parse::<f64>().unwrap() * 1.001 + 1e-5).to_string();
             });
+            if column.starts_with("interval") {
+                // Not the interval of the other tables.
+                assert_eq!(end.code, Some(2), "{joint} {column}: {end:?}");
+                continue;
+            }
             assert_eq!(end.code, Some(1), "{joint} {column}: {end:?}");
             assert!(end.stdout.contains("k = 12 "), "{joint} {column}: {end:?}");
         }

@@ -248,7 +248,7 @@ fn counts_in_run_json_are_checked_against_selected_rows() {
     fs::write(runs.path("some", "states.csv"), text).unwrap();
     let end = verify();
     assert_eq!(end.code, Some(1), "{end:?}");
-    assert!(end.stdout.contains("the states after it differ from the next row"), "{end:?}");
+    assert!(end.stdout.contains("steps that differ from their rows: 1"), "{end:?}");
 }
 
 /// A run with 4 substeps writes the same bytes as a run with a quarter of the time step and

@@ -195,19 +195,20 @@ pub fn two_impacts(rows: u64, status: &str) -> TempDir {
             _ => (1.0, 25.0, status),
         };
         let (time, energy) = (k as f64 * 0.002, 98.1 * z);
-        let _ = writeln!(states, "{k},{time},0,0,0,{z},1,0,0,0,0,0,0,0,0,0");
+        let length = if status == "end" { 0.0 } else { 0.002 };
+        let _ = writeln!(states, "{k},{time},0,0,0,{z},1,0,0,0,0,0,0,0,0,0,0,{length}");
         let forces = if status == "end" { &[][..] } else { &[force, 25.0] };
         for (contact, force) in forces.iter().enumerate() {
             let point = if contact == 0 { "-1,-1,0" } else { "1,-1,0" };
             let _ = writeln!(
                 contacts,
-                "{k},{contact},0,ground,0,{point},0,0,1,0,0,{force},0,0,0,0,0,0,{contact}"
+                "{k},{contact},0,ground,0,{point},0,0,1,0,0,{force},0,0,0,0,0,0,{contact},0.3,0,{length}"
             );
         }
         let count = forces.len();
         let _ = writeln!(
             steps,
-            "{k},{time},{status},3,previous,{count},1e-9,0,0,0,0,0,0,0,1,{energy},0,0,0,0,0,0"
+            "{k},{time},{status},3,previous,{count},1e-9,0,0,0,0,0,0,0,1,{energy},0,0,0,0,0,0,0,{length}"
         );
     }
     for (name, text) in READ.iter().zip([states, contacts, steps]) {

@@ -264,6 +264,10 @@ impl StepJudge {
         }
         let negligible = NEGLIGIBLE * self.world.speed_scale();
         let lost = slip_lost + self.lost_of_forces(judged) + negligible;
+        let h = self.world.time_step();
+        if !is_near(h, row.length, 0.0) {
+            differ(format!("its length in the table is {} s, not {h} s", row.length));
+        }
         if let Some(other) = self.another_joint(step, Some((next, joints))) {
             differ(other);
         }

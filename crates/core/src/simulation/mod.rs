@@ -377,7 +377,7 @@ impl<'a> Simulation<'a> {
             return;
         }
         match std::mem::replace(&mut self.undo, Undo::Impossible) {
-            Undo::Impossible => return,
+            Undo::Impossible => {}
             Undo::Moment(before) => {
                 self.moment = *before;
                 self.workspace.forget();

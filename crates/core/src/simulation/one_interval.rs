@@ -129,13 +129,33 @@ pub(super) fn solve(
 
 /// Stiffness, overlap and placement of a solved interval, and its contacts.
 fn describe(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
+    measure(world, workspace, taken);
+    workspace.candidates.hand_over(&mut taken.contacts);
+}
+
+/// Stiffness, overlap and placement of an interval, whose contacts are candidates.
+fn measure(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
     let Workspace { candidates, .. } = workspace;
     let Interval { states, solution, stiffness, overlap, placement, .. } = &mut *taken;
     let StepSolution { states: next, joints, gears, .. } = &*solution;
     *stiffness = workspace.stiffness.largest_in_step(world, states, joints, gears);
     *overlap = candidates.deepest_overlap(world, next).map_or(0.0, |(depth, ..)| depth);
     *placement = candidates.placement_error(world, states, next, solution.forces());
-    candidates.hand_over(&mut taken.contacts);
+}
+
+/// Measures `taken` again, after a change of its solution.
+pub(super) fn measure_again(
+    world: &World,
+    moment: &mut Moment,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) {
+    workspace.candidates.exchange_memory(world, &mut moment.search);
+    workspace.candidates.clear();
+    workspace.candidates.extend(taken.contacts.iter().copied());
+    measure(world, workspace, taken);
+    workspace.candidates.clear();
+    workspace.candidates.return_memory(&mut moment.search);
 }
 
 /// Advances each body separately by the Runge–Kutta method.

@@ -91,6 +91,7 @@ pub(super) fn step(
     workspace.forget();
     let taken = &mut record.intervals_mut()[0];
     failure.hold_energy(world, workspace, taken);
+    one_interval::measure_again(world, moment, workspace, taken);
     one_interval::finish(world, moment, &inputs, workspace, false, taken);
     workspace.rest.end();
     Ok(())
