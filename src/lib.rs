@@ -37,7 +37,7 @@
 //! let mut record = StepRecord::new();
 //! for _ in 0..1000 {
 //!     simulation.step(&mut record)?;
-//!     assert!(record.certificate.residual() < 1e-9); // m/s
+//!     assert!(record.residual() < 1e-9); // m/s
 //! }
 //! assert!((simulation.state().position.z - 0.1).abs() < 1e-9); // it lies on a face
 //! # Ok::<(), tumble::Error>(())

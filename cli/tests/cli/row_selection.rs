@@ -168,6 +168,8 @@ fn selected_rows_verify_alone() {
         // Their velocities are those of the middle of the step.
         let numbers = |line: &String| {
             let fields: Vec<_> = line.split(',').skip(3).collect();
+            // Without the interval.
+            let fields = &fields[..fields.len() - 2];
             let middle = if fields.len() > 13 { &fields[13..] } else { &fields[7..] };
             [&fields[..7], middle].concat().join(",")
         };

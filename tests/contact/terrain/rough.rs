@@ -45,7 +45,8 @@ fn throw(name: &str, piece: &Piece, seed: u64, rough: f64, steps: usize) -> [usi
         // Rolling from an edge onto a face leaves an overlap, and the next step ends it. A larger gain
         // is marked.
         let may = gained < 3e-3 || record.status() == StepStatus::Wild;
-        assert!(may, "{name}, seed {seed}, step {k}: {gained:e} J");
+        let status = record.status();
+        assert!(may, "{name}, seed {seed}, step {k}, {status}: {gained:e} J");
         assert!(state.position.z > 0.0, "{name}, seed {seed}, step {k}: below the terrain");
         before = state;
     }
