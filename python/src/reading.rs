@@ -69,12 +69,14 @@ pub fn from_tables(
     Ok(PyRecording { content, rows, forces: sums, has_contacts, is_of_scene: None })
 }
 
-/// Number of rows of the first step in a table of bodies, joints or gears.
+/// Number of rows of the first interval in a table of bodies, joints or gears: their numbers in the third
+/// column begin anew with the next one.
 fn rows_of_a_step(table: &[u8]) -> usize {
-    let mut steps = table
+    let mut numbers = table
         .split(|byte| *byte == b'\n')
         .skip(1)
-        .map(|line| line.split(|byte| *byte == b',').next().unwrap_or_default());
-    let first = steps.next().filter(|step| !step.is_empty());
-    first.map_or(0, |first| 1 + steps.take_while(|step| *step == first).count())
+        .map(|line| line.split(|byte| *byte == b',').nth(2).unwrap_or_default());
+    let first = numbers.next().filter(|number| !number.is_empty());
+    let is_later = |first: &[u8], number: &&[u8]| !number.is_empty() && *number != first;
+    first.map_or(0, |first| 1 + numbers.take_while(|number| is_later(first, number)).count())
 }

@@ -17,6 +17,7 @@ time_step = 0.01
 accuracy = 1e-6
 [ground]
 none = true
+friction = 0
 [[bodies]]
 name = "b"
 box = [0.1, 0.1, 1.0]

@@ -344,7 +344,8 @@ class Trajectory:
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self._recording
         loaded = not all_contacts
-        tables = {f"{name}.csv": table for name, table in recording.tables(loaded).items()}
+        written_tables = recording.tables(loaded)
+        tables = {f"{name}.csv": written_tables[name] for name in _TABLES if name in written_tables}
         tables.update(more)
         files: dict[str, bytes | None] = {**tables, "run.json": recording.run_json(tables, loaded)}
         given = {name: content for name, content in files.items() if content is not None}

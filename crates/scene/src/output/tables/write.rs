@@ -137,7 +137,7 @@ impl<W: Write> TablesWriter<W> {
         self.write_end(&rows.states)?;
         self.write_beside(rows)?;
         let is_end = rows.row.status == StepStatus::End;
-        if self.tables.ends.is_some() && !is_end {
+        if self.tables.ends.is_some() && !rows.ends.is_empty() {
             self.open.end = Some((rows.row.clone(), rows.ends.clone()));
         }
         if self.kept.omits() && !is_end {
