@@ -89,7 +89,7 @@ impl Found {
         self.wild += u32::from(record.status() == StepStatus::Wild);
         let (from, to) = (record.states(), record.next_states());
         let size = |piece: &Piece| piece.core().reach() + piece.radius();
-        if let ([x, y], [x_end, y_end]) = (&from[..], &to[..]) {
+        if let ([x, y], [x_end, y_end]) = (from, to) {
             // The pieces stay far from each other.
             let apart = (x.position - y.position).norm();
             let moved = (x_end.position - x.position).norm() + (y_end.position - y.position).norm();

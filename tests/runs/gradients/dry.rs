@@ -44,7 +44,7 @@ fn a_ball_joint_with_dry_friction_about_one_axis() {
         };
         let (_, record) = step(&world, &[state], &[]).unwrap();
         let states = record.next_states();
-        compare(&world, &states, &mut || draw.unit(), &format!("ball {number}"), &mut tally);
+        compare(&world, states, &mut || draw.unit(), &format!("ball {number}"), &mut tally);
     }
     println!("{} compared, {} left out, worst {:.1e}", tally.compared, tally.left_out, tally.worst);
     assert!(tally.missed.is_empty(), "{}", tally.missed.join("\n"));

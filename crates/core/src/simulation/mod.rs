@@ -337,7 +337,7 @@ impl<'a> Simulation<'a> {
     /// Advances by one step and describes it in `record`. A step that did not converge is taken
     /// too, with its status in the report.
     ///
-    /// A step is one [interval](one_interval::interval), or several: shorter ones if one does not
+    /// A step is one interval, or several: shorter ones if one does not
     /// converge or makes energy, and those of an accuracy or of located impacts.
     ///
     /// # Errors
