@@ -14,7 +14,7 @@ impl Simulation<'_> {
     ///
     /// # Errors
     /// If `record` is not the last step, if [`StepDerivative::linearise`] fails, for
-    /// [`Motion::Floating`], which has no derivative, or for a run with velocities of the instant
+    /// [`Motion::Floating`](super::Motion::Floating), which has no derivative, or for a run with velocities of the instant
     /// ([`Simulation::use_middle_velocities`]).
     pub fn linearise(
         &self,

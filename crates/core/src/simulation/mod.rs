@@ -103,7 +103,7 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// - If the number of states is not the number of bodies, or [`State::checked`] rejects a
     ///   state.
-    /// - If pieces overlap by more than [allowed initially](Candidates::overlap_at_start).
+    /// - If pieces overlap by more than [allowed initially](crate::contact::Candidates::overlap_at_start).
     /// - With [`Motion::Contact`], if a contact point is deeper below the ground than the [contact
     ///   band](crate::contact::detection::CONTACT_BAND), or if joints or gears are violated.
     ///
@@ -184,7 +184,7 @@ impl<'a> Simulation<'a> {
         self.moment.states()
     }
 
-    /// States from which the next step starts. With [`Integrator::Leapfrog`] their velocities are
+    /// States from which the next step starts. With [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog) their velocities are
     /// those of the middle of the last step, except in bodies that [start](Simulation::set_state).
     #[must_use]
     pub fn step_states(&self) -> &[State] {
@@ -203,7 +203,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Estimated errors of the bodies' positions by the time step since the start (m), with
-    /// rotations at their reach (eq. 40). Empty unless the integrator is [`Integrator::Leapfrog`].
+    /// rotations at their reach (eq. 40). Empty unless the integrator is [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     #[must_use]
     pub fn time_errors(&self) -> &[f64] {
         self.moment.instants.as_ref().map_or(&[], |instants| &instants.errors)
@@ -212,7 +212,7 @@ impl<'a> Simulation<'a> {
     /// Leaves out the velocities of the instant: all states have those of the middle of the last
     /// step, and nothing is converted. Friction then opposes the slip of the step. A step is a
     /// function of its states, as derivatives need it. Without effect if the integrator is not
-    /// [`Integrator::Leapfrog`].
+    /// [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     pub fn use_middle_velocities(&mut self) {
         self.moment.instants = None;
     }

@@ -23,7 +23,7 @@ pub(super) struct Moment {
     /// Solutions that ended one and two intervals before, if they had the same length.
     pub before: Option<StepSolution>,
     pub long_before: Option<StepSolution>,
-    /// States with velocities of the instant, with [`Integrator::Leapfrog`].
+    /// States with velocities of the instant, with [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     pub instants: Option<Instants>,
     /// Lengths of intervals, with an accuracy or located impacts.
     pub pace: Pace,
