@@ -20,7 +20,7 @@ mod status;
 
 use crate::outcome::Failure;
 use crate::recording::Recording;
-use energy::OTHER_ENERGY;
+use energy::{OTHER_ENERGY, RetryEnergy};
 use nalgebra::Vector3;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
 use tumble_core::contact::{Candidates, Certificate, Contact, ContactLoad};
@@ -84,6 +84,8 @@ pub struct StepJudge {
     angles: Vec<Vector3<f64>>,
     /// True if joints may have turned before the first step.
     turned_before: bool,
+    /// Energy of the present substepped step so far.
+    retry_energy: Option<RetryEnergy>,
     /// States at the end of the last interval, unless it was a retry.
     last_end: Option<Vec<State>>,
     /// True if rows between steps are omitted.
@@ -133,6 +135,7 @@ impl StepJudge {
             candidates: Candidates::new(),
             accepted: recording.accepted()?,
             angles: Vec::new(),
+            retry_energy: None,
             last_end: None,
             turned_before: recording.run.start_index > 0,
             has_gaps: recording.row_selection().has_gaps(),
@@ -180,7 +183,8 @@ impl StepJudge {
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(contacts, states, next);
-        let status = self.another_status(&judged, lost);
+        let makes_energy = self.makes_energy(&judged);
+        let status = self.another_status(&judged, lost, makes_energy);
         let (differs, overlap) = self.compare(&judged, &certificate, lost);
         let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();

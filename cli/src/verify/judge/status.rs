@@ -13,8 +13,14 @@ fn is_start(word: &str) -> bool {
 }
 
 impl StepJudge {
-    /// Reason why a step, correct otherwise, cannot have the status in its row.
-    pub(super) fn another_status(&self, judged: &JudgedStep<'_>, lost: f64) -> Option<String> {
+    /// Reason why an interval, correct otherwise, cannot have the status in its row. `makes_energy` is true
+    /// for the last one of a substepped step that gains energy.
+    pub(super) fn another_status(
+        &self,
+        judged: &JudgedStep<'_>,
+        lost: f64,
+        makes_energy: bool,
+    ) -> Option<String> {
         let IntervalRows { row, joints, .. } = judged.step;
         let status = row.status;
         if !is_start(&row.start) {
@@ -38,6 +44,8 @@ impl StepJudge {
             && row.residual > self.accepted.max(lost)
         {
             "its residual is above the limit of a solved step"
+        } else if makes_energy {
+            "its energy rises by more than loads and drives supply"
         } else {
             return None;
         };

@@ -48,7 +48,7 @@ impl Candidates {
         self.neighbours.return_memory(memory);
     }
 
-    /// The next memory is not the one that the last search left.
+    /// Prepares for a memory other than the one that the last search left.
     pub(crate) fn forget(&mut self) {
         self.contacts.clear();
         self.neighbours.forget();

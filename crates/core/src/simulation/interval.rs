@@ -57,11 +57,11 @@ pub struct Interval {
     pub(crate) errors: AddedError,
     /// True if the error is larger than the accuracy allows.
     pub is_coarse: bool,
-    /// What differs from a step of one interval.
+    /// Data of a part of a step; `None` for a whole step.
     pub(super) part: Option<Box<PartOfStep>>,
 }
 
-/// What an interval has if it is a part of a step.
+/// Data of an interval that is a part of a step.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct PartOfStep {
     /// Energies at its start and end as the rows of a run count them (J), if these are not (35).

@@ -88,12 +88,12 @@ pub struct Simulation<'a> {
     digest: OnceCell<u64>,
 }
 
-/// How the last step can be taken back.
+/// Way to take the last step back.
 enum Undo {
     Impossible,
-    /// By its record: it had one interval.
+    /// A step of one interval returns by its record.
     Interval,
-    /// To this moment.
+    /// Return to a copy of the moment before.
     Moment(Box<Moment>),
 }
 

@@ -1,4 +1,4 @@
-//! What the next step of a simulation depends on, besides its world and its inputs.
+//! Time of a run from which it can continue.
 
 use super::accuracy::Pace;
 use super::interval::Interval;

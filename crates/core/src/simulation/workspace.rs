@@ -51,7 +51,7 @@ impl<'a> Workspace<'a> {
         }
     }
 
-    /// The next interval does not start where the last one ended.
+    /// Prepares for an interval that does not start where the last one ended.
     pub fn forget(&mut self) {
         self.rest.end();
         self.candidates.forget();

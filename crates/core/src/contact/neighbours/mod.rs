@@ -455,7 +455,7 @@ impl Neighbours {
         std::mem::swap(&mut self.memory, memory);
     }
 
-    /// What was computed from the last memory does not fit the next one.
+    /// Marks the fields derived from the memory as unknown, before another memory.
     pub(super) fn forget(&mut self) {
         self.is_known = false;
     }

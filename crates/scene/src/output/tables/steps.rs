@@ -5,9 +5,12 @@ use std::borrow::Cow;
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 
-/// Rows of whole steps, from the `rows` of all their intervals: states, coordinates and energy at the
-/// start of the step; means of forces, rates and slips over it; sums of works, errors and iterations;
-/// the largest residuals; the most serious status.
+/// Rows of whole steps, from the `rows` of all their intervals.
+///
+/// - At the start of the step: states, coordinates, energy.
+/// - Means over it: forces, rates, slips.
+/// - Sums: works, errors, iterations.
+/// - Largest values: residuals, overlap, placement, stiffness, status.
 #[must_use]
 pub fn whole_steps(rows: &[IntervalRows]) -> Cow<'_, [IntervalRows]> {
     if rows.iter().all(|rows| rows.row.interval == 0) {
