@@ -39,12 +39,12 @@ impl Candidates {
     }
 
     /// Continues the search from `memory`, which must fit `world`, and gives the memory so far.
-    pub(crate) fn exchange_memory(&mut self, world: &World, memory: &mut Memory) {
+    pub(crate) fn exchange_memory(&mut self, world: &World, memory: &mut Box<Memory>) {
         self.neighbours.exchange_memory(world, memory);
     }
 
     /// Gives the state that the next search continues from.
-    pub(crate) fn return_memory(&mut self, memory: &mut Memory) {
+    pub(crate) fn return_memory(&mut self, memory: &mut Box<Memory>) {
         self.neighbours.return_memory(memory);
     }
 

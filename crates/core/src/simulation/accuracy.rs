@@ -293,7 +293,7 @@ fn intervals(
             leapfrog::change_length(moment, before.pace.length, length)
         };
         moment.pace.length = length;
-        let part = Part { span: Some(span), is_part: true, converted };
+        let part = Some(Part { span, converted });
         let taken = record.next_interval();
         one_interval::interval(world, moment, inputs, workspace, part, taken)?;
         let is_solved = taken.report.status.is_solved();

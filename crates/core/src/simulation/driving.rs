@@ -19,20 +19,8 @@ pub(super) struct Driving {
 impl Driving {
     /// Sets the inputs of the joints of `world` for a step from `states`: loads with their mean over
     /// `interval` (s), motions with their pose at the time `end` (s).
-    #[inline]
-    pub(super) fn set(&self, world: &mut World, states: &[State], interval: [f64; 2], end: f64) {
-        if !self.is_idle() {
-            self.set_some(world, states, interval, end);
-        }
-    }
-
-    /// True if there are no inputs.
-    pub(super) fn is_idle(&self) -> bool {
-        self.loads.is_empty() && self.courses.is_empty()
-    }
-
     #[inline(never)]
-    fn set_some(&self, world: &mut World, states: &[State], [from, to]: [f64; 2], end: f64) {
+    pub(super) fn set(&self, world: &mut World, states: &[State], [from, to]: [f64; 2], end: f64) {
         let h = world.time_step();
         for (joint, load) in &self.loads {
             world.joints_mut()[*joint].set_push(load.mean(from, to));
@@ -43,9 +31,12 @@ impl Driving {
             joint.move_to(course.end(&now, end, h));
         }
     }
-}
 
-impl Driving {
+    /// True if there are no inputs.
+    pub(super) fn is_idle(&self) -> bool {
+        self.loads.is_empty() && self.courses.is_empty()
+    }
+
     /// Drops the inputs of removed joints and renumbers the others. `stays` has a flag per joint.
     pub(super) fn keep(&mut self, stays: &[bool]) {
         let number = |joint: usize| stays[..joint].iter().filter(|stays| **stays).count();

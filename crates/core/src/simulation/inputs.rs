@@ -57,6 +57,7 @@ impl Inputs {
     ///
     /// # Errors
     /// [`Error::Interrupted`].
+    #[inline]
     pub fn check_interrupt(&self) -> Result<(), Error> {
         match &self.interrupt {
             Some(flag) if flag.load(Ordering::Relaxed) => Err(Error::Interrupted),
@@ -65,12 +66,13 @@ impl Inputs {
     }
 
     /// Computes the external wrenches of the interval that is set in `world` and starts at `moment`.
+    #[inline]
     pub fn set_wrenches(&self, world: &World, moment: &Moment, wrenches: &mut Vec<Wrench>) {
-        let [from, to] = world.load_interval(moment.index);
         let each = self.outside.iter().zip(&moment.now.states).map(|(outside, state)| {
             if outside.load.is_none() {
                 return outside.wrench;
             }
+            let [from, to] = world.load_interval(moment.index);
             outside.wrench.plus(&outside.load.mean(from, to, &state.attitude))
         });
         wrenches.clear();
@@ -80,6 +82,9 @@ impl Inputs {
     /// Sets the inputs of the joints of `world` for its interval, which starts at `moment`.
     #[inline]
     pub fn drive_joints(&self, world: &mut World, moment: &Moment) {
+        if self.driving.is_idle() {
+            return;
+        }
         let interval = world.load_interval(moment.index);
         let end = world.time_after(moment.index);
         self.driving.set(world, &moment.now.states, interval, end);

@@ -75,6 +75,11 @@ pub(super) struct PartOfStep {
 }
 
 impl PartOfStep {
+    /// Part after these conversions.
+    pub fn after(converted: Vec<Converted>) -> Self {
+        Self { converted, ..Self::default() }
+    }
+
     /// Part of the record of a state without a step.
     pub fn at_the_end(world: &World, moment: &Moment) -> Self {
         let energies = [Some(energy::at_instant(world, moment.states())), None];

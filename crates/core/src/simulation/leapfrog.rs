@@ -245,7 +245,7 @@ pub(super) fn start(
     workspace.rest.end();
     let search = moment.search.clone();
     let mut trial = Interval::default();
-    let solved = one_interval::solve(world, moment, inputs, workspace, &mut trial);
+    let solved = one_interval::solve(world, moment, inputs, workspace, &mut trial, |_, _, _| ());
     // The interval itself searches again.
     moment.search = search;
     workspace.forget();

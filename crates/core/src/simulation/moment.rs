@@ -11,7 +11,8 @@ use crate::world::{Integrator, World};
 use std::mem::{swap, take};
 
 /// A time of a run, from which it can continue. Two runs of one world that continue from equal
-/// moments with equal inputs are equal to the last bit.
+/// moments with equal inputs are equal to the last bit. Solutions and the search are boxed, because each
+/// interval exchanges them.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Moment {
@@ -19,16 +20,16 @@ pub(super) struct Moment {
     pub index: u64,
     /// Solution that ended here: the states from which the next interval starts, and the forces
     /// before. [`Step::previous`](crate::step::Step::previous) of the next problem.
-    pub now: StepSolution,
+    pub now: Box<StepSolution>,
     /// Solutions that ended one and two intervals before, if they had the same length.
-    pub before: Option<StepSolution>,
-    pub long_before: Option<StepSolution>,
+    pub before: Option<Box<StepSolution>>,
+    pub long_before: Option<Box<StepSolution>>,
     /// States with velocities of the instant, with [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     pub instants: Option<Instants>,
     /// Lengths of intervals, with an accuracy or located impacts.
     pub pace: Pace,
     /// State of the contact search.
-    pub search: Memory,
+    pub search: Box<Memory>,
 }
 
 impl Moment {
@@ -39,7 +40,7 @@ impl Moment {
         let gears = vec![0.0; world.gears().len()];
         let is_leapfrog = has_contacts && world.integrator() == Integrator::Leapfrog;
         Self {
-            now: StepSolution { joints, gears, ..StepSolution::free(states) },
+            now: Box::new(StepSolution { joints, gears, ..StepSolution::free(states) }),
             instants: is_leapfrog.then(|| Instants::at(states)),
             ..Self::default()
         }
@@ -52,14 +53,16 @@ impl Moment {
 
     /// Moves on to the end of an interval with this solution. `solution` receives the oldest one,
     /// whose memory can be used again.
-    pub fn move_on(&mut self, solution: &mut StepSolution) {
+    pub fn move_on(&mut self, solution: &mut Box<StepSolution>) {
         swap(&mut self.now, solution);
-        for past in [&mut self.before, &mut self.long_before] {
-            let Some(past) = past else {
-                *past = Some(take(solution));
-                break;
-            };
-            swap(past, solution);
+        let Some(before) = &mut self.before else {
+            self.before = Some(take(solution));
+            return;
+        };
+        swap(before, solution);
+        match &mut self.long_before {
+            Some(long_before) => swap(long_before, solution),
+            none => *none = Some(take(solution)),
         }
     }
 
@@ -76,7 +79,7 @@ impl Moment {
     }
 
     /// All solutions that the next interval uses.
-    pub fn solutions_mut(&mut self) -> impl Iterator<Item = &mut StepSolution> {
+    pub fn solutions_mut(&mut self) -> impl Iterator<Item = &mut Box<StepSolution>> {
         let before = self.before.iter_mut().chain(&mut self.long_before);
         std::iter::once(&mut self.now).chain(before)
     }

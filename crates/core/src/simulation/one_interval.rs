@@ -1,7 +1,7 @@
 //! One interval of a step: free flight, or contact detection, solver and certificate.
 
 use super::inputs::Inputs;
-use super::interval::Interval;
+use super::interval::{Interval, PartOfStep};
 use super::leapfrog::{self, Converted};
 use super::moment::Moment;
 use super::unphysical::{self, UnphysicalCause};
@@ -15,18 +15,15 @@ use crate::step::{Step, StepReport, StepSolution, StepStatus};
 use crate::world::{Span, World};
 
 /// Part of a step to be taken.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Part {
-    /// `None` for a whole step.
-    pub span: Option<Span>,
-    /// True if more than this interval may belong to the step.
-    pub is_part: bool,
+    pub span: Span,
     /// Conversions of velocities to its length; empty without any.
     pub converted: Vec<Converted>,
 }
 
-/// Takes one interval from `moment`, which moves to its end. `taken` describes it. It is taken even
-/// if it is not solved.
+/// Takes one interval from `moment`, which moves to its end: a whole step, or a `part` of one. `taken`
+/// describes it. It is taken even if it is not solved.
 ///
 /// The order is: wrenches; a copy of the interval before if all rests; motions of joint frames; a
 /// trial that converts velocities of a start; the problem; the velocities of the instant; the move.
@@ -38,26 +35,23 @@ pub(super) fn interval(
     moment: &mut Moment,
     inputs: &Inputs,
     workspace: &mut Workspace<'_>,
-    part: Part,
+    part: Option<Part>,
     taken: &mut Interval,
 ) -> Result<(), Error> {
     inputs.check_interrupt()?;
-    world.set_span(part.span);
+    taken.span = part.as_ref().map(|part| part.span);
+    world.set_span(taken.span);
     inputs.set_wrenches(world, moment, &mut workspace.wrenches);
-    taken.span = part.span;
     taken.wrenches.clone_from(&workspace.wrenches);
     taken.is_coarse = false;
-    taken.part = part.is_part.then(Box::default);
+    taken.part = part.map(|part| Box::new(PartOfStep::after(part.converted)));
     if workspace.rest.is_known() && workspace.rest.repeat(moment, &workspace.wrenches, taken) {
         return Ok(());
     }
     inputs.drive_joints(world, moment);
-    let mut converted = part.converted;
-    let started = leapfrog::start(world, moment, inputs, workspace, &mut converted, None)?;
-    solve(world, moment, inputs, workspace, taken)?;
-    if let Some(part) = &mut taken.part {
-        part.converted = converted;
-    }
+    let converted = taken.part.as_mut().map_or(&mut [][..], |part| &mut part.converted);
+    let started = leapfrog::start(world, moment, inputs, workspace, converted, None)?;
+    solve(world, moment, inputs, workspace, taken, measure)?;
     finish(world, moment, inputs, workspace, started, taken);
     Ok(())
 }
@@ -77,8 +71,8 @@ pub(super) fn finish(
     workspace.rest.note(world, moment, inputs, &workspace.wrenches, taken);
 }
 
-/// Solves the problem of an interval and describes it in `taken`. Only the contact search of the
-/// moment moves on.
+/// Solves the problem of an interval, describes it in `taken`, and calls `then` with the candidates.
+/// Only the contact search of the moment moves on.
 ///
 /// # Errors
 /// If the problem cannot be posed or was interrupted. The moment is then unchanged.
@@ -88,6 +82,7 @@ pub(super) fn solve(
     inputs: &Inputs,
     workspace: &mut Workspace<'_>,
     taken: &mut Interval,
+    then: impl FnOnce(&World, &mut Workspace<'_>, &mut Interval),
 ) -> Result<(), Error> {
     taken.states.clear();
     taken.states.extend_from_slice(&moment.now.states);
@@ -102,22 +97,22 @@ pub(super) fn solve(
     if rewinds {
         workspace.rewind.copy_from(&moment.search);
     }
-    let mut memory = std::mem::take(&mut moment.search);
-    if workspace.has_contacts() {
-        workspace.begin_rest(moment, &memory);
+    let has_contacts = workspace.has_contacts();
+    if has_contacts {
+        workspace.begin_rest(moment);
     }
-    workspace.candidates.exchange_memory(world, &mut memory);
-    let solved = if workspace.has_contacts() {
+    workspace.candidates.exchange_memory(world, &mut moment.search);
+    let solved = if has_contacts {
         contact_step(world, moment, inputs, workspace, taken)
     } else {
         floating_step(world, workspace, taken);
         Ok(())
     };
     if solved.is_ok() {
-        describe(world, workspace, taken);
+        then(world, workspace, taken);
+        workspace.candidates.hand_over(&mut taken.contacts);
     }
-    workspace.candidates.return_memory(&mut memory);
-    moment.search = memory;
+    workspace.candidates.return_memory(&mut moment.search);
     if solved.is_err() {
         workspace.forget();
         if rewinds {
@@ -127,13 +122,7 @@ pub(super) fn solve(
     solved
 }
 
-/// Stiffness, overlap and placement of a solved interval, and its contacts.
-fn describe(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
-    measure(world, workspace, taken);
-    workspace.candidates.hand_over(&mut taken.contacts);
-}
-
-/// Stiffness, overlap and placement of an interval, whose contacts are candidates.
+/// Stiffness, overlap and placement of an interval whose contacts are the candidates.
 fn measure(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
     let Workspace { candidates, .. } = workspace;
     let Interval { states, solution, stiffness, overlap, placement, .. } = &mut *taken;
@@ -200,7 +189,7 @@ fn contact_step(
     let flights = states.iter().zip(&*wrenches).enumerate();
     free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
 
-    let (earlier, interrupt) = (before.as_ref(), inputs.interrupt.as_deref());
+    let (earlier, interrupt) = (before.as_deref(), inputs.interrupt.as_deref());
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
     // Other solvers' laws have no offset.
     match instants {

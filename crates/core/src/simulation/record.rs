@@ -9,23 +9,22 @@ use crate::world::without;
 use nalgebra::Vector3;
 
 /// Largest number of intervals whose memory a record keeps for its next step.
-const MOST_SPARE: usize = 64;
+const MOST_KEPT: usize = 64;
 
 /// Record of one step k → k+1: one interval, or several that follow each other.
 ///
 /// A step has several with an [accuracy](crate::world::World::with_accuracy), with [located
 /// impacts](crate::world::Impacts::Located), or if it was not solved at once. Methods of the record
 /// describe the whole step; [`StepRecord::intervals`] has the problems.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct StepRecord {
     /// Index k.
     pub index: u64,
     /// Bodies of islands that the native solver did not solve in one interval without making energy.
     pub unsolved: Vec<usize>,
-    /// At least one.
+    /// The intervals, at least one, and memory for later ones.
     intervals: Vec<Interval>,
-    /// Memory for later intervals.
-    spare: Vec<Interval>,
+    count: usize,
 }
 
 impl Default for StepRecord {
@@ -34,18 +33,26 @@ impl Default for StepRecord {
     }
 }
 
+/// A copy has no memory for later intervals.
+impl Clone for StepRecord {
+    fn clone(&self) -> Self {
+        let intervals = self.intervals().to_vec();
+        Self { unsolved: self.unsolved.clone(), intervals, ..*self }
+    }
+}
+
 /// Two records are equal if they describe equal steps.
 impl PartialEq for StepRecord {
     fn eq(&self, other: &Self) -> bool {
-        (self.index, &self.unsolved, &self.intervals)
-            == (other.index, &other.unsolved, &other.intervals)
+        (self.index, &self.unsolved, self.intervals())
+            == (other.index, &other.unsolved, other.intervals())
     }
 }
 
 impl From<Interval> for StepRecord {
     /// Record of a step of one interval, with the index 0.
     fn from(interval: Interval) -> Self {
-        Self { index: 0, unsolved: Vec::new(), intervals: vec![interval], spare: Vec::new() }
+        Self { index: 0, unsolved: Vec::new(), intervals: vec![interval], count: 1 }
     }
 }
 
@@ -61,38 +68,40 @@ impl StepRecord {
     pub(super) fn begin(&mut self, index: u64) {
         self.index = index;
         self.unsolved.clear();
-        self.truncate(0);
+        self.intervals.truncate(MOST_KEPT);
+        self.count = 0;
     }
 
     /// Adds an interval, whose content is that of an earlier step.
+    #[inline]
     pub(super) fn next_interval(&mut self) -> &mut Interval {
-        self.intervals.push(self.spare.pop().unwrap_or_default());
-        let last = self.intervals.len() - 1;
-        &mut self.intervals[last]
+        if self.count == self.intervals.len() {
+            self.intervals.push(Interval::default());
+        }
+        self.count += 1;
+        &mut self.intervals[self.count - 1]
     }
 
     /// Removes the first interval.
     pub(super) fn remove_first(&mut self) {
-        self.spare.push(self.intervals.remove(0));
+        self.intervals[..self.count].rotate_left(1);
+        self.count -= 1;
     }
 
     /// Removes all intervals but the first `count`.
     pub(super) fn truncate(&mut self, count: usize) {
-        while self.intervals.len() > count {
-            let removed = self.intervals.pop();
-            self.spare.extend(removed.filter(|_| self.spare.len() < MOST_SPARE));
-        }
+        self.count = self.count.min(count);
     }
 
     /// Intervals with their energies and ends, to be completed.
     pub(super) fn intervals_mut(&mut self) -> &mut [Interval] {
-        &mut self.intervals
+        &mut self.intervals[..self.count]
     }
 
     /// The intervals in their order, at least one.
     #[must_use]
     pub fn intervals(&self) -> &[Interval] {
-        &self.intervals
+        &self.intervals[..self.count]
     }
 
     /// The first interval, which starts at step k.
@@ -109,19 +118,19 @@ impl StepRecord {
     /// The last interval, which ends at step k+1.
     #[must_use]
     pub fn last(&self) -> &Interval {
-        &self.intervals[self.intervals.len() - 1]
+        &self.intervals[self.count - 1]
     }
 
     /// True if the step has several intervals.
     #[must_use]
     pub fn is_divided(&self) -> bool {
-        self.intervals.len() > 1
+        self.count > 1
     }
 
     /// The most serious status of the intervals.
     #[must_use]
     pub fn status(&self) -> StepStatus {
-        let statuses = self.intervals.iter().map(|interval| interval.report.status);
+        let statuses = self.intervals().iter().map(|interval| interval.report.status);
         statuses.max().unwrap_or(StepStatus::End)
     }
 
@@ -129,7 +138,7 @@ impl StepRecord {
     /// has one.
     #[must_use]
     pub fn report(&self) -> StepReport {
-        let all = self.intervals.iter().map(|interval| interval.report);
+        let all = self.intervals().iter().map(|interval| interval.report);
         let whole = all.reduce(|whole, later| StepReport {
             status: whole.status.max(later.status),
             iterations: whole.iterations.saturating_add(later.iterations),
@@ -144,7 +153,7 @@ impl StepRecord {
     pub fn certificate(&self) -> &Certificate {
         let worse = |a: &f64, b: &f64| a.is_nan() || a > b;
         let mut worst = &self.first().certificate;
-        for Interval { certificate, .. } in &self.intervals[1..] {
+        for Interval { certificate, .. } in &self.intervals()[1..] {
             if worse(&certificate.residual(), &worst.residual()) {
                 worst = certificate;
             }
@@ -160,7 +169,7 @@ impl StepRecord {
 
     /// Largest number over all intervals; NaN if there is one.
     fn largest(&self, number: impl Fn(&Interval) -> f64) -> f64 {
-        self.intervals.iter().map(number).fold(0.0, largest)
+        self.intervals().iter().map(number).fold(0.0, largest)
     }
 
     /// Deepest overlap at the end of an interval (m); see [`Interval::overlap`].
@@ -184,33 +193,33 @@ impl StepRecord {
     /// Smallest share of restitution; see [`Interval::restitution_share`].
     #[must_use]
     pub fn restitution_share(&self) -> f64 {
-        self.intervals.iter().map(|interval| interval.restitution_share).fold(1.0, f64::min)
+        self.intervals().iter().map(|interval| interval.restitution_share).fold(1.0, f64::min)
     }
 
     /// Largest gain of energy; see [`Interval::gain`].
     #[must_use]
     pub fn gain(&self) -> Option<EnergyGain> {
-        let gains = self.intervals.iter().filter_map(|interval| interval.gain);
+        let gains = self.intervals().iter().filter_map(|interval| interval.gain);
         gains.max_by(|a, b| a.energy.total_cmp(&b.energy))
     }
 
     /// Cause of the first unphysical interval.
     #[must_use]
     pub fn unphysical(&self) -> Option<UnphysicalCause> {
-        self.intervals.iter().find_map(|interval| interval.unphysical)
+        self.intervals().iter().find_map(|interval| interval.unphysical)
     }
 
     /// First infeasible gap.
     #[must_use]
     pub fn infeasible_gap(&self) -> Option<InfeasibleGap> {
-        self.intervals.iter().find_map(|interval| interval.infeasible_gap)
+        self.intervals().iter().find_map(|interval| interval.infeasible_gap)
     }
 
     /// Growth of the estimated error (40) in the step (m): the sum over its intervals of the body with
     /// the largest one.
     #[must_use]
     pub fn error(&self) -> f64 {
-        self.intervals.iter().map(Interval::error).sum()
+        self.intervals().iter().map(Interval::error).sum()
     }
 
     /// States from which the step starts; see [`Interval::states`].
@@ -258,11 +267,11 @@ impl StepRecord {
     /// The intervals with their shares of the length of the step.
     pub fn shares(&self) -> impl Iterator<Item = (f64, &Interval)> {
         let length = |interval: &Interval| interval.span.map_or(1.0, |span| span.length);
-        let whole = match &self.intervals[..] {
+        let whole = match self.intervals() {
             [only] => length(only),
             intervals => intervals.iter().map(length).sum(),
         };
-        self.intervals.iter().map(move |interval| (length(interval) / whole, interval))
+        self.intervals().iter().map(move |interval| (length(interval) / whole, interval))
     }
 
     /// Mean of the sum of all contact forces on body `index` over the step (N), world frame.
@@ -275,7 +284,7 @@ impl StepRecord {
     /// after it move up by one. Joints and gears stay where their flag in `joints` and `gears` is
     /// true.
     pub fn leave_out(&mut self, index: usize, joints: &[bool], gears: &[bool]) {
-        let intervals = self.intervals.iter_mut();
+        let intervals = self.intervals_mut().iter_mut();
         intervals.for_each(|interval| interval.leave_out(index, joints, gears));
         let kept = |body: &usize| without(*body, index);
         self.unsolved = self.unsolved.iter().filter_map(kept).collect();
@@ -283,7 +292,9 @@ impl StepRecord {
 
     /// Adds a body at the end that is at rest in `state`, after its addition to the simulation.
     pub fn add_body(&mut self, state: State) {
-        for interval in self.intervals.iter_mut().filter(|interval| !interval.states.is_empty()) {
+        for interval in
+            self.intervals_mut().iter_mut().filter(|interval| !interval.states.is_empty())
+        {
             interval.states.push(state);
             interval.wrenches.push(Wrench::zero());
             if !interval.instants.is_empty() {

@@ -272,7 +272,7 @@ impl RestingBodies {
         let is_left = self.begins
             && inputs.driving.is_idle()
             && moment.before.as_ref().is_some_and(|before| is_same(&moment.now, before))
-            && self.memory == moment.search;
+            && self.memory == *moment.search;
         if is_left {
             self.wrenches.clear();
             self.wrenches.extend_from_slice(wrenches);

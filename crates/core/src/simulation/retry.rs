@@ -28,7 +28,6 @@ use super::record::StepRecord;
 use super::unphysical::{Budget, EnergyCheck, EnergyGain, UnphysicalCause};
 use super::workspace::Workspace;
 use super::{Motion, energy, unphysical};
-use crate::contact::Memory;
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::quaternion::{product, rotation};
@@ -60,13 +59,14 @@ pub(super) fn step(
     record: &mut StepRecord,
 ) -> Result<(), Error> {
     let taken = record.next_interval();
-    one_interval::interval(world, moment, inputs, workspace, Part::default(), taken)?;
+    one_interval::interval(world, moment, inputs, workspace, None, taken)?;
     let makes_energy = |check: &EnergyCheck| (0..taken.states.len()).any(|body| check.makes(body));
     let is_tried = taken.report.status == StepStatus::Failed
         || taken.gain.is_some() && makes_energy(&workspace.energy_check);
-    let Some(failure) = is_tried.then(|| Failure::find(world, workspace, taken)).flatten() else {
+    if !is_tried {
         return Ok(());
-    };
+    }
+    let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(()) };
     record.unsolved.extend(failure.bodies());
     if failure.is_kept || !moment.move_back(record.first()) {
         return Ok(());
@@ -76,7 +76,7 @@ pub(super) fn step(
     let inputs = inputs.uninterrupted();
     let mut parts = if failure.is_squeezed { MOST_PARTS + 1 } else { 2 };
     while parts <= MOST_PARTS {
-        let start = Moment { search: Memory::default(), ..moment.clone() };
+        let start = Moment { search: Box::default(), ..moment.clone() };
         if let Some(end) = in_parts(parts, world, start, &inputs, workspace, &failure, record) {
             *moment = end;
             workspace.forget();
@@ -255,7 +255,7 @@ fn in_parts(
         let since = f64::from(part) * length;
         let span = Span { since, length, keeps_gap: true, is_retry: true };
         let taken = record.next_interval();
-        let part = Part { span: Some(span), is_part: true, converted: Vec::new() };
+        let part = Some(Part { span, converted: Vec::new() });
         one_interval::interval(world, &mut moment, inputs, workspace, part, taken).ok()?;
         if !taken.report.status.is_solved() {
             return None;

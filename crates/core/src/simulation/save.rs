@@ -141,7 +141,7 @@ impl Saved {
             let why = "belongs to another world: a body, a constant or a fixed piece differs";
             return Err(bad_input(why.to_owned()));
         }
-        let pasts = [Some(now), before.as_ref(), long_before.as_ref()];
+        let pasts = [Some(&**now), before.as_deref(), long_before.as_deref()];
         let is_whole = |solution: &StepSolution| {
             let numbers = solution.states.iter().map(State::to_vector);
             solution.states.len() == bodies

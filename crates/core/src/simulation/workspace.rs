@@ -25,7 +25,7 @@ pub(super) struct Workspace<'a> {
     pub rewind: Memory,
     pub bounce: Bounce,
     /// Solution of the interval.
-    pub solution: StepSolution,
+    pub solution: Box<StepSolution>,
     pub certifier: Certifier,
     pub energy_check: EnergyCheck,
     pub stiffness: Stiffness,
@@ -42,7 +42,7 @@ impl<'a> Workspace<'a> {
             candidates: Candidates::new(),
             rewind: Memory::default(),
             bounce: Bounce::default(),
-            solution: StepSolution::default(),
+            solution: Box::default(),
             certifier: Certifier::new(),
             energy_check: EnergyCheck::default(),
             stiffness: Stiffness::default(),
@@ -58,10 +58,10 @@ impl<'a> Workspace<'a> {
     }
 
     /// Notes the start of an interval for [`RestingBodies`].
-    pub fn begin_rest(&mut self, moment: &Moment, memory: &Memory) {
+    pub fn begin_rest(&mut self, moment: &Moment) {
         let Motion::Contact { solver, .. } = &mut self.motion else { return };
-        let Moment { now, before, .. } = moment;
-        self.rest.begin(now, before.as_ref(), memory, solver.as_mut(), &self.wrenches);
+        let Moment { now, before, search, .. } = moment;
+        self.rest.begin(now, before.as_deref(), search, solver.as_mut(), &self.wrenches);
     }
 
     /// True if steps have contacts.
@@ -73,7 +73,7 @@ impl<'a> Workspace<'a> {
     pub fn search<T>(
         &mut self,
         world: &World,
-        memory: &mut Memory,
+        memory: &mut Box<Memory>,
         work: impl FnOnce(&mut Candidates) -> T,
     ) -> T {
         self.candidates.exchange_memory(world, memory);

@@ -53,7 +53,7 @@ pub struct Overlap {
 /// Pairs of near pieces in a world, and the state of the search.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
-    memory: Memory,
+    memory: Box<Memory>,
     /// True if the following fields were computed from the memory.
     is_known: bool,
     colliders: Colliders,
@@ -113,7 +113,7 @@ impl Neighbours {
             memory, colliders, extents, poses, partners, placement, scratch, touches, ..
         } = self;
         let exposure = &mut placement.exposure;
-        let Memory { pairs, start, kept, joined, .. } = memory;
+        let Memory { pairs, start, kept, joined, .. } = &mut **memory;
         partners.update(world, colliders, pairs);
         if start == poses {
             // Nothing has moved.
@@ -225,7 +225,8 @@ impl Neighbours {
         self.look(world, states, next, depth, is_solved, contacts);
         // A repeated search of the same step finds the same contacts again.
         if contacts.len() > known {
-            let Self { memory: Memory { joined, .. }, index, .. } = self;
+            let Self { memory, index, .. } = self;
+            let Memory { joined, .. } = &mut **memory;
             joined.retain(|before| {
                 let mut same = index.between(contacts, ends_of(&before.key));
                 !same.any(|place| place >= known && contacts[place].key == before.key)
@@ -244,7 +245,7 @@ impl Neighbours {
         next: &[State],
         contacts: &mut Vec<Contact>,
     ) -> Option<[Partner; 2]> {
-        let Memory { end, from, .. } = &self.memory;
+        let Memory { end, from, .. } = &*self.memory;
         if !(self.lists(world) && end == next && from == states) {
             let known = contacts.len();
             self.look(world, states, next, LOOKED_AGAIN * world.reach(), true, contacts);
@@ -410,7 +411,7 @@ impl Neighbours {
         next: &[State],
         loaded: impl Iterator<Item = &'c Contact>,
     ) -> f64 {
-        let Memory { end, from, .. } = &self.memory;
+        let Memory { end, from, .. } = &*self.memory;
         let is_placed = self.lists(world) && end == next && from == states;
         if !is_placed && !self.place(world, states, next) {
             return f64::NAN;
@@ -436,7 +437,7 @@ impl Neighbours {
     }
 
     /// Continues from `memory`, which must fit `world` ([`Memory::fits`]).
-    pub(super) fn exchange_memory(&mut self, world: &World, memory: &mut Memory) {
+    pub(super) fn exchange_memory(&mut self, world: &World, memory: &mut Box<Memory>) {
         std::mem::swap(&mut self.memory, memory);
         if std::mem::replace(&mut self.is_known, true) {
             return;
@@ -451,7 +452,7 @@ impl Neighbours {
     }
 
     /// Moves the state that the next search continues from to `memory`.
-    pub(super) fn return_memory(&mut self, memory: &mut Memory) {
+    pub(super) fn return_memory(&mut self, memory: &mut Box<Memory>) {
         std::mem::swap(&mut self.memory, memory);
     }
 

@@ -127,7 +127,7 @@ impl Neighbours {
             self.memory.boxes.push(around.grown(self.margin() * self.extents[index].size));
         }
         let Self { memory, colliders, spare_pairs: spare, sweep, .. } = self;
-        let Memory { boxes, pairs, .. } = memory;
+        let Memory { boxes, pairs, .. } = &mut **memory;
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {

@@ -43,7 +43,8 @@ impl Neighbours {
             return false;
         }
         // Poses of the last search are inside their boxes.
-        let Self { memory: Memory { from, end, .. }, begin, poses, .. } = self;
+        let Self { memory, begin, poses, .. } = self;
+        let Memory { from, end, .. } = &mut **memory;
         let begun = listed && (*from == states || *end == states);
         if *from != states {
             if *end == states {
@@ -71,7 +72,8 @@ impl Neighbours {
         std::mem::swap(&mut self.poses, &mut self.spare_poses);
         set_poses(&mut self.poses, states);
         // Separations were evaluated at the previous poses.
-        let Self { memory: Memory { pairs, .. }, colliders, poses, spare_poses: before, .. } = self;
+        let Self { memory, colliders, poses, spare_poses: before, .. } = self;
+        let Memory { pairs, .. } = &mut **memory;
         if poses != before {
             let stays = |at: usize| match colliders.at(at).owner {
                 PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
