@@ -122,9 +122,9 @@ impl PyRecording {
             (last.ends, last.idle) = (Vec::new(), Vec::new());
             last.contacts = Vec::new();
             let world = self.content.world_at(last.row.index);
-            for (joint, row) in world.joints().iter().zip(&mut last.joints) {
+            for (index, row) in last.joints.iter_mut().enumerate() {
                 let force = JointForce::none(row.turns);
-                *row = JointRow::between(&world, joint, &last.states, None, &force);
+                *row = JointRow::between([&world; 2], index, &last.states, None, &force);
             }
             for gear in &mut last.gears {
                 *gear = GearTableRow { force: 0.0, residual: 0.0, ..*gear };

@@ -19,6 +19,7 @@ impl StepJudge {
         next: Option<(&[State], &[JointForce])>,
     ) -> Option<String> {
         let joints = self.world.joints().iter().zip(&step.joints).enumerate();
+        let held = self.world.held_back(&step.states, next.map_or(&[], |(_, forces)| forces));
         joints.into_iter().find_map(|(number, (joint, row))| {
             let at = joint.coordinates(&step.states)?;
             let angles = joint.counted(&at, &self.angles[number]);
@@ -27,7 +28,7 @@ impl StepJudge {
                 None => JointForce::none(angles),
             };
             let next = next.map(|(next, _)| next);
-            let found = JointRow::between(&self.world, joint, &step.states, next, &force);
+            let found = JointRow::between([&self.world, &held], number, &step.states, next, &force);
             let h = self.world.time_step();
             let reach = self.world.reach() + step.states[joint.body()].position.amax();
             let lost = ROUNDED * reach.max(1.0);
@@ -63,14 +64,16 @@ impl StepJudge {
         next: Option<(&[State], &[JointForce])>,
     ) -> Option<String> {
         let gears = self.world.gears().iter().zip(&step.gears).enumerate();
+        let held = self.world.held_back(&step.states, next.map_or(&[], |(_, forces)| forces));
         let at_end: Vec<_> = self.angles.iter().map(|angles| JointForce::none(*angles)).collect();
         gears.into_iter().find_map(|(number, (gear, row))| {
             let (next, joints) = match next {
                 Some((next, joints)) => (Some(next), joints),
                 None => (None, &at_end[..]),
             };
+            let worlds = [&self.world, &*held];
             let found =
-                GearTableRow::between(&self.world, gear, &step.states, next, joints, row.force);
+                GearTableRow::between(worlds, number, &step.states, next, joints, row.force);
             let h = self.world.time_step();
             let reach = gear
                 .axes()

@@ -179,7 +179,8 @@ impl StepJudge {
         let certificate = if self.floating {
             certify_rk4_step(&self.world, &claim)
         } else {
-            self.certifier.contact_step(&self.world, &claim, loads.iter().copied())
+            let held = self.world.held_back(states, joints);
+            self.certifier.contact_step(&held, &claim, loads.iter().copied())
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(contacts, states, next);
@@ -224,7 +225,7 @@ impl StepJudge {
         let is_bare = row.contacts == 0
             && end.joints.iter().all(of_joint)
             && row.iterations == 0
-            && (row.interval, row.length, row.error) == (0, 0.0, 0.0)
+            && (row.interval, row.length, row.usual, row.error) == (0, 0.0, 0.0, 0.0)
             && row.works == [0.0; 6]
             && row.start.is_empty()
             && row.restitution_share == 1.0
@@ -272,6 +273,12 @@ impl StepJudge {
         if !is_near(h, row.length, 0.0) {
             differ(format!("its length in the table is {} s, not {h} s", row.length));
         }
+        let whole = self.world.whole_step();
+        if self.world.span().is_some_and(|span| !(span.length <= span.usual && span.usual <= whole))
+        {
+            let usual = row.usual;
+            differ(format!("its correction_s is {usual}, outside interval_s to {whole} s"));
+        }
         if let Some(other) = self.another_joint(step, Some((next, joints))) {
             differ(other);
         }
@@ -306,7 +313,7 @@ impl StepJudge {
         let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         // The search also saw intervals that were not taken. Depths below the gap that contacts keep depend
         // on it.
-        let kept = self.world.kept_gap().unwrap_or(0.0);
+        let kept = self.world.touching_gap();
         if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach() + kept) {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
         }
@@ -339,7 +346,7 @@ impl StepJudge {
             let turned = next[body].pose().rotation - states[body].pose().rotation;
             self.world.bodies()[body].reach() * turned.norm_squared()
         };
-        let kept = self.world.kept_gap().unwrap_or(0.0);
+        let kept = self.world.touching_gap();
         let allowed =
             |contact: &Contact| depth + kept + contact.key.bodies().map(turned).sum::<f64>();
         let mut missing = self.candidates.contacts()[contacts.len()..].iter();

@@ -164,10 +164,8 @@ impl Candidates {
     /// Completes the new contacts, from index `first` on.
     fn complete(&mut self, world: &World, states: &[State], first: usize) {
         let new = &mut self.contacts[first..];
-        if let Some(kept) =
-            world.kept_gap().filter(|_| world.span().is_some_and(|span| span.keeps_gap))
-        {
-            new.iter_mut().for_each(|contact| contact.keep_gap(kept));
+        if world.span().is_some() {
+            new.iter_mut().for_each(|contact| contact.hold_back(world));
         }
         new.iter_mut().for_each(|contact| contact.set_friction(world, states));
         self.rebound.set(world, states, new);

@@ -235,7 +235,7 @@ impl Certifier {
             };
             *part = largest(*part, missed);
         }
-        for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
+        for (index, (body, poses)) in world.bodies().iter().zip(&self.poses).enumerate() {
             if !asked(index) {
                 continue;
             }
@@ -246,7 +246,7 @@ impl Certifier {
                 momentum_residual(world, body, state, next, &self.loads[index])
             };
             certificate.dynamics = largest(certificate.dynamics, motion);
-            let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
+            let depth = deepest_below(world, index, poses);
             certificate.penetration = largest(certificate.penetration, depth / h);
         }
         certificate
@@ -332,6 +332,18 @@ pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
         certificate.dynamics = largest(certificate.dynamics, motion);
     }
     certificate
+}
+
+/// Depth of the deepest contact point of a body below the ground at the end of a problem, beyond what it
+/// [leaves](World::removed_share) of a depth (m).
+#[inline]
+fn deepest_below(world: &World, index: usize, (start, end): &(Pose, Pose)) -> f64 {
+    let left = 1.0 - world.removed_share();
+    if left == 0.0 {
+        return world.heights(index, end).map(|height| -height).fold(0.0, largest);
+    }
+    let pairs = world.heights(index, start).zip(world.heights(index, end));
+    pairs.map(|(before, after)| left * before.min(0.0) - after).fold(0.0, largest)
 }
 
 /// Difference of two states of a body (m/s). Lengths are divided by the time step.

@@ -104,6 +104,9 @@ pub struct Contact {
     /// φ at the start of the step (m). It is exactly 0 if it is below the rounding error
     /// ([`rounding::gap`]).
     pub gap: f64,
+    /// Part of the gap (m) by which the plane was [moved](Contact::hold_back). The features have the gap
+    /// φ + this.
+    pub held_gap: f64,
     /// e c_n⁻: smallest parting speed of a contact that [bounces](restitution) (m/s), otherwise 0.
     /// It is negative if the contact was parting and is [struck](Contact::struck).
     pub rebound: f64,
@@ -217,6 +220,7 @@ impl Contact {
             features,
             frame,
             gap: if gap.abs() <= noise { 0.0 } else { gap },
+            held_gap: 0.0,
             rebound: 0.0,
             struck: false,
             slip_offset: Vector3::zeros(),
@@ -234,17 +238,20 @@ impl Contact {
         self.frame.column(2).into_owned()
     }
 
-    /// Moves the plane, or the feature of B, by a gap of at most `kept` (m) at the start, so that φ = 0
-    /// there. The step then keeps a depth and does not remove it, and the contact counts as touching.
-    pub fn keep_gap(&mut self, kept: f64) {
-        if self.gap >= kept {
-            return;
-        }
+    /// Moves the plane, or the feature of B, in a problem of `world` that removes only a
+    /// [share](World::removed_share) of a depth, or in which a [small gap](World::touching_gap) counts as
+    /// touching.
+    pub fn hold_back(&mut self, world: &World) {
+        let left = match self.gap {
+            gap if gap < 0.0 => (1.0 - world.removed_share()) * gap,
+            gap if gap < world.touching_gap() && world.is_window() => gap,
+            _ => return,
+        };
         match &mut self.features.curved {
-            Some(Curved::Cores(pair)) => pair.radius += self.gap,
-            None | Some(Curved::Ellipsoid(_)) => self.features.offset += self.gap,
+            Some(Curved::Cores(pair)) => pair.radius += left,
+            None | Some(Curved::Ellipsoid(_)) => self.features.offset += left,
         }
-        self.gap = 0.0;
+        (self.gap, self.held_gap) = (self.gap - left, left);
     }
 
     /// True if a touching feature is curved, so that the features can roll.

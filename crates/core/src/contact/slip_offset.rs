@@ -139,7 +139,7 @@ impl Contact {
     }
 
     /// Largest slip of points that stick, at an instant (m/s): h Σ |(ω × (ω × y))_t|, because they move along
-    /// arcs and a step along chords. The [kept gap](World::kept_gap) over h is added.
+    /// arcs and a step along chords. The [gap that counts as none](World::touching_gap) over h is added.
     fn arc_slip(&self, world: &World, states: &[State]) -> f64 {
         let point = states[self.key.body].position + self.arm;
         let arc = |body: usize| {
@@ -148,7 +148,7 @@ impl Contact {
             (inward - self.normal() * self.normal().dot(&inward)).norm()
         };
         let h = world.time_step();
-        h * self.key.bodies().map(arc).sum::<f64>() + world.kept_gap().unwrap_or(0.0) / h
+        h * self.key.bodies().map(arc).sum::<f64>() + world.touching_gap() / h
     }
 
     /// Share of the static coefficient in the friction of the step in `world`.

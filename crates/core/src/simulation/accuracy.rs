@@ -30,10 +30,6 @@ const CAUGHT: f64 = 0.1;
 const SHORTEST: f64 = 1e-9;
 /// Shortest interval of smooth motion (s).
 const SHORTEST_SMOOTH: f64 = 1e-6;
-/// Length of an interval, as a share of the usual one, below which contacts keep a depth or a small gap at
-/// which they begin. Shorter intervals would remove a depth at high speed, and impacts would find
-/// contacts that touch open.
-const KEEPS_GAP: f64 = 0.1;
 /// Range of lengths that are wanted, in present lengths, in which the present one stays.
 const STAYS: [f64; 2] = [0.9, 1.5];
 /// Length of the first intervals after a start or an abrupt change, as a share of the usual one. They have
@@ -58,6 +54,8 @@ pub(super) struct Pace {
     pub length: f64,
     /// Length wanted for the next interval of smooth motion (s); 0 if none is known.
     pub wanted: f64,
+    /// Length of the last usual interval (s); 0 without any.
+    pub usual: f64,
 }
 
 /// Search for an abrupt change: lengths of an interval without it and of one with it, and the length
@@ -74,6 +72,8 @@ struct Search {
 struct Plan {
     length: f64,
     count: u32,
+    /// True if the length is not just that of a short rest.
+    is_usual: bool,
 }
 
 impl Plan {
@@ -85,7 +85,9 @@ impl Plan {
         let length = left / count;
         // The same length but for rounding.
         let is_same = (length - present).abs() <= 1e-9 * present;
-        Self { length: if is_same { present } else { length }, count: count as u32 }
+        let length = if is_same { present } else { length };
+        // An even division is at least half as long as wanted.
+        Self { length, count: count as u32, is_usual: length >= 0.5 * wanted }
     }
 }
 
@@ -98,8 +100,9 @@ struct Schedule {
     /// Length of the step (s), and of the intervals taken so far.
     whole: f64,
     since: f64,
-    /// Length of intervals that the last estimate allows (s).
+    /// Length of intervals that the last estimate allows (s), and of the last usual one.
     wanted: f64,
+    usual: f64,
     plan: Plan,
     search: Option<Search>,
     /// Lengths of the next intervals that are taken as they are (s): up to an abrupt change, and with it.
@@ -138,6 +141,7 @@ impl Schedule {
             whole,
             since: 0.0,
             wanted,
+            usual: if smooth.is_some() && pace.usual > 0.0 { pace.usual } else { whole },
             plan: Plan::even(whole, first, pace.length),
             search: None,
             fixed: [0.0; 2],
@@ -229,6 +233,9 @@ impl Schedule {
             self.fixed = [self.until_the_end(high - length), 0.0];
             self.plan_anew(self.wanted, length);
         } else {
+            if self.smooth.is_some() && self.plan.is_usual {
+                self.usual = length;
+            }
             (self.wanted, self.plan.count) = (next, self.plan.count - 1);
             let grows = self.streak >= INTERVALS_PER_GROWTH && next >= STAYS[1] * length;
             if self.plan.count > 1 && grows {
@@ -284,8 +291,8 @@ fn intervals(
     let mut schedule = Schedule::new(world, moment.pace, starts);
     while let Some(length) = schedule.length() {
         let before = moment.clone();
-        let keeps_gap = length < KEEPS_GAP * schedule.plan.length;
-        let span = Span { since: schedule.since, length, keeps_gap, is_retry: false };
+        let usual = schedule.usual.max(length);
+        let span = Span { since: schedule.since, length, usual, is_retry: false };
         let converted = if length == moment.pace.length {
             vec![Converted::Kept; moment.now.states.len()]
         } else {
@@ -316,6 +323,6 @@ fn intervals(
         let ends = [&taken.instants, &part.ends];
         part.energies = ends.map(|states| Some(energy::at_instant(world, states)));
     }
-    moment.pace.wanted = schedule.wanted;
+    (moment.pace.wanted, moment.pace.usual) = (schedule.wanted, schedule.usual);
     Ok(())
 }

@@ -397,7 +397,8 @@ pub(super) fn end(
             _ => next.extrapolated(state),
         };
         if let Some(smooth) = instants.smooth.get_mut(body) {
-            if let Some((velocity, spin)) = second {
+            // A force that jumps changes the acceleration of a window, which says nothing about later ones.
+            if let Some((velocity, spin)) = second.filter(|_| !world.is_window()) {
                 let jerk = [velocity / (h * h), spin / (h * h)];
                 let [linear, angular] = smooth.jerk.map_or([Vector3::zeros(); 2], |last| {
                     [0, 1].map(|k| h * h * (jerk[k] - last[k]))

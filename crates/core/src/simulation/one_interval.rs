@@ -25,8 +25,8 @@ pub(super) struct Part {
 /// Takes one interval from `moment`, which moves to its end: a whole step, or a `part` of one. `taken`
 /// describes it. It is taken even if it is not solved.
 ///
-/// The order is: wrenches; a copy of the interval before if all rests; motions of joint frames; a
-/// trial that converts velocities of a start; the problem; the velocities of the instant; the move.
+/// The order is: wrenches; a copy of the interval before if all rests; motions of joint frames, and what
+/// is left of joint errors; a trial that converts velocities of a start; the problem; the velocities of the instant; the move.
 ///
 /// # Errors
 /// If the problem cannot be posed or was interrupted. The moment is then unchanged.
@@ -48,12 +48,30 @@ pub(super) fn interval(
     if workspace.rest.is_known() && workspace.rest.repeat(moment, &workspace.wrenches, taken) {
         return Ok(());
     }
+    let held = world.hold_back(&moment.now.states, &moment.now.joints);
+    let solved = solve_from_start(world, moment, inputs, workspace, taken);
+    world.release(held);
+    finish(world, moment, inputs, workspace, solved?, taken);
+    Ok(())
+}
+
+/// Solves the problem of an interval after its inputs and conversions of velocities. Returns true if a
+/// trial converted some.
+///
+/// # Errors
+/// If the problem cannot be posed or was interrupted. The moment is then unchanged.
+fn solve_from_start(
+    world: &mut World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) -> Result<bool, Error> {
     inputs.drive_joints(world, moment);
     let converted = taken.part.as_mut().map_or(&mut [][..], |part| &mut part.converted);
     let started = leapfrog::start(world, moment, inputs, workspace, converted, None)?;
     solve(world, moment, inputs, workspace, taken, measure)?;
-    finish(world, moment, inputs, workspace, started, taken);
-    Ok(())
+    Ok(started)
 }
 
 /// Moves `moment` to the end of `taken`, whose solution is that of the interval.

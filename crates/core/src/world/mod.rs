@@ -33,10 +33,11 @@ pub use terrain::FixedTerrain;
 
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::Piece;
-use crate::joint::{Gear, Joint, angles_near};
+use crate::joint::{Gear, HeldBack, Joint, JointForce, angles_near};
 use crate::mechanics::dynamics;
 use crate::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use nalgebra::Vector3;
+use std::borrow::Cow;
 
 /// Constants of a [`World`], unchecked.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,6 +172,9 @@ pub struct World {
     speed_scale: f64,
 }
 
+/// Length of a window, as a share of the usual length.
+const WINDOW: f64 = 0.1;
+
 /// Part of a time step that one problem covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
@@ -178,9 +182,9 @@ pub struct Span {
     pub since: f64,
     /// Its length (s).
     pub length: f64,
-    /// True if contacts keep a depth or a small gap at which they begin
-    /// ([`World::kept_gap`]).
-    pub keeps_gap: bool,
+    /// Usual length of intervals, over which depths and joint errors are removed (s)
+    /// ([`World::removed_share`]).
+    pub usual: f64,
     /// True for a shorter interval of a step that was not solved. Its velocities are those of its
     /// end, as with [`Integrator::Euler`].
     pub is_retry: bool,
@@ -422,14 +426,60 @@ impl World {
         (self.impacts() == Impacts::Located).then(|| self.accuracy.unwrap_or(1e-6))
     }
 
-    /// Gap (m) below which contacts in short intervals [keep their
-    /// gap](crate::contact::Contact::keep_gap), in a world with located impacts. It is 0 in shorter
-    /// intervals of a step that was not solved.
+    /// Share s of the errors of position at its start that the present problem removes: of depths, of
+    /// joint errors and of passed stops. An interval of length h shorter than the usual length L leaves
+    /// the rest, so that bodies move no faster than in an interval of that length:
+    ///
+    /// ```text
+    /// φ⁺ ≥ (1 − s) φ for φ < 0,   s = min(1, h/L)                        (eq. 41a)
+    /// ```
     #[must_use]
-    pub fn kept_gap(&self) -> Option<f64> {
-        match self.span() {
-            Some(Span { is_retry: true, .. }) => Some(0.0),
-            _ => self.impact_accuracy().map(|accuracy| 0.1 * accuracy),
+    pub fn removed_share(&self) -> f64 {
+        self.part.map_or(1.0, |part| (part.span.length / part.span.usual).min(1.0))
+    }
+
+    /// True if the present problem covers an interval much shorter than the usual length, such as that of a
+    /// located impact.
+    #[must_use]
+    pub fn is_window(&self) -> bool {
+        self.removed_share() < WINDOW
+    }
+
+    /// Gap (m) below which contacts count as touching in a [window](World::is_window), with
+    /// located impacts. Otherwise the interval of an impact would find contacts that touch open. 0 without
+    /// located impacts.
+    #[must_use]
+    pub fn touching_gap(&self) -> f64 {
+        self.impact_accuracy().map_or(0.0, |accuracy| 0.1 * accuracy)
+    }
+
+    /// This world with joints and gears as a problem from `states` has them, if it removes only a
+    /// [share](World::removed_share) of their errors. Joint angles are the nearest to those in `near`.
+    #[must_use]
+    pub fn held_back(&self, states: &[State], near: &[JointForce]) -> Cow<'_, Self> {
+        if self.removed_share() == 1.0 || self.joints.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut world = self.clone();
+        world.hold_back(states, near);
+        Cow::Owned(world)
+    }
+
+    /// Moves joints and gears for a problem from `states` that removes only a
+    /// [share](World::removed_share) of their errors. Joint angles are the nearest to those in `near`.
+    pub(crate) fn hold_back(&mut self, states: &[State], near: &[JointForce]) -> Option<HeldBack> {
+        let share = self.removed_share();
+        (share < 1.0 && !self.joints.is_empty()).then(|| {
+            let near: Vec<_> = near.iter().map(|force| force.angles).collect();
+            let angles = self.angles_near(states, &near);
+            HeldBack::new(&mut self.joints, &mut self.gears, states, &angles, share)
+        })
+    }
+
+    /// Moves joints and gears back after [`World::hold_back`].
+    pub(crate) fn release(&mut self, held: Option<HeldBack>) {
+        if let Some(held) = held {
+            held.release(&mut self.joints, &mut self.gears);
         }
     }
 

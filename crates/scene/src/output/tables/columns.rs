@@ -153,6 +153,9 @@ columns! {
         /// Stiffness number h ω, see
         /// [`Interval::stiffness`](tumble_core::simulation::Interval::stiffness); 0 without joints.
         stiffness: f64 = ["stiffness"],
+        /// Length over which errors of position are removed (s), see `usual` of a
+        /// [`Span`](tumble_core::world::Span), in a run with an accuracy or located impacts.
+        usual: f64 = ["correction_s"],
         /// Growth of the estimated error (40) of the body with the largest one up to the next row (m),
         /// in a run with an accuracy.
         error: f64 = ["error_m"],

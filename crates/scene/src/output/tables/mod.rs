@@ -153,13 +153,13 @@ impl TableShape {
         }
     }
 
-    /// Number of columns at the end of the table `steps` that it lacks: the error without an accuracy,
-    /// and the stiffness without joints as well.
+    /// Number of columns at the end of the table `steps` that it lacks: the error and the length of
+    /// corrections without an accuracy, and the stiffness without joints as well.
     fn missing_columns(&self) -> usize {
         match (self.has_errors, self.joints) {
             (true, _) => 0,
-            (false, 1..) => 1,
-            (false, 0) => 2,
+            (false, 1..) => 2,
+            (false, 0) => 3,
         }
     }
 

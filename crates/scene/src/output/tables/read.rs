@@ -37,12 +37,13 @@ impl IntervalRows {
     /// length that differs from the one of the step by rounding is the whole.
     #[must_use]
     pub fn span(&self, world: &World) -> Option<Span> {
-        let Self { row: StepRow { index, time, length, status, .. }, .. } = *self;
+        let Self { row: StepRow { index, time, length, usual, status, .. }, .. } = *self;
         let is_located = world.impacts() == Impacts::Located;
         let is_retry = status == StepStatus::Substepped && !is_located;
         let since = time - index as f64 * world.whole_step();
+        let usual = if is_located { usual } else { world.whole_step() };
         let is_part = is_located || is_retry;
-        (is_part && length > 0.0).then_some(Span { since, length, keeps_gap: false, is_retry })
+        (is_part && length > 0.0).then_some(Span { since, length, usual, is_retry })
     }
 
     /// States at its start with the velocities of the instant.

@@ -74,9 +74,6 @@ impl ContactRow {
         let mut contact = Contact::new(key, features, law, (body, &pose), placed);
         contact.rebound = self.rebound;
         contact.set_friction(world, states);
-        if let Some(kept) = world.kept_gap().filter(|_| self.gap == 0.0) {
-            contact.keep_gap(kept);
-        }
         let size = body.reach() + pose.position.amax();
         if (pose.position + contact.arm - self.point).amax() > UNIT * size
             || (contact.normal() - self.normal).amax() > UNIT
@@ -84,6 +81,7 @@ impl ContactRow {
         {
             return Err("has a point, normal or gap that does not match its bodies");
         }
+        contact.hold_back(world);
         Ok(contact)
     }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::io::{self, Write};
 use tumble_core::contact::Contact;
-use tumble_core::joint::{Gear, Joint, JointForce, JointResidual, Knots};
+use tumble_core::joint::{JointForce, JointResidual, Knots};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::summary::StatusCount;
 use tumble_core::simulation::{Interval, StepRecord};
@@ -283,6 +283,7 @@ impl IntervalRows {
             energy: interval.energy(world),
             works: if is_end { [0.0; 6] } else { interval.balance(world).terms() },
             stiffness: if is_end { 0.0 } else { interval.stiffness },
+            usual: interval.span.filter(|_| !is_end).map_or(length, |span| span.usual),
             error: if is_end { 0.0 } else { interval.error() },
         };
         let contact = |mut contact: ContactRow| {
@@ -336,25 +337,28 @@ impl JointRow {
         interval: &'a Interval,
     ) -> impl Iterator<Item = Self> + 'a {
         let is_end = interval.report.status == StepStatus::End;
-        world.joints().iter().enumerate().map(move |(index, joint)| {
+        let held = world.held_back(&interval.states, &interval.solution.joints);
+        (0..world.joints().len()).map(move |index| {
             let force = interval.solution.joints.get(index);
             let force = force.copied().unwrap_or(JointForce::none(Vector3::zeros()));
             let next = (!is_end).then_some(&interval.solution.states[..]);
-            Self::between(world, joint, &interval.states, next, &force)
+            Self::between([world, &held], index, &interval.states, next, &force)
         })
     }
 
-    /// Row of `joint` for an interval from `states` to `next` under `force`; `None` for a state without
-    /// a step.
+    /// Row of joint `index` of `world` for an interval from `states` to `next` under `force`; `None` for a
+    /// state without a step. `held` is the world with joints as the problem [has
+    /// them](World::held_back).
     #[must_use]
     pub fn between(
-        world: &World,
-        joint: &Joint,
+        [world, held]: [&World; 2],
+        index: usize,
         states: &[State],
         next: Option<&[State]>,
         force: &JointForce,
     ) -> Self {
         let unknown = Vector3::repeat(f64::NAN);
+        let joint = &world.joints()[index];
         let at = joint.coordinates(states);
         let turns = at.map_or(unknown, |at| joint.turns(&at, &force.angles));
         let mut row = Self {
@@ -370,7 +374,8 @@ impl JointRow {
             let (h, after) = (world.time_step(), joint.coordinates(next));
             let rates = after.map(|after| joint.rates(&at, &after, &turns, h));
             (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
-            row.residual = joint.residual(world.bodies(), states, next, force, h);
+            let held = &held.joints()[index];
+            row.residual = held.residual(world.bodies(), states, next, force, h);
         }
         row
     }
@@ -389,31 +394,36 @@ impl GearTableRow {
         interval: &'a Interval,
     ) -> impl Iterator<Item = Self> + 'a {
         let (solution, is_end) = (&interval.solution, interval.report.status == StepStatus::End);
-        world.gears().iter().enumerate().map(move |(index, gear)| {
+        let held = world.held_back(&interval.states, &solution.joints);
+        (0..world.gears().len()).map(move |index| {
             let force = solution.gears.get(index).copied().unwrap_or(0.0);
             let next = (!is_end).then_some(&solution.states[..]);
-            Self::between(world, gear, &interval.states, next, &solution.joints, force)
+            let worlds = [world, &*held];
+            Self::between(worlds, index, &interval.states, next, &solution.joints, force)
         })
     }
 
-    /// Row of `gear` for an interval from `states` to `next`; `None` for a state without a step.
+    /// Row of gear `index` of `world` for an interval from `states` to `next`; `None` for a state without
+    /// a step. `held` is the world with gears as the problem [has them](World::held_back).
     ///
     /// `joints` are the forces and angles of the joints, `force` is the gear's force (N or N m).
     #[must_use]
     pub fn between(
-        world: &World,
-        gear: &Gear,
+        [world, held]: [&World; 2],
+        index: usize,
         states: &[State],
         next: Option<&[State]>,
         joints: &[JointForce],
         force: f64,
     ) -> Self {
+        let gear = &world.gears()[index];
         let near: Vec<_> = gear.axes().map(|of| joints.get(of.joint).map(|of| of.angles)).into();
         let coordinate = |k: usize| {
             let near = near[k].unwrap_or_default();
             gear.axes()[k].coordinate(world.joints(), states, &near)
         };
-        let residual = next.map_or(0.0, |next| gear.residual(world, states, next, joints, force));
+        let residual = next
+            .map_or(0.0, |next| held.gears()[index].residual(held, states, next, joints, force));
         Self { coordinates: [coordinate(0), coordinate(1)], force, residual }
     }
 }
@@ -436,7 +446,7 @@ impl ContactRow {
             normal: contact.normal(),
             force: found.force,
             slip: found.slip,
-            gap: contact.gap,
+            gap: contact.gap + contact.held_gap,
             radius: contact.features.radius,
             rebound: contact.rebound,
             key: KeyText::new(&contact.key),
