@@ -22,7 +22,7 @@ use super::one_interval::{self, Part};
 use super::record::StepRecord;
 use super::workspace::Workspace;
 use crate::error::Error;
-use crate::world::{Impacts, Span, World};
+use crate::world::{Impacts, Span, WINDOW, World};
 
 /// Share of the error of a second that an abrupt change may add.
 const CAUGHT: f64 = 0.1;
@@ -297,7 +297,8 @@ fn intervals(
             vec![Converted::Kept; moment.now.states.len()]
         } else {
             workspace.rest.end();
-            leapfrog::change_length(moment, before.pace.length, length)
+            let from = before.pace.length;
+            leapfrog::change_length(moment, from, length, from < WINDOW * usual)
         };
         moment.pace.length = length;
         let part = Some(Part { span, converted });

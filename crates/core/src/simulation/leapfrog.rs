@@ -20,6 +20,10 @@
 //! e = Σ h³/12 r |ω|³ + Σ h/24 |w⁺ − 2w + w⁻| over smooth steps + Σ h/2 |w⁺ − w| over abrupt ones  (eq. 40)
 //! ```
 //!
+//! A window, which is much shorter than the usual interval, is an instant: V = w. Its change of velocity has
+//! what removes the errors of a conversion, and divided by its length it would be no acceleration. All
+//! bodies start after it.
+//!
 //! For a vibration the second sum is the error of its phase. Errors that grow afterwards, as in chaotic
 //! motion, are not in it.
 
@@ -191,9 +195,14 @@ fn moved_back(state: &State, h: f64) -> State {
 
 /// Converts the velocities of `moment` from intervals of length `from` to those of length `to` (s). Near
 /// the end of the last interval, the motion has the velocity V + a t + ½ j t². Its derivatives follow
-/// from the last velocities of the middle. Bodies without them start. Returns the origin of each
-/// velocity.
-pub(super) fn change_length(moment: &mut Moment, from: f64, to: f64) -> Vec<Converted> {
+/// from the last velocities of the middle. Bodies without them start, and all of them after a window.
+/// Returns the origin of each velocity.
+pub(super) fn change_length(
+    moment: &mut Moment,
+    from: f64,
+    to: f64,
+    after_window: bool,
+) -> Vec<Converted> {
     let Moment { now, before, instants, .. } = moment;
     let mut converted = vec![Converted::Kept; now.states.len()];
     let Some(instants) = instants else { return converted };
@@ -201,7 +210,8 @@ pub(super) fn change_length(moment: &mut Moment, from: f64, to: f64) -> Vec<Conv
     for (body, smooth) in instants.smooth.iter_mut().enumerate() {
         let instant = &instants.states[body];
         let state = &mut now.states[body];
-        let past = before.as_ref().filter(|_| smooth.known >= 2 && !instants.starts[body]);
+        let is_known = smooth.known >= 2 && !instants.starts[body] && !after_window;
+        let past = before.as_ref().filter(|_| is_known);
         let Some(past) = past else {
             *state = *instant;
             let extrapolated = !instants.was_abrupt[body];
@@ -240,6 +250,10 @@ pub(super) fn start(
 ) -> Result<bool, Error> {
     let starts = moment.instants.as_ref().is_some_and(|instants| instants.starts.contains(&true));
     if !starts {
+        return Ok(false);
+    }
+    if world.is_window() {
+        moment.instants.iter_mut().for_each(|instants| instants.starts.fill(false));
         return Ok(false);
     }
     workspace.rest.end();
@@ -320,7 +334,8 @@ pub(super) fn end(
         );
     let h = world.time_step();
     // An interval of another length than the last one has none before it.
-    let begins = started && world.impacts() == Impacts::Located;
+    let is_window = world.is_window();
+    let begins = (started || is_window) && world.impacts() == Impacts::Located;
     let moved_back = |state| moved_back(state, h);
     let moved_back: Vec<_> = now.states.iter().filter(|_| begins).map(moved_back).collect();
     let earlier = match before {
@@ -331,7 +346,8 @@ pub(super) fn end(
     abrupt.bodies.clear();
     // In an interval of another length, only the contacts that stick have the slip of the one before.
     let sticks = |past: &&ContactForce| past.slip.norm() <= STILL * world.speed_scale();
-    let known = if is_shifted && !started { &*now.contacts } else { &[] };
+    let has_past = !started && !is_window;
+    let known = if is_shifted && has_past { &*now.contacts } else { &[] };
     let sticking: Vec<_> = known.iter().filter(sticks).copied().collect();
     if is_smooth {
         abrupt.find(&TakenStep {
@@ -339,7 +355,7 @@ pub(super) fn end(
             states: &now.states,
             earlier,
             free,
-            past: if started || is_shifted { &sticking } else { &now.contacts },
+            past: if has_past && !is_shifted { &now.contacts } else { &sticking },
             contacts,
             solution,
             resting: rest.bodies(),
@@ -384,10 +400,10 @@ pub(super) fn end(
         instants.errors[body] += error;
         let of_kind = if is_abrupt { &mut added_error.abrupt } else { &mut added_error.smooth };
         *of_kind = of_kind.max(error);
-        instants.was_abrupt[body] = is_abrupt;
+        instants.was_abrupt[body] = is_abrupt || is_window;
         let is_first = instants.smooth.get(body).is_some_and(|smooth| smooth.known == 1);
         instants.states[body] = match instants.states[body] {
-            _ if is_abrupt => *next,
+            _ if is_abrupt || is_window => *next,
             // Middle between the velocities of the instant before and after the first step.
             State { velocity, spin, .. } if is_first && begins => State {
                 velocity: 2.0 * next.velocity - velocity,
@@ -397,8 +413,10 @@ pub(super) fn end(
             _ => next.extrapolated(state),
         };
         if let Some(smooth) = instants.smooth.get_mut(body) {
-            // A force that jumps changes the acceleration of a window, which says nothing about later ones.
-            if let Some((velocity, spin)) = second.filter(|_| !world.is_window()) {
+            if is_window {
+                continue;
+            }
+            if let Some((velocity, spin)) = second {
                 let jerk = [velocity / (h * h), spin / (h * h)];
                 let [linear, angular] = smooth.jerk.map_or([Vector3::zeros(); 2], |last| {
                     [0, 1].map(|k| h * h * (jerk[k] - last[k]))

@@ -173,7 +173,7 @@ pub struct World {
 }
 
 /// Length of a window, as a share of the usual length.
-const WINDOW: f64 = 0.1;
+pub(crate) const WINDOW: f64 = 0.1;
 
 /// Part of a time step that one problem covers.
 #[derive(Debug, Clone, Copy, PartialEq)]

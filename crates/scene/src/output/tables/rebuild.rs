@@ -145,7 +145,8 @@ impl ContactRow {
         let core = self.point + self.normal * self.radius;
         let core = pose.rotation.tr_mul(&(core - pose.position));
         features.roll(one, Vector3::zeros(), at, h);
-        if !anywhere || (features.point - core).amax() <= EXACT * one.size() {
+        // In a short interval, other points are close to the nearest one.
+        if !anywhere || (features.point - core).amax() <= 0.01 * UNIT * one.size() {
             return Ok(features);
         }
         let mut toward = -one.coordinates(&core);
