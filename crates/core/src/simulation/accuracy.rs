@@ -16,11 +16,13 @@
 
 use super::energy;
 use super::inputs::Inputs;
+use super::interval::Interval;
 use super::leapfrog::{self, AddedError, Converted};
 use super::moment::Moment;
 use super::one_interval::{self, Part};
 use super::record::StepRecord;
 use super::workspace::Workspace;
+use super::{EnergyBalance, EnergyGain};
 use crate::error::Error;
 use crate::world::{Impacts, Span, WINDOW, World};
 
@@ -32,6 +34,8 @@ const SHORTEST: f64 = 1e-9;
 const SHORTEST_SMOOTH: f64 = 1e-6;
 /// Range of lengths that are wanted, in present lengths, in which the present one stays.
 const STAYS: [f64; 2] = [0.9, 1.5];
+/// Gains of energy below this share of all energies are rounding errors.
+const ROUNDING: f64 = 1e-12;
 /// Length of the first intervals after a start or an abrupt change, as a share of the usual one. They have
 /// no estimate.
 const FIRST: f64 = 0.125;
@@ -255,6 +259,28 @@ impl Schedule {
     }
 }
 
+/// Counts the rise of the energy of the instant beyond loads, drives and moving surfaces as the gain of the
+/// interval, if it is larger than that of its problem. Errors of the velocities of the instant are in it.
+fn count_gain(world: &World, taken: &mut Interval) {
+    let ends = taken.end_states();
+    let pairs = world.bodies().iter().zip(taken.instant_states().iter().zip(&ends)).enumerate();
+    let rise = |(body, (of, (start, end)))| {
+        let energies = [start, end].map(|state| energy::of_body_at_instant(world, of, state));
+        (body, energies[1] - energies[0], energies[0].abs().max(energies[1].abs()))
+    };
+    let rises: Vec<(usize, f64, f64)> = pairs.map(rise).collect();
+    let balance = EnergyBalance::new(world, &taken.claim(), taken.solution.loads());
+    let carried = if world.has_surfaces() { balance.friction.max(0.0) } else { 0.0 };
+    let gained = rises.iter().map(|(_, rise, _)| rise).sum::<f64>();
+    let energy = gained - balance.loads - balance.drives - carried;
+    let rounding = ROUNDING * rises.iter().map(|(.., size)| size).sum::<f64>();
+    let least = taken.gain.map_or(rounding, |gain| gain.energy);
+    let fastest = rises.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((body, ..)) = fastest.filter(|_| energy > least) {
+        taken.gain = Some(EnergyGain { body: *body, energy });
+    }
+}
+
 /// True if steps of `world` are divided in intervals whose lengths follow from the motion.
 pub(super) fn divides_steps(world: &World, moment: &Moment) -> bool {
     moment.instants.is_some() && world.impacts() == Impacts::Located
@@ -323,6 +349,7 @@ fn intervals(
         part.ends.extend_from_slice(moment.states());
         let ends = [&taken.instants, &part.ends];
         part.energies = ends.map(|states| Some(energy::at_instant(world, states)));
+        count_gain(world, taken);
     }
     (moment.pace.wanted, moment.pace.usual) = (schedule.wanted, schedule.usual);
     Ok(())

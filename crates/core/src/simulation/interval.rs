@@ -51,7 +51,8 @@ pub struct Interval {
     pub infeasible_gap: Option<InfeasibleGap>,
     /// Cause of a step with [`StepStatus::Wild`], or of a failed step whose solution makes energy.
     pub unphysical: Option<UnphysicalCause>,
-    /// Largest energy beyond the balance (32) that an island makes, if beyond rounding.
+    /// Largest energy beyond the balance (32) that an island makes, if beyond rounding. In a step with
+    /// located impacts it is the rise of the energy of the instant beyond loads and drives, if larger.
     pub gain: Option<EnergyGain>,
     /// Growth of the estimated errors (40).
     pub(crate) errors: AddedError,
