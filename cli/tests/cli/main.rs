@@ -26,6 +26,7 @@ mod ipopt;
 mod joints;
 mod leftovers;
 mod live;
+mod located;
 mod locks;
 mod mechanisms;
 mod meshes;

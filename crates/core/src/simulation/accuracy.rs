@@ -145,7 +145,11 @@ impl Schedule {
             whole,
             since: 0.0,
             wanted,
-            usual: if smooth.is_some() && pace.usual > 0.0 { pace.usual } else { whole },
+            usual: match smooth {
+                Some(_) if pace.usual > 0.0 => pace.usual,
+                Some(_) => wanted,
+                None => whole,
+            },
             plan: Plan::even(whole, first, pace.length),
             search: None,
             fixed: [0.0; 2],
@@ -164,6 +168,14 @@ impl Schedule {
             None => self.plan.length,
         };
         (self.plan.count > 0).then_some(planned)
+    }
+
+    /// Usual length for the next interval, of `length` (s), over which errors of position are removed. It is
+    /// its own length if only the estimate of its error limits it.
+    fn usual(&self, length: f64) -> f64 {
+        let is_planned = self.fixed[0] == 0.0 && self.search.is_none() && self.halvings == 0;
+        let is_usual = is_planned && self.plan.is_usual && length > SHORTEST_SMOOTH;
+        if self.smooth.is_some() && is_usual { length } else { self.usual.max(length) }
     }
 
     /// Judges an interval of `length` (s) with these errors, and plans the next one.
@@ -227,6 +239,9 @@ impl Schedule {
     /// Goes on after an interval of `length` (s); `next` is the length that its estimate allows.
     fn take(&mut self, length: f64, next: f64) {
         self.since += length;
+        if self.smooth.is_some() {
+            self.usual = self.usual(length);
+        }
         (self.halvings, self.streak) = (0, self.streak + 1);
         if self.fixed[0] > 0.0 {
             self.fixed = [self.fixed[1], 0.0];
@@ -237,9 +252,6 @@ impl Schedule {
             self.fixed = [self.until_the_end(high - length), 0.0];
             self.plan_anew(self.wanted, length);
         } else {
-            if self.smooth.is_some() && self.plan.is_usual {
-                self.usual = length;
-            }
             (self.wanted, self.plan.count) = (next, self.plan.count - 1);
             let grows = self.streak >= INTERVALS_PER_GROWTH && next >= STAYS[1] * length;
             if self.plan.count > 1 && grows {
@@ -264,9 +276,9 @@ impl Schedule {
 fn count_gain(world: &World, taken: &mut Interval) {
     let ends = taken.end_states();
     let pairs = world.bodies().iter().zip(taken.instant_states().iter().zip(&ends)).enumerate();
-    let rise = |(body, (of, (start, end)))| {
-        let energies = [start, end].map(|state| energy::of_body_at_instant(world, of, state));
-        (body, energies[1] - energies[0], energies[0].abs().max(energies[1].abs()))
+    let rise = |(index, (body, (start, end)))| {
+        let energies = [start, end].map(|state| energy::body_at_instant(world, body, state));
+        (index, energies[1] - energies[0], energies[0].abs().max(energies[1].abs()))
     };
     let rises: Vec<(usize, f64, f64)> = pairs.map(rise).collect();
     let balance = EnergyBalance::new(world, &taken.claim(), taken.solution.loads());
@@ -317,14 +329,14 @@ fn intervals(
     let mut schedule = Schedule::new(world, moment.pace, starts);
     while let Some(length) = schedule.length() {
         let before = moment.clone();
-        let usual = schedule.usual.max(length);
+        let usual = schedule.usual(length);
         let span = Span { since: schedule.since, length, usual, is_retry: false };
         let converted = if length == moment.pace.length {
             vec![Converted::Kept; moment.now.states.len()]
         } else {
             workspace.rest.end();
             let from = before.pace.length;
-            leapfrog::change_length(moment, from, length, from < WINDOW * usual)
+            leapfrog::change_length(moment, from, length, from.min(length) < WINDOW * usual)
         };
         moment.pace.length = length;
         let part = Some(Part { span, converted });

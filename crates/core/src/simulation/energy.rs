@@ -64,11 +64,11 @@ pub fn total(world: &World, states: &[State]) -> f64 {
 #[must_use]
 pub fn at_instant(world: &World, states: &[State]) -> f64 {
     let bodies = world.bodies().iter().zip(states);
-    bodies.map(|(body, state)| of_body_at_instant(world, body, state)).sum()
+    bodies.map(|(body, state)| body_at_instant(world, body, state)).sum()
 }
 
 /// Term of a body in [`at_instant`] (J).
-pub(super) fn of_body_at_instant(world: &World, body: &RigidBody, state: &State) -> f64 {
+pub(super) fn body_at_instant(world: &World, body: &RigidBody, state: &State) -> f64 {
     let turning = state.spin.dot(&(body.inertia() * state.spin));
     0.5 * (body.mass() * state.velocity.norm_squared() + turning) + potential(world, body, state)
 }

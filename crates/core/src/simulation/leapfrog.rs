@@ -20,9 +20,9 @@
 //! e = Σ h³/12 r |ω|³ + Σ h/24 |w⁺ − 2w + w⁻| over smooth steps + Σ h/2 |w⁺ − w| over abrupt ones  (eq. 40)
 //! ```
 //!
-//! A window, which is much shorter than the usual interval, is an instant: V = w. Its change of velocity has
-//! what removes the errors of a conversion, and divided by its length it would be no acceleration. All
-//! bodies start after it.
+//! A window, which is much shorter than the usual interval, is an instant: w = V before and after it. Its
+//! change of velocity has what removes the errors of a conversion, and divided by its length it would be no
+//! acceleration. All bodies start after it.
 //!
 //! For a vibration the second sum is the error of its phase. Errors that grow afterwards, as in chaotic
 //! motion, are not in it.
@@ -195,13 +195,13 @@ fn moved_back(state: &State, h: f64) -> State {
 
 /// Converts the velocities of `moment` from intervals of length `from` to those of length `to` (s). Near
 /// the end of the last interval, the motion has the velocity V + a t + ½ j t². Its derivatives follow
-/// from the last velocities of the middle. Bodies without them start, and all of them after a window.
-/// Returns the origin of each velocity.
+/// from the last velocities of the middle. Bodies without them start, and all of them before and after a
+/// window. Returns the origin of each velocity.
 pub(super) fn change_length(
     moment: &mut Moment,
     from: f64,
     to: f64,
-    after_window: bool,
+    at_window: bool,
 ) -> Vec<Converted> {
     let Moment { now, before, instants, .. } = moment;
     let mut converted = vec![Converted::Kept; now.states.len()];
@@ -210,7 +210,7 @@ pub(super) fn change_length(
     for (body, smooth) in instants.smooth.iter_mut().enumerate() {
         let instant = &instants.states[body];
         let state = &mut now.states[body];
-        let is_known = smooth.known >= 2 && !instants.starts[body] && !after_window;
+        let is_known = smooth.known >= 2 && !instants.starts[body] && !at_window;
         let past = before.as_ref().filter(|_| is_known);
         let Some(past) = past else {
             *state = *instant;

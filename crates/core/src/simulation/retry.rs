@@ -2,8 +2,8 @@
 //! shorter intervals, or a motion that adds no energy.
 //!
 //! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
-//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Each of them
-//! removes 1/n of a depth or a joint error at its start.
+//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. They keep
+//! the depths and joint errors at which they begin: their removal can be what has no solution.
 //! Velocities that depend on the length are converted before and after. The spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!
@@ -253,7 +253,7 @@ fn in_parts(
     let mut budget = Budget::default();
     for part in 0..parts {
         let since = f64::from(part) * length;
-        let span = Span { since, length, usual: h, is_retry: true };
+        let span = Span { since, length, usual: f64::INFINITY, is_retry: true };
         let taken = record.next_interval();
         let part = Some(Part { span, converted: Vec::new() });
         one_interval::interval(world, &mut moment, inputs, workspace, part, taken).ok()?;

@@ -173,7 +173,7 @@ pub struct World {
 }
 
 /// Length of a window, as a share of the usual length.
-pub(crate) const WINDOW: f64 = 0.1;
+pub(crate) const WINDOW: f64 = 0.05;
 
 /// Part of a time step that one problem covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -183,7 +183,7 @@ pub struct Span {
     /// Its length (s).
     pub length: f64,
     /// Usual length of intervals, over which depths and joint errors are removed (s)
-    /// ([`World::removed_share`]).
+    /// ([`World::removed_share`]); infinite if they are kept.
     pub usual: f64,
     /// True for a shorter interval of a step that was not solved. Its velocities are those of its
     /// end, as with [`Integrator::Euler`].

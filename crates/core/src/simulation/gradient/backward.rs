@@ -321,8 +321,7 @@ impl Backward {
         let changeable = taken.part.as_ref().map_or(changeable, |part| &part.changeable);
         simulation.world.set_changeable(changeable);
         simulation.world.set_span(taken.span);
-        // The changeable parts are set before each interval.
-        simulation.world.hold_back(&taken.states, &taken.solution.joints);
+        let held = simulation.world.hold_back(&taken.states, &taken.solution.joints);
         let mut free = self.derivative.take_flights();
         let step = simulation.recorded_interval(taken, &mut free);
         let Interval { contacts, solution, .. } = taken;
@@ -333,6 +332,7 @@ impl Backward {
             found = found.and_then(|()| self.derivative.linearise(&step, contacts, solution));
         }
         self.derivative.keep_flights(free);
+        simulation.world.release(held);
         self.records = records;
         found
     }

@@ -41,7 +41,7 @@ impl IntervalRows {
         let is_located = world.impacts() == Impacts::Located;
         let is_retry = status == StepStatus::Substepped && !is_located;
         let since = time - index as f64 * world.whole_step();
-        let usual = if is_located { usual } else { world.whole_step() };
+        let usual = if is_located { usual } else { f64::INFINITY };
         let is_part = is_located || is_retry;
         (is_part && length > 0.0).then_some(Span { since, length, usual, is_retry })
     }
