@@ -88,10 +88,6 @@ impl Joint {
         if self.moves {
             return;
         }
-        let locked = |k: usize| if self.linear[k] == Axis::Locked { at.place[k] } else { 0.0 };
-        let off = Vector3::from_fn(|k, _| locked(k));
-        let frame = &mut self.frames[1];
-        frame.anchor += rotation(&frame.attitude) * (left * off);
         let turn = rotation(&at.turn);
         // Rotations of B by which the errors vanish, to first order, in its frame.
         let by = match self.turning() {
@@ -101,10 +97,24 @@ impl Joint {
                 let x = turn.column(0);
                 -x.y * Vector3::y().cross(&x)
             }
-            TurnKind::Free | TurnKind::Driven | TurnKind::Ball | TurnKind::Gimbal => return,
+            TurnKind::Free | TurnKind::Driven | TurnKind::Ball | TurnKind::Gimbal => {
+                Vector3::zeros()
+            }
         };
         let [x, y, z]: [f64; 3] = (0.5 * left * by).into();
         let frame = &mut self.frames[1];
         frame.attitude = product(&frame.attitude, &Vector4::new(1.0, x, y, z)).normalize();
+        // The anchor follows in the turned frame, in which a slide has other coordinates.
+        let Some(turned) = self.coordinates(states) else { return };
+        let linear = &self.linear;
+        let locked = |k: usize| if linear[k] == Axis::Locked { 1.0 } else { 0.0 };
+        let off =
+            Vector3::from_fn(|k, _| locked(k) * (turned.place[k] - (1.0 - left) * at.place[k]));
+        let frame = &mut self.frames[1];
+        frame.anchor += rotation(&frame.attitude) * off;
     }
 }
+
+#[cfg(test)]
+#[path = "tests/held_back.rs"]
+mod tests;
