@@ -65,7 +65,10 @@ pub fn check_run(
         let before = *simulation.state();
         simulation.step(&mut record).unwrap();
         prop_assert_eq!((record.index, *record.state()), (index as u64, before));
-        prop_assert_eq!(simulation.state(), record.next());
+        // Velocities of shorter intervals are converted at the end of their step.
+        if !record.is_divided() {
+            prop_assert_eq!(simulation.state(), record.next());
+        }
         check_step(world, &record, accepted)?;
         seen.count(world, &record, accepted);
         if simulation.state().checked().is_err() {
@@ -78,6 +81,7 @@ pub fn check_run(
 /// Asserts finite numbers, a certificate that agrees with the step, and a status that the
 /// certificate supports.
 fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), TestCaseError> {
+    let world = &*record.first().world(world);
     let Interval { states, contacts, solution, report, certificate, .. } = record.first();
     let (state, next) = (record.state(), record.next());
     prop_assert!(next.to_vector().iter().all(|number| number.is_finite()), "{record:?}");

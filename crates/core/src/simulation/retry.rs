@@ -3,7 +3,7 @@
 //!
 //! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
 //! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. They keep
-//! the depths and joint errors at which they begin: their removal can be what has no solution.
+//! the depths at which they begin: their removal can be what has no solution.
 //! Velocities that depend on the length are converted before and after. The spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!

@@ -183,7 +183,7 @@ pub struct Span {
     /// Its length (s).
     pub length: f64,
     /// Usual length of intervals, over which depths and joint errors are removed (s)
-    /// ([`World::removed_share`]); infinite if they are kept.
+    /// ([`World::removed_share`]); infinite if depths are kept.
     pub usual: f64,
     /// True for a shorter interval of a step that was not solved. Its velocities are those of its
     /// end, as with [`Integrator::Euler`].
@@ -453,11 +453,17 @@ impl World {
         self.impact_accuracy().map_or(0.0, |accuracy| 0.1 * accuracy)
     }
 
+    /// True if joint errors stay in part. Shorter intervals of a step that was not solved remove them whole.
+    fn holds_back(&self) -> bool {
+        let is_retry = self.part.is_some_and(|part| part.span.is_retry);
+        self.removed_share() < 1.0 && !is_retry && !self.joints.is_empty()
+    }
+
     /// This world with joints and gears as a problem from `states` has them, if it removes only a
     /// [share](World::removed_share) of their errors. Joint angles are the nearest to those in `near`.
     #[must_use]
     pub fn held_back(&self, states: &[State], near: &[JointForce]) -> Cow<'_, Self> {
-        if self.removed_share() == 1.0 || self.joints.is_empty() {
+        if !self.holds_back() {
             return Cow::Borrowed(self);
         }
         let mut world = self.clone();
@@ -469,7 +475,7 @@ impl World {
     /// [share](World::removed_share) of their errors. Joint angles are the nearest to those in `near`.
     pub(crate) fn hold_back(&mut self, states: &[State], near: &[JointForce]) -> Option<HeldBack> {
         let share = self.removed_share();
-        (share < 1.0 && !self.joints.is_empty()).then(|| {
+        self.holds_back().then(|| {
             let near: Vec<_> = near.iter().map(|force| force.angles).collect();
             let angles = self.angles_near(states, &near);
             HeldBack::new(&mut self.joints, &mut self.gears, states, &angles, share)
