@@ -2,16 +2,17 @@
 //! same doubles again.
 
 use crate::toss::*;
+use nalgebra::{Vector3, Vector4};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::solver::ipopt::{IpoptSolver, Ladder, Rung};
-use tumble_core::contact::Plane;
+use tumble_core::contact::{Candidates, Plane};
 use tumble_core::error::Error;
-use tumble_core::mechanics::State;
+use tumble_core::mechanics::{State, Wrench};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{StepSolver, StepStatus};
-use tumble_core::world::{Parameters, World};
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Integrator, Parameters, World};
 
 /// Name, constructor of a solver, and number of steps that it solves in about a second.
 type Case = (&'static str, fn(&World) -> Box<dyn StepSolver>, usize);
@@ -117,6 +118,60 @@ fn an_interrupted_step_leaves_no_trace() {
             assert!(interrupted > 30, "{name}: {interrupted}");
         }
     }
+}
+
+/// Native solver that is interrupted in its second step.
+struct Interrupted {
+    inner: NativeSolver,
+    steps: u32,
+}
+
+impl StepSolver for Interrupted {
+    fn accepted_residual(&self) -> f64 {
+        self.inner.accepted_residual()
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        self.steps += 1;
+        if self.steps == 2 {
+            Err(Error::Interrupted)
+        } else {
+            self.inner.solve(step, candidates, solution)
+        }
+    }
+}
+
+/// The trial that converts the velocities of a start is solved, and the step after it is interrupted: the
+/// bodies still start, with the wrench of the next attempt.
+#[test]
+fn an_interrupt_after_the_trial_of_a_start_leaves_no_trace() {
+    let world = cube_world(SOLID).with_integrator(Integrator::Leapfrog);
+    let start = State {
+        position: Vector3::new(0.0, 0.0, 1.0),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::new(2.0, 0.0, 0.0),
+        spin: Vector3::zeros(),
+    };
+    let first = |steps: u32| {
+        let solver = Box::new(Interrupted { inner: NativeSolver::new(&world), steps });
+        let motion = Motion::contact(solver);
+        let mut simulation = Simulation::new(world.clone(), [start], motion).unwrap();
+        let mut record = StepRecord::new();
+        if steps == 0 {
+            assert_eq!(simulation.step(&mut record), Err(Error::Interrupted));
+            assert_eq!(simulation.states(), [start]);
+        }
+        let force = Vector3::new(30.0, 0.0, 0.0);
+        simulation.set_wrench(0, Wrench { force, ..Wrench::zero() }).unwrap();
+        simulation.step(&mut record).unwrap();
+        (record.states().to_vec(), record.end_states())
+    };
+    assert_eq!(first(0), first(2));
 }
 
 #[test]

@@ -66,7 +66,7 @@ fn verify_with(out: &Path, table: &str, row: usize, column: &str, change: f64) -
     end
 }
 
-/// What `verify` says without the rows of an interval. The tables are restored.
+/// Result of `verify` without the rows of an interval. The tables are restored.
 fn verify_without(out: &Path, step: f64, interval: f64) -> End {
     let paths =
         ["states", "steps", "contacts", "joints"].map(|name| out.join(name).with_extension("csv"));

@@ -1,7 +1,9 @@
 //! Random runs with located impacts or an accuracy: they make no energy, and `verify` accepts them.
 
+use super::pairs::{Draws, SHAPES, shape};
 use super::scenario::run_scenario;
 use super::support::{Table, run};
+use rand_mt::Mt;
 use std::fmt::Write;
 use std::fs;
 
@@ -30,84 +32,55 @@ velocity = [1.2409374825889696, 0.9108535522994426, -0.7217695815460334]
 spin = [2.9324607435343584, 3.943054897480185, -1.17662616343445]
 "#;
 
-/// Random numbers of a scene, by SplitMix64.
-struct Random(u64);
-
-impl Random {
-    /// Uniform in `low` to `high`.
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^= bits >> 31;
-        low + (high - low) * ((bits >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-
-    /// One of `count` numbers from 0.
-    fn below(&mut self, count: u32) -> u32 {
-        (self.within(0.0, f64::from(count)) as u32).min(count - 1)
-    }
-
-    /// Three numbers of at most `size`.
-    fn vector(&mut self, size: f64) -> String {
-        let [x, y, z] = [0; 3].map(|_| self.within(-size, size));
-        format!("[{x}, {y}, {z}]")
-    }
+/// One of these values.
+fn one<'a>(values: &[&'a str], draws: &mut Draws) -> &'a str {
+    values[draws.between(0.0, values.len() as f64 - 1e-9) as usize]
 }
 
 /// A scene of one to five bodies of all shapes, some in joints, on the ground or on terrain.
-fn scene(seed: u64, impacts: &str) -> String {
-    let mut random = Random(seed);
-    let time_step = [0.001, 0.002, 0.004][random.below(3) as usize];
-    let steps = (0.8 / time_step) as u32;
-    let mut text = format!("steps = {steps}\ntime_step = {time_step}\n{impacts}\n[ground]\n");
-    text += ["friction = 0.0\n", "friction = 0.3\n", "friction = 0.8\n"][random.below(3) as usize];
-    match random.below(8) {
-        0 => text += "static_friction = 0.9\n",
-        1 => text += "rolling_friction = 0.004\n",
-        2 => text += "torsional_friction = 0.004\n",
-        3 => text += "restitution = 0.5\n",
-        _ => {}
-    }
-    let has_terrain = random.below(6) == 0;
-    if has_terrain {
-        text += "none = true\n[[terrain]]\nname = \"hill\"\nspacing = 0.5\nheights = [";
-        for row in 0..5 {
-            let heights = [0; 5].map(|_| random.within(0.0, 0.15));
-            let _ = write!(text, "{heights:?}{}", if row < 4 { ", " } else { "]\n" });
-        }
+fn scene(seed: u32, impacts: &str) -> String {
+    let draws = &mut Draws(Mt::new(seed));
+    let time_step = one(&["0.001", "0.002", "0.004"], draws);
+    let mut text = format!("steps = 200\ntime_step = {time_step}\n{impacts}\n[ground]\n");
+    text += one(&["friction = 0.0\n", "friction = 0.3\n", "friction = 0.8\n"], draws);
+    text += one(
+        &[
+            "static_friction = 0.9\n",
+            "rolling_friction = 0.004\n",
+            "torsional_friction = 0.004\n",
+            "restitution = 0.5\n",
+            "",
+            "",
+            "",
+        ],
+        draws,
+    );
+    if draws.between(0.0, 1.0) < 0.15 {
+        text += "none = true\n[[terrain]]\nname = \"hill\"\nspacing = 0.5\nheights = ";
+        let heights = [(); 5].map(|()| [(); 5].map(|()| draws.between(0.0, 0.15)));
+        let _ = writeln!(text, "{heights:?}");
     }
     let mut before = [0.0; 3];
-    for body in 0..=random.below(5) {
-        let mut size = || random.within(0.05, 0.16);
-        let (a, b, c) = (size(), size(), size());
-        let shape = match random.below(6) {
-            0 => format!("sphere = {a}"),
-            1 => format!("ellipsoid = [{a}, {b}, {c}]"),
-            2 => format!("box = [{a}, {b}, {c}]"),
-            3 => format!("cylinder = {{ length = {a}, radius = {b} }}"),
-            4 => format!("cone = {{ height = {a}, radius = {b} }}"),
-            _ => format!("capsule = {{ length = {a}, radius = {b} }}"),
-        };
-        let mut place = || random.within(-0.25, 0.25);
-        let position = [place(), place(), 0.6 + 0.5 * f64::from(body)];
-        let _ = write!(
+    for body in 0..draws.between(1.0, 5.99) as u32 {
+        let form = shape(one(&SHAPES, draws), draws);
+        let place = draws.list(2, 0.25);
+        let position = [place[0], place[1], 0.5 + 0.45 * f64::from(body)];
+        let _ = writeln!(
             text,
-            "[[bodies]]\nname = \"b{body}\"\n{shape}\nmass = {}\nposition = {position:?}\n\
-             attitude = {{ axis = {}, degrees = {} }}\nvelocity = {}\nspin = {}\n",
-            random.within(0.2, 4.0),
-            random.vector(1.0),
-            random.within(0.0, 180.0),
-            random.vector(1.5),
-            random.vector(6.0),
+            "[[bodies]]\nname = \"b{body}\"\n{form}\nmass = {}\nposition = {position:?}\n\
+             attitude = {:?}\nvelocity = {:?}\nspin = {:?}",
+            draws.between(0.2, 4.0),
+            draws.list(4, 1.0),
+            draws.list(3, 1.5),
+            draws.list(3, 6.0),
         );
-        if body > 0 && random.below(4) == 0 {
+        if body > 0 && draws.between(0.0, 1.0) < 0.25 {
             let anchor = [0, 1, 2].map(|k| 0.5 * (position[k] + before[k]));
-            let (kind, axis) = match random.below(3) {
-                0 => ("spherical", String::new()),
-                1 => ("revolute", format!("axis = {}\nlimits = [-0.4, 0.4]\n", random.vector(1.0))),
-                _ => ("prismatic", format!("axis = {}\n", random.vector(1.0))),
+            let kind = one(&["spherical", "revolute", "prismatic"], draws);
+            let axis = if kind == "spherical" {
+                String::new()
+            } else {
+                format!("axis = {:?}\nlimits = [-0.4, 0.4]\n", draws.list(3, 1.0))
             };
             let bodies = [format!("b{body}"), format!("b{}", body - 1)];
             let _ = write!(
@@ -142,7 +115,7 @@ fn judge(scene: &str) -> (f64, Option<String>) {
 }
 
 /// Errors of the velocities of the instant are below 1 % at these time steps.
-fn assert_sound(seeds: impl Iterator<Item = u64>, impacts: &str) {
+fn assert_sound(seeds: impl Iterator<Item = u32>, impacts: &str) {
     for seed in seeds {
         let (rise, refused) = judge(&scene(seed, impacts));
         assert!(rise <= 0.01, "seed {seed} gains {rise}");

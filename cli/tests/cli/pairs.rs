@@ -6,25 +6,25 @@ use rand_mt::Mt;
 use std::fmt::Write;
 use std::fs;
 
-struct Draws(Mt);
+pub struct Draws(pub Mt);
 
 impl Draws {
     /// Number from `low` to `high`.
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
     }
 
     /// List of `count` numbers up to `size`.
-    fn list(&mut self, count: usize, size: f64) -> Vec<f64> {
+    pub fn list(&mut self, count: usize, size: f64) -> Vec<f64> {
         (0..count).map(|_| self.between(-size, size)).collect()
     }
 }
 
 /// Shapes in the notation of a scene, with drawn sizes.
-const SHAPES: [&str; 8] =
+pub const SHAPES: [&str; 8] =
     ["box", "sphere", "capsule", "cylinder", "cone", "hull", "rounded hull", "ellipsoid"];
 
-fn shape(name: &str, draws: &mut Draws) -> String {
+pub fn shape(name: &str, draws: &mut Draws) -> String {
     let mut sizes = || [(); 3].map(|()| draws.between(0.05, 0.15));
     let [a, b, c] = sizes();
     let mut corners = |count: usize| (0..count).map(|_| draws.list(3, 0.15)).collect::<Vec<_>>();

@@ -54,7 +54,8 @@ const MOST_INTERVALS: u32 = 20_000;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Pace {
-    /// Length to whose middle the velocities of the simulation belong (s); 0 for those of the instant.
+    /// Length of the last interval, to whose middle the velocities of the simulation belong (s); 0 before the
+    /// first.
     pub length: f64,
     /// Length wanted for the next interval of smooth motion (s); 0 if none is known.
     pub wanted: f64,
@@ -62,13 +63,13 @@ pub(super) struct Pace {
     pub usual: f64,
 }
 
-/// Search for an abrupt change: lengths of an interval without it and of one with it, and the length
-/// within which it is caught (s).
+/// Search for an abrupt change: lengths of an interval without it and of one with it, and their largest
+/// difference at its end (s).
 #[derive(Debug, Clone, Copy)]
 struct Search {
     low: f64,
     high: f64,
-    window: f64,
+    tolerance: f64,
 }
 
 /// Equal intervals of the rest of a step.
@@ -196,7 +197,7 @@ impl Schedule {
         let is_fixed = self.fixed[0] > 0.0;
         if !is_fixed && self.attempts < MOST_INTERVALS {
             let closer = self.search.map(|search| Search { low: length, ..search });
-            let closer = closer.filter(|closer| closer.high - closer.low > closer.window);
+            let closer = closer.filter(|closer| closer.high - closer.low > closer.tolerance);
             if !is_solved && self.halvings < MOST_HALVINGS {
                 self.halvings += 1;
                 self.plan_anew(0.5 * length, 0.0);
@@ -217,11 +218,12 @@ impl Schedule {
         if !is_fixed && (misses || is_long) { Judgement::TakenCoarse } else { Judgement::Taken }
     }
 
-    /// Narrows the search for an abrupt change, which an interval of `length` (s) has, to the `window` (s).
-    fn narrow(&mut self, length: f64, window: f64) {
+    /// Narrows the search for an abrupt change, which an interval of `length` (s) has, up to the
+    /// `tolerance` (s).
+    fn narrow(&mut self, length: f64, tolerance: f64) {
         let low = self.search.map_or(0.0, |search| search.low);
-        if length - low > window {
-            self.search = Some(Search { low, high: length, window });
+        if length - low > tolerance {
+            self.search = Some(Search { low, high: length, tolerance });
             return;
         }
         self.changes += 1;
@@ -248,7 +250,7 @@ impl Schedule {
             let share = self.smooth.map_or(1.0, |_| FIRST);
             self.plan_anew(share * self.wanted, length);
         } else if let Some(Search { high, .. }) = self.search.take() {
-            // The interval ends within the window before the change.
+            // The interval ends within the tolerance before the change.
             self.fixed = [self.until_the_end(high - length), 0.0];
             self.plan_anew(self.wanted, length);
         } else {
@@ -325,8 +327,7 @@ fn intervals(
     workspace: &mut Workspace<'_>,
     record: &mut StepRecord,
 ) -> Result<(), Error> {
-    let starts = moment.instants.as_ref().is_some_and(|instants| instants.starts.contains(&true));
-    let mut schedule = Schedule::new(world, moment.pace, starts);
+    let mut schedule = Schedule::new(world, moment.pace, leapfrog::has_starts(moment));
     while let Some(length) = schedule.length() {
         let before = moment.clone();
         let usual = schedule.usual(length);

@@ -13,7 +13,7 @@ use std::borrow::Cow;
 /// An interval of a step: one problem and its solution. Lists have one entry per body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interval {
-    /// Part of the step that it covers; `None` for the whole step.
+    /// Part of the step that it covers; `None` for a whole step without an accuracy or located impacts.
     pub span: Option<Span>,
     /// States from which the interval starts. With
     /// [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog) their velocities are those of the
@@ -58,7 +58,7 @@ pub struct Interval {
     pub(crate) errors: AddedError,
     /// True if the error is larger than the accuracy allows.
     pub is_coarse: bool,
-    /// Data of a part of a step; `None` for a whole step.
+    /// Data of a part of a step; `None` for a whole step without an accuracy or located impacts.
     pub(super) part: Option<Box<PartOfStep>>,
 }
 
@@ -69,7 +69,7 @@ pub(super) struct PartOfStep {
     pub energies: [Option<f64>; 2],
     /// States at its end with the velocities of the instant.
     pub ends: Vec<State>,
-    /// Conversions of velocities before it; empty if no interval of another length went before.
+    /// Conversions of velocities before it; empty in a step that was not solved at once.
     pub converted: Vec<Converted>,
     /// Parts of the world that change, at its end.
     pub changeable: Changeable,

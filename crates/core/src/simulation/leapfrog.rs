@@ -235,6 +235,12 @@ pub(super) fn change_length(
     converted
 }
 
+/// True if bodies start.
+#[inline]
+pub(super) fn has_starts(moment: &Moment) -> bool {
+    moment.instants.as_ref().is_some_and(|instants| instants.starts.contains(&true))
+}
+
 /// Converts the velocities of bodies that start, with a trial of the interval (eq. 37). The trial and
 /// its bodies are left in `kept`. Returns true if there were any.
 ///
@@ -248,8 +254,7 @@ pub(super) fn start(
     converted: &mut [Converted],
     kept: Option<&mut TrialStep>,
 ) -> Result<bool, Error> {
-    let starts = moment.instants.as_ref().is_some_and(|instants| instants.starts.contains(&true));
-    if !starts {
+    if !has_starts(moment) {
         return Ok(false);
     }
     if world.is_window() {

@@ -21,7 +21,8 @@ pub(super) struct Moment {
     /// Solution that ended here: the states from which the next interval starts, and the forces
     /// before. [`Step::previous`](crate::step::Step::previous) of the next problem.
     pub now: Box<StepSolution>,
-    /// Solutions that ended one and two intervals before, if they had the same length.
+    /// Solutions that ended one and two intervals before; `None` after a start or a step that was not solved
+    /// at once.
     pub before: Option<Box<StepSolution>>,
     pub long_before: Option<Box<StepSolution>>,
     /// States with velocities of the instant, with [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).

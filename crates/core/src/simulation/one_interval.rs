@@ -18,15 +18,16 @@ use crate::world::{Span, World};
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub span: Span,
-    /// Conversions of velocities to its length; empty without any.
+    /// Conversions of velocities to its length; empty in a step that was not solved at once.
     pub converted: Vec<Converted>,
 }
 
 /// Takes one interval from `moment`, which moves to its end: a whole step, or a `part` of one. `taken`
 /// describes it. It is taken even if it is not solved.
 ///
-/// The order is: wrenches; a copy of the interval before if all rests; motions of joint frames, and what
-/// is left of joint errors; a trial that converts velocities of a start; the problem; the velocities of the instant; the move.
+/// The order is: wrenches; a copy of the interval before if all rests; joint frames, moved by what is left
+/// of their errors and by their motions; a trial that converts velocities of a start; the problem; the
+/// velocities of the instant; the move.
 ///
 /// # Errors
 /// If the problem cannot be posed or was interrupted. The moment is then unchanged.
@@ -69,9 +70,14 @@ fn solve_from_start(
 ) -> Result<bool, Error> {
     inputs.drive_joints(world, moment);
     let converted = taken.part.as_mut().map_or(&mut [][..], |part| &mut part.converted);
+    let unconverted =
+        leapfrog::has_starts(moment).then(|| (moment.now.clone(), moment.instants.clone()));
     let started = leapfrog::start(world, moment, inputs, workspace, converted, None)?;
-    solve(world, moment, inputs, workspace, taken, measure)?;
-    Ok(started)
+    let solved = solve(world, moment, inputs, workspace, taken, measure);
+    if let (Err(_), Some((now, instants))) = (&solved, unconverted) {
+        (moment.now, moment.instants) = (now, instants);
+    }
+    solved.map(|()| started)
 }
 
 /// Moves `moment` to the end of `taken`, whose solution is that of the interval.

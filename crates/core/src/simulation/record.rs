@@ -20,7 +20,8 @@ const MOST_KEPT: usize = 64;
 pub struct StepRecord {
     /// Index k.
     pub index: u64,
-    /// Bodies of islands that the native solver did not solve in one interval without making energy.
+    /// Bodies of islands that the native solver did not solve in one interval without making energy; empty
+    /// with an accuracy or located impacts.
     pub unsolved: Vec<usize>,
     /// The intervals, at least one, and memory for later ones.
     intervals: Vec<Interval>,
@@ -72,7 +73,7 @@ impl StepRecord {
         self.count = 0;
     }
 
-    /// Adds an interval, whose content is that of an earlier step.
+    /// Adds an interval, whose content is that of an earlier one.
     #[inline]
     pub(super) fn next_interval(&mut self) -> &mut Interval {
         if self.count == self.intervals.len() {

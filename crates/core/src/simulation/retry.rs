@@ -2,8 +2,8 @@
 //! shorter intervals, or a motion that adds no energy.
 //!
 //! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
-//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. They keep
-//! the depths at which they begin: their removal can be what has no solution.
+//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Shorter
+//! intervals keep the depths at which they begin: their removal can be what has no solution.
 //! Velocities that depend on the length are converted before and after. The spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!

@@ -1,4 +1,4 @@
-//! Memory that steps use again. It changes no result.
+//! Memory that steps use again. What an interval leaves in it changes no later result.
 
 use super::Motion;
 use super::abrupt::AbruptChanges;

@@ -447,16 +447,21 @@ impl World {
 
     /// Gap (m) below which contacts count as touching in a [window](World::is_window), with
     /// located impacts. Otherwise the interval of an impact would find contacts that touch open. 0 without
-    /// located impacts.
+    /// located impacts, and in shorter intervals of a step that was not solved.
     #[must_use]
     pub fn touching_gap(&self) -> f64 {
-        self.impact_accuracy().map_or(0.0, |accuracy| 0.1 * accuracy)
+        let accuracy = self.impact_accuracy().filter(|_| !self.is_retry());
+        accuracy.map_or(0.0, |accuracy| 0.1 * accuracy)
+    }
+
+    /// True in a shorter interval of a step that was not solved.
+    fn is_retry(&self) -> bool {
+        self.part.is_some_and(|part| part.span.is_retry)
     }
 
     /// True if joint errors stay in part. Shorter intervals of a step that was not solved remove them whole.
     fn holds_back(&self) -> bool {
-        let is_retry = self.part.is_some_and(|part| part.span.is_retry);
-        self.removed_share() < 1.0 && !is_retry && !self.joints.is_empty()
+        self.removed_share() < 1.0 && !self.is_retry() && !self.joints.is_empty()
     }
 
     /// This world with joints and gears as a problem from `states` has them, if it removes only a
@@ -531,8 +536,7 @@ impl World {
 
     /// True if the velocities of the present problem belong to the middle of its interval.
     fn has_middles(&self) -> bool {
-        let is_retry = self.span().is_some_and(|span| span.is_retry);
-        self.integrator == Integrator::Leapfrog && !is_retry
+        self.integrator == Integrator::Leapfrog && !self.is_retry()
     }
 
     /// Sets in all joints when their springs and dampers act.
