@@ -40,6 +40,10 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
             _ => writeln!(text, "  overlap      largest {overlap:.1e} m after step k = {index}"),
         };
     }
+    if let Some(parting) = run.parting {
+        let (name, distance) = (&scene.bodies[parting.body], parting.distance);
+        let _ = writeln!(text, "  start        {name} moved by {distance:.1e} m out of an overlap");
+    }
     text += &misplaced(summary);
     text += &largest_gain(scene, summary);
     if let Some(joints) = &run.joints {

@@ -4,7 +4,7 @@ use super::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use tumble_core::simulation::summary::RunSummary;
-use tumble_core::simulation::{Interval, Simulation, StepRecord};
+use tumble_core::simulation::{Interval, Parting, Simulation, StepRecord};
 use tumble_core::step::StepSolution;
 use tumble_core::world::World;
 use tumble_scene::joints_summary::{JointsSummary, StiffJointReport};
@@ -52,6 +52,9 @@ pub struct RunResults {
     /// Body with the largest estimated error by the time step, and the error (m).
     #[serde(skip)]
     pub time_error: Option<(usize, f64)>,
+    /// Displacement by which overlaps at the start were removed.
+    #[serde(skip)]
+    pub parting: Option<Parting>,
 }
 
 impl RunResults {
@@ -84,6 +87,7 @@ impl RunResults {
     /// Sets the estimated error by the time step.
     pub fn set_time_error(&mut self, simulation: &Simulation<'_>) {
         let errors = simulation.time_errors().iter().copied().enumerate();
+        self.parting = simulation.parting();
         self.time_error = errors.max_by(|(_, a), (_, b)| a.total_cmp(b));
     }
 

@@ -57,7 +57,10 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
         let contacts = record.shares().flat_map(|(share, interval)| {
             let Interval { states, contacts, solution, .. } = interval;
             let pairs = contacts.iter().zip(&solution.contacts);
-            pairs.map(move |(contact, found)| (contact, found, states, share * found.force))
+            pairs.map(move |(contact, found)| {
+                let share = share.of_forces(contact.key.body, contact.key.partner.body());
+                (contact, found, states, share * found.force)
+            })
         });
         for (contact, found, states, force) in contacts {
             let Some(state) = states.get(contact.key.body) else { continue };

@@ -20,10 +20,13 @@ use tumble_scene::scene::Scene;
 /// - start states, contacts and solution of the last step;
 /// - true if only inputs of the scene moved the run;
 /// - text stored by the Python side.
-type StepNotes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bool>, &'a str);
+type StepNotes<'a> = (&'a str, LastInterval, Option<bool>, &'a str);
+
+/// States, length, length before, contacts and solution of the last interval.
+type LastInterval = (Vec<State>, f64, Vec<f64>, Vec<Contact>, StepSolution);
 
 /// Tag of these notes.
-const NOTES: &str = "python";
+const NOTES: &str = "python 2";
 
 /// Inputs of each step of a run, one step after the other.
 #[derive(Default)]
@@ -56,16 +59,17 @@ impl Running {
         let mut running =
             Self { simulation, last: LastStep::none(), took: None, is_of_scene: None };
         // A state saved by the command line has no last step.
-        let Ok((NOTES, states, contacts, solution, is_of_scene, kept)) =
-            from_bytes::<StepNotes<'_>>(saved.notes())
+        let Ok((NOTES, interval, is_of_scene, kept)) = from_bytes::<StepNotes<'_>>(saved.notes())
         else {
             return Ok((running, String::new()));
         };
         running.is_of_scene = is_of_scene;
+        let (states, length, before, contacts, solution) = interval;
         if states.len() == running.simulation.states().len()
             && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
         {
-            *running.last.change_bodies() = Interval::new(states, contacts, solution).into();
+            let interval = Interval::new(states, contacts, solution);
+            *running.last.change_bodies() = Interval { length, before, ..interval }.into();
         }
         Ok((running, kept.to_owned()))
     }
@@ -74,8 +78,9 @@ impl Running {
     pub fn saved_with(&mut self, kept: &str) -> Result<Vec<u8>, Error> {
         let record = self.last.record();
         // Of a divided step, only its last interval is kept.
-        let Interval { states, contacts, solution, .. } = record.last();
-        let notes = to_bytes(&(NOTES, states, contacts, solution, self.is_of_scene, kept))?;
+        let Interval { states, length, before, contacts, solution, .. } = record.last();
+        let interval = (states, length, before, contacts, solution);
+        let notes = to_bytes(&(NOTES, interval, self.is_of_scene, kept))?;
         self.simulation.save().with_notes(notes).to_bytes()
     }
 

@@ -247,17 +247,19 @@ impl PySimulation {
         self.owned()?.placed().pairs(within, excluded)
     }
 
-    /// Takes one step, with wrenches (N, 6) if not None. Returns status, residual in m/s and
-    /// iterations.
-    #[pyo3(signature = (wrenches=None))]
+    /// Takes one step, with wrenches (N, 6) if not None, held or at the instant. Returns status, residual
+    /// in m/s and iterations.
+    #[pyo3(signature = (wrenches=None, at_instant=false))]
     fn advance(
         &self,
         py: Python<'_>,
         wrenches: Option<Numbers<'_>>,
+        at_instant: bool,
     ) -> PyResult<(&'static str, f64, u32)> {
         let mut own = self.owned()?;
         own.leave_lost_threads()?;
         let Owned { running, interrupt, threads, .. } = &mut *own;
+        running.simulation.set_at_instant(at_instant);
         if let Some(wrenches) = &wrenches {
             let count = 6 * running.simulation.states().len();
             let wrenches = as_many("wrenches", wrenches, Some(count))?;
@@ -444,7 +446,7 @@ impl PySimulation {
 
     /// Takes `steps` steps and records them, with wrenches (T, N, 6), targets of motors (T, M) and
     /// joint forces (T, A) if not None. Also returns the exception that ended them early, if any.
-    #[pyo3(signature = (steps, wrenches=None, motors=None, joint_forces=None, *, contacts=true, progress=None))]
+    #[pyo3(signature = (steps, wrenches=None, motors=None, joint_forces=None, *, at_instant=false, contacts=true, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "the arguments of one Python method")]
     fn record(
         &self,
@@ -453,12 +455,14 @@ impl PySimulation {
         wrenches: Option<Numbers<'_>>,
         motors: Option<Numbers<'_>>,
         joint_forces: Option<Numbers<'_>>,
+        at_instant: bool,
         contacts: bool,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(PyRecording, Option<Py<PyBaseException>>)> {
         let mut own = self.owned()?;
         own.leave_lost_threads()?;
         let Owned { running, interrupt, content, .. } = &mut *own;
+        running.simulation.set_at_instant(at_instant);
         let world = running.simulation.world();
         let given = |name, array: &'_ Option<Numbers<'_>>, width: usize| {
             let count = width.checked_mul(steps);

@@ -65,6 +65,34 @@ def test_wrenches_push():
     np.testing.assert_array_equal(simulation.states, run.states[-1])
 
 
+@pytest.mark.parametrize("given", [0, 5])
+def test_a_held_wrench_gives_its_impulse(given):
+    """100 N in one step of 10 ms are 1 N s."""
+    ball = {"name": "b", "sphere": 0.1, "mass": 1.0, "position": [0, 0, 5]}
+    scene = tumble.Scene([ball], {"none": True, "friction": 0}, time_step=0.01, gravity=[0, 0, 0])
+    simulation = scene.simulate()
+    for k in range(9):
+        simulation.step([100.0 if k == given else 0.0, 0, 0, 0, 0, 0])
+        speed = 0.0 if k < given else 1.0
+        assert simulation.states[0, 7] == pytest.approx(speed, abs=1e-14)
+
+
+def test_a_force_at_the_instant_is_of_second_order():
+    """A spring that the program computes swings with its frequency; held, it would gain energy."""
+    ball = {"name": "b", "sphere": 0.1, "mass": 1.0, "position": [1, 0, 5]}
+
+    def end(time_step):
+        scene = tumble.Scene(
+            [ball], {"none": True, "friction": 0}, time_step=time_step, gravity=[0, 0, 0]
+        )
+        simulation = scene.simulate()
+        for _ in range(round(1.0 / time_step)):
+            simulation.step([-25.0 * simulation.states[0, 0], 0, 0, 0, 0, 0], at_instant=True)
+        return abs(simulation.states[0, 0] - np.cos(5.0))
+
+    assert np.log2(end(0.01) / end(0.005)) == pytest.approx(2.0, abs=0.1)
+
+
 def test_a_simulation_goes_on_from_states():
     first = block([1, 0, 0]).run(50)
     again = first.scene.simulate(first.states[-1]).run(50)

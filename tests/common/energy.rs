@@ -28,11 +28,12 @@ fn kinetic(world: &World, states: &[State]) -> f64 {
     of.sum()
 }
 
-/// Energy that free motion conserves [J]. With a = ½ h ω,
+/// Energy that free motion conserves [J], with velocities of the middle of an interval of length h [s]. With
+/// a = ½ h ω,
 ///
 /// ½ m (v·v + h g·v) + ½ π·I⁻¹ π − m g·r,   π = (E − [a]× + a aᵀ) I ω
-pub fn total(world: &World, states: &[State]) -> f64 {
-    let (h, g) = (world.time_step(), world.gravity());
+pub fn total(world: &World, states: &[State], h: f64) -> f64 {
+    let g = world.gravity();
     let bodies = world.bodies().iter().zip(states);
     let of = bodies.map(|(body, state)| {
         let a: Vector3<f64> = state.spin * (0.5 * h);
@@ -94,7 +95,11 @@ impl PassiveSteps {
         let gain = match status {
             // Its velocities do not belong to a step, and do not lag.
             StepStatus::Failed => unlagged(world, after) - unlagged(world, before),
-            _ => total(world, after) - total(world, before),
+            _ => {
+                let (first, last) = (record.first(), record.last());
+                let length = first.before.first().copied().unwrap_or(first.length);
+                total(world, after, last.length) - total(world, before, length)
+            }
         };
         let residual = record.residual();
         self.steps += 1;

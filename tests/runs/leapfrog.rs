@@ -19,7 +19,7 @@ fn scene(text: &str, h: f64) -> Scene {
     Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &read).unwrap()
 }
 
-fn simulation(text: &str, h: f64) -> Simulation<'static> {
+pub fn simulation(text: &str, h: f64) -> Simulation<'static> {
     scene(text, h).simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
@@ -46,7 +46,7 @@ fn distance(a: &[State], b: &[State]) -> f64 {
 }
 
 const GROUND: &str = "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"body\"\n";
-const NO_GROUND: &str = "[ground]\nnone = true\nfriction = 0.3\n";
+pub const NO_GROUND: &str = "[ground]\nnone = true\nfriction = 0.3\n";
 
 pub fn slide() -> String {
     format!(
@@ -337,6 +337,7 @@ fn a_controller_at_the_instant_is_of_second_order() {
              position = [1, 0, 0]\n"
         );
         let mut simulation = simulation(&text, h);
+        simulation.set_at_instant(true);
         let mut record = StepRecord::new();
         for _ in 0..(1.0 / h).round() as u64 {
             let force = -25.0 * simulation.state().position;

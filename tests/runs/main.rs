@@ -4,6 +4,7 @@ mod accuracy;
 #[path = "../common/mod.rs"]
 mod common;
 mod gradients;
+mod half_kicks;
 mod leapfrog;
 mod rollout;
 mod save;

@@ -15,6 +15,7 @@ use std::panic::resume_unwind;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 use tumble_core::step::StepStatus;
+use tumble_core::world::{Impacts, World};
 use tumble_scene::output::tables::{IntervalRows, Table};
 use tumble_scene::run_file::Seal;
 
@@ -86,11 +87,11 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             if verified.differs.is_none() && !follows {
                 verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }
-            let is_converted = is_next && !previous.ends.is_empty();
-            let is_whole = previous.span(&world).is_none();
-            follows = !is_next || !is_whole || is_converted || instants_follow(previous, &rows);
-            if verified.differs.is_none() && is_converted {
-                verified.differs = conversion_difference(previous, &rows);
+            let is_located = world.impacts() == Impacts::Located;
+            follows = !is_next || is_located || instants_follow(previous, &rows);
+            if verified.differs.is_none() && is_next && !starts_at_end(&world, previous, &rows) {
+                let what = "the states after it differ from the next row";
+                verified.differs = Some(what.to_owned());
             }
             findings.add(verified, args.worst);
         }
@@ -117,20 +118,21 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     report(&recording, &judge, &findings, &counts, StderrReporter::new(args.quiet))
 }
 
-/// Fault of the end states of `previous` if the `next` row does not start there: poses stay, and
-/// velocities change only where the length does.
-fn conversion_difference(previous: &IntervalRows, next: &IntervalRows) -> Option<String> {
-    let mut ends = previous.ends.iter().zip(&next.states);
+/// True if the `next` row starts at the end of the interval `previous`. Without half kicks, velocities are
+/// converted before and after the shorter intervals of a step.
+fn starts_at_end(world: &World, previous: &IntervalRows, next: &IntervalRows) -> bool {
     let is_retry = previous.row.status == StepStatus::Substepped && next.row.interval == 0;
-    let changes = previous.row.length != next.row.length || is_retry;
-    let stays = ends.all(|(end, next)| end.pose() == next.pose());
-    (!stays || !changes).then(|| "the states after it differ from the next row".to_owned())
+    let is_converted = is_retry || previous.row.length != next.row.length;
+    let mut ends = previous.ends.iter().zip(&next.states);
+    let mut stays = || ends.all(|(end, next)| end.pose() == next.pose());
+    previous.ends.is_empty() || !world.has_half_kicks() && is_converted && stays()
 }
 
-/// True if the velocities of the instant in `next` follow from the interval before (eq. 37): extrapolated,
+/// True if the velocities of the instant in `next` follow from the interval before (eq. 37a): extrapolated,
 /// or those of the middle.
 fn instants_follow(previous: &IntervalRows, next: &IntervalRows) -> bool {
     let bodies = previous.states.iter().zip(&next.states).zip(&next.instants);
+    let share = 0.5 / previous.row.kick();
     bodies.into_iter().all(|((before, after), instant)| {
         let differs = |share: f64| {
             let linear = after.velocity + share * (after.velocity - before.velocity);
@@ -140,7 +142,7 @@ fn instants_follow(previous: &IntervalRows, next: &IntervalRows) -> bool {
         let largest = after.velocity.amax().max(before.velocity.amax());
         let rounding = 8.0 * f64::EPSILON * largest.max(after.spin.amax()).max(before.spin.amax());
         let is_moved = after.pose() == instant.pose();
-        is_moved && (differs(0.5) <= rounding || differs(0.0) <= rounding)
+        is_moved && (differs(share) <= rounding || differs(0.0) <= rounding)
     })
 }
 

@@ -106,6 +106,16 @@ pub struct ContactForce {
 }
 
 impl ContactForce {
+    /// Force on body `index` (N), world frame.
+    #[must_use]
+    pub fn force_on(&self, index: usize) -> Vector3<f64> {
+        match self.key {
+            key if key.body == index => self.force,
+            key if key.partner.body() == Some(index) => -self.force,
+            _ => Vector3::zeros(),
+        }
+    }
+
     /// Zero force at the contact `key`.
     #[must_use]
     pub fn none(key: ContactKey) -> Self {
@@ -222,13 +232,7 @@ impl StepSolution {
     /// Sum of all contact forces on body `index` (N), world frame.
     #[must_use]
     pub fn total_force(&self, index: usize) -> Vector3<f64> {
-        use crate::contact::Partner;
-        let share = |contact: &ContactForce| match contact.key {
-            key if key.body == index => contact.force,
-            key if key.partner == Partner::Body(index) => -contact.force,
-            _ => Vector3::zeros(),
-        };
-        self.contacts.iter().map(share).sum()
+        self.contacts.iter().map(|contact| contact.force_on(index)).sum()
     }
 }
 

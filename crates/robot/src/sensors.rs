@@ -99,7 +99,10 @@ impl Assembled {
         let forces = record.shares().flat_map(|(share, interval)| {
             let Interval { states, contacts, solution, .. } = interval;
             let pairs = contacts.iter().zip(&solution.contacts);
-            pairs.map(move |(contact, found)| (contact, states, share * found.normal_force))
+            pairs.map(move |(contact, found)| {
+                let share = share.of_forces(contact.key.body, contact.key.partner.body());
+                (contact, states, share * found.normal_force)
+            })
         });
         for (contact, states, force) in forces {
             let (body, other) = (contact.key.body, contact.key.partner);

@@ -257,19 +257,23 @@ class Simulation(Queries):
             self._changed = False
         return self._scene
 
-    def step(self, wrenches: Any = None) -> Step:
+    def step(self, wrenches: Any = None, *, at_instant: bool = False) -> Step:
         """Takes one step.
 
         ``wrenches`` (N, 6), for one body also (6,), are added to gravity and the scene's
         loads. A wrench is a force (N, world frame) at the centre of mass and a torque (N m,
         body frame). It stays in effect in later steps until another one is given: ``step(0 * wrenches)``
         ends it.
+
+        A wrench is held during its step, as by a sampled controller. One that is computed from the
+        present state is of second order ``at_instant``: it then acts half a step before and after
+        the state, as in Verlet's method.
         """
         if wrenches is not None:
             bodies = len(self.bodies)
             shapes = _shapes((bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(bodies, 6)
-        status, residual, iterations = self._core.advance(wrenches)
+        status, residual, iterations = self._core.advance(wrenches, at_instant)
         return Step(BY_WORD[status], residual, iterations)
 
     def run(
@@ -279,6 +283,7 @@ class Simulation(Queries):
         *,
         motors: Any = None,
         joint_forces: Any = None,
+        at_instant: bool = False,
         contacts: bool = True,
         progress: Progress = False,
     ) -> Trajectory:
@@ -287,7 +292,8 @@ class Simulation(Queries):
         ``wrenches`` (T, N, 6), for one body also (T, 6), act on the bodies in each of the T
         steps, see step. ``motors`` (T, M) are targets of the motors, first those of
         ``scene.motor_axes``, then those of ``scene.motor_gears``. ``joint_forces`` (T, A) act on the
-        axes of ``scene.driven_axes``, in addition to their own (N or N m). Without ``contacts``
+        axes of ``scene.driven_axes``, in addition to their own (N or N m). Wrenches are held during each
+        step or act ``at_instant``, see step. Without ``contacts``
         only states and total forces on each body are recorded, which needs a tenth of the memory. Too
         large a recording raises MemoryError.
 
@@ -309,7 +315,13 @@ class Simulation(Queries):
         if joint_forces is not None:
             joint_forces = numbers("joint_forces", joint_forces, (steps, len(self.scene.driven_axes)))
         recorded, raised = self._core.record(
-            steps, wrenches, motors, joint_forces, contacts=contacts, progress=callback(progress)
+            steps,
+            wrenches,
+            motors,
+            joint_forces,
+            at_instant=at_instant,
+            contacts=contacts,
+            progress=callback(progress),
         )
         trajectory = Trajectory(self.scene, recorded)
         if raised is not None:

@@ -233,7 +233,9 @@ class CoreSimulation:
     ) -> float: ...
     @property
     def joint_columns(self) -> dict[str, Any]: ...
-    def advance(self, wrenches: Floats | None = None) -> tuple[str, float, int]: ...
+    def advance(
+        self, wrenches: Floats | None = None, at_instant: bool = False
+    ) -> tuple[str, float, int]: ...
     def record(
         self,
         steps: int,
@@ -241,6 +243,7 @@ class CoreSimulation:
         motors: Floats | None = None,
         joint_forces: Floats | None = None,
         *,
+        at_instant: bool = False,
         contacts: bool = True,
         progress: Progress = None,
     ) -> tuple[Recording, BaseException | None]: ...

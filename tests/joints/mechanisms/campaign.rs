@@ -3,8 +3,9 @@
 
 use super::made;
 use super::random::{Numbers, mechanism, smooth, uneven};
+use nalgebra::Vector3;
 use tumble_core::joint::{Axis, Drive, Joint};
-use tumble_core::mechanics::State;
+use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
@@ -125,7 +126,9 @@ fn lift(world: &World, record: &StepRecord) -> f64 {
 
 /// Total energy before and after the step [J].
 fn energies(world: &World, record: &StepRecord) -> [f64; 2] {
-    [record.states(), record.next_states()].map(|states| energy::total(world, states))
+    let (first, last) = (record.first(), record.last());
+    let start = first.energy(&first.world(world));
+    [start, energy::total(&last.world(world), record.next_states())]
 }
 
 /// Work of the drives in a substepped step [J].

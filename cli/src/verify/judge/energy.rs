@@ -76,28 +76,26 @@ impl StepJudge {
         let mut balance =
             EnergyBalance::new(&self.world, &judged.claim(), judged.loads.iter().copied());
         let JudgedStep { step, next, following, .. } = judged;
-        let is_located = self.world.impacts() == Impacts::Located;
+        balance.discretisation -= step.row.energy - energy::total(&self.world, &step.states);
         let is_retry = self.world.span().is_some_and(|span| span.is_retry);
-        if is_located || is_retry && step.row.interval == 0 {
-            balance.discretisation -= step.row.energy - energy::total(&self.world, &step.states);
-        }
-        if is_located || is_retry && following.interval == 0 {
+        let is_converted = is_retry && following.interval == 0 && !self.world.has_half_kicks();
+        if self.world.impacts() == Impacts::Located || is_converted {
             balance.discretisation += following.energy - energy::total(&self.world, next);
         }
         balance
     }
 
     /// True if the energy equals its column: (35) at the start of the interval. With located impacts it is
-    /// that of the instant. A step that is taken again in shorter intervals counts the end of the
-    /// interval before.
+    /// that of the instant. Without half kicks, the first of the shorter intervals of a step counts the end of
+    /// the interval before.
     pub(super) fn has_its_energy(&self, step: &IntervalRows) -> bool {
         let world = &self.world;
-        let is_start_of_retry =
-            world.span().is_some_and(|span| span.is_retry) && step.row.interval == 0;
+        let is_retry = world.span().is_some_and(|span| span.is_retry);
+        let is_converted = is_retry && step.row.interval == 0 && !world.has_half_kicks();
         let found = if world.impacts() == Impacts::Located {
             energy::at_instant(world, step.instant_states())
-        } else if !is_start_of_retry {
-            energy::total(world, &step.states)
+        } else if !is_converted {
+            energy::at_start(world, &step.states)
         } else if let Some(states) = &self.last_end {
             let mut whole = world.clone();
             whole.set_span(None);

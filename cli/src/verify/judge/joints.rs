@@ -29,6 +29,8 @@ impl StepJudge {
             };
             let next = next.map(|(next, _)| next);
             let found = JointRow::between([&self.world, &held], number, &step.states, next, &force);
+            // Forces are input.
+            let found = JointRow { force: row.force, torque: row.torque, ..found };
             let h = self.world.time_step();
             let reach = self.world.reach() + step.states[joint.body()].position.amax();
             let lost = ROUNDED * reach.max(1.0);
@@ -72,8 +74,8 @@ impl StepJudge {
                 None => (None, &at_end[..]),
             };
             let worlds = [&self.world, &*held];
-            let found =
-                GearTableRow::between(worlds, number, &step.states, next, joints, row.force);
+            let force = row.force * step.row.kick();
+            let found = GearTableRow::between(worlds, number, &step.states, next, joints, force);
             let h = self.world.time_step();
             let reach = gear
                 .axes()

@@ -170,6 +170,7 @@ impl StepJudge {
         // Without rows in `ends`, the next row starts at the end.
         let next = if step.ends.is_empty() { &following.states } else { &step.ends };
         self.world.set_span(step.span(&self.world));
+        self.world.set_before(states.iter().map(|_| row.before));
         self.world.follow(&self.courses, self.world.time_after(row.index));
         self.count(step);
         let wrenches = self.wrenches(row.index, states);
@@ -214,6 +215,7 @@ impl StepJudge {
     pub fn end(&mut self, end: &IntervalRows, follows: bool) -> Option<Verified> {
         let row = &end.row;
         self.world.set_span(None);
+        self.world.set_before(end.states.iter().map(|_| row.before));
         self.world.follow(&self.courses, row.index as f64 * self.world.whole_step());
         let numbers =
             row.parts.iter().chain([&row.residual, &row.overlap, &row.placement, &row.stiffness]);
@@ -402,9 +404,15 @@ impl StepJudge {
     }
 
     fn wrenches(&self, index: u64, states: &[State]) -> Vec<Wrench> {
-        let [from, to] = self.world.load_interval(index);
-        let pairs = self.loads.iter().zip(states);
-        pairs.map(|(load, state)| load.mean(from, to, &state.attitude)).collect()
+        let world = &self.world;
+        let pairs = self.loads.iter().zip(states).enumerate();
+        let wrench = |(body, (load, state)): (usize, (&Load, &State))| {
+            let [from, to] = world.load_interval(index, body);
+            let share = if world.has_half_kicks() { world.kick(body) } else { 1.0 };
+            let mean = load.mean(from, to, &state.attitude).scaled(share);
+            mean.plus(&world.missing_kick(body, state))
+        };
+        pairs.map(wrench).collect()
     }
 
     /// End states of the bodies without contact.

@@ -18,13 +18,14 @@ impl StepJudge {
         following: &'a StepRow,
         wrenches: Vec<Wrench>,
     ) -> JudgedStep<'a> {
+        let kick = step.row.kick();
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
             let at = joint.coordinates(next);
             let unknown = Vector3::repeat(f64::NAN);
             let angles = at.map_or(unknown, |at| joint.counted(&at, &row.turns));
-            JointForce { force: row.force, torque: row.torque, angles }
+            JointForce { force: row.force * kick, torque: row.torque * kick, angles }
         });
-        let gears = step.gears.iter().map(|gear| gear.force).collect();
+        let gears = step.gears.iter().map(|gear| gear.force * kick).collect();
         let (contacts, loads, joints) = (Vec::new(), Vec::new(), joints.collect());
         let mut touching = JudgedStep {
             step,
@@ -44,8 +45,7 @@ impl StepJudge {
         let free = self.free_flight(&step.states, &touching.wrenches);
         let moved = self.moved(step, next, &free);
         let mut motions = InstantMotions::default();
-        let is_retry = self.world.span().is_some_and(|span| span.is_retry);
-        if self.turns_friction && !is_retry {
+        if self.turns_friction {
             motions.set(&step.instants, &free);
         }
         for row in &step.contacts {
@@ -73,7 +73,7 @@ impl StepJudge {
                     touching.wrong.get_or_insert_with(|| format!("its contact {index} {why}"));
                 }
             }
-            touching.loads.push(ContactLoad { force: row.force, moment: row.moment });
+            touching.loads.push(ContactLoad { force: row.force * kick, moment: row.moment * kick });
         }
         touching
     }

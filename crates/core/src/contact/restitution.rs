@@ -8,7 +8,8 @@
 //! ċ = n·(v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B)
 //! ```
 //!
-//! Here ω̃ is I⁻¹ P⁻(ω) before and I⁻¹ P⁺(ω⁺) after ([`Rotation`](crate::mechanics::Rotation)). A
+//! Here ω̃ is I⁻¹ P⁻(ω) before and I⁻¹ P⁺(ω⁺) after ([`Rotation`](crate::mechanics::Rotation)). After an
+//! interval of another length, P⁻ has this length, and v has the fall (κ − 1) h g that it lacks (eq. 37). A
 //! contact arrives if it is open or touching at k, approaches faster than a threshold, and would be
 //! closed by free flight. It then has a row for its **rebound** e c_n⁻ in addition to the row of
 //! the gap:
@@ -50,10 +51,18 @@ impl Contact {
     /// `states` (m/s, world). NaN if the list has no state of one of the bodies.
     #[must_use]
     pub fn arriving_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
-        let h = world.time_step();
-        self.parting_velocity(world, states, states, |body, spin| {
-            world.rotation().arriving_spin(body.inertia(), body.inertia_inverse(), spin, h)
-        })
+        let arriving = |body: usize| {
+            let (of, state) = (world.bodies().get(body)?, states.get(body)?);
+            let before = world.before().get(body).copied().unwrap_or(world.time_step());
+            let spin = world.rotation().arriving_spin(
+                of.inertia(),
+                of.inertia_inverse(),
+                &state.spin,
+                before,
+            );
+            Some((state.velocity + world.missing_fall(body), spin))
+        };
+        self.parting_velocity(states, arriving)
     }
 
     /// Relative velocity of the touching points just after the impulses of the step `states` →
@@ -66,37 +75,34 @@ impl Contact {
         next: &[State],
     ) -> Vector3<f64> {
         let h = world.time_step();
-        self.parting_velocity(world, states, next, |body, spin| {
-            world.rotation().departing_spin(body.inertia(), body.inertia_inverse(), spin, h)
-        })
+        let departing = |body: usize| {
+            let (of, state) = (world.bodies().get(body)?, next.get(body)?);
+            let (inertia, inverse) = (of.inertia(), of.inertia_inverse());
+            let spin = world.rotation().departing_spin(inertia, inverse, &state.spin, h);
+            Some((state.velocity, spin))
+        };
+        self.parting_velocity(states, departing)
     }
 
-    /// v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B with the velocities of `moving`; `spin` computes
-    /// ω̃.
+    /// v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B with v and ω̃ of a body by `motion`.
     fn parting_velocity(
         &self,
-        world: &World,
         states: &[State],
-        moving: &[State],
-        spin: impl Fn(&RigidBody, &Vector3<f64>) -> Vector3<f64>,
+        motion: impl Fn(usize) -> Option<(Vector3<f64>, Vector3<f64>)>,
     ) -> Vector3<f64> {
         let unknown = Vector3::repeat(f64::NAN);
-        let bodies = world.bodies();
-        let (Some(body), Some(a)) = (bodies.get(self.key.body), moving.get(self.key.body)) else {
-            return unknown;
-        };
-        let velocity = a.velocity + self.torque_map.tr_mul(&spin(body, &a.spin));
+        let Some((linear, spin)) = motion(self.key.body) else { return unknown };
+        let velocity = linear + self.torque_map.tr_mul(&spin);
         let Partner::Body(other) = self.key.partner else {
             return velocity;
         };
-        let (Some(body), Some(b), Some(at_a), Some(at_b)) =
-            (bodies.get(other), moving.get(other), states.get(self.key.body), states.get(other))
+        let (Some((linear, spin)), Some(at_a), Some(at_b)) =
+            (motion(other), states.get(self.key.body), states.get(other))
         else {
             return unknown;
         };
         let arm = at_a.position + self.arm - at_b.position;
-        let turning = at_b.pose().rotation * spin(body, &b.spin);
-        velocity - b.velocity - turning.cross(&arm)
+        velocity - linear - (at_b.pose().rotation * spin).cross(&arm)
     }
 
     /// Work of the impulse `force` × h of the contact on the mean of the velocities before and

@@ -59,7 +59,8 @@ impl StepSide {
             inertia: *body.inertia(),
             inverse: *body.inertia_inverse(),
             rotation: start.rotation,
-            arriving: state.velocity,
+            arriving: state.velocity + world.missing_fall(index),
+            before: world.before().get(index).map_or(1.0, |before| before / h),
             old: state.spin,
             new: end.spin,
         };
@@ -94,6 +95,8 @@ impl StepSide {
 pub(super) struct ImpactMotion {
     pub(super) form: Rotation,
     pub(super) time_step: f64,
+    /// Length of the interval before, in lengths of the step.
+    pub(super) before: f64,
     pub(super) inertia: Matrix3<f64>,
     pub(super) inverse: Matrix3<f64>,
     pub(super) rotation: Matrix3<f64>,
@@ -128,10 +131,11 @@ impl ImpactMotion {
             let longer = form.momentum_rate(inertia, new, *h, 1.0) * time_step;
             (spin, inverse * (momentum(&given.inertia) - given.inertia * spin + longer))
         } else {
-            let spin = form.arriving_spin(inertia, inverse, old, *h);
-            let longer = form.momentum_rate(inertia, old, *h, -1.0) * time_step;
-            let by_inertia = form.momentum(&given.inertia, old, *h);
-            let by_spin = form.momentum_slope(inertia, old, *h) * given.spin;
+            let h = h * self.before;
+            let spin = form.arriving_spin(inertia, inverse, old, h);
+            let longer = form.momentum_rate(inertia, old, h, -1.0) * (time_step * self.before);
+            let by_inertia = form.momentum(&given.inertia, old, h);
+            let by_spin = form.momentum_slope(inertia, old, h) * given.spin;
             (spin, inverse * (by_inertia - given.inertia * spin + by_spin + longer))
         };
         let (spin, change) = (self.rotation * spin, self.rotation * change);

@@ -124,6 +124,33 @@ impl Drive {
         })
     }
 
+    /// Drive of an interval whose drive changed from `before`: forces, targets and force limits act with
+    /// `share` of the present value and the rest of the one before. A target speed is held at once.
+    pub(crate) fn after(self, before: &Self, share: f64) -> Self {
+        let mean = |now: f64, before: f64| now * share + before * (1.0 - share);
+        let motor = match (self.motor, before.motor) {
+            (
+                Some(Motor::Position { target, stiffness, damping, max_force }),
+                Some(Motor::Position { target: past, stiffness: k, damping: d, max_force: most }),
+            ) if [k, d] == [stiffness, damping] => Some(Motor::Position {
+                target: mean(target, past),
+                stiffness,
+                damping,
+                max_force: mean(max_force, most),
+            }),
+            (
+                Some(Motor::Damper { target, damping, max_force }),
+                Some(Motor::Damper { target: past, damping: d, max_force: most }),
+            ) if d == damping => Some(Motor::Damper {
+                target: mean(target, past),
+                damping,
+                max_force: mean(max_force, most),
+            }),
+            (motor, _) => motor,
+        };
+        Self { force: mean(self.force, before.force), motor, ..self }
+    }
+
     /// True if it has dry friction.
     pub(crate) fn rubs(&self) -> bool {
         self.friction.max(self.static_friction.unwrap_or(0.0)) > 0.0
@@ -173,7 +200,7 @@ impl Drive {
 }
 
 /// State of a joint axis at the start of a step.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AxisStart {
     /// Coordinate x_k (m or rad).
     pub(crate) coordinate: f64,
@@ -185,6 +212,14 @@ pub(crate) struct AxisStart {
     pub(crate) inverse_inertia: Option<f64>,
     /// Mean of the time-dependent load over the step (N or N m).
     pub(crate) push: f64,
+    /// Time over which the forces of the drive act, in lengths of the step (eq. 37).
+    pub(crate) kick: f64,
+}
+
+impl Default for AxisStart {
+    fn default() -> Self {
+        Self { coordinate: 0.0, rate: 0.0, inverse_inertia: None, push: 0.0, kick: 1.0 }
+    }
 }
 
 /// Time at which a spring and a damper of a step act:
@@ -215,7 +250,8 @@ impl Pull {
     /// `time_step` (s).
     pub(super) fn new(start: &AxisStart, stiffness: f64, damping: f64, time_step: f64) -> Self {
         let is_soft = |inverse_inertia: f64| {
-            (stiffness * time_step + damping) * time_step * inverse_inertia <= Self::STIFF
+            let kick = time_step * start.kick;
+            (stiffness * time_step + damping) * kick * inverse_inertia <= Self::STIFF
         };
         if start.inverse_inertia.is_some_and(is_soft) {
             Self { after: [0.25, 0.5], before: [0.25, 0.5] }
@@ -261,6 +297,14 @@ impl Axis {
         [0, 1, 2].map(|k| axes[k].is_active() || push[k] != 0.0)
     }
 
+    /// Axis with the same limits and no force.
+    pub(super) fn without_drive(&self) -> Self {
+        match self {
+            Self::Locked => Self::Locked,
+            Self::Free(drive) => Self::Free(Drive { limits: drive.limits, ..Drive::NONE }),
+        }
+    }
+
     /// Range of the coordinate, if limited.
     pub(super) fn limits(&self) -> Option<[f64; 2]> {
         match self {
@@ -293,7 +337,8 @@ impl Axis {
         }
         let coordinate = start.coordinate;
         // For an angular axis, the torque is divided by the length.
-        let to_impulse = time_step / (unit * length);
+        let of_step = time_step / (unit * length);
+        let to_impulse = start.kick * of_step;
         let speed_at = |target: f64| length * (target - coordinate) / time_step;
         let mut sum = ForceSum::constant((drive.force + start.push) * to_impulse);
         // f = k (rest − x − h σ ẋ + h σ' ẋ⁻) − d (τ ẋ + τ' ẋ⁻), with ẋ = u/length.
@@ -308,7 +353,7 @@ impl Axis {
         sum.add_line(at_zero, slope);
         if drive.armature > 0.0 {
             // f = −I ((x⁺ − x_k) − (x_k − x_{k−1}))/h²                            (J8)
-            let inertia = drive.armature / time_step * to_impulse;
+            let inertia = drive.armature / time_step * of_step;
             sum.add_line(inertia * start.rate, inertia / length);
         }
         let [below, above] = drive.friction_at(start.rate).map(|(friction, _)| friction);

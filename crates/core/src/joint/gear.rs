@@ -53,6 +53,8 @@ pub struct Gear {
     pub(crate) ratio: f64,
     pub(crate) offset: f64,
     pub(super) law: Axis,
+    /// Time over which the drive acts in a step, in lengths of the step (eq. 37).
+    pub(crate) kick: f64,
 }
 
 /// Largest initial gear error, or excess over the limits of its drive, in units of the first
@@ -64,7 +66,7 @@ impl Gear {
     /// coordinate.
     #[must_use]
     pub fn new(first: GearAxis, second: GearAxis, ratio: f64, offset: f64) -> Self {
-        Self { axes: [first, second], ratio, offset, law: Axis::Locked }
+        Self { axes: [first, second], ratio, offset, law: Axis::Locked, kick: 1.0 }
     }
 
     /// Returns this gear with `drive` acting on s (J17) instead of the constraint s = 0, in units
@@ -162,9 +164,10 @@ impl Gear {
     /// Copy without the part that a simulation can change: the drive.
     #[cfg(feature = "save")]
     pub(crate) fn lasting(&self) -> Self {
+        let bare = Self { kick: 1.0, ..*self };
         match self.law {
-            Axis::Locked => *self,
-            Axis::Free(_) => self.with_drive(Drive::NONE),
+            Axis::Locked => bare,
+            Axis::Free(_) => bare.with_drive(Drive::NONE),
         }
     }
 
@@ -230,11 +233,16 @@ impl Gear {
         };
         [load(self.axes[0], force), load(self.axes[1], -self.ratio * force)]
     }
-}
 
-/// Axis state at s. Its rate is zero because gears have no armature.
-pub(crate) fn at_rest(coordinate: f64) -> AxisStart {
-    AxisStart { coordinate, ..AxisStart::default() }
+    /// Copy without a force of its drive, whose limits stay.
+    pub(crate) fn without_drive(&self) -> Self {
+        Self { law: self.law.without_drive(), ..*self }
+    }
+
+    /// Axis state at s. Its rate is zero because gears have no armature.
+    pub(crate) fn start(&self, coordinate: f64) -> AxisStart {
+        AxisStart { coordinate, kick: self.kick, ..AxisStart::default() }
+    }
 }
 
 /// See [`World::angles_near`].

@@ -19,6 +19,7 @@ impl Joint {
             length: None,
             collides: false,
             push: [Vector3::zeros(); 2],
+            kick: 1.0,
             moves: false,
             inverse_inertias: None,
         }

@@ -35,8 +35,8 @@ pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;
 pub use drive::{Axis, Drive, Motor};
 pub use frame::JointFrame;
+pub(crate) use gear::angles_near;
 pub use gear::{GEAR_AT_THE_START, Gear, GearAxis};
-pub(crate) use gear::{angles_near, at_rest};
 pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use graph::Segment;
@@ -76,6 +76,8 @@ pub struct Joint {
     collides: bool,
     /// Loads along the linear and the angular axes in a step (N and N m).
     push: [Vector3<f64>; 2],
+    /// Time over which the drives act in a step, in lengths of the step (eq. 37).
+    kick: f64,
     /// True if the world frame moves.
     moves: bool,
     /// Inverse inertias of both bodies along the linear axes (1/kg) and about the angular ones
@@ -266,7 +268,7 @@ impl Joint {
         let (linear, angular) =
             (self.linear.each_ref().map(bare), self.angular.each_ref().map(bare));
         let push = [Vector3::zeros(); 2];
-        Self { frames, linear, angular, push, moves: false, ..self.clone() }
+        Self { frames, linear, angular, push, kick: 1.0, moves: false, ..self.clone() }
     }
 
     /// True if the joint connects `body`.
@@ -404,6 +406,14 @@ impl Joint {
         Some(JointFrame { anchor, attitude: attitude.normalize() })
     }
 
+    /// Copy without loads and drives, whose limits stay.
+    pub(crate) fn without_drives(&self) -> Self {
+        let stopped = |axis: &Axis| axis.without_drive();
+        let axes = [&self.linear, &self.angular].map(|axes| axes.each_ref().map(stopped));
+        let [linear, angular] = axes;
+        Self { linear, angular, push: [Vector3::zeros(); 2], ..self.clone() }
+    }
+
     /// Copy without loads.
     pub(crate) fn without_push(self) -> Self {
         Self { push: [Vector3::zeros(); 2], ..self }
@@ -424,6 +434,16 @@ impl Joint {
     /// Sets the loads for the next steps (N and N m).
     pub(crate) fn set_push(&mut self, push: [Vector3<f64>; 2]) {
         self.push = push;
+    }
+
+    /// Time over which the drives act, in lengths of the step.
+    pub(crate) fn kick(&self) -> f64 {
+        self.kick
+    }
+
+    /// Sets the time over which the drives act in the next problem, in lengths of the step.
+    pub(crate) fn set_kick(&mut self, kick: f64) {
+        self.kick = kick;
     }
 
     /// Checks that the angular axes form a supported rotation.

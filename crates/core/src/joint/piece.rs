@@ -87,7 +87,7 @@ impl Axis {
         if is_vertical {
             return PieceChange::Speed(drive.corner_change(u, x, length, h, change));
         }
-        let to_impulse = h / (unit * length);
+        let to_impulse = start.kick * h / (unit * length);
         let mut value = change.force + (drive.force + start.push) * longer;
         let mut slope = 0.0;
         // Differentials of (k (x* − x) + (k h σ' − d τ') ẋ_k) c and of (k h σ + d τ) c/ℓ, divided by c.

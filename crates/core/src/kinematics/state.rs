@@ -39,12 +39,14 @@ pub struct Wrench {
 }
 
 impl State {
-    /// This state with velocities extrapolated by half a step from those one step `before` (eq. 37).
+    /// This state with velocities of the instant, from those one interval `before`, between which forces
+    /// acted over `kick` times its length (eq. 37a).
     #[must_use]
-    pub(crate) fn extrapolated(&self, before: &Self) -> Self {
+    pub(crate) fn extrapolated(&self, before: &Self, kick: f64) -> Self {
+        let share = 0.5 / kick;
         Self {
-            velocity: self.velocity + 0.5 * (self.velocity - before.velocity),
-            spin: self.spin + 0.5 * (self.spin - before.spin),
+            velocity: self.velocity + share * (self.velocity - before.velocity),
+            spin: self.spin + share * (self.spin - before.spin),
             ..*self
         }
     }
@@ -134,6 +136,12 @@ impl Wrench {
         all_in_range("force (N)", &self.force, -1e9, 1e9, "-1e9 to 1e9")?;
         all_in_range("torque (N m)", &self.torque, -1e9, 1e9, "-1e9 to 1e9")?;
         Ok(())
+    }
+
+    /// This wrench times a factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { force: self.force * factor, torque: self.torque * factor }
     }
 
     /// Sum of both wrenches.

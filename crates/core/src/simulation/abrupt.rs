@@ -69,7 +69,7 @@ impl AbruptChanges {
             }
         }
         for (joint, force) in world.joints().iter().zip(&solution.joints) {
-            if step.is_stopped(joint, &force.angles) {
+            if step.is_stopped(joint, &force.angles) || step.is_pulled(joint, &force.angles) {
                 bodies[joint.body()] = true;
                 joint.other().into_iter().for_each(|body| bodies[body] = true);
             }
@@ -90,13 +90,19 @@ impl AbruptChanges {
 }
 
 /// True if a motion ends or turns back from `before` to `now`, or would do so in half of another step.
-fn ends(before: &Vector3<f64>, now: &Vector3<f64>, least: f64) -> bool {
+/// `kick` is the time of the change, in lengths of the interval.
+fn ends(before: &Vector3<f64>, now: &Vector3<f64>, least: f64, kick: f64) -> bool {
     let along = now.dot(before);
-    before.norm() > least
-        && (now.norm() <= least || along < 0.0 || 3.0 * now.norm_squared() < along)
+    let turns_soon = || (1.0 + 2.0 * kick) * now.norm_squared() < along;
+    before.norm() > least && (now.norm() <= least || along < 0.0 || turns_soon())
 }
 
 impl TakenStep<'_> {
+    /// Time of the changes of velocity at a contact, in lengths of the interval.
+    fn kick(&self, contact: &Contact) -> f64 {
+        self.world.kick_of_contact(&contact.key)
+    }
+
     /// True if the touching points approach faster than smooth accelerations explain in a step.
     fn is_impact(&self, contact: &Contact) -> bool {
         let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
@@ -112,7 +118,7 @@ impl TakenStep<'_> {
     ) -> bool {
         let least = STILL * self.world.speed_scale();
         let initial = || contact.initial_slip(self.world, self.states);
-        ends(&past.map_or_else(initial, |past| past.slip), &now.slip, least)
+        ends(&past.map_or_else(initial, |past| past.slip), &now.slip, least, self.kick(contact))
     }
 
     /// True if rolling or spinning that a moment resists ends or turns back in the step, or would do so in
@@ -135,8 +141,38 @@ impl TakenStep<'_> {
         });
         let reach = self.world.bodies()[contact.key.body].reach();
         let least = STILL * self.world.speed_scale() / reach;
-        rolling > 0.0 && ends(&before.0, &now.0, least)
-            || torsional > 0.0 && ends(&before.1, &now.1, least)
+        let kick = self.kick(contact);
+        rolling > 0.0 && ends(&before.0, &now.0, least, kick)
+            || torsional > 0.0 && ends(&before.1, &now.1, least, kick)
+    }
+
+    /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its
+    /// prescribed motion may change.
+    fn is_pulled(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
+        /// Share of the step in which the velocities of the start act, and of speeds that the curvature of
+        /// the motion explains in it.
+        const SOON: f64 = 1e-3;
+        let bodies = || [Some(joint.body()), joint.other()].into_iter().flatten();
+        let starts = |body| self.world.before().get(body) == Some(&0.0);
+        if !bodies().any(starts) {
+            return false;
+        }
+        let time = SOON * self.world.time_step();
+        let ends = (joint.coordinates(self.states), joint.coasted(self.states, time));
+        let (Some(now), Some(soon), false) = (ends.0, ends.1, joint.moves()) else { return true };
+        let turns = joint.turns(&now, angles);
+        let (along, about) = joint.rates(&now, &soon, &turns, time);
+        let reach = self.world.bodies()[joint.body()].reach();
+        let locked = |axes: &[Axis; 3], rates: &Vector3<f64>| {
+            let locked = axes.iter().zip(rates).filter(|(axis, _)| **axis == Axis::Locked);
+            locked.map(|(_, rate)| rate.abs()).fold(0.0, f64::max)
+        };
+        let speed = |body: usize| {
+            let state = &self.states[body];
+            state.velocity.norm() + self.world.bodies()[body].reach() * state.spin.norm()
+        };
+        let least = SOON * bodies().map(speed).sum::<f64>() + STILL * self.world.speed_scale();
+        locked(joint.linear(), &along).max(reach * locked(joint.angular(), &about)) > least
     }
 
     /// True if an axis of `joint` comes to a limit, or if its dry friction stops it or turns.

@@ -11,15 +11,15 @@
 //!
 //! Bisection finds the longest interval without an [abrupt change](super::abrupt) of velocity. The change
 //! happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
-//! error of a second. The velocities of the middle are converted to another length by their last three
-//! values. A body after an abrupt change starts anew (37).
+//! error of a second. Velocities go on from interval to interval, whatever their lengths (37), but the interval
+//! of an impact starts at the velocities of the instant.
 
 use super::energy;
 use super::inputs::Inputs;
 use super::interval::Interval;
-use super::leapfrog::{self, AddedError, Converted};
+use super::leapfrog::AddedError;
 use super::moment::Moment;
-use super::one_interval::{self, Part};
+use super::one_interval;
 use super::record::StepRecord;
 use super::workspace::Workspace;
 use super::{EnergyBalance, EnergyGain};
@@ -277,7 +277,7 @@ impl Schedule {
 /// interval, if it is larger than that of its problem. Errors of the velocities of the instant are in it.
 fn count_gain(world: &World, taken: &mut Interval) {
     let ends = taken.end_states();
-    let pairs = world.bodies().iter().zip(taken.instant_states().iter().zip(&ends)).enumerate();
+    let pairs = world.bodies().iter().zip(taken.instant_states().iter().zip(ends)).enumerate();
     let rise = |(index, (body, (start, end)))| {
         let energies = [start, end].map(|state| energy::body_at_instant(world, body, state));
         (index, energies[1] - energies[0], energies[0].abs().max(energies[1].abs()))
@@ -327,40 +327,33 @@ fn intervals(
     workspace: &mut Workspace<'_>,
     record: &mut StepRecord,
 ) -> Result<(), Error> {
-    let mut schedule = Schedule::new(world, moment.pace, leapfrog::has_starts(moment));
+    let mut schedule = Schedule::new(world, moment.pace, moment.has_starts());
     while let Some(length) = schedule.length() {
         let before = moment.clone();
         let usual = schedule.usual(length);
         let span = Span { since: schedule.since, length, usual, is_retry: false };
-        let converted = if length == moment.pace.length {
-            vec![Converted::Kept; moment.now.states.len()]
-        } else {
+        if length != moment.pace.length {
             workspace.rest.end();
-            let from = before.pace.length;
-            leapfrog::change_length(moment, from, length, from.min(length) < WINDOW * usual)
-        };
+        }
+        // Forces before an impact would act in it by half of the length before.
+        if length < WINDOW * usual.min(moment.pace.length) {
+            moment.start_all();
+        }
         moment.pace.length = length;
-        let part = Some(Part { span, converted });
         let taken = record.next_interval();
-        one_interval::interval(world, moment, inputs, workspace, part, taken)?;
+        one_interval::interval(world, moment, inputs, workspace, Some(span), taken)?;
         let is_solved = taken.report.status.is_solved();
         let judgement = schedule.judge(length, is_solved, &taken.errors);
         if judgement == Judgement::Rejected {
             record.truncate(record.intervals().len() - 1);
-            let rejected = std::mem::replace(moment, before).instants;
+            *moment = before;
             workspace.forget();
-            if let (Some(instants), Some(rejected), true) =
-                (&mut moment.instants, rejected, is_solved)
-            {
-                instants.learn(&rejected);
-            }
             continue;
         }
         taken.is_coarse = judgement == Judgement::TakenCoarse;
         let Some(part) = &mut taken.part else { continue };
         part.changeable = world.changeable();
-        part.ends.extend_from_slice(moment.states());
-        let ends = [&taken.instants, &part.ends];
+        let ends = [&taken.instants, &taken.ends];
         part.energies = ends.map(|states| Some(energy::at_instant(world, states)));
         count_gain(world, taken);
     }

@@ -68,7 +68,10 @@ impl EnergyBalance {
         let means = Means::new(world, claim);
         let mut balance = Self::default();
         for (body, wrench) in claim.wrenches.iter().enumerate() {
-            balance.loads += means.work(body, wrench);
+            let missing = world.missing_kick(body, &claim.states[body]);
+            let of_missing = means.work(body, &missing);
+            balance.loads += means.work(body, wrench) - of_missing;
+            balance.discretisation += of_missing;
         }
         for (contact, load) in claim.contacts.iter().zip(loads) {
             let ContactLoad { force, moment } = load.into();

@@ -4,7 +4,7 @@
 //! exactly as if it had never existed.
 
 use super::inputs::ExternalLoads;
-use super::moment::Moment;
+use super::moment::Arrival;
 use super::{Simulation, Undo, start};
 use crate::contact::Candidates;
 use crate::error::Error;
@@ -45,9 +45,15 @@ impl Simulation<'_> {
         for solution in self.moment.solutions_mut() {
             solution.states.push(state);
         }
-        if let Some(instants) = &mut self.moment.instants {
-            instants.push(state);
-        }
+        let length = match &mut self.moment.instants {
+            Some(instants) => {
+                instants.push(state);
+                0.0
+            }
+            None => world.time_step(),
+        };
+        self.moment.arrivals.push(Arrival::after(length));
+        self.moment.arrivals_before.push(Arrival::after(length));
         self.take_world(world);
         Ok(index)
     }
@@ -91,6 +97,8 @@ impl Simulation<'_> {
         if let Some(instants) = &mut moment.instants {
             instants.remove(index);
         }
+        moment.arrivals.remove(index);
+        moment.arrivals_before.remove(index);
         for solution in moment.solutions_mut() {
             solution.leave_out(index, &stays, &gears);
         }
@@ -114,12 +122,10 @@ impl Simulation<'_> {
         let is_changed = |body| body == index;
         self.searched_in(&world, &states, |candidates| candidates.hold(&world, index), is_changed)?;
         let still = Vector3::zeros();
-        let Moment { now, instants, .. } = &mut self.moment;
-        let state = State { velocity: still, spin: still, ..now.states[index] };
-        now.states[index] = state;
-        if let Some(instants) = instants {
-            instants.start(index, state);
-        }
+        let state = State { velocity: still, spin: still, ..states[index] };
+        self.moment.now.states[index] = state;
+        self.moment.start(&self.world, &[(index, state)]);
+        let now = &mut self.moment.now;
         let touched = |force: &ContactForce| force.key.bodies().all(|body| body != index);
         now.contacts.retain(touched);
         self.take_world(world);

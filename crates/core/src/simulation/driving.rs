@@ -17,12 +17,13 @@ pub(super) struct Driving {
 }
 
 impl Driving {
-    /// Sets the inputs of the joints of `world` for a step from `states`: loads with their mean over
-    /// `interval` (s), motions with their pose at the time `end` (s).
+    /// Sets the inputs of the joints of `world` for step `index` from `states`: loads with their mean
+    /// over the time in which they act, motions with their pose at the time `end` (s).
     #[inline(never)]
-    pub(super) fn set(&self, world: &mut World, states: &[State], [from, to]: [f64; 2], end: f64) {
+    pub(super) fn set(&self, world: &mut World, states: &[State], index: u64, end: f64) {
         let h = world.time_step();
         for (joint, load) in &self.loads {
+            let [from, to] = world.load_interval(index, world.joints()[*joint].body());
             world.joints_mut()[*joint].set_push(load.mean(from, to));
         }
         for (joint, course) in &self.courses {
@@ -70,6 +71,37 @@ fn put<T>(list: &mut Vec<(usize, T)>, joint: usize, value: T) {
     }
 }
 
+/// Drive of a joint axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct AxisDrive {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Its axis.
+    pub axis: JointAxis,
+    /// The drive.
+    pub drive: Drive,
+}
+
+/// Exchanges the drives of `world` with these.
+pub(super) fn exchange_drives(world: &mut World, drives: &mut [AxisDrive]) {
+    for AxisDrive { joint, axis, drive } in drives {
+        if let Ok(present) = world.joints_mut()[*joint].drive_mut(*axis) {
+            std::mem::swap(present, drive);
+        }
+    }
+}
+
+/// Drives of the problem set in `world` at the axes whose drives `before` it were others (eq. 37).
+pub(super) fn held_drives(world: &World, before: &[AxisDrive]) -> Vec<AxisDrive> {
+    let held = |past: &AxisDrive| {
+        let joint = &world.joints()[past.joint];
+        let drive = joint.drive(past.axis)?.after(&past.drive, 0.5 / joint.kick());
+        Some(AxisDrive { drive, ..*past })
+    };
+    before.iter().filter_map(held).collect()
+}
+
 impl Simulation<'_> {
     fn joint(&self, joint: usize) -> Result<&Joint, Error> {
         let allowed = "an index of a joint";
@@ -77,15 +109,19 @@ impl Simulation<'_> {
     }
 
     /// Replaces the drive of a free axis of joint `joint` for the next steps. Controllers call it
-    /// every step. [`Simulation::world`] shows the present drive, and each step is certified with
+    /// every step. Force, target position and force limit are held during each step, like
+    /// [wrenches](Simulation::set_wrench). [`Simulation::world`] shows the present drive, and each step is certified with
     /// the drives it was taken with.
     ///
     /// # Errors
     /// If the joint does not exist, if the axis is locked or a rotation axis of a ball joint, or if
     /// the drive is out of range. The present drive then stays.
     pub fn set_drive(&mut self, joint: usize, axis: JointAxis, drive: Drive) -> Result<(), Error> {
-        self.joint(joint)?;
+        let before = self.joint(joint)?.drive(axis).copied();
         self.world.joints_mut()[joint].set_drive(axis, drive)?;
+        if let Some(before) = before.filter(|before| *before != drive) {
+            self.moment.note_drive(AxisDrive { joint, axis, drive: before });
+        }
         self.workspace.rest.end();
         Ok(())
     }

@@ -34,10 +34,16 @@ pub fn kinetic(world: &World, body: &RigidBody, state: &State) -> f64 {
 #[must_use]
 #[inline]
 pub fn turning(world: &World, body: &RigidBody, spin: &Vector3<f64>) -> f64 {
+    turning_after(world, body, spin, world.time_step())
+}
+
+/// Rotational kinetic energy at the spin ω of an interval of this `length` (s) (J).
+#[inline]
+fn turning_after(world: &World, body: &RigidBody, spin: &Vector3<f64>, length: f64) -> f64 {
     match world.rotation() {
         Rotation::Tutorial => 0.5 * spin.dot(&(body.inertia() * spin)),
         rotation => {
-            let momentum = rotation.momentum(body.inertia(), spin, world.time_step());
+            let momentum = rotation.momentum(body.inertia(), spin, length);
             0.5 * momentum.dot(&(body.inertia_inverse() * momentum))
         }
     }
@@ -54,6 +60,29 @@ pub fn potential(world: &World, body: &RigidBody, state: &State) -> f64 {
 pub fn total(world: &World, states: &[State]) -> f64 {
     let bodies = world.bodies().iter().zip(states);
     bodies.map(|(body, x)| kinetic(world, body, x) + potential(world, body, x)).sum()
+}
+
+/// Total energy of all bodies in `states` at the start of the problem set in `world` (J): (35) with the
+/// length h₁ of the interval [before](World::before) of each body.
+#[must_use]
+pub fn at_start(world: &World, states: &[State]) -> f64 {
+    if world.before().is_empty() {
+        return total(world, states);
+    }
+    let bodies = world.bodies().iter().zip(states).zip(world.before());
+    let of_body = |((body, state), before): ((&RigidBody, &State), &f64)| {
+        let shorter = before - world.time_step();
+        let (falls, spins) = match world.rotation() {
+            Rotation::Tutorial => (0.0, 0.0),
+            Rotation::Momentum => (
+                0.5 * body.mass() * shorter * world.gravity().dot(&state.velocity),
+                turning_after(world, body, &state.spin, *before)
+                    - turning(world, body, &state.spin),
+            ),
+        };
+        kinetic(world, body, state) + falls + spins + potential(world, body, state)
+    };
+    bodies.map(of_body).sum()
 }
 
 /// Total energy of all bodies at one time (J), with the velocities and spins of this time:

@@ -1,6 +1,7 @@
 //! Record of an interval: one solved problem of a step.
 
-use super::leapfrog::{AddedError, Converted};
+use super::driving::{AxisDrive, exchange_drives};
+use super::leapfrog::AddedError;
 use super::moment::Moment;
 use super::{EnergyBalance, EnergyGain, InfeasibleGap, UnphysicalCause, energy};
 use crate::contact::certificate::Claim;
@@ -15,16 +16,26 @@ use std::borrow::Cow;
 pub struct Interval {
     /// Part of the step that it covers; `None` for a whole step without an accuracy or located impacts.
     pub span: Option<Span>,
+    /// Length (s).
+    pub length: f64,
     /// States from which the interval starts. With
     /// [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog) their velocities are those of the
     /// middle of the interval before.
     pub states: Vec<State>,
     /// States at its start with the velocities of the instant; empty if `states` has them.
     pub instants: Vec<State>,
-    /// Bodies whose velocities of the instant at its end are extrapolated (eq. 37); empty without
+    /// States at its end with the velocities of the instant; empty if `solution` has them.
+    pub ends: Vec<State>,
+    /// Bodies whose velocities of the instant at its end are extrapolated (eq. 37a); empty without
     /// such velocities.
     pub extrapolated: Vec<bool>,
-    /// External wrenches on the bodies, without gravity.
+    /// Lengths of the intervals to whose middles the velocities in `states` belong (s), 0 for bodies that
+    /// start; empty if all are its own.
+    pub before: Vec<f64>,
+    /// Drives in it at axes whose drives changed at its start.
+    pub drives: Vec<AxisDrive>,
+    /// Wrenches on the bodies besides gravity. Those of bodies with another length
+    /// [before](Self::before) have what gravity and the gyroscopic term lack (eq. 37).
     pub wrenches: Vec<Wrench>,
     /// Candidate contacts.
     pub contacts: Vec<Contact>,
@@ -67,20 +78,11 @@ pub struct Interval {
 pub(super) struct PartOfStep {
     /// Energies at its start and end as the rows of a run count them (J), if these are not (35).
     pub energies: [Option<f64>; 2],
-    /// States at its end with the velocities of the instant.
-    pub ends: Vec<State>,
-    /// Conversions of velocities before it; empty in a step that was not solved at once.
-    pub converted: Vec<Converted>,
     /// Parts of the world that change, at its end.
     pub changeable: Changeable,
 }
 
 impl PartOfStep {
-    /// Part after these conversions.
-    pub fn after(converted: Vec<Converted>) -> Self {
-        Self { converted, ..Self::default() }
-    }
-
     /// Part of the record of a state without a step.
     pub fn at_the_end(world: &World, moment: &Moment) -> Self {
         let energies = [Some(energy::at_instant(world, moment.states())), None];
@@ -92,9 +94,13 @@ impl Default for Interval {
     fn default() -> Self {
         Self {
             span: None,
+            length: 0.0,
             states: Vec::new(),
             instants: Vec::new(),
+            ends: Vec::new(),
             extrapolated: Vec::new(),
+            before: Vec::new(),
+            drives: Vec::new(),
             wrenches: Vec::new(),
             contacts: Vec::new(),
             solution: StepSolution::default(),
@@ -121,33 +127,16 @@ impl Interval {
         Self { states, contacts, solution, ..Self::default() }
     }
 
-    /// Length (s) in `world`.
-    #[must_use]
-    pub fn length(&self, world: &World) -> f64 {
-        self.span.map_or(world.whole_step(), |span| span.length)
-    }
-
     /// States at its start with the velocities of the instant.
     #[must_use]
     pub fn instant_states(&self) -> &[State] {
         if self.instants.is_empty() { &self.states } else { &self.instants }
     }
 
-    /// States at its end with the velocities of the instant (eq. 37).
+    /// States at its end with the velocities of the instant (eq. 37a).
     #[must_use]
-    pub fn end_states(&self) -> Vec<State> {
-        if let Some(part) = self.part.as_ref().filter(|part| !part.ends.is_empty()) {
-            return part.ends.clone();
-        }
-        let ends = self.states.iter().zip(&self.solution.states).enumerate();
-        let end = |(body, (state, next)): (usize, (&State, &State))| {
-            if self.extrapolated.get(body) == Some(&true) {
-                next.extrapolated(state)
-            } else {
-                *next
-            }
-        };
-        ends.map(end).collect()
+    pub fn end_states(&self) -> &[State] {
+        if self.ends.is_empty() { &self.solution.states } else { &self.ends }
     }
 
     /// Growth of the estimated error (40) of the body with the largest one (m).
@@ -167,10 +156,18 @@ impl Interval {
     /// interval must be at its end.
     #[must_use]
     pub fn world<'w>(&self, world: &'w World) -> Cow<'w, World> {
-        let Some(part) = &self.part else { return Cow::Borrowed(world) };
+        if self.part.is_none() && self.before.is_empty() && self.drives.is_empty() {
+            return Cow::Borrowed(world);
+        }
         let mut world = world.clone();
         world.set_span(self.span);
-        world.set_changeable(&part.changeable);
+        if let Some(part) = &self.part {
+            world.set_changeable(&part.changeable);
+        }
+        if !self.before.is_empty() {
+            world.set_before(self.before.iter().copied());
+        }
+        exchange_drives(&mut world, &mut self.drives.clone());
         Cow::Owned(world)
     }
 
@@ -178,7 +175,14 @@ impl Interval {
     #[must_use]
     pub fn energy(&self, world: &World) -> f64 {
         let counted = self.part.as_ref().and_then(|part| part.energies[0]);
-        counted.unwrap_or_else(|| energy::total(world, &self.states))
+        counted.unwrap_or_else(|| energy::at_start(world, &self.states))
+    }
+
+    /// Energy at its end as the rows of a run count it (J). `world` is its [world](Self::world).
+    #[must_use]
+    pub fn end_energy(&self, world: &World) -> f64 {
+        let counted = self.part.as_ref().and_then(|part| part.energies[1]);
+        counted.unwrap_or_else(|| energy::total(world, &self.solution.states))
     }
 
     /// Terms of the energy balance (36) (J) in its [world](Self::world). They sum up to the
@@ -186,15 +190,18 @@ impl Interval {
     #[must_use]
     pub fn balance(&self, world: &World) -> EnergyBalance {
         let mut balance = EnergyBalance::new(world, &self.claim(), self.solution.loads());
-        if let Some(part) = &self.part {
-            let ends = [(&self.states, -1.0), (&self.solution.states, 1.0)];
-            for (counted, (states, sign)) in part.energies.into_iter().zip(ends) {
-                if let Some(counted) = counted {
-                    balance.discretisation += sign * (counted - energy::total(world, states));
-                }
-            }
-        }
+        let [start, end] = [&self.states, &self.solution.states].map(|of| energy::total(world, of));
+        balance.discretisation += start - self.energy(world) + self.end_energy(world) - end;
         balance
+    }
+
+    /// Time κ over which the forces of a contact of `body`, or between it and `other`, act, in lengths of the
+    /// interval ([`World::kick`]). Forces of its solution are impulses divided by its length.
+    #[must_use]
+    pub fn kick(&self, body: usize, other: Option<usize>) -> f64 {
+        let before = |body: usize| self.before.get(body).copied().unwrap_or(self.length);
+        let before = other.map_or(f64::INFINITY, before).min(before(body));
+        if before == self.length { 1.0 } else { 0.5 * (1.0 + before / self.length) }
     }
 
     /// States, wrenches, contacts and forces, to be certified.
@@ -217,12 +224,19 @@ impl Interval {
         if index < self.extrapolated.len() {
             self.extrapolated.remove(index);
         }
+        if index < self.ends.len() {
+            self.ends.remove(index);
+        }
+        if index < self.before.len() {
+            self.before.remove(index);
+        }
         let renumbered = |contact: &Contact| {
             let key = contact.key.renumbered(|body| without(body, index))?;
             Some(Contact { key, ..*contact })
         };
         self.contacts = self.contacts.iter().filter_map(renumbered).collect();
         self.solution.leave_out(index, joints, gears);
+        self.drives.clear();
         self.part = None;
     }
 }

@@ -26,6 +26,7 @@ mod median;
 mod moment;
 mod motion;
 mod one_interval;
+mod parting;
 pub mod random;
 pub mod record;
 mod redundancy;
@@ -43,11 +44,13 @@ mod workspace;
 
 pub use assembly::Assembly;
 pub use balance::EnergyBalance;
+pub use driving::AxisDrive;
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
 pub use infeasible_gap::InfeasibleGap;
 pub use interval::Interval;
 pub use motion::Motion;
+pub use parting::Parting;
 pub use record::StepRecord;
 pub use redundancy::{Constraint, RedundancyFinding};
 #[cfg(feature = "save")]
@@ -64,6 +67,7 @@ use crate::world::World;
 use inputs::Inputs;
 use moment::Moment;
 use nalgebra::Vector3;
+use std::borrow::Cow;
 #[cfg(feature = "save")]
 use std::cell::OnceCell;
 use std::mem::swap;
@@ -82,6 +86,8 @@ pub struct Simulation<'a> {
     /// All else that the next step depends on.
     moment: Moment,
     undo: Undo,
+    /// Displacement by which overlaps of the last states that were set were removed.
+    parting: Option<Parting>,
     workspace: Workspace<'a>,
     /// Digest of the world, computed on first use.
     #[cfg(feature = "save")]
@@ -127,6 +133,7 @@ impl<'a> Simulation<'a> {
         }
         let mut simulation = Self::at(world, &states, motion)?;
         simulation.check_start(&states, &[], |_| true)?;
+        simulation.part();
         Ok(simulation)
     }
 
@@ -144,6 +151,7 @@ impl<'a> Simulation<'a> {
             moment: Moment::at(&world, states, workspace.has_contacts()),
             world,
             undo: Undo::Impossible,
+            parting: None,
             workspace,
             #[cfg(feature = "save")]
             digest: OnceCell::new(),
@@ -172,6 +180,19 @@ impl<'a> Simulation<'a> {
         checked
     }
 
+    /// Removes overlaps at the present states by a displacement.
+    fn part(&mut self) {
+        let Self { world, moment, workspace, .. } = self;
+        self.parting = parting::part(world, moment, workspace);
+    }
+
+    /// Largest displacement by which overlaps of the initial states, or of those that were set last, were
+    /// removed. It gives no velocity.
+    #[must_use]
+    pub fn parting(&self) -> Option<Parting> {
+        self.parting
+    }
+
     /// The world.
     #[must_use]
     pub fn world(&self) -> &World {
@@ -196,10 +217,14 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub fn energy(&self) -> f64 {
         if accuracy::divides_steps(&self.world, &self.moment) {
-            energy::at_instant(&self.world, self.states())
-        } else {
-            energy::total(&self.world, self.step_states())
+            return energy::at_instant(&self.world, self.states());
         }
+        let mut world = Cow::Borrowed(&self.world);
+        if self.moment.has_starts() {
+            let lengths = self.moment.arrivals.iter().map(|arrival| arrival.length);
+            world.to_mut().set_before(lengths);
+        }
+        energy::at_start(&world, self.step_states())
     }
 
     /// Estimated errors of the bodies' positions by the time step since the start (m), with
@@ -214,6 +239,8 @@ impl<'a> Simulation<'a> {
     /// function of its states, as derivatives need it. Without effect if the integrator is not
     /// [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     pub fn use_middle_velocities(&mut self) {
+        let length = self.world.time_step();
+        self.moment.arrivals.iter_mut().for_each(|arrival| arrival.length = length);
         self.moment.instants = None;
     }
 
@@ -289,14 +316,16 @@ impl<'a> Simulation<'a> {
         let pairs = now.states.iter().zip(&wanted);
         let is_moved: Vec<_> = pairs.map(|(before, now)| before.pose() != now.pose()).collect();
         self.check_start(&wanted, &near, |body| is_moved[body])?;
-        let Self { world, moment: Moment { now, instants, .. }, .. } = self;
+        let Self { world, moment, .. } = self;
         let angles = world.angles_near(&wanted, &near);
-        now.states = wanted;
-        now.joints.iter_mut().zip(angles).for_each(|(joint, angles)| joint.angles = angles);
-        if let Some(instants) = instants {
-            states.into_iter().for_each(|(body, state)| instants.start(body, state));
-        }
+        moment.now.states = wanted;
+        let joints = moment.now.joints.iter_mut().zip(angles);
+        joints.for_each(|(joint, angles)| joint.angles = angles);
+        moment.start(world, &states);
         self.undo = Undo::Impossible;
+        if is_moved.contains(&true) {
+            self.part();
+        }
         Ok(())
     }
 
@@ -308,7 +337,8 @@ impl<'a> Simulation<'a> {
     }
 
     /// Sets the external wrench on body `index` for the next steps: force (N, world frame) and
-    /// torque (N m, body frame). It adds to gravity and the load. Controllers call it every step.
+    /// torque (N m, body frame). It adds to gravity and the load. Controllers call it every step. It is held
+    /// during each step, unless wrenches belong [to the instant](Simulation::set_at_instant).
     ///
     /// # Errors
     /// If the body does not exist or [`Wrench::validate`] rejects the wrench. The present wrench
@@ -317,6 +347,14 @@ impl<'a> Simulation<'a> {
         wrench.validate()?;
         self.inputs.body_mut(index)?.wrench = wrench;
         Ok(())
+    }
+
+    /// Sets whether wrenches belong to the instant at which a step starts, as forces that a program computes
+    /// from the present state: they act in the halves of both steps beside it, as in Verlet's method.
+    /// Otherwise they are held during each step. Without effect with
+    /// [`Integrator::Euler`](crate::world::Integrator::Euler).
+    pub fn set_at_instant(&mut self, at_instant: bool) {
+        self.inputs.at_instant = at_instant;
     }
 
     /// Sets the external load on body `index` as a function of the time since step 0.
@@ -395,7 +433,7 @@ impl<'a> Simulation<'a> {
     /// Describes the current state as the last row of a trajectory, without a following step.
     /// Joints have their counted angles and no forces.
     pub fn end(&self, record: &mut StepRecord) {
-        let Moment { now, instants, index, .. } = &self.moment;
+        let Moment { now, arrivals, instants, index, .. } = &self.moment;
         let joints = now.joints.iter().map(|joint| JointForce::none(joint.angles));
         let solution = StepSolution {
             joints: joints.collect(),
@@ -405,6 +443,7 @@ impl<'a> Simulation<'a> {
         record.begin(*index);
         *record.next_interval() = Interval {
             states: now.states.clone(),
+            before: arrivals.iter().map(|arrival| arrival.length).collect(),
             instants: instants.as_ref().map_or(Vec::new(), |instants| instants.states.clone()),
             solution,
             part: accuracy::divides_steps(&self.world, &self.moment)

@@ -1,14 +1,34 @@
 //! Time of a run from which it can continue.
 
 use super::accuracy::Pace;
+use super::driving::AxisDrive;
+use super::inputs::Inputs;
 use super::interval::Interval;
+use super::islands::Islands;
 use super::leapfrog::Instants;
 use crate::contact::Memory;
 use crate::joint::JointForce;
-use crate::mechanics::State;
+use crate::mechanics::{State, Wrench};
 use crate::step::StepSolution;
 use crate::world::{Integrator, World};
 use std::mem::{swap, take};
+
+/// Arrival of a body at a moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Arrival {
+    /// Length of the interval to whose middle its velocity belongs (s); 0 for a body that starts.
+    pub length: f64,
+    /// External wrench in it.
+    pub wrench: Wrench,
+}
+
+impl Arrival {
+    /// Arrival after an interval of this `length` (s) without loads.
+    pub fn after(length: f64) -> Self {
+        Self { length, wrench: Wrench::zero() }
+    }
+}
 
 /// A time of a run, from which it can continue. Two runs of one world that continue from equal
 /// moments with equal inputs are equal to the last bit. Solutions and the search are boxed, because each
@@ -25,6 +45,12 @@ pub(super) struct Moment {
     /// at once.
     pub before: Option<Box<StepSolution>>,
     pub long_before: Option<Box<StepSolution>>,
+    /// Arrival of each body, and that at the moment before.
+    pub arrivals: Vec<Arrival>,
+    pub arrivals_before: Vec<Arrival>,
+    /// Drives of the interval before at axes whose drives changed, and those of the moment before.
+    pub drives: Vec<AxisDrive>,
+    pub drives_before: Vec<AxisDrive>,
     /// States with velocities of the instant, with [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     pub instants: Option<Instants>,
     /// Lengths of intervals, with an accuracy or located impacts.
@@ -40,7 +66,10 @@ impl Moment {
         let joints = angles.map(JointForce::none).collect();
         let gears = vec![0.0; world.gears().len()];
         let is_leapfrog = has_contacts && world.integrator() == Integrator::Leapfrog;
+        let length = if is_leapfrog { 0.0 } else { world.time_step() };
         Self {
+            arrivals: vec![Arrival::after(length); states.len()],
+            arrivals_before: vec![Arrival::after(length); states.len()],
             now: Box::new(StepSolution { joints, gears, ..StepSolution::free(states) }),
             instants: is_leapfrog.then(|| Instants::at(states)),
             ..Self::default()
@@ -50,6 +79,57 @@ impl Moment {
     /// States X, one per body, with the velocities of the instant.
     pub fn states(&self) -> &[State] {
         self.instants.as_ref().map_or(&self.now.states, |instants| &instants.states)
+    }
+
+    /// Notes the drive of an axis before it changes, with velocities of the instant.
+    pub fn note_drive(&mut self, before: AxisDrive) {
+        let is_same = |of: &AxisDrive| (of.joint, of.axis) == (before.joint, before.axis);
+        if self.instants.is_some() && !self.drives.iter().any(is_same) {
+            self.drives.push(before);
+        }
+    }
+
+    /// True if bodies start.
+    pub fn has_starts(&self) -> bool {
+        self.arrivals.iter().any(|arrival| arrival.length == 0.0)
+    }
+
+    /// Starts the bodies at these `states`, and the bodies of their islands at the velocities of the instant.
+    /// Velocities of one time conserve momentum.
+    pub fn start(&mut self, world: &World, states: &[(usize, State)]) {
+        let Self { now, instants: Some(instants), arrivals, .. } = self else { return };
+        let bodies = arrivals.len();
+        let mut islands = Islands::default();
+        let carrying = now.contacts.iter().filter(|force| force.carries_force());
+        islands.find(bodies, carrying.map(|force| &force.key), world);
+        let mut starts = vec![false; bodies];
+        for (body, state) in states {
+            starts[islands.label(*body)] = true;
+            instants.start(*body, *state);
+        }
+        for body in (0..bodies).filter(|body| starts[islands.label(*body)]) {
+            let state = instants.states[body];
+            instants.start(body, state);
+            now.states[body] = state;
+            arrivals[body].length = 0.0;
+        }
+    }
+
+    /// Starts all bodies at the velocities of the instant.
+    pub fn start_all(&mut self) {
+        let Some(instants) = &self.instants else { return };
+        self.now.states.clone_from(&instants.states);
+        self.arrivals.iter_mut().for_each(|arrival| arrival.length = 0.0);
+    }
+
+    /// Sets the arrival of each body after an interval of this `length` (s) with these inputs.
+    pub fn arrive(&mut self, length: f64, inputs: &Inputs) {
+        swap(&mut self.arrivals, &mut self.arrivals_before);
+        swap(&mut self.drives, &mut self.drives_before);
+        self.drives.clear();
+        self.arrivals.clear();
+        let all = inputs.outside.iter().map(|outside| Arrival { length, wrench: outside.wrench });
+        self.arrivals.extend(all);
     }
 
     /// Moves on to the end of an interval with this solution. `solution` receives the oldest one,
@@ -73,6 +153,8 @@ impl Moment {
         let Some(before) = self.before.take() else { return false };
         self.now = before;
         self.before = self.long_before.take();
+        swap(&mut self.arrivals, &mut self.arrivals_before);
+        swap(&mut self.drives, &mut self.drives_before);
         if let Some(instants) = &mut self.instants {
             instants.take_back(&taken.instants);
         }

@@ -1,8 +1,9 @@
 //! One interval of a step: free flight, or contact detection, solver and certificate.
 
+use super::driving::{exchange_drives, held_drives};
 use super::inputs::Inputs;
-use super::interval::{Interval, PartOfStep};
-use super::leapfrog::{self, Converted};
+use super::interval::Interval;
+use super::leapfrog;
 use super::moment::Moment;
 use super::unphysical::{self, UnphysicalCause};
 use super::workspace::Workspace;
@@ -14,20 +15,12 @@ use crate::mechanics::dynamics::rk4_step;
 use crate::step::{Step, StepReport, StepSolution, StepStatus};
 use crate::world::{Span, World};
 
-/// Part of a step to be taken.
-#[derive(Debug, Clone)]
-pub(super) struct Part {
-    pub span: Span,
-    /// Conversions of velocities to its length; empty in a step that was not solved at once.
-    pub converted: Vec<Converted>,
-}
-
-/// Takes one interval from `moment`, which moves to its end: a whole step, or a `part` of one. `taken`
-/// describes it. It is taken even if it is not solved.
+/// Takes one interval from `moment`, which moves to its end: a whole step, or the part of one in `span`.
+/// `taken` describes it. It is taken even if it is not solved.
 ///
-/// The order is: wrenches; a copy of the interval before if all rests; joint frames, moved by what is left
-/// of their errors and by their motions; a trial that converts velocities of a start; the problem; the
-/// velocities of the instant; the move.
+/// The order is: lengths before it and wrenches; a copy of the interval before if all rests; joint
+/// frames, moved by what is left of their errors and by their motions; the problem; the velocities of the
+/// instant; the move.
 ///
 /// # Errors
 /// If the problem cannot be posed or was interrupted. The moment is then unchanged.
@@ -36,48 +29,37 @@ pub(super) fn interval(
     moment: &mut Moment,
     inputs: &Inputs,
     workspace: &mut Workspace<'_>,
-    part: Option<Part>,
+    span: Option<Span>,
     taken: &mut Interval,
 ) -> Result<(), Error> {
     inputs.check_interrupt()?;
-    taken.span = part.as_ref().map(|part| part.span);
-    world.set_span(taken.span);
+    taken.span = span;
+    world.set_span(span);
+    world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
+    taken.before.clear();
+    taken.before.extend_from_slice(world.before());
     inputs.set_wrenches(world, moment, &mut workspace.wrenches);
     taken.wrenches.clone_from(&workspace.wrenches);
+    taken.length = world.time_step();
     taken.is_coarse = false;
-    taken.part = part.map(|part| Box::new(PartOfStep::after(part.converted)));
+    taken.drives.clear();
+    taken.part = span.map(|_| Box::default());
     if workspace.rest.is_known() && workspace.rest.repeat(moment, &workspace.wrenches, taken) {
+        moment.arrive(world.time_step(), inputs);
         return Ok(());
     }
-    let held = world.hold_back(&moment.now.states, &moment.now.joints);
-    let solved = solve_from_start(world, moment, inputs, workspace, taken);
-    world.release(held);
-    finish(world, moment, inputs, workspace, solved?, taken);
-    Ok(())
-}
-
-/// Solves the problem of an interval after its inputs and conversions of velocities. Returns true if a
-/// trial converted some.
-///
-/// # Errors
-/// If the problem cannot be posed or was interrupted. The moment is then unchanged.
-fn solve_from_start(
-    world: &mut World,
-    moment: &mut Moment,
-    inputs: &Inputs,
-    workspace: &mut Workspace<'_>,
-    taken: &mut Interval,
-) -> Result<bool, Error> {
-    inputs.drive_joints(world, moment);
-    let converted = taken.part.as_mut().map_or(&mut [][..], |part| &mut part.converted);
-    let unconverted =
-        leapfrog::has_starts(moment).then(|| (moment.now.clone(), moment.instants.clone()));
-    let started = leapfrog::start(world, moment, inputs, workspace, converted, None)?;
-    let solved = solve(world, moment, inputs, workspace, taken, measure);
-    if let (Err(_), Some((now, instants))) = (&solved, unconverted) {
-        (moment.now, moment.instants) = (now, instants);
+    if !inputs.at_instant {
+        taken.drives.extend(held_drives(world, &moment.drives));
     }
-    solved.map(|()| started)
+    exchange_drives(world, &mut taken.drives);
+    let held = world.hold_back(&moment.now.states, &moment.now.joints);
+    inputs.drive_joints(world, moment);
+    let solved = solve(world, moment, inputs, workspace, taken);
+    world.release(held);
+    exchange_drives(world, &mut taken.drives);
+    solved?;
+    finish(world, moment, inputs, workspace, taken);
+    Ok(())
 }
 
 /// Moves `moment` to the end of `taken`, whose solution is that of the interval.
@@ -86,17 +68,17 @@ pub(super) fn finish(
     moment: &mut Moment,
     inputs: &Inputs,
     workspace: &mut Workspace<'_>,
-    started: bool,
     taken: &mut Interval,
 ) {
-    leapfrog::end(world, moment, workspace, started, taken);
+    leapfrog::end(world, moment, inputs, workspace, taken);
+    moment.arrive(world.time_step(), inputs);
     workspace.solution.copy_from(&taken.solution);
     moment.move_on(&mut workspace.solution);
     workspace.rest.note(world, moment, inputs, &workspace.wrenches, taken);
 }
 
-/// Solves the problem of an interval, describes it in `taken`, and calls `then` with the candidates.
-/// Only the contact search of the moment moves on.
+/// Solves the problem of an interval and describes it in `taken`. Only the contact search of the moment
+/// moves on.
 ///
 /// # Errors
 /// If the problem cannot be posed or was interrupted. The moment is then unchanged.
@@ -106,11 +88,11 @@ pub(super) fn solve(
     inputs: &Inputs,
     workspace: &mut Workspace<'_>,
     taken: &mut Interval,
-    then: impl FnOnce(&World, &mut Workspace<'_>, &mut Interval),
 ) -> Result<(), Error> {
     taken.states.clear();
     taken.states.extend_from_slice(&moment.now.states);
     taken.instants.clear();
+    taken.ends.clear();
     taken.extrapolated.clear();
     if let Some(instants) = &moment.instants {
         taken.instants.extend_from_slice(&instants.states);
@@ -133,7 +115,7 @@ pub(super) fn solve(
         Ok(())
     };
     if solved.is_ok() {
-        then(world, workspace, taken);
+        measure(world, workspace, taken);
         workspace.candidates.hand_over(&mut taken.contacts);
     }
     workspace.candidates.return_memory(&mut moment.search);

@@ -5,7 +5,7 @@ use super::{EnergyGain, InfeasibleGap, UnphysicalCause};
 use crate::contact::Certificate;
 use crate::mechanics::{State, Wrench, largest};
 use crate::step::{StepReport, StepStatus};
-use crate::world::without;
+use crate::world::{World, without};
 use nalgebra::Vector3;
 
 /// Largest number of intervals whose memory a record keeps for its next step.
@@ -54,6 +54,32 @@ impl From<Interval> for StepRecord {
     /// Record of a step of one interval, with the index 0.
     fn from(interval: Interval) -> Self {
         Self { index: 0, unsolved: Vec::new(), intervals: vec![interval], count: 1 }
+    }
+}
+
+/// Share of an interval in its step.
+#[derive(Debug, Clone, Copy)]
+pub struct Share<'a> {
+    length: f64,
+    /// Lengths of the step and of its last interval (s).
+    whole: f64,
+    last: f64,
+    first: &'a Interval,
+}
+
+impl Share<'_> {
+    /// Share of the length of the step.
+    #[must_use]
+    pub fn of_time(&self) -> f64 {
+        self.length / self.whole
+    }
+
+    /// Factor of forces at `body`, or between it and `other`, in their mean over the step. The forces of a
+    /// step act from the middle of the interval before it to the middle of its last interval.
+    #[must_use]
+    pub fn of_forces(&self, body: usize, other: Option<usize>) -> f64 {
+        let before = (2.0 * self.first.kick(body, other) - 1.0) * self.first.length;
+        self.length / (self.whole + 0.5 * (before - self.last))
     }
 }
 
@@ -216,6 +242,13 @@ impl StepRecord {
         self.intervals().iter().find_map(|interval| interval.infeasible_gap)
     }
 
+    /// Energies at the start and at the end of the step in `world`, as the rows of a run count them (J).
+    #[must_use]
+    pub fn energies(&self, world: &World) -> [f64; 2] {
+        let (first, last) = (self.first(), self.last());
+        [first.energy(&first.world(world)), last.end_energy(&last.world(world))]
+    }
+
     /// Growth of the estimated error (40) in the step (m): the sum over its intervals of the body with
     /// the largest one.
     #[must_use]
@@ -243,7 +276,7 @@ impl StepRecord {
 
     /// States X at step k+1 with the velocities of the instant (eq. 37).
     #[must_use]
-    pub fn end_states(&self) -> Vec<State> {
+    pub fn end_states(&self) -> &[State] {
         self.last().end_states()
     }
 
@@ -265,20 +298,31 @@ impl StepRecord {
         &self.next_states()[0]
     }
 
-    /// The intervals with their shares of the length of the step.
-    pub fn shares(&self) -> impl Iterator<Item = (f64, &Interval)> {
-        let length = |interval: &Interval| interval.span.map_or(1.0, |span| span.length);
-        let whole = match self.intervals() {
-            [only] => length(only),
-            intervals => intervals.iter().map(length).sum(),
-        };
-        self.intervals().iter().map(move |interval| (length(interval) / whole, interval))
+    /// The intervals with their shares of the step.
+    pub fn shares(&self) -> impl Iterator<Item = (Share<'_>, &Interval)> {
+        let intervals = self.intervals();
+        let whole = intervals.iter().map(|interval| interval.length).sum();
+        let last = intervals.last().map_or(0.0, |interval| interval.length);
+        let first = intervals.first();
+        intervals.iter().map(move |interval| {
+            (
+                Share { length: interval.length, whole, last, first: first.unwrap_or(interval) },
+                interval,
+            )
+        })
     }
 
     /// Mean of the sum of all contact forces on body `index` over the step (N), world frame.
     #[must_use]
     pub fn mean_force(&self, index: usize) -> Vector3<f64> {
-        self.shares().map(|(share, taken)| taken.solution.total_force(index) * share).sum()
+        let of_interval = |(share, taken): (Share<'_>, &Interval)| {
+            let forces = taken.solution.contacts.iter().map(|force| {
+                let share = share.of_forces(force.key.body, force.key.partner.body());
+                force.force_on(index) * share
+            });
+            forces.sum::<Vector3<f64>>()
+        };
+        self.shares().map(of_interval).sum()
     }
 
     /// Removes the body `index` and its contacts, after its removal from the simulation. Bodies
@@ -301,6 +345,10 @@ impl StepRecord {
             if !interval.instants.is_empty() {
                 interval.instants.push(state);
             }
+            if !interval.ends.is_empty() {
+                interval.ends.push(state);
+            }
+            interval.before.clear();
             interval.solution.states.push(state);
             interval.part = None;
         }

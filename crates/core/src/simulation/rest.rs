@@ -231,10 +231,13 @@ impl RestingBodies {
         taken.states.clear();
         taken.states.extend_from_slice(&moment.now.states);
         taken.instants.clear();
+        taken.ends.clear();
         taken.extrapolated.clear();
         if let Some(instants) = &moment.instants {
             taken.instants.extend_from_slice(&instants.states);
-            taken.extrapolated.extend(instants.was_abrupt.iter().map(|was_abrupt| !was_abrupt));
+            taken.ends.extend_from_slice(&instants.states);
+            let bodies = 0..instants.states.len();
+            taken.extrapolated.extend(bodies.map(|body| instants.is_extrapolated(body)));
         }
         taken.solution.copy_from(&moment.now);
         taken.contacts.clear();

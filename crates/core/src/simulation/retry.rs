@@ -4,7 +4,7 @@
 //! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
 //! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Shorter
 //! intervals keep the depths at which they begin: their removal can be what has no solution.
-//! Velocities that depend on the length are converted before and after. The spin keeps its momentum P⁻
+//! Without half kicks, velocities are converted before and after them: the spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!
 //! A point near the solution that adds no energy is kept, and the step is failed. If the shorter
@@ -21,9 +21,8 @@
 use super::inputs::Inputs;
 use super::interval::Interval;
 use super::islands::Islands;
-use super::leapfrog;
 use super::moment::Moment;
-use super::one_interval::{self, Part};
+use super::one_interval;
 use super::record::StepRecord;
 use super::unphysical::{Budget, EnergyCheck, EnergyGain, UnphysicalCause};
 use super::workspace::Workspace;
@@ -87,12 +86,13 @@ pub(super) fn step(
         parts *= 2;
     }
     world.set_span(None);
+    world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
     inputs.drive_joints(world, moment);
     workspace.forget();
     let taken = &mut record.intervals_mut()[0];
     failure.hold_energy(world, workspace, taken);
     one_interval::measure_again(world, moment, workspace, taken);
-    one_interval::finish(world, moment, &inputs, workspace, false, taken);
+    one_interval::finish(world, moment, &inputs, workspace, taken);
     workspace.rest.end();
     Ok(())
 }
@@ -245,9 +245,13 @@ fn in_parts(
     let h = world.whole_step();
     let length = h / f64::from(parts);
     world.set_span(None);
-    let first_energy = energy::total(world, &start.now.states);
-    let mut moment = Moment { instants: None, ..start.clone() };
-    moment.now.states = converted(world, failure, &moment.now.states, h, length)?;
+    let states = start.now.states.clone();
+    let first_energy = energy::total(world, &states);
+    let mut moment = start;
+    if !world.has_half_kicks() {
+        moment.now.states = converted(world, failure, &states, h, length)?;
+        moment.arrivals.iter_mut().for_each(|arrival| arrival.length = length);
+    }
     moment.forget_past();
     workspace.forget();
     let mut budget = Budget::default();
@@ -255,8 +259,7 @@ fn in_parts(
         let since = f64::from(part) * length;
         let span = Span { since, length, usual: f64::INFINITY, is_retry: true };
         let taken = record.next_interval();
-        let part = Some(Part { span, converted: Vec::new() });
-        one_interval::interval(world, &mut moment, inputs, workspace, part, taken).ok()?;
+        one_interval::interval(world, &mut moment, inputs, workspace, Some(span), taken).ok()?;
         if !taken.report.status.is_solved() {
             return None;
         }
@@ -272,28 +275,47 @@ fn in_parts(
         return None;
     }
     world.set_span(None);
-    let mut ends = converted(world, failure, &moment.now.states, length, h)?;
-    let gained = failure.slow_standing(world, &start.now.states, &mut ends, parts, budget.gained);
-    let last_energy = energy::total(world, &ends);
-    moment.now.states = ends;
     moment.forget_past();
     record.remove_first();
-    let intervals = record.intervals_mut();
-    let last = intervals.len() - 1;
-    for (place, taken) in intervals.iter_mut().enumerate() {
-        let ends = [(place == 0).then_some(first_energy), (place == last).then_some(last_energy)];
-        taken.part.iter_mut().for_each(|part| part.energies = ends);
+    if !world.has_half_kicks() {
+        let end = end_of_steps(world, &mut moment, failure, &states, parts, &mut budget)?;
+        let last = record.intervals().len() - 1;
+        for (place, taken) in record.intervals_mut().iter_mut().enumerate() {
+            let energies = [(place == 0).then_some(first_energy), (place == last).then_some(end)];
+            taken.part.iter_mut().for_each(|part| part.energies = energies);
+        }
     }
-    budget.gained = gained;
     if budget.gains() {
         let body = failure.bodies().next().unwrap_or(0);
-        intervals[last].gain = Some(EnergyGain { body, energy: gained });
+        let gain = EnergyGain { body, energy: budget.gained };
+        if let [.., last] = record.intervals_mut() {
+            last.gain = Some(gain);
+        }
     }
-    leapfrog::end_of_retry(world, &start, &mut moment, intervals);
     Some(moment)
 }
 
-/// Converts `states` from intervals of length `from` to those of length `to` (s).
+/// Velocities of the whole steps at the end of `moment`, which was reached in `parts` from `states`, in steps
+/// without half kicks. Returns the energy there (J).
+fn end_of_steps(
+    world: &World,
+    moment: &mut Moment,
+    failure: &Failure,
+    states: &[State],
+    parts: u32,
+    budget: &mut Budget,
+) -> Option<f64> {
+    let h = world.time_step();
+    let length = h / f64::from(parts);
+    let mut ends = converted(world, failure, &moment.now.states, length, h)?;
+    budget.gained = failure.slow_standing(world, states, &mut ends, parts, budget.gained);
+    moment.now.states = ends;
+    moment.arrivals.iter_mut().for_each(|arrival| arrival.length = h);
+    Some(energy::total(world, &moment.now.states))
+}
+
+/// Converts `states` from intervals of length `from` to those of length `to` (s), for steps without half
+/// kicks.
 fn converted(
     world: &World,
     failure: &Failure,

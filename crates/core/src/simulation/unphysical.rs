@@ -62,7 +62,7 @@ use super::islands::Islands;
 use crate::contact::certificate::Claim;
 use crate::joint::{JointMotion, JointWork};
 use crate::mechanics::{RigidBody, State, Wrench};
-use crate::world::{Partner, World};
+use crate::world::{Partner, WINDOW, World};
 use nalgebra::Vector3;
 
 /// Largest rotation of a body in a valid step (rad).
@@ -153,6 +153,9 @@ pub(super) struct Budget {
     off: f64,
     /// Energy (32a) of the depth and errors that the step removes (J); like `off`.
     lift: f64,
+    /// Share of the kinetic energy that a body gains at its start, ½ h² ω²: its velocity is then that along the
+    /// chord of a circle instead of the tangent.
+    bent: f64,
     /// Work of joint axes that stop and hold a load (J), and its limit (J6a) from drives (J).
     holding: f64,
     excess: f64,
@@ -305,6 +308,13 @@ impl EnergyCheck {
             let lift = weight * (h * accepted + budget.under);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
             budget.mass += body.mass();
+            if world.before().get(index).is_some_and(|before| *before < WINDOW * h) {
+                budget.bent = budget.bent.max(0.5 * h * h * state.spin.norm_squared());
+            }
+        }
+        for budget in self.budgets.iter_mut().filter(|budget| budget.bent > 0.0) {
+            let bent = budget.bent * budget.size;
+            budget.gained -= budget.gained.clamp(0.0, bent);
         }
         for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
             let work = motions.work(joint, claim.states, claim.next, force, h);

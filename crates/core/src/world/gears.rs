@@ -1,7 +1,7 @@
 //! Judgement of gears in a step: residual and work.
 
 use super::World;
-use crate::joint::{Axis, Gear, GearAxis, Joint, JointAxis, JointForce, JointWork, at_rest};
+use crate::joint::{Axis, Gear, GearAxis, Joint, JointAxis, JointForce, JointWork};
 use crate::mechanics::{State, Wrench};
 use nalgebra::Vector3;
 
@@ -29,7 +29,7 @@ impl Gear {
         let Some(response) = self.response(world, states) else { return f64::NAN };
         // Impulses are scaled by the mass of the first body.
         let unit = bodies[joints[self.axes()[0].joint].body()].mass();
-        let graph = self.law().graph(&at_rest(start), h, length, unit);
+        let graph = self.law().graph(&self.start(start), h, length, unit);
         let rho = 1.0 / (length * length * unit * response);
         let u = length * (end - start) / h;
         let p = force * h / (unit * length);

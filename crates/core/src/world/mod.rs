@@ -8,6 +8,7 @@ pub mod constants;
 mod friction_axis;
 mod gears;
 mod groups;
+mod half_kicks;
 mod joint_constants;
 mod law_constants;
 mod laws;
@@ -168,6 +169,9 @@ pub struct World {
     accuracy: Option<f64>,
     impacts: Impacts,
     part: Option<Part>,
+    /// Length of the interval to whose middle each body's velocity belongs at the start of the present
+    /// problem (s), 0 for bodies that start; empty if it is that of the problem for all.
+    before: Vec<f64>,
     reach: f64,
     speed_scale: f64,
 }
@@ -185,8 +189,7 @@ pub struct Span {
     /// Usual length of intervals, over which depths and joint errors are removed (s)
     /// ([`World::removed_share`]); infinite if depths are kept.
     pub usual: f64,
-    /// True for a shorter interval of a step that was not solved. Its velocities are those of its
-    /// end, as with [`Integrator::Euler`].
+    /// True for a shorter interval of a step that was not solved.
     pub is_retry: bool,
 }
 
@@ -240,6 +243,7 @@ impl World {
             accuracy: None,
             impacts: Impacts::Stepped,
             part: None,
+            before: Vec::new(),
             reach,
             speed_scale,
         }
@@ -494,8 +498,10 @@ impl World {
         }
     }
 
-    /// Sets the part of the time step that the next problem covers. `None` is the whole step.
+    /// Sets the part of the time step that the next problem covers. `None` is the whole step. The interval
+    /// before counts as one of the same length until [`World::set_before`].
     pub fn set_span(&mut self, span: Option<Span>) {
+        self.set_regular();
         if span.is_none() && self.part.is_none() {
             return;
         }
@@ -534,14 +540,9 @@ impl World {
         }
     }
 
-    /// True if the velocities of the present problem belong to the middle of its interval.
-    fn has_middles(&self) -> bool {
-        self.integrator == Integrator::Leapfrog && !self.is_retry()
-    }
-
     /// Sets in all joints when their springs and dampers act.
     fn set_middles(&mut self) {
-        let is_middle = self.has_middles();
+        let is_middle = self.integrator == Integrator::Leapfrog;
         let Self { joints, parameters, .. } = self;
         joints.iter_mut().for_each(|joint| joint.set_middle(is_middle, &parameters.bodies));
     }
@@ -550,21 +551,6 @@ impl World {
     #[must_use]
     pub fn integrator(&self) -> Integrator {
         self.integrator
-    }
-
-    /// Time over which loads act in step `index` (s), and over which their mean is taken. With
-    /// [`Integrator::Leapfrog`] it lies between the middles of two steps, and begins at 0 at the
-    /// earliest.
-    #[must_use]
-    pub fn load_interval(&self, index: u64) -> [f64; 2] {
-        let middle = if self.has_middles() { 0.5 } else { 0.0 };
-        match self.part {
-            None => [index, index + 1].map(|k| (k as f64 - middle).max(0.0) * self.time_step()),
-            Some(_) => {
-                let start = self.time_before(index);
-                [-middle, 1.0 - middle].map(|by| (start + by * self.time_step()).max(0.0))
-            }
-        }
     }
 
     /// Integrator of the rotations.

@@ -20,6 +20,7 @@ use tumble::step_nlp::SMOOTHING;
 use tumble::step_nlp::layout::Layout;
 use tumble::step_nlp::point::{Products, products};
 use tumble_core::contact::{Contact, ContactKey, Partner, rounding};
+use tumble_core::simulation::record::Share;
 use tumble_core::simulation::{Interval, StepRecord};
 use tumble_core::step::{ContactForce, StepStatus};
 use tumble_core::world::World;
@@ -123,7 +124,8 @@ impl<W: Write> TrajectoryWriter<W> {
     }
 
     /// Adds the contacts of an interval to the numbers of the row.
-    fn add_contacts(&mut self, share: f64, interval: &Interval) -> io::Result<()> {
+    fn add_contacts(&mut self, share: Share<'_>, interval: &Interval) -> io::Result<()> {
+        let share = share.of_forces(0, None);
         let count = self.carrying.len();
         for (contact, found) in interval.contacts.iter().zip(&interval.solution.contacts) {
             let ContactKey { body, partner, point, .. } = contact.key;

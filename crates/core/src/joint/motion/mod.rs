@@ -247,12 +247,14 @@ impl Joint {
             rate: rates[k],
             inverse_inertia: self.inverse_inertias.map(|inverse| inverse[0][k]),
             push: self.push[0][k],
+            kick: self.kick,
         };
         let about = |k: usize| AxisStart {
             coordinate: angles[k],
             rate: turns[k],
             inverse_inertia: self.inverse_inertias.map(|inverse| inverse[1][k]),
             push: self.push[1][k],
+            kick: self.kick,
         };
         [std::array::from_fn(along), std::array::from_fn(about)]
     }

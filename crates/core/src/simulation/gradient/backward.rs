@@ -9,8 +9,9 @@ use super::impact_time::ImpactTimes;
 use super::{Run, RunGradient};
 use crate::derivative::StateChange;
 use crate::error::Error;
-use crate::mechanics::State;
-use crate::simulation::leapfrog::{self, Converted, TrialStep};
+use crate::mechanics::{State, Wrench};
+use crate::simulation::driving::exchange_drives;
+use crate::simulation::inputs::late_share;
 use crate::simulation::{Interval, Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
 use crate::world::{Changeable, Constant, World};
@@ -77,9 +78,16 @@ pub(super) struct Backward {
     /// that passed through it and are not yet multiplied for the constants.
     derivative: StepDerivative,
     owed: Vec<StateChange>,
-    /// Derivatives with respect to the velocities before the present step, from the extrapolation of
-    /// those of the instant after it (eq. 37).
+    /// Derivatives with respect to the velocities before the present interval, from the extrapolation of
+    /// those of the instant after it (eq. 37a).
     extrapolated: Vec<StateChange>,
+    /// Derivatives with respect to the input of the present interval, from the half kick of the next one
+    /// and from the velocities of the instant after it.
+    later: Vec<Wrench>,
+    late: Vec<Wrench>,
+    later_inputs: Vec<Vec<f64>>,
+    /// True if wrenches belong to the instant.
+    at_instant: bool,
     times: ImpactTimes,
     end: Option<Saved>,
 }
@@ -91,6 +99,7 @@ impl Backward {
         first: u64,
         world: &World,
         is_divided: bool,
+        at_instant: bool,
     ) -> Result<Self, Error> {
         let bodies = world.bodies().len();
         let infinite = (f64::INFINITY, first);
@@ -116,6 +125,10 @@ impl Backward {
                 .map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?,
             owed: vec![StateChange::zero(); bodies],
             extrapolated: vec![StateChange::zero(); bodies],
+            later: vec![Wrench::zero(); bodies],
+            late: vec![Wrench::zero(); bodies],
+            later_inputs: Vec::new(),
+            at_instant,
             times: ImpactTimes::new(run.has_impact_times, is_divided),
             end: None,
         })
@@ -130,7 +143,7 @@ impl Backward {
         start: &Saved,
     ) -> Result<RunGradient, Error> {
         self.flush_constants(run)?;
-        self.add(run, 0, start.states(), |_| false)?;
+        self.add(run, 0, start.states(), |_| None)?;
         if let Some(end) = &self.end {
             simulation.restore(end)?;
         }
@@ -141,35 +154,29 @@ impl Backward {
         Ok(found)
     }
 
-    /// Adds the derivatives with respect to the `states` after `steps` steps, whose velocities are
-    /// `extrapolated` for some bodies.
+    /// Adds the derivatives with respect to the `states` after `steps` steps. The velocities of a body are
+    /// extrapolated by this share of their last change (eq. 37a). Returns those of each body.
     fn add(
         &mut self,
         run: &mut Run<'_>,
         steps: u64,
         states: &[State],
-        extrapolated: impl Fn(usize) -> bool,
-    ) -> Result<(), Error> {
-        let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
+        share: impl Fn(usize) -> Option<f64>,
+    ) -> Result<Vec<StateChange>, Error> {
+        let Some(by_states) = (run.by_states)(steps, states) else { return Ok(Vec::new()) };
         let (field, count) = ("derivatives by states", by_states.len());
         if count != self.dual.len() {
             return Err(Error::Count { field, count, allowed: "one per body" });
         }
         for (body, more) in by_states.iter().enumerate() {
             self.dual[body] = self.dual[body].plus(1.0, more);
-            if extrapolated(body) {
-                // V = 3/2 w − 1/2 w⁻
-                self.shift(body, 0.5, &more.velocities());
+            if let Some(share) = share(body) {
+                let by_velocity = more.velocities();
+                self.dual[body] = self.dual[body].plus(share, &by_velocity);
+                self.extrapolated[body] = self.extrapolated[body].plus(-share, &by_velocity);
             }
         }
-        Ok(())
-    }
-
-    /// Adds the derivatives κ (w − w⁻) of a body with respect to its velocities after and before the step
-    /// that comes next in the pass; `by_velocity` are those by the sum.
-    fn shift(&mut self, body: usize, kappa: f64, by_velocity: &StateChange) {
-        self.dual[body] = self.dual[body].plus(kappa, by_velocity);
-        self.extrapolated[body] = self.extrapolated[body].plus(-kappa, by_velocity);
+        Ok(by_states)
     }
 
     /// Processes the steps `from`…`to` backward; `start` is the state before the first of them.
@@ -321,18 +328,26 @@ impl Backward {
         let changeable = taken.part.as_ref().map_or(changeable, |part| &part.changeable);
         simulation.world.set_changeable(changeable);
         simulation.world.set_span(taken.span);
+        if !taken.before.is_empty() {
+            simulation.world.set_before(taken.before.iter().copied());
+        }
+        let mut drives = taken.drives.clone();
+        exchange_drives(&mut simulation.world, &mut drives);
         let held = simulation.world.hold_back(&taken.states, &taken.solution.joints);
         let mut free = self.derivative.take_flights();
         let step = simulation.recorded_interval(taken, &mut free);
         let Interval { contacts, solution, .. } = taken;
         let mut found = Ok(());
         // Parts of steps have different lengths.
-        if taken.part.is_some() || !self.derivative.is_at_rest_in(&step, contacts, solution) {
+        let is_other = !taken.before.is_empty() || !taken.drives.is_empty();
+        let is_rest = || self.derivative.is_at_rest_in(&step, contacts, solution);
+        if taken.part.is_some() || is_other || !is_rest() {
             found = self.flush_constants(run);
             found = found.and_then(|()| self.derivative.linearise(&step, contacts, solution));
         }
         self.derivative.keep_flights(free);
         simulation.world.release(held);
+        exchange_drives(&mut simulation.world, &mut drives);
         self.records = records;
         found
     }
@@ -341,17 +356,27 @@ impl Backward {
     fn back(&mut self, world: &World, run: &mut Run<'_>, step: &Taken) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
         let taken = &records[step.place.record].record.intervals()[step.place.interval];
-        let is_extrapolated = |body| taken.extrapolated.get(body) == Some(&true);
+        let is_extrapolated = |body: usize| taken.extrapolated.get(body) == Some(&true);
+        let share = |body| is_extrapolated(body).then(|| 0.5 / world.kick(body));
         let added = if step.is_last {
-            self.add(run, step.steps, &taken.end_states(), is_extrapolated)
+            self.add(run, step.steps, taken.end_states(), share)
         } else {
-            Ok(())
+            Ok(Vec::new())
         };
+        let by_instants = added.as_ref().map_or(&[][..], |added| added);
+        for (body, by) in by_instants.iter().enumerate() {
+            if is_extrapolated(body) && !self.at_instant && !world.is_held(body) {
+                let (of, share) = (&world.bodies()[body], late_share(world, body));
+                let torque = of.inertia_inverse() * by.spin;
+                self.late[body] = Wrench { force: by.velocity / of.mass(), torque }.scaled(share);
+            }
+        }
         self.found.note(self.first + step.steps - 1, taken, &self.derivative);
-        let is_whole = taken.part.is_none();
+        let is_whole = taken.part.is_none() && taken.before.is_empty();
+        let starts = taken.states.clone();
         self.records = records;
         added?;
-        let Self { derivative, dual, owed, extrapolated, records, step: gradient, .. } = self;
+        let Self { derivative, dual, owed, step: gradient, .. } = self;
         // Inputs need the product of every step.
         let is_summed = is_whole && derivative.is_at_rest() && run.inputs.is_empty();
         if is_summed && derivative.pull_at_rest(dual, gradient)? {
@@ -359,12 +384,9 @@ impl Backward {
             owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
         } else {
             derivative.vjp(dual, &self.asked, gradient)?;
-            if !run.inputs.is_empty() && step.is_last {
-                self.found.inputs.push(gradient.constants[run.constants.len()..].to_vec());
-            } else {
-                self.found.add_last_inputs(&gradient.constants[run.constants.len()..]);
-            }
+            self.add_inputs(world, run, step.is_last);
         }
+        let Self { dual, extrapolated, records, step: gradient, .. } = self;
         let after = self.times.are_asked().then(|| dual.clone());
         dual.clone_from(&gradient.states);
         if let Some(after) = after {
@@ -378,93 +400,69 @@ impl Backward {
         }
         // Adds the rotation of loads that act at a point of a body.
         for (body, by) in &step.turned {
-            dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque);
+            let share = if world.has_half_kicks() { world.kick(*body) } else { 1.0 };
+            dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque) * share;
         }
-        if step.is_last {
-            self.found.wrenches.push(gradient.wrenches.clone());
+        if !world.before().is_empty() {
+            for (body, state) in starts.iter().enumerate() {
+                let by = &gradient.wrenches[body];
+                let slope = world.missing_torque_by_spin(body, &state.spin);
+                dual[body].spin += slope.tr_mul(&by.torque);
+                for (constant, sums) in self.asked.iter().zip(&mut gradient.constants) {
+                    world.missing_kick_vjp(body, state, by, *constant, sums);
+                }
+            }
+        }
+        self.add_wrenches(world, step.is_last);
+        self.add_constants();
+        Ok(())
+    }
+
+    /// Adds the derivatives with respect to the inputs of joints in the present interval.
+    fn add_inputs(&mut self, world: &World, run: &Run<'_>, is_last: bool) {
+        let first = run.constants.len();
+        let mut own = self.step.constants[first..].to_vec();
+        if world.has_half_kicks() && !self.at_instant {
+            self.later_inputs.resize_with(own.len(), Vec::new);
+            let each = own.iter_mut().zip(&mut self.later_inputs).zip(run.inputs);
+            for ((own, later), input) in each {
+                later.resize(own.len(), 0.0);
+                let shares = world.held_shares(*input);
+                for ((own, later), share) in own.iter_mut().zip(later).zip(shares) {
+                    let by = *own;
+                    *own = by * share + std::mem::replace(later, by * (1.0 - share));
+                }
+            }
+        }
+        if !run.inputs.is_empty() && is_last {
+            self.found.inputs.push(own);
         } else {
-            self.found.add_last_wrenches(&gradient.wrenches);
+            self.found.add_last_inputs(&own);
         }
-        self.add_constants();
-        self.convert(run, step)
     }
 
-    /// Multiplies by the derivatives of the conversions of velocities before an interval, whose trial
-    /// has its derivative.
-    fn convert(&mut self, run: &Run<'_>, step: &Taken) -> Result<(), Error> {
-        let Place { record, interval } = step.place;
-        let part = &self.records[record].record.intervals()[interval].part;
-        let Some(converted) = part.as_ref().map(|part| part.converted.clone()) else {
-            return Ok(());
-        };
-        let is_trial = |of: &Converted| matches!(of, Converted::Started { has_trial: true, .. });
-        if converted.iter().any(is_trial) {
-            self.start_with(run, |body| is_trial(&converted[body]), &step.turned)?;
+    /// Adds the derivatives with respect to the inputs of the present interval. Held inputs act in its
+    /// second half and in the first half of the next one.
+    fn add_wrenches(&mut self, world: &World, is_last: bool) {
+        let Self { step: gradient, later, late, found, at_instant, .. } = self;
+        let mut own = gradient.wrenches.clone();
+        if world.has_half_kicks() {
+            for (body, own) in own.iter_mut().enumerate() {
+                let (by, kick) = (*own, world.kick(body));
+                if *at_instant {
+                    *own = by.scaled(kick);
+                    continue;
+                }
+                *own = by.scaled(0.5).plus(&later[body]).plus(&late[body]);
+                later[body] = by.scaled(kick - 0.5).plus(&late[body].scaled(-1.0));
+                late[body] = Wrench::zero();
+            }
         }
-        for (body, converted) in converted.iter().enumerate() {
-            let kappa = match converted {
-                Converted::Shifted(kappa) => *kappa,
-                Converted::Started { extrapolated: true, .. } => 0.5,
-                Converted::Started { .. } | Converted::Kept => continue,
-            };
-            let by_velocity = self.dual[body].velocities();
-            self.shift(body, kappa, &by_velocity);
+        if is_last {
+            found.wrenches.push(own);
+        } else {
+            found.add_last_wrenches(&own);
         }
-        Ok(())
-    }
-
-    /// Multiplies by the derivative of the conversion of the start (eq. 37) in the step `trial`:
-    ///
-    /// ```text
-    /// w = 3/2 V − 1/2 w⁺(q, V)
-    /// ```
-    pub(super) fn start(
-        &mut self,
-        simulation: &mut Simulation<'_>,
-        run: &mut Run<'_>,
-        trial: &TrialStep,
-    ) -> Result<(), Error> {
-        if !trial.converted.contains(&true) {
-            return Ok(());
-        }
-        self.flush_constants(run)?;
-        let mut free = self.derivative.take_flights();
-        let step = simulation.recorded_interval(&trial.taken, &mut free);
-        let Interval { contacts, solution, .. } = &trial.taken;
-        let found = self.derivative.linearise(&step, contacts, solution);
-        self.derivative.keep_flights(free);
-        found?;
-        let jacobians = simulation.load_torque_rotation_jacobians(self.first, &trial.taken);
-        let turned: Vec<_> = jacobians.collect();
-        self.start_with(run, |body| trial.converted[body], &turned)
-    }
-
-    /// Multiplies by the derivative of (37) for the bodies `converted`, in a trial step with the present
-    /// derivative.
-    fn start_with(
-        &mut self,
-        run: &Run<'_>,
-        converted: impl Fn(usize) -> bool,
-        turned: &[(usize, Matrix3<f64>)],
-    ) -> Result<(), Error> {
-        let half = |body: usize, dual: &StateChange| {
-            let share = if converted(body) { 0.5 } else { 0.0 };
-            dual.velocities().scaled(share)
-        };
-        let halves: Vec<_> = self.dual.iter().enumerate().map(|(b, dual)| half(b, dual)).collect();
-        let by_end: Vec<_> = halves.iter().map(|half| half.scaled(-1.0)).collect();
-        let Self { derivative, dual, step: gradient, asked, found, .. } = self;
-        derivative.vjp(&by_end, asked, gradient)?;
-        for (body, dual) in dual.iter_mut().enumerate() {
-            *dual = dual.plus(1.0, &halves[body]).plus(1.0, &gradient.states[body]);
-        }
-        for (body, by) in turned {
-            dual[*body].turn += by.tr_mul(&gradient.wrenches[*body].torque);
-        }
-        found.add_last_wrenches(&gradient.wrenches);
-        found.add_last_inputs(&gradient.constants[run.constants.len()..]);
-        self.add_constants();
-        Ok(())
     }
 
     /// Multiplies the sum of all passes through the resting step for the constants, and adds the
@@ -498,19 +496,12 @@ impl Simulation<'_> {
         index: u64,
         taken: &Interval,
     ) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
-        let interval = taken.world(&self.world).load_interval(index);
+        let world = taken.world(&self.world);
         let each = self.inputs.outside.iter().zip(&taken.states).enumerate();
         each.filter_map(move |(body, (outside, state))| {
+            let interval = world.load_interval(index, body);
             Some((body, outside.load.torque_by_turn(interval, &state.attitude)?))
         })
-    }
-
-    /// Converts the velocities of the start in the step `trial`, with its inputs.
-    pub(super) fn start_run(&mut self, trial: &mut TrialStep) -> Result<(), Error> {
-        let Self { world, moment, inputs, workspace, .. } = self;
-        inputs.set_wrenches(world, moment, &mut workspace.wrenches);
-        inputs.drive_joints(world, moment);
-        leapfrog::start(world, moment, inputs, workspace, &mut [], Some(trial)).map(drop)
     }
 
     /// Takes one step of `run`.

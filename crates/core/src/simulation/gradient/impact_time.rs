@@ -51,9 +51,10 @@ impl ImpactTimes {
             return add_bounce_times(world, taken, dual_after, dual);
         }
         let has_one_time = self.add_located_time(world, taken, dual_after, dual);
-        let h = world.time_step();
-        let changes = taken.states.iter().zip(&taken.solution.states).map(|(state, next)| {
-            [(next.velocity - state.velocity) / h, (next.spin - state.spin) / h]
+        let pairs = taken.states.iter().zip(&taken.solution.states).enumerate();
+        let changes = pairs.map(|(body, (state, next))| {
+            let time = world.time_step() * world.kick(body);
+            [(next.velocity - state.velocity) / time, (next.spin - state.spin) / time]
         });
         self.later.clear();
         self.later.extend(changes);
@@ -70,12 +71,13 @@ impl ImpactTimes {
         dual: &mut [StateChange],
     ) -> bool {
         let Interval { states, wrenches, solution, .. } = taken;
+        let instants = taken.instant_states();
         let flights = states.iter().zip(wrenches).enumerate();
         let free: Vec<_> =
             flights.map(|(body, (state, wrench))| world.free_flight(body, state, wrench)).collect();
         let pairs = taken.contacts.iter().zip(&solution.contacts);
         let meets = |contact: &Contact| {
-            let speed = -contact.normal().dot(&contact.point_velocity(world, states));
+            let speed = -contact.normal().dot(&contact.point_velocity(world, instants));
             let least = contact.smooth_change(world, states, &free) + STILL * world.speed_scale();
             (speed > least).then_some(speed)
         };
@@ -88,10 +90,9 @@ impl ImpactTimes {
         let mut moved: Vec<_> = met.iter().flat_map(|(contact, _)| contact.key.bodies()).collect();
         moved.sort_unstable();
         moved.dedup();
-        let h = world.time_step();
         let mut by_time = 0.0;
         for &body in &moved {
-            let (state, next) = (&states[body], &solution.states[body]);
+            let (state, next, instant) = (&states[body], &solution.states[body], &instants[body]);
             let before = [free[body].velocity - state.velocity, free[body].spin - state.spin];
             let flow = |of: &State, [velocity, spin]: [Vector3<f64>; 2]| StateChange {
                 position: of.velocity,
@@ -100,7 +101,8 @@ impl ImpactTimes {
                 spin,
             };
             let later = self.later.get(body).copied().unwrap_or_default();
-            by_time += dual[body].dot(&flow(state, before.map(|change| change / h)));
+            let time = world.time_step() * world.kick(body);
+            by_time += dual[body].dot(&flow(instant, before.map(|change| change / time)));
             by_time -= dual_after[body].dot(&flow(next, later));
         }
         for (contact, speed) in &met {

@@ -10,7 +10,6 @@
 mod backward;
 mod impact_time;
 
-use super::leapfrog::TrialStep;
 use super::{Interval, Saved, Simulation, accuracy};
 use crate::derivative::StateChange;
 use crate::error::Error;
@@ -152,16 +151,9 @@ impl Simulation<'_> {
         }
         self.check_motion()?;
         let is_divided = accuracy::divides_steps(&self.world, &self.moment);
-        let mut backward = Backward::begin(run, self.index(), self.world(), is_divided)?;
-        let mut trial = TrialStep::default();
-        if !is_divided && run.steps > 0 {
-            (run.before)(self)?;
-            self.start_run(&mut trial)?;
-        }
-        // From here on, the velocities of the start are those of the middle.
-        let started = self.save();
-        backward.go(self, run, 0, run.steps, &started)?;
-        backward.start(self, run, &trial)?;
+        let mut backward =
+            Backward::begin(run, self.index(), self.world(), is_divided, self.inputs.at_instant)?;
+        backward.go(self, run, 0, run.steps, start)?;
         backward.end(self, run, start)
     }
 }

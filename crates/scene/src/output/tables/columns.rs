@@ -150,6 +150,9 @@ columns! {
         interval: u32 = ["interval"],
         /// Length of the interval (s); 0 in the last row.
         length: f64 = ["interval_s"],
+        /// Length of the interval before (s), 0 at a start; see
+        /// [`Interval::before`](tumble_core::simulation::Interval::before).
+        before: f64 = ["before_s"],
         /// Stiffness number h ω, see
         /// [`Interval::stiffness`](tumble_core::simulation::Interval::stiffness); 0 without joints.
         stiffness: f64 = ["stiffness"],

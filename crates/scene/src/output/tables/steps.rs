@@ -28,9 +28,14 @@ fn whole_step(intervals: &[IntervalRows]) -> Option<IntervalRows> {
         return Some(whole);
     }
     let length: f64 = intervals.iter().map(|rows| rows.row.length).sum();
-    whole.scale(first.row.length / length);
+    let acting: f64 = intervals.iter().map(|rows| rows.row.kick() * rows.row.length).sum();
+    let shares = |rows: &IntervalRows| TableShares {
+        time: rows.row.length / length,
+        forces: rows.row.kick() * rows.row.length / acting,
+    };
+    whole.scale(shares(first));
     for rows in later {
-        whole.add(rows, rows.row.length / length);
+        whole.add(rows, shares(rows));
     }
     let last = &intervals[intervals.len() - 1];
     whole.ends.clone_from(&last.ends);
@@ -41,6 +46,13 @@ fn whole_step(intervals: &[IntervalRows]) -> Option<IntervalRows> {
         (contact.index, contact.interval, contact.length) = (number, 0, length);
     }
     Some(whole)
+}
+
+/// Shares of an interval in its step: of its length, and of the time over which forces act.
+#[derive(Debug, Clone, Copy)]
+struct TableShares {
+    time: f64,
+    forces: f64,
 }
 
 /// Adds the mean force and slip of a contact to the same one of `contacts`, or appends it.
@@ -65,31 +77,36 @@ impl ContactRow {
         let mut contacts = Vec::new();
         for (share, interval) in record.shares() {
             for mut contact in Self::from_interval(interval) {
-                contact.scale(share);
+                let (body, other) = (contact.body, contact.partner.body());
+                let kick = interval.kick(body, other);
+                let forces = share.of_forces(body, other) * kick;
+                contact.scale(TableShares { time: share.of_time(), forces });
                 add_contact(&mut contacts, contact);
             }
         }
         contacts
     }
 
-    fn scale(&mut self, share: f64) {
-        let Self { force, moment, slip, .. } = self;
-        [force, moment, slip].into_iter().for_each(|vector| *vector *= share);
+    fn scale(&mut self, share: TableShares) {
+        self.force *= share.forces;
+        self.moment *= share.forces;
+        self.slip *= share.time;
     }
 }
 
 impl IntervalRows {
     /// Scales forces, rates and slips by the `share` of this interval in the step.
-    fn scale(&mut self, share: f64) {
+    fn scale(&mut self, share: TableShares) {
         self.contacts.iter_mut().for_each(|contact| contact.scale(share));
         for JointRow { velocity, spin, force, torque, .. } in &mut self.joints {
-            [velocity, spin, force, torque].into_iter().for_each(|vector| *vector *= share);
+            [velocity, spin].into_iter().for_each(|vector| *vector *= share.time);
+            [force, torque].into_iter().for_each(|vector| *vector *= share.forces);
         }
-        self.gears.iter_mut().for_each(|gear| gear.force *= share);
+        self.gears.iter_mut().for_each(|gear| gear.force *= share.forces);
     }
 
     /// Adds a later interval of the step with its `share`.
-    fn add(&mut self, later: &Self, share: f64) {
+    fn add(&mut self, later: &Self, share: TableShares) {
         let (row, more) = (&mut self.row, &later.row);
         let larger = |most: &mut f64, number: f64| {
             if number.is_nan() || number > *most {

@@ -283,6 +283,7 @@ impl IntervalRows {
             energy: interval.energy(world),
             works: if is_end { [0.0; 6] } else { interval.balance(world).terms() },
             stiffness: if is_end { 0.0 } else { interval.stiffness },
+            before: interval.before.first().copied().unwrap_or(length),
             usual: interval.span.filter(|_| !is_end).map_or(length, |span| span.usual),
             error: if is_end { 0.0 } else { interval.error() },
         };
@@ -322,6 +323,12 @@ impl StepRow {
         }
     }
 
+    /// Time κ over which the forces act, in lengths of the interval (eq. 37).
+    #[must_use]
+    pub fn kick(&self) -> f64 {
+        if self.before == self.length { 1.0 } else { 0.5 * (1.0 + self.before / self.length) }
+    }
+
     /// Adds the status, the error and the energy terms (J) of an interval between this row and the next.
     fn add(&mut self, interval: &Interval, works: &[f64; 6]) {
         self.error += interval.error();
@@ -342,7 +349,14 @@ impl JointRow {
             let force = interval.solution.joints.get(index);
             let force = force.copied().unwrap_or(JointForce::none(Vector3::zeros()));
             let next = (!is_end).then_some(&interval.solution.states[..]);
-            Self::between([world, &held], index, &interval.states, next, &force)
+            let mut row = Self::between([world, &held], index, &interval.states, next, &force);
+            let joint = &world.joints()[index];
+            let kick = interval.kick(joint.body(), joint.other());
+            if kick != 1.0 {
+                row.force /= kick;
+                row.torque /= kick;
+            }
+            row
         })
     }
 
@@ -399,7 +413,9 @@ impl GearTableRow {
             let force = solution.gears.get(index).copied().unwrap_or(0.0);
             let next = (!is_end).then_some(&solution.states[..]);
             let worlds = [world, &*held];
-            Self::between(worlds, index, &interval.states, next, &solution.joints, force)
+            let row = Self::between(worlds, index, &interval.states, next, &solution.joints, force);
+            let joint = &world.joints()[world.gears()[index].axes()[0].joint];
+            Self { force: row.force / interval.kick(joint.body(), joint.other()), ..row }
         })
     }
 
@@ -438,13 +454,14 @@ impl ContactRow {
             state.map_or(Vector3::repeat(f64::NAN), |state| state.position + contact.arm)
         };
         let pairs = interval.contacts.iter().zip(&interval.solution.contacts);
+        let kick = |contact: &Contact| interval.kick(contact.key.body, contact.key.partner.body());
         pairs.enumerate().map(move |(index, (contact, found))| Self {
             index,
             body: contact.key.body,
             partner: contact.key.partner,
             point: point(contact),
             normal: contact.normal(),
-            force: found.force,
+            force: found.force / kick(contact),
             slip: found.slip,
             gap: contact.gap + contact.held_gap,
             radius: contact.features.radius,
@@ -453,7 +470,7 @@ impl ContactRow {
             friction: contact.law.friction,
             interval: 0,
             length: 0.0,
-            moment: interval.solution.moment(index),
+            moment: interval.solution.moment(index) / kick(contact),
         })
     }
 }

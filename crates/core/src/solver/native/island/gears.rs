@@ -5,7 +5,7 @@
 //! impulse acts on each of these rows. Equation numbers refer to `docs/joints.md`.
 
 use super::{Both, CouplingKind, CouplingLink, GearTangent, Island, Source};
-use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis, at_rest};
+use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis};
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{Slope, Velocity};
 use crate::solver::native::law::{AxesLaw, CouplingLaw};
@@ -172,7 +172,7 @@ impl Island {
             })
             .sum();
         let idle = Axis::Free(Drive::NONE).graph(&AxisStart::default(), 1.0, 1.0, 1.0);
-        let own = law.free_graph(&at_rest(sum), self.time_step, length, self.mass);
+        let own = law.free_graph(&gear.start(sum), self.time_step, length, self.mass);
         let axes = AxesLaw::new(&mut self.setting.graphs, false, |k| match k {
             0 => own,
             _ => Some(idle),

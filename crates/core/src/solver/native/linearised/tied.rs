@@ -15,9 +15,7 @@ use super::constants::{add_anchors, anchors_of, unit};
 use super::geared::{LinearGear, TiedRows};
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::derivative::{JointTangent, RowsTangent};
-use crate::joint::{
-    Axis, AxisChange, AxisStart, GraphPlace, JointAxis, PieceChange, Segment, at_rest,
-};
+use crate::joint::{Axis, AxisChange, AxisStart, GraphPlace, JointAxis, PieceChange, Segment};
 use crate::mechanics::State;
 use crate::solver::native::island::{Island, JointPlace};
 use crate::solver::native::law::MapPiece;
@@ -306,10 +304,10 @@ pub(super) fn linearise(
     for row in island.gear_rows() {
         let impulse = solved.impulses[row.coupling][0];
         let law = |sum: f64| {
-            let axis = step.world.gears()[row.gear].law();
+            let gear = &step.world.gears()[row.gear];
             let (h, none) = (step.world.time_step(), AxisSlots::default());
             let of = TiedRow { coupling: row.coupling, k: 0, length: row.length };
-            TiedRowLaw::new(solved, island, of, axis, &at_rest(sum), h, none)
+            TiedRowLaw::new(solved, island, of, gear.law(), &gear.start(sum), h, none)
         };
         gears.extend(LinearGear::new(&row, &tangents, &law, step, next, impulse));
     }

@@ -1,0 +1,238 @@
+//! Half kicks: the time over which the forces of a problem act.
+//!
+//! A force at the time k acts from the middle of the interval before, of length h₁, to the middle of the
+//! present one, of length h:
+//!
+//! ```text
+//! w⁺ = w⁻ + M⁻¹ (½ h₁ F⁻ + ½ h F + p),   q⁺ = q + h w⁺                    (eq. 37)
+//! ```
+//!
+//! F⁻ and F are the inputs before and after k, and p the impulses of contacts and joints. A body that
+//! starts has h₁ = 0. Problems are posed with h alone. If h₁ is another length, gravity and the
+//! gyroscopic term act over κ h = ½ (h₁ + h) by a [wrench](World::missing_kick) in addition.
+
+#[cfg(feature = "save")]
+use super::Constant;
+use super::{Integrator, World};
+use crate::contact::{ContactKey, Partner};
+use crate::joint::Joint;
+#[cfg(feature = "save")]
+use crate::joint::{JointAxis, Motor};
+use crate::mechanics::{Rotation, State, Wrench};
+use nalgebra::{Matrix3, Vector3};
+
+impl World {
+    /// Sets the lengths of the intervals to whose middles the velocities of the bodies belong at the start
+    /// of the next problem (s), 0 for bodies that start.
+    pub fn set_before(&mut self, lengths: impl Iterator<Item = f64> + Clone) {
+        self.set_regular();
+        let h = self.time_step();
+        if !lengths.clone().any(|length| length != h) {
+            return;
+        }
+        self.before.extend(lengths);
+        let of_joint = |joint: &Joint| {
+            let other = joint.other().map_or(f64::INFINITY, |body| self.kick(body));
+            self.kick(joint.body()).min(other)
+        };
+        let kicks: Vec<_> = self.joints.iter().map(of_joint).collect();
+        self.set_kicks(|joint| kicks[joint]);
+    }
+
+    /// Copy without what moves bodies at rest besides gravity: drives, loads of joints and surfaces.
+    pub(crate) fn without_motion(&self) -> Self {
+        let mut world = self.clone();
+        world.surfaces.clear();
+        world.joints.iter_mut().for_each(|joint| *joint = joint.without_drives());
+        world.gears.iter_mut().for_each(|gear| *gear = gear.without_drive());
+        world
+    }
+
+    /// Sets the length of the problem as the one before it for all bodies.
+    pub(super) fn set_regular(&mut self) {
+        if !self.before.is_empty() {
+            self.before.clear();
+            self.set_kicks(|_| 1.0);
+        }
+    }
+
+    /// Sets the time over which the drives of joints and gears act.
+    fn set_kicks(&mut self, kick: impl Fn(usize) -> f64) {
+        let Self { joints, gears, .. } = self;
+        joints.iter_mut().enumerate().for_each(|(index, joint)| joint.set_kick(kick(index)));
+        gears.iter_mut().for_each(|gear| gear.kick = kick(gear.axes()[0].joint));
+    }
+
+    /// Lengths of the intervals before the present problem; empty if all are its own.
+    #[must_use]
+    pub fn before(&self) -> &[f64] {
+        &self.before
+    }
+
+    /// Time κ over which forces on `body` act in the present problem, in its lengths.
+    #[must_use]
+    pub fn kick(&self, body: usize) -> f64 {
+        self.before.get(body).map_or(1.0, |before| 0.5 * (1.0 + before / self.time_step()))
+    }
+
+    /// Time over which the forces of the contact `key` act, as in [`World::kick`].
+    #[must_use]
+    pub fn kick_of_contact(&self, key: &ContactKey) -> f64 {
+        let kick = self.kick(key.body);
+        match key.partner {
+            Partner::Body(other) => kick.min(self.kick(other)),
+            Partner::Fixed(_) | Partner::Ground => kick,
+        }
+    }
+
+    /// True if inputs act from middle to middle.
+    #[must_use]
+    pub fn has_half_kicks(&self) -> bool {
+        self.integrator == Integrator::Leapfrog
+    }
+
+    /// Time over which loads on `body` act in step `index` (s), and over which their mean is taken. With
+    /// [`Integrator::Leapfrog`] it lies between the middles of two intervals.
+    #[must_use]
+    pub fn load_interval(&self, index: u64, body: usize) -> [f64; 2] {
+        let h = self.time_step();
+        if !self.has_half_kicks() {
+            return [self.time_before(index), self.time_after(index)];
+        }
+        match (self.before.get(body), self.span()) {
+            (None, None) => [index, index + 1].map(|k| (k as f64 - 0.5).max(0.0) * h),
+            (before, _) => {
+                let start = self.time_before(index);
+                [(start - 0.5 * before.unwrap_or(&h)).max(0.0), start + 0.5 * h]
+            }
+        }
+    }
+
+    /// Wrench on `body` at `state` by which gravity and the gyroscopic term act over κ h (eq. 37). With
+    /// the momentum P⁻ (34),
+    ///
+    /// ```text
+    /// f = (κ − 1) m g,   τ = (P⁻(ω; h₁) − P⁻(ω; h))/h
+    /// ```
+    #[must_use]
+    pub fn missing_kick(&self, body: usize, state: &State) -> Wrench {
+        let of = &self.bodies()[body];
+        let Some(share) = self.missing_share(body) else { return Wrench::zero() };
+        let torque = self.missing_torque(body, of.inertia(), &state.spin);
+        Wrench { force: self.gravity() * (of.mass() * share), torque }
+    }
+
+    /// Change of velocity by the [missing kick](World::missing_kick) of gravity, (κ − 1) h g (m/s). The
+    /// velocity before an impact is that of a step of the present length with it.
+    pub(crate) fn missing_fall(&self, body: usize) -> Vector3<f64> {
+        let share = self.missing_share(body).unwrap_or_default();
+        self.gravity() * (share * self.time_step())
+    }
+
+    /// κ − 1; `None` without half kicks.
+    fn missing_share(&self, body: usize) -> Option<f64> {
+        let has_kicks = self.has_half_kicks() || self.rotation() == Rotation::Momentum;
+        (has_kicks && !self.before.is_empty()).then(|| self.kick(body) - 1.0)
+    }
+
+    /// Torque of [`World::missing_kick`] with this `inertia`, in which it is linear.
+    fn missing_torque(
+        &self,
+        body: usize,
+        inertia: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let (before, h, form) = (self.before[body], self.time_step(), self.rotation());
+        match form {
+            Rotation::Momentum => {
+                let [past, own] = [before, h].map(|h| form.momentum(inertia, spin, h));
+                (past - own) / h
+            }
+            Rotation::Tutorial => (inertia * spin).cross(spin) * (self.kick(body) - 1.0),
+        }
+    }
+
+    /// Share of the present value of each number of an input that is held, in an interval that begins with
+    /// another one ([`Drive::after`](crate::joint::Drive)); 1 for inputs that act at once.
+    #[cfg(feature = "save")]
+    pub(crate) fn held_shares(&self, input: Constant) -> Vec<f64> {
+        let share = |joint: usize| 0.5 / self.joints()[joint].kick();
+        let of_motor = |(joint, axis): (usize, JointAxis)| {
+            let drive = self.joints()[joint].drive(axis);
+            match drive.and_then(|drive| drive.motor) {
+                Some(Motor::Position { .. } | Motor::Damper { .. }) => share(joint),
+                Some(Motor::Speed { .. }) | None => 1.0,
+            }
+        };
+        match input {
+            Constant::JointForce => {
+                self.driven_axes().into_iter().map(|(joint, _)| share(joint)).collect()
+            }
+            // Drives of gears act at once.
+            Constant::MotorTarget | Constant::MotorMaxForce => {
+                let of_gears = self.gear_motors().into_iter().map(|_| 1.0);
+                self.motors().into_iter().map(of_motor).chain(of_gears).collect()
+            }
+            other => vec![1.0; other.width(self)],
+        }
+    }
+
+    /// Adds the derivatives of the wrench (eq. 37) on `body` at `state` by a constant, multiplied `by` those
+    /// with respect to the wrench.
+    #[cfg(feature = "save")]
+    pub(crate) fn missing_kick_vjp(
+        &self,
+        body: usize,
+        state: &State,
+        by: &Wrench,
+        constant: Constant,
+        sums: &mut [f64],
+    ) {
+        let Some(share) = self.missing_share(body) else { return };
+        let (of, h) = (&self.bodies()[body], self.time_step());
+        match constant {
+            Constant::Mass => {
+                let Wrench { force, torque } = self.missing_kick(body, state);
+                sums[body] += (by.force.dot(&force) + by.torque.dot(&torque)) / of.mass();
+            }
+            Constant::Inertia => {
+                for place in 0..9 {
+                    let mut unit = Matrix3::zeros();
+                    unit[(place / 3, place % 3)] = 1.0;
+                    let torque = self.missing_torque(body, &unit, &state.spin);
+                    sums[9 * body + place] += by.torque.dot(&torque);
+                }
+            }
+            Constant::Gravity => {
+                let along = by.force * (of.mass() * share);
+                sums.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along);
+            }
+            // Lengths before scale with the time step: h κ and the first term of P⁻ do so too.
+            Constant::TimeStep if self.rotation() == Rotation::Momentum => {
+                let ratio = self.before[body] / h;
+                let twice = state.spin.dot(&(of.inertia() * state.spin));
+                sums[0] -= 0.25 * (1.0 - ratio * ratio) * twice * by.torque.dot(&state.spin);
+            }
+            _ => {}
+        }
+    }
+
+    /// Derivative of the torque of [`World::missing_kick`] with respect to the spin (N m s).
+    #[must_use]
+    #[cfg(feature = "save")]
+    pub(crate) fn missing_torque_by_spin(&self, body: usize, spin: &Vector3<f64>) -> Matrix3<f64> {
+        let Some(share) = self.missing_share(body) else { return Matrix3::zeros() };
+        let (of, h, form) = (&self.bodies()[body], self.time_step(), self.rotation());
+        match form {
+            Rotation::Momentum => {
+                let lengths = [self.before[body], h];
+                let [past, own] = lengths.map(|h| form.momentum_slope(of.inertia(), spin, h));
+                (past - own) / h
+            }
+            Rotation::Tutorial => {
+                let momentum = of.inertia() * spin;
+                (momentum.cross_matrix() - spin.cross_matrix() * of.inertia()) * share
+            }
+        }
+    }
+}
