@@ -126,9 +126,7 @@ fn lift(world: &World, record: &StepRecord) -> f64 {
 
 /// Total energy before and after the step [J].
 fn energies(world: &World, record: &StepRecord) -> [f64; 2] {
-    let (first, last) = (record.first(), record.last());
-    let start = first.energy(&first.world(world));
-    [start, energy::total(&last.world(world), record.next_states())]
+    [record.states(), record.next_states()].map(|states| energy::total(world, states))
 }
 
 /// Work of the drives in a substepped step [J].
