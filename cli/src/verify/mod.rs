@@ -118,14 +118,15 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     report(&recording, &judge, &findings, &counts, StderrReporter::new(args.quiet))
 }
 
-/// True if the `next` row starts at the end of the interval `previous`. Without half kicks, velocities are
-/// converted before and after the shorter intervals of a step.
+/// True if the `next` row starts at the end of the interval `previous`, or at the velocities of the instant
+/// there. Without half kicks, velocities are converted before and after the shorter intervals of a step.
 fn starts_at_end(world: &World, previous: &IntervalRows, next: &IntervalRows) -> bool {
     let is_retry = previous.row.status == StepStatus::Substepped && next.row.interval == 0;
     let is_converted = is_retry || previous.row.length != next.row.length;
+    let starts = next.row.before == 0.0 && next.states == next.instants;
+    let may_differ = if world.has_half_kicks() { starts } else { is_converted };
     let mut ends = previous.ends.iter().zip(&next.states);
-    let mut stays = || ends.all(|(end, next)| end.pose() == next.pose());
-    previous.ends.is_empty() || !world.has_half_kicks() && is_converted && stays()
+    previous.ends.is_empty() || may_differ && ends.all(|(end, next)| end.pose() == next.pose())
 }
 
 /// True if the velocities of the instant in `next` follow from the interval before (eq. 37a): extrapolated,

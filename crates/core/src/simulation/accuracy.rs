@@ -171,6 +171,11 @@ impl Schedule {
         (self.plan.count > 0).then_some(planned)
     }
 
+    /// True if the next interval has an abrupt change that was searched.
+    fn has_change(&self) -> bool {
+        self.fixed[0] > 0.0 && self.fixed[1] == 0.0
+    }
+
     /// Usual length for the next interval, of `length` (s), over which errors of position are removed. It is
     /// its own length if only the estimate of its error limits it.
     fn usual(&self, length: f64) -> f64 {
@@ -222,6 +227,8 @@ impl Schedule {
     /// `tolerance` (s).
     fn narrow(&mut self, length: f64, tolerance: f64) {
         let low = self.search.map_or(0.0, |search| search.low);
+        // A gap that just closes shows a small part of its impact.
+        let tolerance = self.search.map_or(tolerance, |search| search.tolerance.min(tolerance));
         if length - low > tolerance {
             self.search = Some(Search { low, high: length, tolerance });
             return;
@@ -336,7 +343,7 @@ fn intervals(
             workspace.rest.end();
         }
         // Forces before an impact would act in it by half of the length before.
-        if length < WINDOW * usual.min(moment.pace.length) {
+        if schedule.has_change() || length < WINDOW * usual.min(moment.pace.length) {
             moment.start_all();
         }
         moment.pace.length = length;
