@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ._arrays import numbers
 from ._certificate import Certificate, rows_of
-from ._checks import real, whole
+from ._checks import real, texts, whole
 from ._problem import ContactProblem, Law, _groups, moments_of
 from ._tumble import TumbleError
 from ._types import Floats
@@ -59,6 +59,8 @@ class MeasuredStep:
     are u / s and s p."""
     drifted: bool = False
     """Whether offsets of locked rows are position errors of the start, which an exact step leaves."""
+    bodies: Mapping[str, Any] | None = None
+    """The step as rigid bodies and contacts, in the form of docs/reference/certificate-format.md; None without it."""
 
     def certificate(self) -> Certificate:
         """Residuals of the step."""
@@ -169,20 +171,21 @@ def checked_step(
             at += len(own) if friction is None else dimension
     else:
         moved = numbers("motion", motion, (count,))
+    # Copies: an engine goes on with its arrays, which a certificate may outlive.
     return MeasuredStep(
-        mass=mass,
-        directions=directions,
-        before=before,
-        after=after,
-        force=loads,
-        impulses=p,
+        mass=mass.copy(),
+        directions=directions.copy(),
+        before=before.copy(),
+        after=after.copy(),
+        force=loads.copy(),
+        impulses=p.copy(),
         laws=list(laws),
         time_step=time_step,
-        offsets=offsets,
+        offsets=offsets.copy(),
         lengths=scales,
         dimension=dimension,
         labels=labels_of(names, len(groups)),
-        notes=tuple(notes),
+        notes=tuple(texts("notes", notes)),
         motion=moved,
     )
 
@@ -199,7 +202,7 @@ def labels_of(names: Sequence[str] | None, count: int) -> list[str]:
     """Names, or numbers without any."""
     if names is None:
         return [str(place) for place in range(count)]
-    listed = [str(name) for name in names]
+    listed = texts("names", names)
     if len(listed) != count:
         raise TumbleError(f"names has {len(listed)} entries; {count} are needed")
     return listed

@@ -11,8 +11,10 @@ Formulas: docs/referee.md.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,13 +22,14 @@ import numpy as np
 from ._arrays import numbers
 from ._audit import Audit, Finding, Recorded, audit_steps
 from ._certificate import Certificate, CertificateRow
-from ._checks import real, whole
+from ._certificate_file import exported
+from ._checks import real, texts, whole
 from ._measured_step import MeasuredStep, checked_step, labels_of, positive
 from ._problem import Law
 from ._tumble import TumbleError
-from ._types import Floats, Integers
+from ._types import Floats, Integers, Location
 
-__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies"]
+__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies", "export"]
 
 
 def certify(
@@ -209,7 +212,58 @@ def certify_bodies(
     )
     axes = ("vx", "vy", "vz", "wx", "wy", "wz")
     names_of = tuple(f"{name} {axis}" for name in labels for axis in axes)
-    return replace(step, velocity_names=names_of).certificate()
+    moving: dict[str, Any] = {
+        "position": where,
+        "attitude": numbers("attitudes", attitudes, (count, 4)),
+        "velocity": before[:, :3],
+        "spin": before[:, 3:],
+        "velocity_after": after[:, :3],
+        "spin_after": after[:, 3:],
+        "mass": weights,
+        "inertia": numbers("inertias", inertias, (count, 3, 3)),
+    }
+    if wrenches is not None:
+        moving["wrench"] = numbers("wrenches", wrenches, (count, 6))
+    if attitudes_after is not None:
+        moving["attitude_after"] = numbers("attitudes_after", attitudes_after, (count, 4))
+    touching: dict[str, Any] = {
+        "bodies": bodies,
+        "point": at,
+        "normal": numbers("normals", normals, (contacts, 3)),
+        "friction": coefficients,
+        "gap": start,
+        "impulse": -time_step * pushes,
+    }
+    if gaps_after is not None:
+        touching["gap_after"] = numbers("gaps_after", gaps_after, (contacts,))
+    if slips is not None:
+        touching["slip"] = numbers("slips", slips, (contacts, 3))
+    content = {
+        "gravity": numbers("gravity", gravity, (3,)).tolist(),
+        "bodies": _entries(moving, count),
+        "contacts": _entries(touching, contacts),
+        "names": labels,
+    }
+    return replace(step, velocity_names=names_of, bodies=content).certificate()
+
+
+def export(path: Location, certificates: Iterable[Certificate], *, engine: str, about: str = "") -> Path:
+    """Writes certificates to a file that others can check, and returns its path.
+
+    ``python -m tumble.certificate_check`` checks it with NumPy alone. The format is that of
+    docs/reference/certificate-format.md.
+
+    :param certificates: of ``certify``, ``certify_bodies``, ``tumble.mujoco.certify`` or ``tumble.referee_adapters``.
+    :param engine: name and version of the engine.
+    :param about: a sentence about the run.
+    :raises TumbleError: if an entry is not a certificate.
+    """
+    return exported(path, certificates, engine, about)
+
+
+def _entries(columns: Mapping[str, Any], count: int) -> list[dict[str, Any]]:
+    """Rows of columns."""
+    return [{name: column[place].tolist() for name, column in columns.items()} for place in range(count)]
 
 
 def audit(
@@ -240,7 +294,9 @@ def audit(
     :raises TumbleError: if a step has a wrong shape or value. The message names the step.
     """
     every, tolerance = whole("every", every, 1), positive("tolerance", tolerance)
-    names = None if velocity_names is None else tuple(str(name) for name in velocity_names)
+    names = None if velocity_names is None else tuple(texts("velocity_names", velocity_names))
+    if not isinstance(title, str):
+        raise TumbleError(f"title is {title!r}; a string is needed")
     if model is not None:
         from ._mujoco_record import recorded_steps
         from ._mujoco_record import velocity_names as names_of
@@ -259,7 +315,7 @@ def _recorded(recording: Iterable[Any], every: int) -> Iterator[Recorded]:
     for k, entry in enumerate(recording):
         try:
             step, time = _step_of(entry)
-        except (TumbleError, TypeError) as error:
+        except TumbleError as error:
             raise TumbleError(f"step {k} of the recording: {error}") from None
         end = end + step.time_step if time is None else time
         if k % every == 0:
@@ -271,12 +327,27 @@ def _step_of(entry: Any) -> tuple[MeasuredStep, float | None]:
     if isinstance(entry, Mapping):
         given = dict(entry)
         time = given.pop("time", None)
-        certificate = certify_bodies(**given) if "masses" in given else certify(**given)
-        return certificate.measured(), None if time is None else real("time", time)
+        certificate = _certified(certify_bodies if "masses" in given else certify, given)
+        end = None if time is None else real("time", time)
+        if end is not None and not np.isfinite(end):
+            raise TumbleError(f"time is {end:g}; a finite number is needed")
+        return certificate.measured(), end
     if hasattr(entry, "measured"):
         measured: MeasuredStep = entry.measured()
         return measured, None
     raise TumbleError(f"it is {type(entry).__name__}; a dict with the arguments of certify or certify_bodies is needed")
+
+
+def _certified(function: Callable[..., Certificate], given: dict[Any, Any]) -> Certificate:
+    """Certificate of a step whose arguments are ``given``."""
+    known = signature(function).parameters
+    for name in given:
+        if name not in known:
+            raise TumbleError(f"{name!r} is not an argument of {function.__name__}")
+    lacking = [name for name, one in known.items() if one.default is one.empty and name not in given]
+    if lacking:
+        raise TumbleError(f"{', '.join(lacking)} must be given, as arguments of {function.__name__}")
+    return function(**given)
 
 
 def _name(labels: list[str], body: int) -> str:
@@ -319,7 +390,10 @@ def _frames(normals: Floats) -> Floats:
 
 
 def _pairs(pairs: Any, contacts: int, count: int) -> Integers:
-    array = np.asarray(pairs)
+    try:
+        array = np.asarray(pairs)
+    except ValueError:
+        raise TumbleError(f"pairs has rows of different lengths; whole numbers ({contacts}, 2) are needed") from None
     if array.size == 0 and contacts == 0:
         return np.zeros((0, 2), np.int64)
     if array.shape != (contacts, 2) or array.dtype.kind not in "iu":
