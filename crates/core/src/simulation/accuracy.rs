@@ -342,13 +342,25 @@ fn intervals(
         if length != moment.pace.length {
             workspace.rest.end();
         }
-        // Forces before an impact would act in it by half of the length before.
-        if schedule.has_change() || length < WINDOW * usual.min(moment.pace.length) {
-            moment.start_all();
+        // Forces before an abrupt change would act in it by half of the length before.
+        let is_window = length < WINDOW * usual.min(moment.pace.length);
+        let mut starts = schedule.has_change() || is_window || moment.all_start();
+        loop {
+            if starts {
+                moment.start_all();
+            }
+            moment.pace.length = length;
+            let taken = record.next_interval();
+            one_interval::interval(world, moment, inputs, workspace, Some(span), taken)?;
+            if starts || taken.errors.abrupt == 0.0 {
+                break;
+            }
+            record.truncate(record.intervals().len() - 1);
+            moment.clone_from(&before);
+            workspace.forget();
+            starts = true;
         }
-        moment.pace.length = length;
-        let taken = record.next_interval();
-        one_interval::interval(world, moment, inputs, workspace, Some(span), taken)?;
+        let [.., taken] = record.intervals_mut() else { break };
         let is_solved = taken.report.status.is_solved();
         let judgement = schedule.judge(length, is_solved, &taken.errors);
         if judgement == Judgement::Rejected {

@@ -115,6 +115,11 @@ impl Moment {
         }
     }
 
+    /// True if all bodies start.
+    pub fn all_start(&self) -> bool {
+        self.arrivals.iter().all(|arrival| arrival.length == 0.0)
+    }
+
     /// Starts all bodies at the velocities of the instant.
     pub fn start_all(&mut self) {
         let Some(instants) = &self.instants else { return };
