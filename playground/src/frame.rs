@@ -58,7 +58,7 @@ pub fn write(session: &Session, hand: Hand, contacts: bool, numbers: &mut Vec<f6
             let Interval { states, contacts, solution, .. } = interval;
             let pairs = contacts.iter().zip(&solution.contacts);
             pairs.map(move |(contact, found)| {
-                let share = share.of_forces(contact.key.body, contact.key.partner.body());
+                let share = share.forces(contact.key.body, contact.key.partner.body());
                 (contact, found, states, share * found.force)
             })
         });

@@ -68,8 +68,9 @@ impl Running {
         if states.len() == running.simulation.states().len()
             && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
         {
-            let interval = Interval::new(states, contacts, solution);
-            *running.last.change_bodies() = Interval { length, before, ..interval }.into();
+            let mut interval = Interval::new(states, contacts, solution);
+            (interval.length, interval.before) = (length, before);
+            *running.last.change_bodies() = interval.into();
         }
         Ok((running, kept.to_owned()))
     }

@@ -391,7 +391,18 @@ impl PySimulation {
         if record.states().is_empty() {
             return Ok(None);
         }
-        Ok(Some((states_array(py, record.states())?, states_array(py, record.next_states())?)))
+        let (mut states, next) = (record.states().to_vec(), record.next_states());
+        // The change of velocity that forces of the last step have in its whole length.
+        if let Some((share, _)) = record.shares().next() {
+            for (body, (state, next)) in states.iter_mut().zip(next).enumerate() {
+                let longer = share.forces(body, None) / share.time();
+                if longer != 1.0 {
+                    state.velocity = next.velocity - (next.velocity - state.velocity) * longer;
+                    state.spin = next.spin - (next.spin - state.spin) * longer;
+                }
+            }
+        }
+        Ok(Some((states_array(py, &states)?, states_array(py, next)?)))
     }
 
     /// Sum of the normal forces of the last step's contacts on a robot's link, N. Optionally only

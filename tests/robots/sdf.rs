@@ -497,6 +497,6 @@ fn a_robot_with_rounded_angles_rests() {
             assert!(record.unphysical().is_none(), "{angle}: k = {k}: {:?}", record.unphysical());
         }
         // Rest is no gain.
-        assert_eq!(record.gain, None, "{angle}");
+        assert_eq!(record.gain(), None, "{angle}");
     }
 }

@@ -100,7 +100,7 @@ impl Assembled {
             let Interval { states, contacts, solution, .. } = interval;
             let pairs = contacts.iter().zip(&solution.contacts);
             pairs.map(move |(contact, found)| {
-                let share = share.of_forces(contact.key.body, contact.key.partner.body());
+                let share = share.forces(contact.key.body, contact.key.partner.body());
                 (contact, states, share * found.normal_force)
             })
         });

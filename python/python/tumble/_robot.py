@@ -520,8 +520,7 @@ class Robot:
         The step is the last one, or the one from the states ``before`` to ``after``, (N, 13)
         each, such as ``run.states[k]`` and ``run.states[k + 1]``. Contacts act as impulses
         within a step. The acceleration is therefore the change of the site's velocity over the
-        step, divided by h. In the first step after velocities were set, half of the rotational
-        part is missing.
+        step, divided by h.
         """
         if (before is None) != (after is None):
             raise TumbleError("before and after: the states of both are needed, or none")

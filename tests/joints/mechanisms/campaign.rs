@@ -3,9 +3,8 @@
 
 use super::made;
 use super::random::{Numbers, mechanism, smooth, uneven};
-use nalgebra::Vector3;
 use tumble_core::joint::{Axis, Drive, Joint};
-use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::mechanics::State;
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};

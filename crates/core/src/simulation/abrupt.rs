@@ -100,7 +100,7 @@ fn ends(before: &Vector3<f64>, now: &Vector3<f64>, least: f64, kick: f64) -> boo
 impl TakenStep<'_> {
     /// Time of the changes of velocity at a contact, in lengths of the interval.
     fn kick(&self, contact: &Contact) -> f64 {
-        self.world.kick_of_contact(&contact.key)
+        contact.key.bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min)
     }
 
     /// True if the touching points approach faster than smooth accelerations explain in a step.

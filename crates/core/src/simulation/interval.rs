@@ -86,7 +86,7 @@ impl PartOfStep {
     /// Part of the record of a state without a step.
     pub fn at_the_end(world: &World, moment: &Moment) -> Self {
         let energies = [Some(energy::at_instant(world, moment.states())), None];
-        Self { energies, changeable: world.changeable(), ..Self::default() }
+        Self { energies, changeable: world.changeable() }
     }
 }
 

@@ -204,7 +204,7 @@ pub(super) fn end(
     instants.remember();
     let divides = world.impacts() == Impacts::Located;
     let mut added_error = AddedError::default();
-    for body in 0..now.states.len() {
+    for (body, arrival) in arrivals.iter().enumerate() {
         let state = &now.states[body];
         let next = &solution.states[body];
         let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
@@ -245,7 +245,7 @@ pub(super) fn end(
             let missed = 0.3125 * h * h * size(&[0, 1].map(|k| jerk[k] - last[k]));
             added_error.velocity = added_error.velocity.max(missed);
         }
-        let of_input = inputs.late_kick(world, body, &arrivals[body]);
+        let of_input = inputs.late_kick(world, body, arrival);
         let mut instant = next.extrapolated(state, kick);
         instant.velocity += of_input[0];
         instant.spin += of_input[1];

@@ -70,14 +70,14 @@ pub struct Share<'a> {
 impl Share<'_> {
     /// Share of the length of the step.
     #[must_use]
-    pub fn of_time(&self) -> f64 {
+    pub fn time(&self) -> f64 {
         self.length / self.whole
     }
 
     /// Factor of forces at `body`, or between it and `other`, in their mean over the step. The forces of a
     /// step act from the middle of the interval before it to the middle of its last interval.
     #[must_use]
-    pub fn of_forces(&self, body: usize, other: Option<usize>) -> f64 {
+    pub fn forces(&self, body: usize, other: Option<usize>) -> f64 {
         let before = (2.0 * self.first.kick(body, other) - 1.0) * self.first.length;
         self.length / (self.whole + 0.5 * (before - self.last))
     }
@@ -317,7 +317,7 @@ impl StepRecord {
     pub fn mean_force(&self, index: usize) -> Vector3<f64> {
         let of_interval = |(share, taken): (Share<'_>, &Interval)| {
             let forces = taken.solution.contacts.iter().map(|force| {
-                let share = share.of_forces(force.key.body, force.key.partner.body());
+                let share = share.forces(force.key.body, force.key.partner.body());
                 force.force_on(index) * share
             });
             forces.sum::<Vector3<f64>>()

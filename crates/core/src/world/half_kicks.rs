@@ -14,7 +14,6 @@
 #[cfg(feature = "save")]
 use super::Constant;
 use super::{Integrator, World};
-use crate::contact::{ContactKey, Partner};
 use crate::joint::Joint;
 #[cfg(feature = "save")]
 use crate::joint::{JointAxis, Motor};
@@ -73,16 +72,6 @@ impl World {
     #[must_use]
     pub fn kick(&self, body: usize) -> f64 {
         self.before.get(body).map_or(1.0, |before| 0.5 * (1.0 + before / self.time_step()))
-    }
-
-    /// Time over which the forces of the contact `key` act, as in [`World::kick`].
-    #[must_use]
-    pub fn kick_of_contact(&self, key: &ContactKey) -> f64 {
-        let kick = self.kick(key.body);
-        match key.partner {
-            Partner::Body(other) => kick.min(self.kick(other)),
-            Partner::Fixed(_) | Partner::Ground => kick,
-        }
     }
 
     /// True if inputs act from middle to middle.

@@ -125,7 +125,7 @@ impl<W: Write> TrajectoryWriter<W> {
 
     /// Adds the contacts of an interval to the numbers of the row.
     fn add_contacts(&mut self, share: Share<'_>, interval: &Interval) -> io::Result<()> {
-        let share = share.of_forces(0, None);
+        let share = share.forces(0, None);
         let count = self.carrying.len();
         for (contact, found) in interval.contacts.iter().zip(&interval.solution.contacts) {
             let ContactKey { body, partner, point, .. } = contact.key;

@@ -79,8 +79,8 @@ impl ContactRow {
             for mut contact in Self::from_interval(interval) {
                 let (body, other) = (contact.body, contact.partner.body());
                 let kick = interval.kick(body, other);
-                let forces = share.of_forces(body, other) * kick;
-                contact.scale(TableShares { time: share.of_time(), forces });
+                let forces = share.forces(body, other) * kick;
+                contact.scale(TableShares { time: share.time(), forces });
                 add_contact(&mut contacts, contact);
             }
         }
