@@ -101,7 +101,8 @@ fn energy_column_is_the_one_that_the_steps_conserve() {
         let energy = super::support::Table::parse(&file("steps.csv")).numbers("energy_J");
         let verified = directory.path().join("out/steps.csv");
         assert_eq!(run(&["verify", verified.to_str().unwrap()]).code, Some(0));
-        energy.iter().map(|e| (e - energy[0]).abs()).fold(0.0, f64::max)
+        // The start has the energy of its instant, without the constant that (35) drops.
+        energy[1..].iter().map(|e| (e - energy[1]).abs()).fold(0.0, f64::max)
     });
     // The momentum form has an error of (h ω)² of the rotational energy of some 3 J. The tutorial's
     // form has an error of first order in h.

@@ -71,7 +71,7 @@ impl Share<'_> {
     /// Share of the length of the step.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.length / self.whole
+        if self.whole > 0.0 { self.length / self.whole } else { 1.0 }
     }
 
     /// Factor of forces at `body`, or between it and `other`, in their mean over the step. The forces of a
@@ -79,7 +79,8 @@ impl Share<'_> {
     #[must_use]
     pub fn forces(&self, body: usize, other: Option<usize>) -> f64 {
         let before = (2.0 * self.first.kick(body, other) - 1.0) * self.first.length;
-        self.length / (self.whole + 0.5 * (before - self.last))
+        let acting = self.whole + 0.5 * (before - self.last);
+        if acting > 0.0 { self.length / acting } else { 1.0 }
     }
 }
 
