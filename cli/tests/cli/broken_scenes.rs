@@ -1,7 +1,7 @@
 //! Broken scenes of several bodies are refused in one sentence, and no file is written.
 
 use super::scenario::run_scenario;
-use super::support::{everything_in, run};
+use super::support::{End, PROGRAM, everything_in, run};
 use std::fs;
 
 const SCENE: &str = r#"
@@ -276,5 +276,42 @@ fn error_about_a_thin_box_names_the_box() {
         );
         let (end, _directory) = run_scenario(&scene, &[]);
         end.assert_refused(2, &["[0].box: the box is flat"]);
+    }
+}
+
+/// Copies that lie on or near each other have pairs by the hundred million. They are refused at the
+/// first ones, within the memory of a small scene.
+#[test]
+fn copies_at_one_place_are_refused_within_bounded_memory() {
+    let scene = |shape: &str, copies: &str| {
+        format!(
+            "steps = 3\n[ground]\nfriction = 0.5\n[[bodies]]\n{shape}\nmass = 1\n\
+             position = [0, 0, 40]\n{copies}\n"
+        )
+    };
+    let grid = |count: u32, step: &str| {
+        format!("copies = {{ count = [{count}, 1, 1], step = [{step}, 0, 0] }}")
+    };
+    let far = "\n[[fixed]]\nname = \"far\"\nsphere = 0.1\nposition = [0, 0, 9]";
+    for (shape, copies, words) in [
+        ("sphere = 0.1", grid(20_000, "0"), ["overlap by 2.000e-1 m", "body-0 and body-1"]),
+        ("box = 0.1", grid(20_000, "1e-9"), ["overlap by", "body-0 and"]),
+        ("box = 0.1", grid(20_000, "0") + far, ["overlap by", "body-0 and body-1"]),
+        // Slanted rods, 10 mm thick and 10.3 mm apart, whose boxes overlap.
+        (
+            "attitude = { axis = [0, 1, 0], degrees = 45 }\ncapsule = { length = 9, radius = 0.005 }",
+            grid(20_000, "0.0146"),
+            ["millions of pieces are near each other", "of body-"],
+        ),
+    ] {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("scene.toml");
+        fs::write(&path, scene(shape, &copies)).unwrap();
+        // 2 GB of address space.
+        let limited = "ulimit -v 2000000; exec \"$0\" check \"$1\"";
+        let mut command = std::process::Command::new("sh");
+        command.args(["-c", limited, PROGRAM]).arg(&path);
+        let end: End = command.output().unwrap().into();
+        end.assert_refused(2, &words);
     }
 }

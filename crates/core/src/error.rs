@@ -49,6 +49,11 @@ pub enum Error {
         /// Largest allowed depth (m).
         allowed: f64,
     },
+    /// More pairs of near pieces than a search of contacts can list.
+    Crowded {
+        /// Two bodies, or a body and fixed geometry, of one of the pairs.
+        between: (Partner, Partner),
+    },
     /// Two owners of a [friction axis](crate::world::World::with_friction_axis) that may touch.
     FrictionAxes {
         /// The two bodies, or a body and fixed geometry.
@@ -189,6 +194,12 @@ impl Error {
             Self::Shape { shape, why } => format!("{shape} {why}"),
             Self::Overlap { between: (first, second), depth, allowed } => format!(
                 "{} and {} overlap by {depth:.3e} m at the start; allowed: {allowed:.1e} m",
+                names.partner(*first),
+                names.partner(*second)
+            ),
+            Self::Crowded { between: (first, second) } => format!(
+                "millions of pieces are near each other, of {} and {} among others; move the bodies \
+                 apart, or use fewer pieces",
                 names.partner(*first),
                 names.partner(*second)
             ),

@@ -206,8 +206,8 @@ impl Candidates {
         world: &World,
         states: &[State],
     ) -> Option<(f64, Partner, Partner)> {
-        let deepest =
-            has_pairs(world).then(|| self.neighbours.deepest(world, states, |_| 0.0))??;
+        let deepest = has_pairs(world)
+            .then(|| self.neighbours.deepest(world, states, usize::MAX, |_| 0.0))??;
         Some((deepest.depth, deepest.between.0, deepest.between.1))
     }
 
@@ -240,7 +240,7 @@ impl Candidates {
     /// The limit is the [contact band](detection::CONTACT_BAND) of the smaller body, as between a
     /// body and the ground. For thin pieces it is a tenth of the summed radii of the largest balls
     /// inside both. The limit is at least 10⁻⁶ of the world's reach, for rounding. A step separates
-    /// overlapping pieces at the speed depth/h.
+    /// overlapping pieces at the speed depth/h. The search ends at a thousand overlaps.
     pub fn overlap_at_start(
         &mut self,
         world: &World,
@@ -248,7 +248,14 @@ impl Candidates {
         asked: impl Fn(usize) -> bool,
     ) -> Option<Overlap> {
         let allowed = allowed_at_start(world, asked);
-        has_pairs(world).then(|| self.neighbours.deepest(world, states, allowed))?
+        has_pairs(world).then(|| self.neighbours.deepest(world, states, 1000, allowed))?
+    }
+
+    /// A pair of the last search if it was crowded: the boxes of some 4 million pairs met, and the
+    /// search left other pairs out.
+    #[must_use]
+    pub fn crowded(&self) -> Option<[Partner; 2]> {
+        self.neighbours.crowded()
     }
 
     /// All overlaps at `states` deeper than rounding, the deepest first.

@@ -89,13 +89,28 @@ impl Sweep {
     /// log n + f plus the number of pairs that overlap along the sort axis. The sort axis is the
     /// one of largest spread, chosen separately for the moving and the fixed boxes.
     pub fn pairs(&mut self, boxes: &[Aabb], mut visit: impl FnMut(usize, usize)) {
+        for &(i, j) in self.selected(boxes, usize::MAX, |_, _| true) {
+            visit(i as usize, j as usize);
+        }
+    }
+
+    /// The [pairs](Self::pairs) of overlapping boxes for which `keep` holds, at most `most` of them.
+    /// The search ends as soon as it has so many.
+    pub(crate) fn selected(
+        &mut self,
+        boxes: &[Aabb],
+        most: usize,
+        keep: impl Fn(usize, usize) -> bool,
+    ) -> &[(u32, u32)] {
         let Self { moving, fixed, axis: axis_of_fixed, pairs } = self;
         pairs.clear();
+        let keep = |&(i, j): &(u32, u32)| keep(i as usize, j as usize);
         let axis = widest_axis(boxes);
         moving.sort(boxes, axis);
         for (at, this) in moving.0.iter().enumerate() {
-            let meet = |other: u32| pairs.push((this.1.min(other), this.1.max(other)));
-            meeting(this, &moving.0[at + 1..], axis).for_each(meet);
+            let met = meeting(this, &moving.0[at + 1..], axis);
+            let met = met.map(|other| (this.1.min(other), this.1.max(other)));
+            pairs.extend(met.filter(keep).take(most - pairs.len()));
         }
         if !fixed.0.is_empty() {
             let (axis, count) = (*axis_of_fixed, boxes.len() as u32);
@@ -105,18 +120,18 @@ impl Sweep {
             let mut next = 0;
             for this in &moving.0 {
                 next += begin_before(this, &fixed.0[next..], axis, Ordering::is_lt);
-                pairs.extend(meeting(this, &fixed.0[next..], axis).map(|j| (this.1, count + j)));
+                let met = meeting(this, &fixed.0[next..], axis).map(|j| (this.1, count + j));
+                pairs.extend(met.filter(keep).take(most - pairs.len()));
             }
             let mut next = 0;
             for this in &fixed.0 {
                 next += begin_before(this, &moving.0[next..], axis, Ordering::is_le);
-                pairs.extend(meeting(this, &moving.0[next..], axis).map(|i| (i, count + this.1)));
+                let met = meeting(this, &moving.0[next..], axis).map(|i| (i, count + this.1));
+                pairs.extend(met.filter(keep).take(most - pairs.len()));
             }
         }
         pairs.sort_unstable();
-        for &(i, j) in &*pairs {
-            visit(i as usize, j as usize);
-        }
+        pairs
     }
 }
 

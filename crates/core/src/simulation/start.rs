@@ -40,6 +40,9 @@ pub(super) fn check(
     {
         return Err(Error::Overlap { between, depth, allowed });
     }
+    if let Some(between) = candidates.crowded() {
+        return Err(Error::Crowded { between: between.into() });
+    }
     if touches {
         let angles = world.angles_near(states, near);
         check_joints(world, states, &angles, &asked)?;

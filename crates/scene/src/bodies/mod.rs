@@ -195,7 +195,9 @@ fn refuse_violent_start(scene: &Scene) -> Result<(), Failure> {
         match error {
             Error::FrictionAxes { .. } => Failure::Input(format!("surfaces: {why}")),
             Error::StartBelowGround { .. } => Failure::setting("position", why),
-            Error::Overlap { .. } => Failure::Input(format!("position: {why}")),
+            Error::Overlap { .. } | Error::Crowded { .. } => {
+                Failure::Input(format!("position: {why}"))
+            }
             Error::GearApart { .. } => Failure::Input(why),
             _ => Failure::Input(format!("joints: {why}")),
         }

@@ -27,6 +27,7 @@ use crate::geometry::{
 };
 use crate::mechanics::{Pose, State, Trajectory, largest};
 use crate::world::{KnownSeparations, World};
+use pairs::MOST_PAIRS;
 use places::set_poses;
 use std::ops::Range;
 
@@ -38,6 +39,9 @@ const SAME_TIME: f64 = 1e-9;
 /// Overlap that is ignored when the final solution of a solver is checked, as a fraction of the
 /// world's reach. Solvers leave overlaps of this size.
 const LOOKED_AGAIN: f64 = 1e-6;
+
+/// Number of pairs of a crowded search whose overlap is computed.
+const MOST_OF_CROWD: usize = 1000;
 
 /// Overlap of two pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -323,25 +327,35 @@ impl Neighbours {
                 meet(met, owners, collision.share);
             }
         }
-        self.missed = look.missed;
+        // A crowded search leaves pairs out, whose collisions are missed.
+        self.missed = look.missed.or_else(|| self.crowded());
     }
 
-    /// Deepest overlap of two pieces with the bodies at `states`, among those deeper than `allowed`
-    /// (m) for their pair.
+    /// A pair of the last search if it was crowded: it ended at [`MOST_PAIRS`] pairs.
+    pub(super) fn crowded(&self) -> Option<[Partner; 2]> {
+        let last = self.memory.pairs.get(MOST_PAIRS - 1)?;
+        Some(last.owners(&self.colliders).map(PieceOwner::partner))
+    }
+
+    /// Deepest overlap of two pieces with the bodies at `states`, among the first `most` that are
+    /// deeper than `allowed` (m) for their pair.
     pub(super) fn deepest(
         &mut self,
         world: &World,
         states: &[State],
+        most: usize,
         allowed: impl Fn([(Partner, PieceExtent); 2]) -> f64,
     ) -> Option<Overlap> {
-        let mut deepest: Option<Overlap> = None;
+        let (mut deepest, mut count): (Option<Overlap>, _) = (None, 0);
         self.each_depth(world, states, |depth, sides| {
-            if depth > deepest.map_or(0.0, |known| known.depth) {
+            if depth > 0.0 {
                 let allowed = allowed(sides);
-                if depth > allowed {
+                count += usize::from(depth > allowed);
+                if depth > deepest.map_or(allowed, |known| known.depth.max(allowed)) {
                     deepest = Some(Overlap { depth, allowed, between: (sides[0].0, sides[1].0) });
                 }
             }
+            count < most
         });
         deepest
     }
@@ -360,25 +374,34 @@ impl Neighbours {
                 let between = (sides[0].0, sides[1].0);
                 overlaps.push(Overlap { depth, allowed: allowed(sides), between });
             }
+            true
         });
         overlaps.sort_by(|a, b| b.depth.total_cmp(&a.depth));
         overlaps
     }
 
     /// Visits the pairs of near pieces with the bodies at `states`. `visit` gets their depth (m,
-    /// negative if they are apart), owners and extents.
+    /// negative if they are apart), owners and extents, and returns false to end the visit. It also
+    /// ends at the first [`MOST_OF_CROWD`] pairs of a crowded search.
     fn each_depth(
         &mut self,
         world: &World,
         states: &[State],
-        mut visit: impl FnMut(f64, [(Partner, PieceExtent); 2]),
+        mut visit: impl FnMut(f64, [(Partner, PieceExtent); 2]) -> bool,
     ) {
         let known = self.memory.end == states && self.lists(world);
         if !known && !self.stand(world, states) {
             return;
         }
         let Self { memory, colliders, extents, poses, scratch, touches, .. } = self;
-        for pair in &mut memory.pairs {
+        let mut goes_on = true;
+        let most = if memory.pairs.len() < MOST_PAIRS { usize::MAX } else { MOST_OF_CROWD };
+        for (index, pair) in memory.pairs.iter_mut().enumerate() {
+            if !goes_on || index >= most {
+                // A lower bound without work.
+                (pair.gap, pair.is_bound) = (f64::NEG_INFINITY, true);
+                continue;
+            }
             let [a, b] = pair.colliders.map(|at| colliders.at(at));
             // Most triangles near a body are apart from it.
             if known && pair.gap >= 0.0 && is_triangle(world, b) {
@@ -398,7 +421,8 @@ impl Neighbours {
                 Some(extent) => *extent,
                 None => PieceExtent::from_triangle(pieces.1.0),
             });
-            visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
+            let sides = [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])];
+            goes_on = visit(-pair.gap, sides);
         }
     }
 

@@ -11,6 +11,8 @@ use crate::world::World;
 const MARGIN: f64 = 0.1;
 /// Margin in a world with terrains, where a search is slower than a few pairs more.
 const MARGIN_ON_TERRAIN: f64 = 0.3;
+/// Number of pairs from which a search is crowded and ends. They need 0.6 GB.
+pub(super) const MOST_PAIRS: usize = 1 << 22;
 
 impl Neighbours {
     /// Recomputes the boxes and pairs if a piece leaves its box. If `begun`, the starts of the
@@ -130,16 +132,16 @@ impl Neighbours {
         let Memory { boxes, pairs, .. } = &mut **memory;
         std::mem::swap(pairs, spare);
         pairs.clear();
-        sweep.pairs(boxes, |i, j| {
-            if may_meet(world, colliders.at(i).owner, colliders.at(j).owner) {
-                pairs.push(known_or_new(spare, [i, j]));
-            }
-        });
+        let may_touch = |i, j| may_meet(world, colliders.at(i).owner, colliders.at(j).owner);
+        let near = sweep.selected(boxes, MOST_PAIRS, may_touch).iter();
+        pairs.extend(near.map(|&(i, j)| known_or_new(spare, [i as usize, j as usize])));
         let without = pairs.len();
         for (fixed, first) in colliders.terrains() {
             let Some(terrain) = world.terrain(fixed) else { continue };
             for (i, around) in boxes.iter().enumerate() {
-                if may_meet(world, colliders.at(i).owner, PieceOwner::Fixed(fixed)) {
+                if pairs.len() < MOST_PAIRS
+                    && may_meet(world, colliders.at(i).owner, PieceOwner::Fixed(fixed))
+                {
                     let add = |triangle| pairs.push(known_or_new(spare, [i, first + triangle]));
                     terrain.visit(around, add);
                 }
