@@ -172,10 +172,9 @@ impl Pulls {
         self.grabs.insert(hand, grab);
     }
 
-    /// Moves the target of a hand (m, world). A target that is not finite is ignored.
+    /// Moves the target of a hand (m, world).
     pub(crate) fn pull(&mut self, hand: Hand, target: Vector3<f64>) {
-        let is_finite = target.iter().all(|x| x.is_finite());
-        if let Some(grab) = self.grabs.get_mut(&hand).filter(|_| is_finite) {
+        if let Some(grab) = self.grabs.get_mut(&hand) {
             grab.target = target;
         }
     }

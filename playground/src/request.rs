@@ -71,6 +71,16 @@ pub enum Request {
     Export,
 }
 
+impl Request {
+    /// A request in JSON.
+    ///
+    /// # Errors
+    /// JSON that is no request.
+    pub fn parse(json: &[u8]) -> Result<Self, String> {
+        serde_json::from_slice(json).map_err(|error| error.to_string())
+    }
+}
+
 /// A ray into the picture.
 #[derive(Debug, Deserialize)]
 pub struct Aim {
@@ -156,10 +166,28 @@ impl Program {
         Ok(self.parts().iter().cloned().chain(present).collect())
     }
 
+    /// Takes one step.
+    ///
+    /// # Errors
+    /// No scene; a step that cannot be posed.
+    pub fn step(&mut self) -> Result<(), String> {
+        self.session()?.step()
+    }
+
+    /// Number of descriptions of scenes so far. It grows when the scene changes.
+    #[must_use]
+    pub fn described(&self) -> u64 {
+        self.described
+    }
+
     /// Answers the request of a window in JSON.
     pub fn answer(&mut self, hand: Hand, request: &[u8]) {
+        self.respond(hand, Request::parse(request));
+    }
+
+    /// Answers a parsed request, or its fault, in JSON.
+    pub fn respond(&mut self, hand: Hand, request: Result<Request, String>) {
         self.numbers.clear();
-        let request = serde_json::from_slice(request).map_err(|error| error.to_string());
         let answer = request.and_then(|request| self.answered(hand, request));
         let answer = answer.map(|mut answer| {
             answer["scene"] = self.described.into();
@@ -227,7 +255,7 @@ impl Program {
                 self.grab(hand, hit)?
             }
             Request::Pull { target } => {
-                self.session()?.pull(hand, Vector3::from(target));
+                self.session()?.pull(hand, Vector3::from(target))?;
                 json!({})
             }
             Request::Release => {

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::contact::Partner;
+use tumble_core::error::in_range;
 use tumble_core::query::{Query, Ray};
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
@@ -156,8 +157,16 @@ impl Session {
     }
 
     /// Moves the target of the point that a hand grabbed (m, world).
-    pub fn pull(&mut self, hand: Hand, target: Vector3<f64>) {
+    ///
+    /// # Errors
+    /// A target where no body may be. The present one then stays.
+    pub fn pull(&mut self, hand: Hand, target: Vector3<f64>) -> Result<(), String> {
+        for x in &target {
+            in_range("target of the pull (m)", *x, -1e6, 1e6, "-1e6 to 1e6")
+                .map_err(|error| error.to_string())?;
+        }
         self.pulls.pull(hand, target);
+        Ok(())
     }
 
     /// Lets the body in a hand go.

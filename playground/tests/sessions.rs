@@ -54,7 +54,7 @@ fn thrown() -> Session {
     assert!((hit.point - Vector3::new(0.2, 0.1, 0.95)).norm() < 1e-9, "{}", hit.point);
     session.grab(0, &hit).unwrap();
     for k in 0..60 {
-        session.pull(0, hit.point + Vector3::new(0.02, 0.01, 0.002) * f64::from(k));
+        session.pull(0, hit.point + Vector3::new(0.02, 0.01, 0.002) * f64::from(k)).unwrap();
         session.step().unwrap();
     }
     session.release(0);
@@ -106,7 +106,7 @@ fn bodies_are_pulled_over_terrain_with_the_bits_of_the_text() {
         let place = states(&session)[1].position;
         session.grab(0, &Hit { body: 1, point: place }).unwrap();
         for k in 0..60 {
-            session.pull(0, place + Vector3::new(0.01, 0.005, 0.002) * f64::from(k));
+            session.pull(0, place + Vector3::new(0.01, 0.005, 0.002) * f64::from(k)).unwrap();
             session.step().unwrap();
         }
         session.release(0);
@@ -129,7 +129,7 @@ fn a_pulled_body_comes_to_rest_at_the_pointer() {
     let place = states(&session)[9].position;
     session.grab(0, &Hit { body: 9, point: place }).unwrap();
     let target = place + Vector3::new(0.4, -0.2, 0.5);
-    session.pull(0, target);
+    session.pull(0, target).unwrap();
     stepped(&mut session, 1500);
     // Forces have five digits, of a weight of 9.81 N and a stiffness of 144 N/m.
     assert!((states(&session)[9].position - target).norm() < 1e-4);
@@ -145,7 +145,7 @@ fn a_card_house_is_pulled_over() {
     };
     let (height, point) = (top(&session), states(&session)[0].position);
     session.grab(0, &Hit { body: 0, point }).unwrap();
-    session.pull(0, point - Vector3::x() * height);
+    session.pull(0, point - Vector3::x() * height).unwrap();
     stepped(&mut session, 400);
     assert!(top(&session) < 0.7 * height, "{} of {height}", top(&session));
 }
@@ -209,7 +209,7 @@ fn hard_throws_at_extreme_friction_stay_counted_and_finite() {
             let point = states(&session)[body].position + Vector3::new(0.0, 0.0, 0.02);
             session.grab(0, &Hit { body, point }).unwrap();
             let side = f64::from(u32::try_from(k % 5).unwrap()) - 2.0;
-            session.pull(0, point + Vector3::new(9.0 * side, 5.0, -4.0));
+            session.pull(0, point + Vector3::new(9.0 * side, 5.0, -4.0)).unwrap();
             stepped(&mut session, 12);
             session.release(0);
         }

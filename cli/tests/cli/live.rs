@@ -299,6 +299,54 @@ fn clients_that_send_byte_by_byte_do_not_hold_the_run() {
     }
 }
 
+/// A request for many steps is refused, or holds neither another window nor Ctrl-C, and ends with its
+/// page. Nobody reads its answer here.
+#[test]
+fn many_steps_of_one_window_leave_the_others_free() {
+    let step = |count: u32| json!({ "do": "step", "count": count, "contacts": false });
+    let mut live = Live::start_of(&[&format!("{ROOT}/playground/measure/thousand.toml")]);
+    let mut other = live.socket();
+    let (refused, _) = other.asked(&step(4_000_000_000));
+    assert_eq!(refused["error"], "step: count is 4000000000; allowed: 0 to 100000");
+    let mut busy = live.socket();
+    let many = || Message::text(step(100_000).to_string());
+    busy.socket.send(many()).unwrap();
+    std::thread::sleep(Duration::from_millis(200));
+    let begin = std::time::Instant::now();
+    let (_, first) = other.asked(&step(0));
+    drop(busy);
+    std::thread::sleep(Duration::from_secs(2));
+    let (_, second) = other.asked(&step(0));
+    std::thread::sleep(Duration::from_secs(2));
+    let (_, third) = other.asked(&step(0));
+    assert_eq!(second[0], third[0], "the steps ended with their page");
+    assert!(first[0] < 10_000.0 && begin.elapsed() < PATIENCE / 2, "{first:?}");
+    // A new scene is not stepped by a request for the one before.
+    let mut busy = live.socket();
+    busy.socket.send(many()).unwrap();
+    std::thread::sleep(Duration::from_millis(200));
+    other.asked(&json!({ "do": "restart" }));
+    std::thread::sleep(Duration::from_secs(1));
+    assert_eq!(other.asked(&step(0)).1[0], 0.0);
+    busy.socket.send(many()).unwrap();
+    std::thread::sleep(Duration::from_millis(200));
+    let begin = std::time::Instant::now();
+    live.end();
+    assert!(begin.elapsed() < PATIENCE / 2, "{:?}", begin.elapsed());
+}
+
+#[test]
+fn pulls_to_where_no_body_may_be_are_refused() {
+    let live = Live::start();
+    let mut socket = live.socket();
+    socket.asked(&json!({ "do": "hold", "body": 4 }));
+    for target in [1e300, -1e7] {
+        let (refused, _) = socket.asked(&json!({ "do": "pull", "target": [target, 0.0, 0.0] }));
+        let why = refused["error"].as_str().unwrap();
+        assert!(why.contains("target of the pull (m)") && why.contains("-1e6 to 1e6"), "{why}");
+    }
+}
+
 #[test]
 fn flags_without_effect_on_a_live_run_are_rejected() {
     // Ipopt's program has one body.

@@ -3,16 +3,20 @@
 use super::http::is_timeout;
 use super::{PAUSE, Server, finish};
 use crate::pull::Hand;
-use crate::request::Program;
+use crate::request::{Program, Request};
 use std::io;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
 /// Size limit of a message (bytes): a scenario file of the largest size, with escapes.
 pub const LARGEST_MESSAGE: usize = 8 << 20;
+/// Maximum number of steps of a request. A page asks for those of a tenth of a second.
+const MOST_STEPS: u32 = 100_000;
 
 impl Server {
     /// Answers requests until the page goes or `end` is true. Then the page holds no body.
@@ -35,9 +39,18 @@ impl Server {
             }
             match socket.read() {
                 Ok(Message::Text(text)) => {
+                    let mut request = Request::parse(text.as_bytes());
+                    if let Ok(Request::Step { count, .. }) = &mut request {
+                        if *count > MOST_STEPS {
+                            request =
+                                Err(format!("step: count is {count}; allowed: 0 to {MOST_STEPS}"));
+                        } else if !self.step_ahead(count, socket.get_ref(), end)? {
+                            return Ok(());
+                        }
+                    }
                     let answer = {
                         let mut program = self.program();
-                        program.answer(hand, text.as_bytes());
+                        program.respond(hand, request);
                         message(&program)
                     };
                     match socket.send(Message::Binary(answer.into())) {
@@ -61,6 +74,43 @@ impl Server {
         };
         close(socket, CloseFrame { code, reason: reason.into() }, end)
     }
+
+    /// Takes the `left` steps of a request but the last one. In between, other windows get the
+    /// program. No step is left once one of them has changed the scene. Returns false if the page
+    /// has gone.
+    fn step_ahead(&self, left: &mut u32, page: &TcpStream, end: &AtomicBool) -> io::Result<bool> {
+        let described = self.program().described();
+        while *left > 1 && !end.load(Ordering::Relaxed) {
+            let (mut program, begin) = (self.program(), Instant::now());
+            if program.described() != described {
+                *left = 0;
+            }
+            while *left > 1 && begin.elapsed() < PAUSE {
+                // The last step has the error of a step that fails.
+                *left = if program.step().is_ok() { *left - 1 } else { 1 };
+            }
+            drop(program);
+            if has_gone(page)? {
+                return Ok(false);
+            }
+            // Without a pause this thread would get the program again before those that wait.
+            thread::sleep(Duration::from_millis(1));
+        }
+        Ok(true)
+    }
+}
+
+/// True if a page has closed its connection, or asks for that by the first frame to read.
+fn has_gone(page: &TcpStream) -> io::Result<bool> {
+    const CLOSING: u8 = 0x88;
+    let mut next = [0];
+    page.set_nonblocking(true)?;
+    let length = page.peek(&mut next);
+    page.set_nonblocking(false)?;
+    Ok(match length {
+        Ok(length) => length == 0 || next[0] == CLOSING,
+        Err(error) => !is_timeout(&error),
+    })
 }
 
 /// Answer of a program: length of its text (u32, little-endian), text, spaces up to a multiple of 8
