@@ -5,25 +5,28 @@ use super::input;
 use super::outcome::Failure;
 use std::ffi::OsStr;
 use std::fs::{self, File, Metadata, TryLockError};
-use std::io::{self, Read as _};
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use tumble_model::shown;
 use tumble_scene::run_file::{self, RunFile};
 use tumble_scene::written;
+use tumble_view::MARK;
 
 /// Extensions of files. A new directory with one of them is refused as a mistake.
 const FILES: [&str; 10] = ["png", "svg", "pdf", "gif", "mp4", "webm", "html", "csv", "json", "zst"];
 
-/// First bytes of single files, by their endings.
-const BEGINNINGS: [(&str, &[u8]); 7] = [
-    ("gif", b"GIF89a"),
-    ("html", b"<!doctype html>\n<!-- tumble -->"),
-    ("mp4", b"\0\0\0\x20ftyp"),
-    ("png", b"\x89PNG\r\n"),
-    ("svg", b"<svg xmlns=\"http://www.w3.org/2000/svg\" width"),
-    ("webm", b"\x1a\x45\xdf\xa3"),
-    ("toml", written::HEAD.as_bytes()),
+/// Marks of single files, by their endings.
+const MARKS: [(&str, &str); 7] = [
+    ("gif", MARK),
+    ("html", "<!doctype html>\n<!-- tumble -->"),
+    ("mp4", MARK),
+    ("png", MARK),
+    ("svg", MARK),
+    ("webm", MARK),
+    ("toml", written::HEAD),
 ];
+/// Length of the beginning and of the end of a file that may have the mark (bytes).
+const MARKED: u64 = 1024;
 
 /// A locked output directory. While it exists, no run of another process writes there. The
 /// operating system releases the lock at the end of the process; there is no lock file.
@@ -122,16 +125,14 @@ impl OutputDirectory {
         &self.path
     }
 
-    /// Refuses to replace a single file that does not begin like those of tumble. Files of runs are
-    /// checked by [`OutputDirectory::for_run`].
+    /// Refuses to replace a single file without the mark of those of tumble. Files of runs are checked
+    /// by [`OutputDirectory::for_run`].
     pub fn refuse_foreign(&self, file: &Path) -> Result<(), Failure> {
         let ending = file.extension().and_then(OsStr::to_str);
-        let own = BEGINNINGS.iter().find(|(of, _)| self.has_single_files && ending == Some(*of));
-        let (Some((_, own)), true) = (own, file.exists()) else { return Ok(()) };
-        let mut found = Vec::new();
-        let read =
-            input::open(file).and_then(|file| file.take(own.len() as u64).read_to_end(&mut found));
-        if read.is_ok() && (found.is_empty() || found == *own) {
+        let mark = MARKS.iter().find(|(of, _)| self.has_single_files && ending == Some(*of));
+        let (Some((_, mark)), true) = (mark, file.exists()) else { return Ok(()) };
+        let found = ends_of(file).unwrap_or_else(|_| vec![0]);
+        if found.is_empty() || found.windows(mark.len()).any(|part| part == mark.as_bytes()) {
             return Ok(());
         }
         Err(Failure::Input(format!(
@@ -173,6 +174,16 @@ impl OutputDirectory {
         }
         Ok(removed)
     }
+}
+
+/// Beginning and end of a file.
+fn ends_of(file: &Path) -> io::Result<Vec<u8>> {
+    let (mut file, mut found) = (input::open(file)?, Vec::new());
+    file.by_ref().take(MARKED).read_to_end(&mut found)?;
+    let length = file.seek(SeekFrom::End(0))?;
+    file.seek(SeekFrom::Start(length.saturating_sub(MARKED).max(found.len() as u64)))?;
+    file.take(MARKED).read_to_end(&mut found)?;
+    Ok(found)
 }
 
 fn is_foreign(file: &Path, metadata: &Metadata) -> Failure {

@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _, Write as _};
 use std::process::{Child, Command, Stdio};
 use tumble_model::shown;
+use tumble_view::MARK;
 use tumble_view::animation::FRAMES_A_SECOND;
 
 /// Endings of videos. They are also names of formats of ffmpeg.
@@ -32,14 +33,15 @@ impl<'a> Video<'a> {
         let quality = if ending == "webm" { "-crf 30 -b:v 0" } else { "-movflags +faststart" };
         let input =
             format!("-f rawvideo -pix_fmt rgb24 -s {size}x{size} -r {FRAMES_A_SECOND} -i -");
-        let output = format!("-vf {FILTER} {quality} -f {ending} -y");
+        let output = format!("-vf {FILTER} {quality} -f {ending} -y -metadata");
         let mut path = OsString::from("file:");
         path.push(file.temporary_path());
         let kept = tempfile::tempfile().and_then(|file| Ok((file.try_clone()?, file)));
         let (messages, sink) = kept.map_err(|error| file.failed(&error))?;
         let mut command = Command::new("ffmpeg");
         command.args(["-hide_banner", "-loglevel", "error"]).args(input.split(' '));
-        command.args(output.split(' ')).arg(path);
+        // The mark of a file that may be replaced.
+        command.args(output.split(' ')).arg(format!("title={MARK}")).arg(path);
         command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(sink);
         let encoder = command.spawn().map_err(|why| {
             Failure::Input(format!(

@@ -149,6 +149,12 @@ fn exported_problems_do_not_replace_what_is_there() {
     assert!(!mine.exists(), "all in the folder is solved as one run's");
 }
 
+/// A white pixel, as Pillow writes it.
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\0\0\0\0:~\x9bU\0\0\0\nIDATx\x9cc\xf8\x0f\
+    \0\x01\x01\x01\0\x1b\xb6\xeeV\0\0\0\0IEND\xaeB`\x82";
+const GIF: &[u8] =
+    b"GIF89a\x01\0\x01\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\x01\0\x01\0\0\x02\x02L\x01\0;";
+
 /// Commands replace their own pictures and scenarios, and nothing else.
 #[test]
 fn single_files_replace_only_their_own_kind() {
@@ -160,17 +166,23 @@ fn single_files_replace_only_their_own_kind() {
     let slope = Path::new(crate::ROOT).join("scenarios/slope.toml");
     let slope = slope.to_str().unwrap();
     for (args, name, foreign) in [
-        (vec!["view", &out], "view.html", "<!doctype html>\n<title>mine</title>"),
-        (vec!["plot", &out], "plot.svg", "<?xml version=\"1.0\"?>"),
-        (vec!["plot", &out], "plot-energy.png", "mine"),
-        (vec!["gif", &out], "animation.gif", "mine"),
-        (vec!["convert", slope, &toml], "scene.toml", "name = \"mine\""),
+        (vec!["view", &out], "view.html", &b"<!doctype html>\n<title>mine</title>"[..]),
+        (vec!["plot", &out], "plot.svg", b"<?xml version=\"1.0\"?>"),
+        (
+            vec!["plot", &out],
+            "plot-energy.svg",
+            b"<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\"/>",
+        ),
+        (vec!["plot", &out], "plot.png", PNG),
+        (vec!["plot", &out], "plot-energy.png", PNG),
+        (vec!["gif", &out], "animation.gif", GIF),
+        (vec!["convert", slope, &toml], "scene.toml", b"name = \"mine\""),
     ] {
         let file = here.join(name);
         fs::remove_file(&file).ok();
         fs::write(&file, foreign).unwrap();
         run(&args).assert_refused(2, &[name, "not written by tumble", "move it"]);
-        assert_eq!(fs::read_to_string(&file).unwrap(), foreign, "{name}");
+        assert_eq!(fs::read(&file).unwrap(), foreign, "{name}");
         fs::write(&file, "").unwrap();
         for _ in 0..2 {
             assert_eq!(run(&args).code, Some(0), "{name}");

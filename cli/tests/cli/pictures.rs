@@ -315,7 +315,9 @@ fn videos_are_the_frames_passed_to_ffmpeg() {
         for option in ["-s 101x101 -r 30 -i -".to_owned(), format!("-f {ending} ")] {
             assert!(arguments.contains(&option), "{arguments}");
         }
-        // A file that does not begin as a video of that kind is not replaced.
+        assert!(arguments.contains("-metadata title=Written by tumble"), "{arguments}");
+        // A video of another program is not replaced.
+        fs::write(done.path(&name), b"\0\0\0\x20ftypisom\0\0\x02\0isomiso2mp41").unwrap();
         draw(&name, None).assert_refused(2, &[&name, "was not written by tumble"]);
     }
 }

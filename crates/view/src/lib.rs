@@ -30,6 +30,9 @@ mod skeleton;
 mod triangles;
 pub mod view;
 
+/// Mark in every picture and video, within its first or last kilobyte. A file with it may be replaced.
+pub const MARK: &str = "Written by tumble";
+
 pub use film::{Fact, Film, Object, Takeover, is_loaded};
 pub use shape::{Mesh, Shape};
 pub use triangles::{FilmTriangles, Triangles, triangles};

@@ -5,6 +5,7 @@ use super::difference::Changed;
 use super::palette::Palette;
 use super::settings::{AnimationError, AnimationSettings};
 use super::timing;
+use crate::MARK;
 use crate::film::Film;
 use gif::{AnyExtension, DisposalMethod, Repeat};
 use std::borrow::Cow;
@@ -32,6 +33,7 @@ impl<'a> Encoder<'a> {
         let palette = Palette::new(film, settings.theme());
         let mut encoder = gif::Encoder::new(bytes, size, size, &palette.bytes())?;
         encoder.set_repeat(Repeat::Infinite)?;
+        encoder.write_raw_extension(COMMENT, &[MARK.as_bytes()])?;
         let title: Vec<&[u8]> = film.title.as_bytes().chunks(255).collect();
         encoder.write_raw_extension(COMMENT, &title)?;
         Ok(Self { size: size.into(), encoder, palette, before: Vec::new() })

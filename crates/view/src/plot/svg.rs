@@ -5,6 +5,7 @@ use super::curve::{dots, line, mark_path, steps};
 use super::number::back_to_line;
 use super::panel::{Panel, PanelMaker, PlotSeries};
 use super::scale::{PlotAxis, ScaleKind};
+use crate::MARK;
 use crate::film::Film;
 use crate::font::{Font, Heading};
 use crate::markup::escape;
@@ -96,7 +97,7 @@ impl SvgSheet {
         let height = self.y + BOTTOM;
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" \
-             viewBox=\"0 0 {WIDTH} {height}\" font-family=\"{FONT}\">\n<title>{}</title>\n\
+             viewBox=\"0 0 {WIDTH} {height}\" font-family=\"{FONT}\">\n<!-- {MARK} -->\n<title>{}</title>\n\
              <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{}</svg>\n",
             escape(heading),
             self.body

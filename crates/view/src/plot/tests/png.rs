@@ -31,3 +31,21 @@ fn characters_without_a_glyph_are_drawn_as_question_marks() {
     assert_eq!(text("立"), text("?"));
     assert!(text("?").contains("<path"));
 }
+
+/// The chunk is as the PNG specification wants it (§ 5.3): length, kind, data and CRC-32 of both.
+#[test]
+fn a_picture_has_the_mark_in_a_chunk_of_text() {
+    let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\"/>";
+    let png = rasterise(svg).unwrap();
+    assert_eq!(&png[HEADER..HEADER + COMMENT.len()], COMMENT);
+    assert_eq!(Pixmap::decode_png(&png).unwrap().width(), 18);
+    let (body, sum) = COMMENT[4..].split_last_chunk::<4>().unwrap();
+    assert!(body.ends_with(crate::MARK.as_bytes()));
+    assert_eq!(COMMENT[..4], (body.len() as u32 - 4).to_be_bytes());
+    let crc = body.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            (crc >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(crc & 1))
+        })
+    });
+    assert_eq!(*sum, (!crc).to_be_bytes());
+}
