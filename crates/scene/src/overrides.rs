@@ -17,7 +17,8 @@ pub struct FieldOverride {
 }
 
 impl FieldOverride {
-    /// Parses `PATH=VALUE`. A value that is not TOML is a text.
+    /// Parses `PATH=VALUE`. A value that is not TOML is a vector if it has numbers joined by commas,
+    /// and otherwise a text.
     ///
     /// # Errors
     /// Without a path or a value.
@@ -31,6 +32,7 @@ impl FieldOverride {
         }
         let parsed = toml::from_str::<Table>(&format!("value = {value}"));
         let parsed = parsed.ok().and_then(|mut table| table.remove("value"));
+        let parsed = parsed.or_else(|| vector(value));
         let value = parsed.unwrap_or_else(|| Value::String(value.to_owned()));
         Ok(Self { path: path.to_owned(), value })
     }
@@ -67,17 +69,34 @@ impl FieldOverride {
     }
 }
 
-/// The table in the list `entries`, called `list`, with the name or number `wanted`.
+/// Two or more numbers, joined by commas.
+fn vector(text: &str) -> Option<Value> {
+    let number = |text: &str| {
+        let whole = text.parse().ok().map(Value::Integer);
+        whole.or_else(|| text.parse().ok().map(Value::Float))
+    };
+    let numbers: Option<Vec<_>> = text.split(',').map(|text| number(text.trim())).collect();
+    numbers.filter(|numbers| numbers.len() > 1).map(Value::Array)
+}
+
+/// The table in the list `entries`, called `list`, with the name or number `wanted`. An entry without
+/// a name, as a motor, has that of its `joint`, unless another entry has it too.
 fn entry_of<'a>(
     entries: &'a mut [Value],
     list: &str,
     wanted: &str,
 ) -> Result<&'a mut Table, String> {
-    let name = |entry: &Value| Some(entry.get("name")?.as_str()?.to_owned());
+    let name = |entry: &Value| {
+        let name = entry.get("name").or_else(|| entry.get("joint"))?;
+        Some(name.as_str()?.to_owned())
+    };
     let names: Vec<_> = entries.iter().filter_map(name).collect();
     let count = entries.len();
-    let named = entries.iter().position(|entry| name(entry).as_deref() == Some(wanted));
-    let place = named.or_else(|| wanted.parse().ok());
+    let mut named = (0..count).filter(|&at| name(&entries[at]).as_deref() == Some(wanted));
+    let place = named.next().or_else(|| wanted.parse().ok());
+    if named.next().is_some() {
+        return Err(format!("{list} has several entries {wanted:?}; give a number from 0"));
+    }
     let entry = place.and_then(|place| entries.get_mut(place)).and_then(Value::as_table_mut);
     entry.ok_or_else(|| {
         let known = match &names[..] {

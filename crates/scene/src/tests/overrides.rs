@@ -29,6 +29,43 @@ fn fields_of_tables_and_entries_are_set() {
     assert_eq!(found["solver"]["name"].as_str(), Some("native"));
 }
 
+/// As the manual says: "Numbers of a vector are joined by commas."
+#[test]
+fn numbers_joined_by_commas_are_a_vector() {
+    let found = with(&[
+        "gravity=0,0,-1.5",
+        "bodies.a.velocity= 1, .5,-2e-3",
+        "bodies.1.copies.count=1,2,3",
+        "ground.normal=[0, 0, 1]",
+        "bodies.a.name=b,c",
+        "title=4,",
+    ])
+    .unwrap();
+    let floats = |value: &Value| -> Vec<f64> {
+        value.as_array().unwrap().iter().map(|x| x.clone().try_into().unwrap()).collect()
+    };
+    assert_eq!(floats(&found["gravity"]), [0.0, 0.0, -1.5]);
+    assert_eq!(floats(&found["bodies"][0]["velocity"]), [1.0, 0.5, -2e-3]);
+    assert_eq!(found["bodies"][1]["copies"]["count"][2].as_integer(), Some(3));
+    assert_eq!(found["ground"]["normal"][2].as_integer(), Some(1));
+    assert_eq!(found["bodies"][0]["name"].as_str(), Some("b,c"));
+    assert_eq!(found["title"].as_str(), Some("4,"));
+}
+
+#[test]
+fn entries_without_a_name_have_that_of_their_joint() {
+    let text =
+        "[[motors]]\njoint = \"hip\"\n[[motors]]\njoint = \"knee\"\n[[motors]]\njoint = \"knee\"\n";
+    let set = |field: &str| {
+        let fields = [FieldOverride::parse(field).unwrap()];
+        overridden(text, &fields).map_err(|failure| failure.to_string())
+    };
+    let found: Table = toml::from_str(&set("motors.hip.speed=2").unwrap()).unwrap();
+    assert_eq!(found["motors"][0]["speed"].as_integer(), Some(2));
+    assert!(set("motors.knee.speed=2").unwrap_err().contains("several entries \"knee\""));
+    assert!(set("motors.neck.speed=2").unwrap_err().contains("there are: hip, knee"));
+}
+
 #[test]
 fn paths_that_lead_nowhere_are_refused() {
     for (field, words) in [
