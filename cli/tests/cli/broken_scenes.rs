@@ -297,6 +297,13 @@ fn copies_at_one_place_are_refused_within_bounded_memory() {
         ("sphere = 0.1", grid(20_000, "0"), ["overlap by 2.000e-1 m", "body-0 and body-1"]),
         ("box = 0.1", grid(20_000, "1e-9"), ["overlap by", "body-0 and"]),
         ("box = 0.1", grid(20_000, "0") + far, ["overlap by", "body-0 and body-1"]),
+        // The rounding of a world of 1 km exceeds the boxes.
+        (
+            "box = 0.0004",
+            grid(2000, "0")
+                + "\n[[bodies]]\nbox = [2000, 2000, 1]\nmass = 1000\nposition = [0, 0, 5000]",
+            ["overlap by 4.000e-4 m", "body-0 and body-1"],
+        ),
         // Slanted rods, 10 mm thick and 10.3 mm apart, whose boxes overlap.
         (
             "attitude = { axis = [0, 1, 0], degrees = 45 }\ncapsule = { length = 9, radius = 0.005 }",

@@ -239,7 +239,8 @@ impl Candidates {
     ///
     /// The limit is the [contact band](detection::CONTACT_BAND) of the smaller body, as between a
     /// body and the ground. For thin pieces it is a tenth of the summed radii of the largest balls
-    /// inside both. The limit is at least 10⁻⁶ of the world's reach, for rounding. A step separates
+    /// inside both. The limit is at least 10⁻⁶ of the world's reach, for rounding, but at most half of
+    /// the smaller body's reach. A step separates
     /// overlapping pieces at the speed depth/h. The search ends at a thousand overlaps.
     pub fn overlap_at_start(
         &mut self,
@@ -281,6 +282,9 @@ fn allowed_at_start(
     const PART: f64 = 0.1;
     /// Limit for rounding and the digits of an input, as a fraction of the world's reach.
     const ROUNDING: f64 = 1e-6;
+    /// Limit for rounding as a fraction of the smaller reach: small bodies in one place of a large world
+    /// overlap.
+    const MOST_ROUNDED: f64 = 0.5;
     let reach = move |partner: Partner| match partner.body() {
         Some(body) => world.bodies()[body].reach(),
         None => f64::INFINITY,
@@ -289,8 +293,10 @@ fn allowed_at_start(
         if ![a.0, b.0].into_iter().filter_map(Partner::body).any(&asked) {
             return f64::INFINITY;
         }
-        let band = detection::CONTACT_BAND * reach(a.0).min(reach(b.0));
-        band.min(PART * (a.1.inner + b.1.inner)).max(ROUNDING * world.reach())
+        let smaller = reach(a.0).min(reach(b.0));
+        let rounding = (ROUNDING * world.reach()).min(MOST_ROUNDED * smaller);
+        let band = detection::CONTACT_BAND * smaller;
+        band.min(PART * (a.1.inner + b.1.inner)).max(rounding)
     }
 }
 
