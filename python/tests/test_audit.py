@@ -188,7 +188,32 @@ def test_data_frames_have_a_row_for_each_step_and_contact():
         (lambda: referee.audit([], tolerance=0), "tolerance is 0; a positive number is needed"),
         (lambda: referee.audit([*slide(2), 3]), "step 2 of the recording: it is int; a dict with the arguments"),
         (lambda: referee.audit([{**slide(1)[0], "masses": [0.0]}]), "step 0 of the recording: masses has 0 kg"),
-        (lambda: referee.audit([BOX]), "step 0 of the recording: "),
+        (
+            lambda: referee.audit([BOX]),
+            "step 0 of the recording: velocities, velocities_after, forces must be given, as arguments of certify_bodies",
+        ),
+        (lambda: referee.audit([{}]), "step 0 of the recording: M, J, velocity_before, "),
+        (
+            lambda: referee.audit([{**slide(1)[0], "mu": 1}]),
+            "step 0 of the recording: 'mu' is not an argument of certify_bodies",
+        ),
+        (lambda: referee.audit([{**slide(1)[0], 3: 1}]), "step 0 of the recording: 3 is not an argument"),
+        *(
+            (
+                lambda time=time: referee.audit([{**slide(1)[0], "time": time}]),
+                f"step 0 of the recording: time is {time}; a finite number is needed",
+            )
+            for time in (float("nan"), float("inf"))
+        ),
+        (lambda: referee.audit([{**slide(1)[0], "names": 3}]), "names is 3; a list of names is needed"),
+        (lambda: referee.audit([{**slide(1)[0], "notes": 3}]), "notes is 3; a list of names is needed"),
+        (
+            lambda: referee.audit([{**slide(1)[0], "pairs": [[0], [0, 1]]}]),
+            "step 0 of the recording: pairs has rows of different lengths; whole numbers (",
+        ),
+        (lambda: referee.audit(slide(1), velocity_names=3), "velocity_names is 3; a list of names is needed"),
+        (lambda: referee.audit(slide(1), velocity_names="vx"), "velocity_names is 'vx'; a list of names is needed"),
+        (lambda: referee.audit(slide(1), title=3), "title is 3; a string is needed"),
         (
             lambda: referee.audit(slide(1), velocity_names=["x"]),
             "velocity_names has 1 entries; step 0 has 6 velocities",
@@ -280,6 +305,7 @@ class TestMujoco:
         model, data = self.stack(1)
         for recording, said in (
             ({"qpos": data.qpos[None]}, "recording lacks qvel"),
+            ({"qpos": 3, "qvel": data.qvel[None]}, "recording['qpos'] has shape (); (K, 7) is needed"),
             (
                 {"qpos": data.qpos[None], "qvel": data.qvel[None], "speed": 1},
                 "recording has 'speed'; the names are time",
@@ -291,3 +317,5 @@ class TestMujoco:
             with pytest.raises(tumble.TumbleError) as error:
                 referee.audit(recording, model=model)
             assert said in str(error.value)
+        with pytest.raises(tumble.TumbleError, match="model is int; a mujoco.MjModel is needed"):
+            referee.audit([data], model=3)

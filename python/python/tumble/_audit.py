@@ -239,7 +239,11 @@ def audit_steps(recorded: Iterable[Recorded], tolerance: float, title: str, name
         if names is not None and len(names) != len(each.step.after):
             count = len(each.step.after)
             raise TumbleError(f"velocity_names has {len(names)} entries; step {each.k} has {count} velocities")
-        step, certificate, right = each.step, each.step.certificate(), each.step.exact()
+        step, certificate = each.step, each.step.certificate()
+        try:
+            right = step.exact()
+        except TumbleError as error:
+            raise TumbleError(f"step {each.k} of the recording: {error}") from None
         own.append(step.after)
         exact.append(right.velocity)
         notes.update(dict.fromkeys(certificate.notes))

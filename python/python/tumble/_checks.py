@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from numbers import Real
 from operator import index
 from typing import Any, TypeVar
@@ -67,6 +67,13 @@ def name_list(name: str, value: Any) -> list[str]:
         if not isinstance(item, str):
             raise TumbleError(f"{name} has {item!r}; a name is a string")
     return items
+
+
+def texts(name: str, value: Any) -> list[str]:
+    """The texts of the items of ``value``. A string is refused, as in ``name_list``."""
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise TumbleError(f"{name} is {value!r}; a list of names is needed")
+    return [str(item) for item in value]
 
 
 def tables(name: str, value: Any, instead: str = "") -> list[Mapping[str, Any]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ._arrays import numbers
 from ._certificate import Certificate, rows_of
-from ._checks import real, whole
+from ._checks import real, texts, whole
 from ._problem import ContactProblem, Law, _groups, moments_of
 from ._tumble import TumbleError
 from ._types import Floats
@@ -182,7 +182,7 @@ def checked_step(
         lengths=scales,
         dimension=dimension,
         labels=labels_of(names, len(groups)),
-        notes=tuple(notes),
+        notes=tuple(texts("notes", notes)),
         motion=moved,
     )
 
@@ -199,7 +199,7 @@ def labels_of(names: Sequence[str] | None, count: int) -> list[str]:
     """Names, or numbers without any."""
     if names is None:
         return [str(place) for place in range(count)]
-    listed = [str(name) for name in names]
+    listed = texts("names", names)
     if len(listed) != count:
         raise TumbleError(f"names has {len(listed)} entries; {count} are needed")
     return listed

@@ -21,6 +21,8 @@ _FIELDS = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "xfrc_applied", "mocap
 
 def recorded_steps(model: Any, recording: Any, every: int) -> Iterator[Recorded]:
     """The step that ``mj_step`` takes from every ``every``-th recorded state."""
+    if not isinstance(model, mujoco.MjModel):
+        raise TumbleError(f"model is {type(model).__name__}; a mujoco.MjModel is needed")
     stepper = HardStepper(model, unsolved="ignore")
     if isinstance(recording, Mapping):
         states: Sequence[Any] = _States(model, recording)
@@ -72,7 +74,7 @@ class _States(Sequence[Any]):
             if name not in recording:
                 raise TumbleError(f"recording lacks {name}")
         data = mujoco.MjData(model)
-        count = len(np.asarray(recording["qpos"]))
+        count = len(numbers("recording['qpos']", recording["qpos"], ("K", model.nq)))
         self.model, self._length = model, count
         self.arrays = {
             name: numbers(f"recording[{name!r}]", value, (count, *np.shape(getattr(data, name))))

@@ -11,8 +11,9 @@ Formulas: docs/referee.md.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ import numpy as np
 from ._arrays import numbers
 from ._audit import Audit, Finding, Recorded, audit_steps
 from ._certificate import Certificate, CertificateRow
-from ._checks import real, whole
+from ._checks import real, texts, whole
 from ._measured_step import MeasuredStep, checked_step, labels_of, positive
 from ._problem import Law
 from ._tumble import TumbleError
@@ -240,7 +241,9 @@ def audit(
     :raises TumbleError: if a step has a wrong shape or value. The message names the step.
     """
     every, tolerance = whole("every", every, 1), positive("tolerance", tolerance)
-    names = None if velocity_names is None else tuple(str(name) for name in velocity_names)
+    names = None if velocity_names is None else tuple(texts("velocity_names", velocity_names))
+    if not isinstance(title, str):
+        raise TumbleError(f"title is {title!r}; a string is needed")
     if model is not None:
         from ._mujoco_record import recorded_steps
         from ._mujoco_record import velocity_names as names_of
@@ -259,7 +262,7 @@ def _recorded(recording: Iterable[Any], every: int) -> Iterator[Recorded]:
     for k, entry in enumerate(recording):
         try:
             step, time = _step_of(entry)
-        except (TumbleError, TypeError) as error:
+        except TumbleError as error:
             raise TumbleError(f"step {k} of the recording: {error}") from None
         end = end + step.time_step if time is None else time
         if k % every == 0:
@@ -271,12 +274,27 @@ def _step_of(entry: Any) -> tuple[MeasuredStep, float | None]:
     if isinstance(entry, Mapping):
         given = dict(entry)
         time = given.pop("time", None)
-        certificate = certify_bodies(**given) if "masses" in given else certify(**given)
-        return certificate.measured(), None if time is None else real("time", time)
+        certificate = _certified(certify_bodies if "masses" in given else certify, given)
+        end = None if time is None else real("time", time)
+        if end is not None and not np.isfinite(end):
+            raise TumbleError(f"time is {end:g}; a finite number is needed")
+        return certificate.measured(), end
     if hasattr(entry, "measured"):
         measured: MeasuredStep = entry.measured()
         return measured, None
     raise TumbleError(f"it is {type(entry).__name__}; a dict with the arguments of certify or certify_bodies is needed")
+
+
+def _certified(function: Callable[..., Certificate], given: dict[Any, Any]) -> Certificate:
+    """Certificate of a step whose arguments are ``given``."""
+    known = signature(function).parameters
+    for name in given:
+        if name not in known:
+            raise TumbleError(f"{name!r} is not an argument of {function.__name__}")
+    lacking = [name for name, one in known.items() if one.default is one.empty and name not in given]
+    if lacking:
+        raise TumbleError(f"{', '.join(lacking)} must be given, as arguments of {function.__name__}")
+    return function(**given)
 
 
 def _name(labels: list[str], body: int) -> str:
@@ -319,7 +337,10 @@ def _frames(normals: Floats) -> Floats:
 
 
 def _pairs(pairs: Any, contacts: int, count: int) -> Integers:
-    array = np.asarray(pairs)
+    try:
+        array = np.asarray(pairs)
+    except ValueError:
+        raise TumbleError(f"pairs has rows of different lengths; whole numbers ({contacts}, 2) are needed") from None
     if array.size == 0 and contacts == 0:
         return np.zeros((0, 2), np.int64)
     if array.shape != (contacts, 2) or array.dtype.kind not in "iu":
