@@ -2,6 +2,7 @@
 
 use roxmltree::{Document, Node, ParsingOptions};
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::rc::Rc;
 use tumble_model::{nearest, shown};
 
@@ -73,13 +74,30 @@ fn line_of_many_attributes(text: &str) -> Option<usize> {
     None
 }
 
+/// Largest number of prefixes of name spaces. The parser compares each name with all of them.
+const MOST_PREFIXES: usize = 100;
+
+/// Line of the first prefix beyond [`MOST_PREFIXES`], counted from 1.
+fn line_of_many_prefixes(text: &str) -> Option<usize> {
+    let mut prefixes = HashSet::new();
+    let ends = |c: char| c.is_whitespace() || "=:<>\"'".contains(c);
+    let mut declared = text.match_indices("xmlns:").map(|(at, start)| at + start.len());
+    let beyond = declared.find(|&at| {
+        prefixes.insert(text[at..].split(ends).next()) && prefixes.len() > MOST_PREFIXES
+    })?;
+    Some(1 + text[..beyond].matches('\n').count())
+}
+
 /// Rejects XML whose parsing would take too long.
 ///
 /// # Errors
 /// The line of the element.
 pub fn check_attributes(text: &str) -> Parsed<()> {
-    line_of_many_attributes(text).map_or(Ok(()), |line| {
-        Err(format!("line {line}: an element has more than {MOST_ATTRIBUTES} attributes"))
+    if let Some(line) = line_of_many_attributes(text) {
+        return Err(format!("line {line}: an element has more than {MOST_ATTRIBUTES} attributes"));
+    }
+    line_of_many_prefixes(text).map_or(Ok(()), |line| {
+        Err(format!("line {line}: the file has more than {MOST_PREFIXES} XML name spaces"))
     })
 }
 
