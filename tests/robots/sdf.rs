@@ -207,13 +207,27 @@ fn worlds_have_gravity_ground_and_static_models() {
 fn links_of_a_model_touch_each_other_only_with_self_collide() {
     let ball =
         "<collision name='c'><geometry><sphere><radius>1</radius></sphere></geometry></collision>";
-    for (field, expected) in [("", false), ("<self_collide>1</self_collide>", true)] {
+    let (with, without) = ("<self_collide>1</self_collide>", "<self_collide>false</self_collide>");
+    // Of the model and of its two links. Drake and Gazebo let two links touch if either says so.
+    for (fields, expected) in [
+        (["", "", ""], false),
+        ([with, "", ""], true),
+        (["", with, ""], true),
+        (["", "", with], true),
+        (["", with, with], true),
+        ([with, without, ""], true),
+        ([with, without, without], false),
+        ([without, "", with], true),
+    ] {
+        let [model, first, second] = fields;
         let robot = robot(&format!(
-            "<model name='m'>{field}<link name='a'>{ball}</link><link name='b'>{ball}</link></model>
+            "<model name='m'>{model}<link name='a'>{first}{ball}</link>
+             <link name='b'>{second}{ball}</link></model>
              <model name='n'><link name='a'>{ball}</link></model>"
         ));
+        assert!(robot.notes.iter().all(|note| !note.contains("unknown")), "{:?}", robot.notes);
         let [a, b, other] = &robot.shapes[..] else { panic!("three shapes are needed") };
-        assert_eq!(a.meets(b), expected);
+        assert_eq!(a.meets(b), expected, "{fields:?}");
         assert!(a.meets(other) && other.meets(b));
     }
 }
@@ -416,5 +430,73 @@ fn public_files_have_the_masses_and_frames_of_drake() {
             Err(why) if folder.starts_with(&data) => panic!("{file}: {why}"),
             Err(why) => eprintln!("{file}: {why}"),
         }
+    }
+}
+
+/// Frames that build on one another cost the square of their number. Models that stand on a frame of
+/// their innermost model double the cost with each level.
+#[test]
+fn frames_that_take_too_long_are_refused() {
+    let chain: String = (1..20_000)
+        .map(|k| {
+            let before = k - 1;
+            format!("<frame name='f{k}'><pose relative_to='f{before}'>0 0 1 0 0 0</pose></frame>")
+        })
+        .collect();
+    let chain = format!("<model name='m'><link name='l'/><frame name='f0'/>{chain}</model>");
+    let levels = 60;
+    let inner = |level: usize| (level + 1..levels).map(|k| format!("m{k}::")).collect::<String>();
+    let open = |level| format!("<model name='m{level}' placement_frame='{}l'>", inner(level));
+    let nested =
+        (0..levels).map(open).collect::<String>() + "<link name='l'/>" + &"</model>".repeat(levels);
+    for text in [chain, nested] {
+        let why = why(&text);
+        assert!(why.contains("too many frames build on one another"), "{why}");
+    }
+}
+
+/// Files write π/2 with 4 to 11 digits. The wheels of a resting robot then start up to 0.02·10⁻⁴ m below
+/// the ground. The two steps that lift them gain m g times this lift in all, and are no less physical.
+#[test]
+fn a_robot_with_rounded_angles_rests() {
+    for angle in ["1.57079632679", "1.570796326", "1.5707963", "1.570796", "1.5708", "1.5707"] {
+        let wheel = |name: &str, y: f64| {
+            format!(
+                "<link name='{name}'><pose>-0.1 {y} 0.1 -{angle} 0 0</pose><inertial><mass>0.5</mass>
+                 <inertia><ixx>0.0015</ixx><iyy>0.0015</iyy><izz>0.0025</izz></inertia></inertial>
+                 <collision name='c'><geometry><cylinder><radius>0.1</radius><length>0.04</length>
+                 </cylinder></geometry></collision></link>
+                 <joint name='{name}j' type='revolute'><parent>chassis</parent><child>{name}</child>
+                 <axis><xyz expressed_in='__model__'>0 1 0</xyz></axis></joint>"
+            )
+        };
+        let text = format!(
+            "<sdf version='1.9'><world name='w'><physics name='p' type='ignored'>
+             <max_step_size>0.001</max_step_size></physics>
+             <model name='floor'><static>true</static><link name='l'><collision name='c'><geometry>
+             <plane><normal>0 0 1</normal></plane></geometry></collision></link></model>
+             <model name='robot'><link name='chassis'><pose>0 0 0.1 0 0 0</pose><inertial><mass>5</mass>
+             <inertia><ixx>0.05</ixx><iyy>0.08</iyy><izz>0.1</izz></inertia></inertial></link>
+             {}{}<link name='caster'><pose>0.15 0 0.04 0 0 0</pose><inertial><mass>0.2</mass><inertia>
+             <ixx>0.0002</ixx><iyy>0.0002</iyy><izz>0.0002</izz></inertia></inertial>
+             <collision name='c'><geometry><sphere><radius>0.04</radius></sphere></geometry></collision>
+             </link><joint name='cj' type='ball'><parent>chassis</parent><child>caster</child></joint>
+             </model></world></sdf>",
+            wheel("lw", 0.15),
+            wheel("rw", -0.15)
+        );
+        let read = |path: &Path, _: u64| std::fs::read(path);
+        let scene =
+            Scene::from_text(&text, Path::new("w.sdf"), Settings::default(), &read).unwrap();
+        let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+        let mut record = StepRecord::new();
+        for k in 0..20 {
+            simulation.step(&mut record).unwrap();
+            let (status, gain) = (record.report.status, record.gain);
+            assert!(status.is_solved(), "{angle}: k = {k}: {status:?} {gain:?}");
+            assert!(record.unphysical.is_none(), "{angle}: k = {k}: {:?}", record.unphysical);
+        }
+        // Rest is no gain.
+        assert_eq!(record.gain, None, "{angle}");
     }
 }

@@ -8,6 +8,7 @@ use crate::frame::LinkFrame;
 use crate::urdf::attitude_from_angles;
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector4;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use tumble_model::shown;
 
@@ -46,7 +47,16 @@ pub struct Frames<'e> {
     pub joints: Vec<Scoped<'e>>,
     /// Keys of the named frames.
     pub named: Vec<String>,
+    /// Poses in the world that were asked for, by key.
+    placed: RefCell<HashMap<String, LinkFrame>>,
+    /// Work of all searches along chains of frames, in bytes of keys.
+    searched: Cell<usize>,
 }
+
+/// Maximum work of the searches, about a second. A chain of 2000 frames needs half of it.
+const MOST_SEARCHED: usize = 1 << 28;
+/// Work of a step of a search beyond the bytes of its key.
+const STEP: usize = 64;
 
 impl<'e> Frames<'e> {
     /// Frames of a `<world>`, or of the models of an `<sdf>`.
@@ -58,6 +68,8 @@ impl<'e> Frames<'e> {
             links: Vec::new(),
             joints: Vec::new(),
             named: Vec::new(),
+            placed: RefCell::default(),
+            searched: Cell::new(0),
         };
         own.add_contents(0)?;
         Ok(own)
@@ -128,6 +140,12 @@ impl<'e> Frames<'e> {
     }
 
     fn frame(&self, key: &str, asks: &Element) -> Parsed<&Frame<'e>> {
+        self.searched.set(self.searched.get() + STEP + key.len());
+        if self.searched.get() > MOST_SEARCHED {
+            return Err(asks.wrong(
+                "too many frames build on one another; give their poses relative to their model",
+            ));
+        }
         self.frames.get(key).ok_or_else(|| {
             let name = shown::line(if key.is_empty() { "world" } else { key });
             asks.wrong(format!(
@@ -159,7 +177,12 @@ impl<'e> Frames<'e> {
 
     /// Pose of a frame in the world.
     pub fn world(&self, key: &str, asks: &Element) -> Parsed<LinkFrame> {
-        self.pose_within(key, "", asks)
+        if let Some(known) = self.placed.borrow().get(key) {
+            return Ok(*known);
+        }
+        let pose = self.pose_within(key, "", asks)?;
+        self.placed.borrow_mut().insert(key.to_owned(), pose);
+        Ok(pose)
     }
 
     /// Pose of an element of a link, in the frame of the link.

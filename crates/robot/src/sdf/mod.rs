@@ -121,7 +121,8 @@ impl<'a> SdfReader<'a> {
         }
         let masks = self.masks();
         for link in &self.frames.links {
-            robot.children.push(self.link(link, masks[link.model])?);
+            let masks = if self.self_collides(link) { [u32::MAX; 2] } else { masks[link.model] };
+            robot.children.push(self.link(link, masks)?);
         }
         Ok(robot.holding(joints))
     }
@@ -160,18 +161,27 @@ impl<'a> SdfReader<'a> {
         named(key, &self.prefix)
     }
 
-    /// Collision masks of the links of each model. Links of a model without `self_collide` do not
-    /// touch each other.
+    /// True if a link touches the other links of its model: its own `self_collide`, or else that of
+    /// the model.
+    fn self_collides(&self, link: &Scoped<'_>) -> bool {
+        let model = self.frames.models[link.model].element;
+        let owner = [link.element, model];
+        let owner = owner.iter().find(|owner| owner.all("self_collide").next().is_some());
+        owner.is_some_and(|owner| is_true(owner, "self_collide"))
+    }
+
+    /// Collision masks of the links of each model that do not self-collide. They do not touch each
+    /// other.
     fn masks(&mut self) -> Vec<[u32; 2]> {
         let mut counts = vec![0; self.frames.models.len()];
-        for link in &self.frames.links {
+        for link in self.frames.links.iter().filter(|link| !self.self_collides(link)) {
             counts[link.model] += usize::from(link.element.all("collision").next().is_some());
         }
         let mut bits = (0..u32::BITS).map(|bit| 1_u32 << bit);
         let mut apart = 0;
         let mut beyond = 0;
         let mask = |(model, count): (&SdfModel<'_>, usize)| {
-            if count < 2 || model.is_static || is_true(model.element, "self_collide") {
+            if count < 2 || model.is_static {
                 return [u32::MAX; 2];
             }
             let bit = bits.next();

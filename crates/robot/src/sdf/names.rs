@@ -26,7 +26,7 @@ pub const NAMES: [ElementNames; 31] = [
     ],
     [
         "link",
-        "inertial collision pose gravity",
+        "inertial collision pose gravity self_collide",
         "visual sensor light projector audio_sink audio_source battery plugin enable_wind \
          particle_emitter must_be_base_link",
         "name",
