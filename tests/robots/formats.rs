@@ -52,6 +52,35 @@ fn an_element_with_many_attributes_is_refused() {
     assert!(why.contains("line 3: an element has more than 1000 attributes"), "{why}");
 }
 
+/// The parser compares each name with all prefixes in scope. A prefix that is declared often is one.
+#[test]
+fn a_file_with_many_name_spaces_is_refused() {
+    let declared = |count| (0..count).map(|k| format!(" xmlns:a{k}='u'")).collect::<String>();
+    let body = "<worldbody xmlns:z='u'/>".repeat(1000);
+    let text = |count| format!("<mujoco{}>\n{body}</mujoco>", declared(count));
+    let why = robot_of(&text(101), &[]).unwrap_err();
+    assert!(why.contains("line 1: the file has more than 100 XML name spaces"), "{why}");
+    assert!(!robot_of(&text(90), &[]).err().unwrap_or_default().contains("name spaces"));
+}
+
+/// The marker of Gymnasium's pusher has 4e-10 kg. The rotors of its slides move it.
+#[test]
+fn a_body_below_the_least_mass_is_raised_to_it() {
+    let text = r#"<mujoco><worldbody><body name="goal">
+        <geom type="cylinder" size="0.08 0.001" density="0.00001" contype="0" conaffinity="0"/>
+        <joint type="slide" axis="0 1 0" armature="0.04" damping="0.5"/>
+        <joint type="slide" axis="1 0 0" armature="0.04" damping="0.5"/>
+        <body name="pin"><inertial mass="1e-12" pos="0 0 0.1" diaginertia="1e-18 1e-18 1e-18"/></body>
+        </body></worldbody></mujoco>"#;
+    let robot = robot_of(text, &[]).unwrap();
+    let mass: f64 = robot.links.iter().map(|link| link.mass.mass).sum();
+    assert!((1e-9..1.000_001e-9).contains(&mass), "{mass}");
+    let note = "bodies below 1e-9 kg have this mass: goal";
+    assert!(robot.notes.iter().any(|known| known == note), "{:?}", robot.notes);
+    let light = text.replace("0.00001", "0.0001");
+    assert!(robot_of(&light, &[]).unwrap().notes.iter().all(|known| known != note));
+}
+
 /// glTF file of a tetrahedron. Its node translates and mirrors it, and the parent node rotates it
 /// by 90° about z.
 fn tetrahedron() -> Vec<u8> {

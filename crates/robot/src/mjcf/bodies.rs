@@ -2,12 +2,14 @@
 
 use super::MjcfReader;
 use super::compiler::{LIMITED, SWITCH};
+use crate::between::carried;
 use crate::frame::LinkFrame;
 use crate::mass::symmetric;
 use crate::model::{LinkMass, Moves, RobotJoint, RobotLink};
+use crate::urdf::masses::LEAST_MASS;
 use crate::xml::{Attributes, Element, Parsed, is_listed};
 use nalgebra::{Matrix3, Vector3};
-use tumble_model::nearest;
+use tumble_model::{nearest, shown};
 
 /// Maximum number of links.
 const MOST_LINKS: usize = 2000;
@@ -90,7 +92,7 @@ impl MjcfReader<'_> {
         match element.own("childclass") {
             Some(class) if self.classes.knows(class) => Ok(class),
             Some(class) => {
-                let class = tumble_model::shown::line(class);
+                let class = shown::line(class);
                 Err(element.wrong(format!("childclass: there is no default class {class:?}")))
             }
             None => Ok(outer),
@@ -288,7 +290,34 @@ impl MjcfReader<'_> {
                 link.mass.inertia *= total / sum;
             }
         }
+        self.raise_masses();
         Ok(())
+    }
+
+    /// Raises the mass of moving bodies to that of a scene body. The rotors of their joints are often
+    /// far heavier.
+    fn raise_masses(&mut self) {
+        let carriers = self.robot.carriers();
+        let mut names = Vec::new();
+        for (index, carried) in carried(&self.robot).into_iter().enumerate().skip(1) {
+            let is_faint = 0.0 < carried.mass && carried.mass < LEAST_MASS;
+            if !is_faint || self.robot.links[index].joints.1 == 0 {
+                continue;
+            }
+            // The sum of several masses may be rounded down.
+            let factor = LEAST_MASS / carried.mass * (1.0 + 1e-12);
+            for (link, _) in
+                self.robot.links.iter_mut().zip(&carriers).filter(|(_, carrier)| **carrier == index)
+            {
+                link.mass.mass *= factor;
+                link.mass.inertia *= factor;
+            }
+            names.push(shown::line(&self.robot.links[index].name).to_string());
+        }
+        if !names.is_empty() {
+            let names = names.join(", ");
+            self.notes.say(format!("bodies below {LEAST_MASS:e} kg have this mass: {names}"));
+        }
     }
 
     /// Effective mass or moment of inertia of each joint at the reference with all others free:

@@ -9,7 +9,7 @@ use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Minimum mass of a link (kg), equal to that of a scene body. Files use smaller masses for frames.
-pub(super) const LEAST_MASS: f64 = 1e-9;
+pub(crate) const LEAST_MASS: f64 = 1e-9;
 
 /// Mass properties of `<inertial>`. Zero if it is absent or its mass is below [`LEAST_MASS`].
 pub(super) fn inertial(link: &Element) -> Parsed<LinkMass> {

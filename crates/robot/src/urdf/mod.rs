@@ -1,6 +1,6 @@
 //! Reader of URDF, the format of ROS.
 
-mod masses;
+pub(crate) mod masses;
 pub(super) mod names;
 mod shapes;
 mod tree;
