@@ -9,6 +9,7 @@ use tumble_core::geometry::mesh::Mesh;
 use tumble_decompose::DecompositionSettings;
 use tumble_model::failure::refuse_flags;
 use tumble_model::shown;
+use tumble_scene::LARGEST_PART;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 use tumble_scene::written::quoted;
@@ -16,8 +17,8 @@ use tumble_scene::written::quoted;
 /// Density without `--density` (kg/m³): that of water.
 const USUAL_DENSITY: f64 = 1000.0;
 
-/// Length above which a part is probably in millimetres (m).
-const LARGEST_PART: f64 = 10.0;
+/// Question about the unit of a large part.
+const MILLIMETRES: &str = "is the file in millimetres? Then add --scale 0.001";
 
 impl MeshArgs {
     /// Rejects these flags for a file that is not a mesh.
@@ -65,7 +66,15 @@ pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Fai
         settings.resolution,
         settings.concavity,
     );
-    let scene = Scene::parse_with(&text, &args.file, flags, &[], &input::bytes)?;
+    let scene = Scene::parse_with(&text, &args.file, flags, &[], &input::bytes);
+    let scene = scene.map_err(|failure| match failure {
+        Failure::Input(why)
+            if why.contains(".mass is ") && sides_of(&mesh).max() > LARGEST_PART =>
+        {
+            Failure::Input(format!("{why}; {MILLIMETRES}"))
+        }
+        other => other,
+    })?;
     let report = report(&scene, &mesh, &args.file)?;
     Ok((scene, report))
 }
@@ -80,10 +89,7 @@ fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
             corners += piece.core().vertices().len();
         }
     }
-    let fold = |fold: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
-        mesh.vertices().iter().copied().reduce(|a, b| fold(&a, &b)).unwrap_or_default()
-    };
-    let sides = fold(Vector3::sup) - fold(Vector3::inf);
+    let sides = sides_of(mesh);
     let [x, y, z] = [sides.x, sides.y, sides.z].map(shown::rounded);
     let mut text = format!(
         "{}: {x} × {y} × {z} m, {} m³, {} kg; {pieces} pieces with {corners} corners\n",
@@ -92,7 +98,16 @@ fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
         shown::rounded(scene.model.bodies[0].mass),
     );
     if sides.max() > LARGEST_PART {
-        text += "is the file in millimetres? Then add --scale 0.001\n";
+        text += MILLIMETRES;
+        text.push('\n');
     }
     Ok(text)
+}
+
+/// Lengths of a mesh along the axes (m).
+fn sides_of(mesh: &Mesh) -> Vector3<f64> {
+    let fold = |fold: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
+        mesh.vertices().iter().copied().reduce(|a, b| fold(&a, &b)).unwrap_or_default()
+    };
+    fold(Vector3::sup) - fold(Vector3::inf)
 }

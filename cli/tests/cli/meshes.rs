@@ -248,3 +248,31 @@ fn sizes_and_deviations_of_parts_are_reported() {
         );
     }
 }
+
+/// A part in millimetres is asked about its unit by every command, also where its mass is refused. A
+/// given scale is an answer.
+#[test]
+fn parts_without_a_scale_are_asked_about_millimetres() {
+    let scene = |density: f64, scale: &str| {
+        format!(
+            "steps = 3\n[[bodies]]\nmesh = \"ring.obj\"\n{scale}\ndecompose = {{}}\ndensity = {density}\n\
+             position = [0, 0, 0]\n"
+        )
+    };
+    let directory = folder(&scene(1.0, ""));
+    fs::write(directory.path().join("ring.obj"), torus(100.0, 30.0)).unwrap();
+    let question = "is the file in millimetres? Then add";
+    let note = format!("ring.obj is 260 m long; {question} `scale = 0.001`");
+    for command in ["check", "run"] {
+        let end = run_in(&directory, &[command, "scene.toml"]);
+        assert!(end.code == Some(0) && end.stdout.contains(&note), "{end:?}");
+    }
+    fs::write(directory.path().join("scene.toml"), scene(1.0, "scale = 1.0")).unwrap();
+    let end = run_in(&directory, &["check", "scene.toml"]);
+    assert!(!end.stdout.contains("millimetres"), "{end:?}");
+    fs::write(directory.path().join("scene.toml"), scene(2700.0, "")).unwrap();
+    let words = ["bodies[0].mass is ", "allowed: 1e-9 to 1e9", question];
+    run_in(&directory, &["check", "scene.toml"]).assert_refused(2, &words);
+    let convert = ["convert", "ring.obj", "out.toml", "--density", "2700"];
+    run_in(&directory, &convert).assert_refused(2, &[&words[..], &["--scale 0.001"]].concat());
+}

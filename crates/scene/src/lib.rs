@@ -35,6 +35,7 @@ pub mod tutorial;
 pub mod written;
 
 pub use bodies::entries::AttitudeEntry;
+pub use bodies::masses::LARGEST_PART;
 
 use file::{ParsedScene, ScenarioFile};
 use serde::de::DeserializeOwned;

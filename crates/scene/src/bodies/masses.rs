@@ -4,7 +4,7 @@ use super::entries::BodyEntry;
 use super::refused::field_of;
 use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::geometry::{Hint, PairScratch, Piece, overlap};
+use tumble_core::geometry::{Aabb, Hint, PairScratch, Piece, overlap};
 use tumble_core::mechanics::Pose;
 use tumble_model::shape::{ModelShape, SolidModel};
 
@@ -40,6 +40,21 @@ fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<()
         }
     }
     Ok(())
+}
+
+/// Length above which a part is probably in millimetres (m).
+pub const LARGEST_PART: f64 = 10.0;
+
+/// Question about the unit of a mesh that is given without a scale.
+pub const MILLIMETRES: &str = "is the file in millimetres? Then add `scale = 0.001`";
+
+/// Length of a shape that exceeds [`LARGEST_PART`] (m).
+pub fn size_of_large_part(shape: &ModelShape) -> Option<f64> {
+    let pieces = shape.pieces().ok()?;
+    let here = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+    let boxes = pieces.iter().map(|piece| Aabb::from_piece(piece, &here));
+    let around = boxes.reduce(|all, next| all.joined(&next))?;
+    Some((around.high - around.low).max()).filter(|length| *length > LARGEST_PART)
 }
 
 /// Mass (kg), inertia tensor (kg m²) and centre of mass (m), in the shape's frame. `solid` replaces

@@ -15,7 +15,7 @@ pub mod driven;
 pub mod entries;
 pub mod gears;
 pub mod joints;
-mod masses;
+pub mod masses;
 mod refused;
 pub mod robots;
 pub mod scene_entries;

@@ -12,7 +12,7 @@ use super::entries::{
     AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, plain,
 };
 use super::joints::JointEntries;
-use super::masses::mass_properties;
+use super::masses::{MILLIMETRES, mass_properties, size_of_large_part};
 use super::refused::field_of;
 use super::scene_entries::SceneEntries;
 use super::terrain::TerrainEntry;
@@ -31,7 +31,7 @@ use tumble_model::fields::Numbers;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
-use tumble_model::shown::checked_name;
+use tumble_model::shown::{self, checked_name};
 use tumble_model::{
     ApartModel, BodyModel, BodyStart, CoefficientsModel, FixedModel, Model, PartnerModel,
     SurfaceModel, TerrainModel,
@@ -236,6 +236,7 @@ impl<'a> Builder<'a> {
     /// Adds the bodies of one `[[bodies]]` table: one body per copy.
     fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
+        let unscaled = entry.mesh.clone().filter(|_| entry.scale.is_none());
         let (shape, solid, surface) = match entry.decompose.take() {
             None => (self.shape(at, &mut entry)?, None, None),
             Some(settings) => {
@@ -244,7 +245,15 @@ impl<'a> Builder<'a> {
                 (ModelShape::Pieces(mesh.pieces), Some(mesh.solid), Some(vec![mesh.surface]))
             }
         };
-        let (mass, inertia, centre) = mass_properties(&shape, solid, &entry).map_err(named)?;
+        let large = unscaled.and_then(|file| Some((file, size_of_large_part(&shape)?)));
+        let properties = mass_properties(&shape, solid, &entry).map_err(|why| match large {
+            Some(_) if why.starts_with("mass is") => named(format!("{why}; {MILLIMETRES}")),
+            _ => named(why),
+        });
+        let (mass, inertia, centre) = properties?;
+        if let Some((file, length)) = large {
+            self.notes.push(format!("{file} is {} m long; {MILLIMETRES}", shown::rounded(length)));
+        }
         let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
         let look = entry.look.take().map(|parts| self.look(at, parts)).transpose()?.or(surface);
         let index = self.model.shapes.iter().position(|known| *known == shape);
