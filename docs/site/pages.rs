@@ -50,6 +50,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Run your MuJoCo model", "docs/howto/mujoco-model.md"),
             ("Certify a step of another engine", "docs/howto/certify-engine.md"),
             ("Audit a whole run", "docs/howto/audit-rollout.md"),
+            ("Add an engine to the benchmark", "docs/howto/bench-adapter.md"),
             ("Get contact problems for your solver", "docs/howto/contact-problems.md"),
         ],
     ),

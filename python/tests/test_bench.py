@@ -75,10 +75,10 @@ def test_an_allowance_is_for_compliant_contacts_alone():
 def test_own_derivatives_equal_differences():
     found, case = engine("tumble"), CASES["grad-slide"]
     for gradient in case.gradients:
-        own, method = derivative(found, case, gradient)
+        own, method, _ = derivative(found, case, gradient)
         assert method == "own"
         found.sensitivities, restored = (lambda *_: None), found.sensitivities
-        differences, method = derivative(found, case, gradient)
+        differences, method, _ = derivative(found, case, gradient)
         found.sensitivities = restored
         assert method == "differences"
         # The differences of the scheme's exact distances are of second order in the step of 1e-3.

@@ -5,14 +5,17 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
+from importlib.resources import files
 from pathlib import Path
 
 from .._tumble import TumbleError
 from ._case import Case, all_cases, chosen
-from ._report import summary, write
-from ._runner import run
+from ._report import facts, summary, write
+from ._runner import adapter_names, run
+from ._submission import submitted
 from ._verdict import RIGHT, VERDICTS, WRONG, Outcome
 from .engines import MODULES
 
@@ -25,9 +28,11 @@ EPILOG = """examples:
   python -m tumble.bench --engines tumble,mujoco --cases 'incline-*'
   python -m tumble.bench --python drake-sap=/venv/bin/python --engines drake-sap
   python -m tumble.bench --folder my-cases --engines tumble
+  python -m tumble.bench --template > my_engine.py
+  python -m tumble.bench --adapter my_engine.py --engines my-engine --submit results
 
 The exit code is 0 if the benchmark ran, whatever the verdicts are, 1 with --strict if a case is not right, and 2 for
-bad input. docs/benchmark.md describes cases and tables.
+bad input. docs/benchmark.md describes cases and tables, docs/howto/bench-adapter.md adapters.
 """
 
 
@@ -35,13 +40,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line and returns its exit code."""
     options = _parser().parse_args(arguments)
     try:
+        if options.template:
+            print(files(__package__).joinpath("template.py").read_text(encoding="utf-8"), end="")
+            return 0
         cases = all_cases(options.folder)
         names = chosen([case.name for case in cases], _listed(options.cases), "case")
-        engines = chosen(list(MODULES), _listed(options.engines), "engine")
+        adapters = _adapters(options.adapter)
+        engines = chosen([*MODULES, *adapters], _listed(options.engines), "engine")
         if options.list:
             _print_lists(cases, engines, names)
             return 0
-        pythons = _pythons(options.python)
+        pythons = _pythons(options.python, engines)
         if not options.limit > 0.0 or options.jobs < 1:
             raise TumbleError("--limit and --jobs need positive numbers")
         selected = [case for case in cases if case.name in names]
@@ -54,12 +63,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(f"{done:4d}/{total} {outcome.engine:14} {outcome.case:24} {_said(outcome)}", file=sys.stderr)
 
         begin = time.perf_counter()
-        report = run(
-            engines, selected, pythons=pythons, limit=options.limit, jobs=options.jobs, progress=progress
-        )
-        print(summary(report))
-        if options.out is not None:
-            for path in write(report, options.out, time.perf_counter() - begin):
+        with tempfile.TemporaryDirectory() as folder:
+            motions = None if options.submit is None else Path(folder)
+            report = run(
+                engines,
+                selected,
+                pythons=pythons,
+                limit=options.limit,
+                jobs=options.jobs,
+                progress=progress,
+                adapters=adapters,
+                keep=motions,
+            )
+            seconds = time.perf_counter() - begin
+            print(summary(report))
+            paths = [] if options.out is None else write(report, options.out, seconds)
+            if motions is not None:
+                paths += submitted(report, motions, options.submit, adapters, facts(seconds))
+            for path in paths:
                 print(f"wrote {path}")
     except (TumbleError, OSError) as error:
         print(f"tumble.bench: {error}", file=sys.stderr)
@@ -82,6 +103,9 @@ def _parser() -> argparse.ArgumentParser:
     add("--folder", type=Path, metavar="DIR", help="folder with more case files")
     add("--list", action="store_true", help="print engines and cases, and run nothing")
     add("--out", type=Path, metavar="DIR", help="write bench.md, bench.json and bench.html to this folder")
+    add("--adapter", action="append", default=[], type=Path, metavar="FILE", help="file of an engine of one's own (repeatable)")
+    add("--template", action="store_true", help="print an adapter to begin with, and run nothing")
+    add("--submit", type=Path, metavar="DIR", help="write a result file with all motions for each engine, DIR/ENGINE.zip")
     add("--limit", type=float, default=120.0, metavar="S", help="time limit of a case, s (default: 120)")
     add("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="engines at a time (default: all cores)")
     add(
@@ -100,13 +124,24 @@ def _listed(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
-def _pythons(given: Sequence[str]) -> dict[str, str]:
+def _adapters(paths: Sequence[Path]) -> dict[str, Path]:
+    """File of each engine outside the package."""
+    found: dict[str, Path] = {}
+    for path in map(Path.absolute, paths):
+        for name in adapter_names(path, sys.executable):
+            if name in MODULES or name in found:
+                raise TumbleError(f"--adapter {path}: there is already an engine {name}; change its name")
+            found[name] = path
+    return found
+
+
+def _pythons(given: Sequence[str], engines: Sequence[str]) -> dict[str, str]:
     found = {}
     for entry in given:
         names, equals, path = entry.partition("=")
         if not equals or not path:
             raise TumbleError(f"--python {entry}: ENGINE=PATH is needed")
-        for name in chosen(list(MODULES), [names], "engine"):
+        for name in chosen([*MODULES, *engines], [names], "engine"):
             found[name] = path
     return found
 

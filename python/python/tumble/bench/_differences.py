@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._types import Floats
 from ._case import COMPONENTS, Case, Gradient
 from .engines import Engine, Sensitivities
 
@@ -11,19 +12,23 @@ _STATE = {name: place if place < 3 else place + 4 for place, name in enumerate(C
 """Place of a component in a state of 13 numbers."""
 
 
-def derivative(engine: Engine, case: Case, gradient: Gradient) -> tuple[float, str]:
-    """Derivative and the method: ``own`` or ``differences``."""
+def derivative(engine: Engine, case: Case, gradient: Gradient) -> tuple[float, str, Floats | None]:
+    """Derivative, the method (``own`` or ``differences``), and the end states of the differences, (2, N, 13)."""
     component = _STATE[gradient.component]
     found = engine.sensitivities(case.scene(), gradient.body, component)
     own = None if found is None else _chained(case, gradient, found)
     if own is not None:
-        return own, "own"
+        return own, "own", None
     at = case.parameters[gradient.by]
-    ends = []
-    for sign in (1.0, -1.0):
-        motion = engine.run(case.scene(**{gradient.by: at + sign * gradient.step}))
-        ends.append(float(motion.states[-1, gradient.body, component]))
-    return (ends[0] - ends[1]) / (2.0 * gradient.step), "differences"
+    motions = [engine.run(case.scene(**{gradient.by: at + sign * gradient.step})) for sign in (1.0, -1.0)]
+    ends = np.array([motion.states[-1] for motion in motions])
+    return difference(ends, gradient), "differences", ends
+
+
+def difference(ends: Floats, gradient: Gradient) -> float:
+    """Central difference of end states (2, N, 13) above and below the parameter."""
+    above, below = (float(end[gradient.body, _STATE[gradient.component]]) for end in ends)
+    return (above - below) / (2.0 * gradient.step)
 
 
 def _chained(case: Case, gradient: Gradient, found: Sensitivities) -> float | None:

@@ -15,7 +15,7 @@ def page(
 ) -> str:
     """HTML of a report: its tables, then the files of the cases."""
     title = f"Contact benchmark, {about['date']}"
-    facts = f"tumble {about['tumble']}, Python {about['python']}, {about['machine']}; the run took {about['duration']}."
+    facts = f"tumble {about['tumble']}, Python {about['python']}, {about['machine']}; {about['duration']}."
     body = [f"<h1>{escape(title)}</h1>", f"<p>{escape(facts)}</p>"]
     body += ["<ul>", *(f"<li>{escape(line)}</li>" for line in legend), "</ul>"]
     for heading, rows in sections:

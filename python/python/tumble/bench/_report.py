@@ -20,8 +20,9 @@ from ._runner import Report
 from ._verdict import RIGHT, VERDICTS, WRONG, YIELDS, Outcome, counted
 
 Rows = list[list[str]]
-FAILED = ("error", "crash", "time limit")
-SIGNS = {RIGHT: "✓", YIELDS: "~", "not modelled": "–", "error": "error", "crash": "crash", "time limit": "time"}
+RAN = "the run took"
+FAILED = ("error", "crash", "time limit", "not run")
+SIGNS = {RIGHT: "✓", YIELDS: "~", "not modelled": "–", "not run": "·", "error": "error", "crash": "crash", "time limit": "time"}
 
 
 def summary(report: Report) -> str:
@@ -124,14 +125,14 @@ def machine() -> str:
     return f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
 
 
-def facts(report: Report, seconds: float) -> dict[str, str]:
-    """Date, machine and duration."""
+def facts(seconds: float, what: str = RAN) -> dict[str, str]:
+    """Date, machine and duration of what was done."""
     return {
         "date": date.today().isoformat(),
         "machine": machine(),
         "python": platform.python_version(),
         "tumble": __version__,
-        "duration": f"{seconds:.0f} s",
+        "duration": f"{what} {seconds:.0f} s",
     }
 
 
@@ -148,7 +149,7 @@ def markdown(report: Report, about: dict[str, str]) -> str:
     """The report in Markdown."""
     parts = [
         f"# Contact benchmark, {about['date']}",
-        f"tumble {about['tumble']}, Python {about['python']}, {about['machine']}; the run took {about['duration']}.",
+        f"tumble {about['tumble']}, Python {about['python']}, {about['machine']}; {about['duration']}.",
         "## Engines",
         table(engine_rows(report)),
         "## Cases",
@@ -192,10 +193,10 @@ def data(report: Report, about: dict[str, str]) -> dict[str, Any]:
     return {"about": about, "engines": report.engines, "cases": cases, "accuracy": accuracy, "times": times}
 
 
-def write(report: Report, folder: Path, seconds: float) -> list[Path]:
+def write(report: Report, folder: Path, seconds: float, what: str = RAN) -> list[Path]:
     """Writes bench.md, bench.json and bench.html to a folder and returns their paths."""
     folder.mkdir(parents=True, exist_ok=True)
-    about = facts(report, seconds)
+    about = facts(seconds, what)
     sections = [
         ("Engines", engine_rows(report)),
         ("Cases", case_rows(report)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -11,8 +12,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+from .._tumble import TumbleError
 from ._case import Case
 from ._verdict import Outcome, judged
 
@@ -23,8 +26,8 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 class Report:
     """Outcomes of all engines and cases."""
 
-    engines: dict[str, dict[str, str]]
-    """Version and settings of each engine, or the reason why it is not installed."""
+    engines: dict[str, dict[str, Any]]
+    """Version, settings and kind of contacts of each engine, or the reason why it is not installed."""
     cases: list[Case]
     outcomes: dict[str, dict[str, Outcome]]
     """By engine, then by case."""
@@ -38,20 +41,25 @@ def run(
     limit: float,
     jobs: int,
     progress: Callable[[Outcome], None] = lambda outcome: None,
+    adapters: Mapping[str, Path] = MappingProxyType({}),
+    keep: Path | None = None,
 ) -> Report:
     """Runs every engine on every case.
 
     :param pythons: interpreter of an engine, by default this one.
     :param limit: time limit of a case, s.
     :param jobs: number of engines at a time.
+    :param adapters: file of an engine outside the package.
+    :param keep: folder for the motions, ENGINE/CASE.npz.
     """
     outcomes: dict[str, dict[str, Outcome]] = {name: {} for name in engines}
-    about: dict[str, dict[str, str]] = {name: {} for name in engines}
+    about: dict[str, dict[str, Any]] = {name: {} for name in engines}
 
     def one(name: str) -> None:
-        for case, result in _results(name, cases, pythons.get(name, sys.executable), limit):
+        python, folder = pythons.get(name, sys.executable), None if keep is None else keep / name
+        for case, result in _results(name, cases, python, limit, adapters.get(name), folder):
             if "version" in result:
-                about[name] = {"version": result["version"], "settings": result["settings"]}
+                about[name] = {key: result[key] for key in ("version", "settings", "compliant")}
             elif result["status"] == "not installed":
                 about[name] = {"missing": result["reason"]}
             outcomes[name][case.name] = judged(name, case, result)
@@ -62,10 +70,17 @@ def run(
     return Report(about, list(cases), outcomes)
 
 
-def _results(name: str, cases: Sequence[Case], python: str, limit: float) -> Iterator[tuple[Case, dict[str, Any]]]:
+def _results(
+    name: str, cases: Sequence[Case], python: str, limit: float, adapter: Path | None, keep: Path | None
+) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Results of the cases of an engine, each as soon as it is there."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [python, "-m", f"{__package__}._worker", name, folder, str(limit), *(case.path for case in cases)]
+        options = [] if adapter is None else ["--adapter", str(adapter)]
+        if keep is not None:
+            options.append("--keep")
+            keep.mkdir(parents=True)
+        paths = [case.path for case in cases]
+        command = [python, "-m", f"{__package__}._worker", *options, name, folder, str(limit), *paths]
         # One thread a process: the order of additions, and with it the last digits, stay the same.
         environment = {**os.environ, **{variable: "1" for variable in ONE_THREAD}}
         waiting = {case.name: case for case in cases}
@@ -84,9 +99,26 @@ def _results(name: str, cases: Sequence[Case], python: str, limit: float) -> Ite
                     # Engines print too.
                     case_done = waiting.pop(line.strip(), None)
                     if case_done is not None:
+                        motion = Path(folder) / f"{case_done.name}.npz"
+                        if keep is not None and motion.is_file():
+                            shutil.move(motion, keep / motion.name)
                         yield case_done, json.loads((Path(folder) / f"{case_done.name}.json").read_text())
             errors.seek(0)
             said = errors.read().strip().splitlines()
             reason = f"exit code {worker.returncode}" + (f": {said[-1][:200]}" if said else "")
         for case in waiting.values():
             yield case, {"status": "crash", "reason": reason}
+
+
+def adapter_names(path: Path, python: str) -> list[str]:
+    """Names of the engines of an adapter outside the package, read by a process of its own.
+
+    :raises TumbleError: if the file does not load.
+    """
+    command = [python, "-m", f"{__package__}._worker", "--adapter", str(path), "--names"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        raise TumbleError(f"--adapter {path} does not load: {said[-1].removeprefix('tumble._tumble.TumbleError: ')}")
+    names: list[str] = json.loads(done.stdout.strip().splitlines()[-1])
+    return names

@@ -19,6 +19,7 @@ VERDICTS = {
     "crash": "the process ended without a result",
     "time limit": "the process was stopped at the time limit",
     "not installed": "the engine is not installed",
+    "not run": "a submitted result does not have the case",
 }
 """Verdicts on a case and their meaning."""
 

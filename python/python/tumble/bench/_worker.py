@@ -1,30 +1,44 @@
 """One engine on several cases: ``python -m tumble.bench._worker ENGINE FOLDER LIMIT CASE...``.
 
 The engine is imported once. Each case then has a process of its own, forked from this one, with a time limit. Its result
-is a JSON file in FOLDER, named by the case; the name is printed when it is there.
+is a JSON file in FOLDER, named by the case; the name is printed when it is there. With ``--keep`` there is also a file
+with the motion, CASE.npz. ``--adapter FILE --names`` prints the names of the engines of a file.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import multiprocessing
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._types import Floats
 from ._case import Case, load_case
 from ._differences import derivative
-from .engines import Engine, Motion, Unsupported, engine
+from .engines import Engine, Motion, Unsupported, adapter_engines, engine
 
 
-def work(name: str, folder: Path, limit: float, cases: Sequence[Path]) -> None:
+class Task(NamedTuple):
+    """Engine, and the folder of its results."""
+
+    name: str
+    adapter: Path | None
+    """File of an engine outside the package."""
+    folder: Path
+    keep: bool
+    """True if motions are written too."""
+
+
+def work(task: Task, limit: float, cases: Sequence[Path]) -> None:
     """Runs an engine on cases."""
+    folder = task.folder
     try:
-        engine(name)
+        engine(task.name, task.adapter)
     except (ImportError, StopIteration) as error:
         reason = _line(error) if isinstance(error, ImportError) else "this build of the package does not have it"
         for path in cases:
@@ -33,7 +47,7 @@ def work(name: str, folder: Path, limit: float, cases: Sequence[Path]) -> None:
     fork = "fork" in multiprocessing.get_all_start_methods()
     multiprocessing.set_start_method("fork" if fork else "spawn")
     for path in cases:
-        child = multiprocessing.Process(target=_child, args=(name, folder, path))
+        child = multiprocessing.Process(target=_child, args=(task, path))
         child.start()
         child.join(limit)
         if child.is_alive():
@@ -46,8 +60,12 @@ def work(name: str, folder: Path, limit: float, cases: Sequence[Path]) -> None:
             print(path.stem, flush=True)
 
 
-def _child(name: str, folder: Path, path: Path) -> None:
-    _leave(folder, path, result(engine(name), path), announce=False)
+def _child(task: Task, path: Path) -> None:
+    arrays: dict[str, Floats] = {}
+    found = result(engine(task.name, task.adapter), path, arrays)
+    if task.keep and arrays:
+        np.savez_compressed(task.folder / f"{path.stem}.npz", **arrays)  # type: ignore[arg-type]
+    _leave(task.folder, path, found, announce=False)
 
 
 def _leave(folder: Path, path: Path, found: dict[str, Any], announce: bool = True) -> None:
@@ -56,13 +74,13 @@ def _leave(folder: Path, path: Path, found: dict[str, Any], announce: bool = Tru
         print(path.stem, flush=True)
 
 
-def result(found: Engine, path: Path) -> dict[str, Any]:
-    """Measured values, or the reason why there are none."""
+def result(found: Engine, path: Path, arrays: dict[str, Floats] | None = None) -> dict[str, Any]:
+    """Measured values, or the reason why there are none. ``arrays`` gets the motions behind the values."""
     begin = time.perf_counter()
     case = load_case(path)
     facts = {"version": found.version(), "settings": found.settings, "compliant": found.compliant}
     try:
-        measured = measure(found, case)
+        measured = measure(found, case, arrays)
     except Unsupported as error:
         return {**facts, "status": "not modelled", "reason": _line(error)}
     except Exception as error:  # An engine may raise anything; the table tells what.
@@ -70,17 +88,27 @@ def result(found: Engine, path: Path) -> dict[str, Any]:
     return {**facts, **measured, "process_seconds": time.perf_counter() - begin}
 
 
-def measure(found: Engine, case: Case) -> dict[str, Any]:
-    """Runs a case and measures its answers and gradients."""
+def measure(found: Engine, case: Case, arrays: dict[str, Floats] | None = None) -> dict[str, Any]:
+    """Runs a case and measures its answers and gradients.
+
+    ``arrays`` gets the motion as ``states``, and the end states of the differences of the n-th gradient as ``ends_n``.
+    """
     scene = case.scene()
     values: list[float] = []
+    arrays = {} if arrays is None else arrays
     motion = Motion(np.empty(0), 0.0)
     if case.answers:
         motion = found.run(scene)
+        shape = (scene.steps + 1, len(scene.free), 13)
+        if np.shape(motion.states) != shape:
+            raise RuntimeError(f"the motion has states of the shape {np.shape(motion.states)}; {shape} is needed")
+        arrays["states"] = motion.states
         values = case.measure(scene, motion.states)
     methods = []
-    for gradient in case.gradients:
-        value, method = derivative(found, case, gradient)
+    for place, gradient in enumerate(case.gradients):
+        value, method, ends = derivative(found, case, gradient)
+        if ends is not None:
+            arrays[f"ends_{place}"] = ends
         values.append(value)
         methods.append(method)
     return {
@@ -99,5 +127,22 @@ def _line(error: BaseException) -> str:
     return text if len(text) <= 200 else text[:199] + "…"
 
 
+def main() -> None:
+    """Runs the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tumble.bench._worker")
+    parser.add_argument("engine", nargs="?")
+    parser.add_argument("folder", nargs="?", type=Path)
+    parser.add_argument("limit", nargs="?", type=float)
+    parser.add_argument("cases", nargs="*", type=Path)
+    parser.add_argument("--adapter", type=Path)
+    parser.add_argument("--keep", action="store_true")
+    parser.add_argument("--names", action="store_true")
+    given = parser.parse_args()
+    if given.names:
+        print(json.dumps([one.name for one in adapter_engines(given.adapter)]))
+    else:
+        work(Task(given.engine, given.adapter, given.folder, given.keep), given.limit, given.cases)
+
+
 if __name__ == "__main__":
-    work(sys.argv[1], Path(sys.argv[2]), float(sys.argv[3]), [Path(path) for path in sys.argv[4:]])
+    main()

@@ -1,0 +1,185 @@
+"""Engines outside the package, and result files that are judged again from their motions."""
+
+import json
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+from tumble.bench import __main__, check
+
+CASES = "projectile,incline-slips,grad-slide,ramp-20-holds"
+
+
+def bench(*arguments):
+    command = [sys.executable, "-m", "tumble.bench", "--quiet", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def template(tmp_path_factory):
+    """The template as a file, and the result file of its engine."""
+    folder = tmp_path_factory.mktemp("template")
+    adapter = folder / "my_engine.py"
+    adapter.write_text(bench("--template").stdout)
+    done = bench("--adapter", adapter, "--engines", "my-engine", "--cases", CASES, "--submit", folder)
+    assert done.returncode == 0, done.stderr
+    return adapter, folder / "my-engine.zip"
+
+
+def stated(result):
+    with zipfile.ZipFile(result) as archive:
+        return json.loads(archive.read("result.json"))
+
+
+def changed(result, path, change):
+    """Copy of a result file in which ``change`` has replaced the content of each member."""
+    with zipfile.ZipFile(result) as archive, zipfile.ZipFile(path, "w") as copy:
+        for name in archive.namelist():
+            copy.writestr(name, change(name, archive.read(name)))
+    return path
+
+
+def judged(path, capsys):
+    code = check.main([str(path)])
+    return code, capsys.readouterr().out
+
+
+def test_the_template_is_an_engine_that_lets_bodies_fly(template, capsys):
+    adapter, result = template
+    found = stated(result)
+    assert found["engine"]["name"] == "my-engine" and found["engine"]["version"] == "0.1"
+    verdicts = {name: case["verdict"] for name, case in found["cases"].items()}
+    assert verdicts == {
+        "projectile": "right",
+        "incline-slips": "wrong",
+        "grad-slide": "wrong",
+        "ramp-20-holds": "not modelled",
+    }
+    with zipfile.ZipFile(result) as archive:
+        assert archive.read("adapter.py") == adapter.read_bytes()
+    code, said = judged(result, capsys)
+    assert code == 0 and "all statements agree with their motions" in said
+
+
+def test_tumble_itself_submits_a_result(tmp_path, capsys):
+    done = bench("--engines", "tumble", "--cases", CASES, "--submit", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {case["verdict"] for case in stated(tmp_path / "tumble.zip")["cases"].values()} == {"right"}
+    page = tmp_path / "page"
+    assert check.main([str(tmp_path / "tumble.zip"), "--out", str(page)]) == 0
+    capsys.readouterr()
+    rows = (page / "bench.md").read_text()
+    assert "| incline-slips | ✓ |" in rows and "judged again in" in rows
+    # Cases that a result leaves out count against it.
+    assert "| incline-holds | · |" in rows
+
+
+def test_a_stated_value_that_the_motion_does_not_have_is_named(template, tmp_path, capsys):
+    def flatter(name, content):
+        if name != "result.json":
+            return content
+        found = json.loads(content)
+        case = found["cases"]["incline-slips"]
+        case["values"][0], case["verdict"] = case["values"][0] + 1e-6, "right"
+        found["cases"]["grad-slide"]["values"][0] += 1e-3
+        return json.dumps(found)
+
+    code, said = judged(changed(template[1], tmp_path / "flattered.zip", flatter), capsys)
+    assert code == 1
+    assert "incline-slips: acceleration is" in said and "incline-slips: it is wrong, not right as stated" in said
+    assert "grad-slide:" in said and "3 statements do not agree" in said
+
+
+def test_a_motion_that_was_changed_is_named(template, tmp_path, capsys):
+    def move(name, content):
+        if name != "projectile.npz":
+            return content
+        path = tmp_path / name
+        path.write_bytes(content)
+        states = np.load(path)["states"]
+        states[:, 0, 0] += 1.0
+        np.savez_compressed(path, states=states)
+        return path.read_bytes()
+
+    code, said = judged(changed(template[1], tmp_path / "moved.zip", move), capsys)
+    assert code == 1
+    assert "projectile: states of its motion have another hash than stated" in said
+    assert "projectile: its motion does not begin at the start of the case" in said
+
+
+def test_results_of_other_cases_and_damaged_ones_are_named(template, tmp_path, capsys):
+    def rename(name, content):
+        return content.replace(b'"projectile"', b'"my-case"') if name == "result.json" else content
+
+    code, said = judged(changed(template[1], tmp_path / "other.zip", rename), capsys)
+    assert code == 1 and "my-case: there is no such case here" in said
+
+    def cut(name, content):
+        return content[:100] if name == "projectile.npz" else content
+
+    code, said = judged(changed(template[1], tmp_path / "cut.zip", cut), capsys)
+    assert code == 1 and "projectile: the file has no readable result" in said
+
+    def other_format(name, content):
+        return content.replace(b"result 1", b"result 9") if name == "result.json" else content
+
+    for path in (changed(template[1], tmp_path / "format.zip", other_format), template[0]):
+        assert check.main([str(path)]) == 2
+        assert "is not a result of tumble.bench" in capsys.readouterr().err
+    assert check.main([str(template[1]), str(template[1])]) == 2
+    assert "two results have the same engine" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("", "has no list of engines; end it with ENGINES = [MyEngine()]"),
+        ("import nowhere", "No module named 'nowhere'"),
+        ("raise SystemExit(3)", "exit code 3"),
+        (
+            "from tumble.bench.engines import Engine\n"
+            "class Mine(Engine):\n  name = 'mine'\n  version = run = None\nENGINES = [Mine()]",
+            "Mine has no settings; add it to the class",
+        ),
+    ],
+)
+def test_adapters_that_are_refused(tmp_path, capsys, text, said):
+    path = tmp_path / "adapter.py"
+    path.write_text(text)
+    assert __main__.main(["--adapter", str(path), "--list"]) == 2
+    error = capsys.readouterr().err
+    assert f"--adapter {path} does not load" in error and said in error
+
+
+def test_an_adapter_cannot_take_the_name_of_another_engine(template, tmp_path, capsys):
+    path = tmp_path / "mine.py"
+    path.write_text(template[0].read_text().replace('"my-engine"', '"tumble"'))
+    assert __main__.main(["--adapter", str(path), "--list"]) == 2
+    assert "there is already an engine tumble; change its name" in capsys.readouterr().err
+
+
+def test_a_motion_of_the_wrong_shape_is_an_error_that_names_both(template, tmp_path):
+    path = tmp_path / "short.py"
+    path.write_text(template[0].read_text().replace("Motion(states,", "Motion(states[1:],"))
+    done = bench("--adapter", path, "--engines", "my-engine", "--cases", "projectile", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    (outcome,) = json.loads((tmp_path / "bench.json").read_text())["accuracy"]["my-engine"].values()
+    assert outcome["verdict"] == "error" and "(1001, 1, 13) is needed" in outcome["reason"]
+
+
+def test_a_penalty_engine_is_an_adapter_of_less_than_80_lines(root, tmp_path):
+    path = root / "python" / "examples" / "penalty_adapter.py"
+    assert len(path.read_text().splitlines()) < 80
+    cases = "incline-slips,projectile,rolling-down,stack"
+    done = bench("--adapter", path, "--engines", "penalty", "--cases", cases, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "bench.json").read_text())["accuracy"]["penalty"]
+    verdicts = {name: outcome["verdict"] for name, outcome in found.items()}
+    assert verdicts == {
+        "incline-slips": "right",
+        "projectile": "right",
+        "rolling-down": "right",
+        "stack": "not modelled",
+    }
