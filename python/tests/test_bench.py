@@ -88,7 +88,7 @@ def test_own_derivatives_equal_differences():
 def test_every_adapter_is_listed():
     files = {path.stem for path in (Path(tumble.bench.__file__).parent / "engines").glob("[a-z]*.py")}
     assert files == set(MODULES.values())
-    assert len(CASES) >= 190
+    assert len(CASES) >= 230
 
 
 @pytest.mark.engines
