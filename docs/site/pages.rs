@@ -84,6 +84,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Constants from recorded motion", "docs/fit.md"),
             ("Learning", "docs/learning.md"),
             ("The referee", "docs/referee.md"),
+            ("Format of step certificates", "docs/reference/certificate-format.md"),
         ],
     ),
     (

@@ -829,3 +829,12 @@ def test_options_without_a_hard_step_are_refused():
     for call in (tm.hard_step, tm.certify):
         with pytest.raises(tumble.TumbleError, match="does not store the stiffness of these flexes; use"):
             call(model, data)
+
+
+def test_a_certificate_outlives_the_data_of_its_step():
+    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    certificate = tumble.mujoco.certify(model, data)
+    mujoco.mj_step(model, data, 10)
+    assert certificate.measured().before[2] == 0.0 and data.qvel[2] < -0.1
+    assert certificate.measured().certificate().dynamics == certificate.dynamics < 1e-15

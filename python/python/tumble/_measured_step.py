@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,6 +59,8 @@ class MeasuredStep:
     are u / s and s p."""
     drifted: bool = False
     """Whether offsets of locked rows are position errors of the start, which an exact step leaves."""
+    bodies: Mapping[str, Any] | None = None
+    """The step as rigid bodies and contacts, in the form of docs/reference/certificate-format.md; None without it."""
 
     def certificate(self) -> Certificate:
         """Residuals of the step."""
@@ -169,16 +171,17 @@ def checked_step(
             at += len(own) if friction is None else dimension
     else:
         moved = numbers("motion", motion, (count,))
+    # Copies: an engine goes on with its arrays, which a certificate may outlive.
     return MeasuredStep(
-        mass=mass,
-        directions=directions,
-        before=before,
-        after=after,
-        force=loads,
-        impulses=p,
+        mass=mass.copy(),
+        directions=directions.copy(),
+        before=before.copy(),
+        after=after.copy(),
+        force=loads.copy(),
+        impulses=p.copy(),
         laws=list(laws),
         time_step=time_step,
-        offsets=offsets,
+        offsets=offsets.copy(),
         lengths=scales,
         dimension=dimension,
         labels=labels_of(names, len(groups)),

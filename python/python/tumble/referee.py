@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from inspect import signature
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,13 +22,14 @@ import numpy as np
 from ._arrays import numbers
 from ._audit import Audit, Finding, Recorded, audit_steps
 from ._certificate import Certificate, CertificateRow
+from ._certificate_file import exported
 from ._checks import real, texts, whole
 from ._measured_step import MeasuredStep, checked_step, labels_of, positive
 from ._problem import Law
 from ._tumble import TumbleError
-from ._types import Floats, Integers
+from ._types import Floats, Integers, Location
 
-__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies"]
+__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies", "export"]
 
 
 def certify(
@@ -210,7 +212,58 @@ def certify_bodies(
     )
     axes = ("vx", "vy", "vz", "wx", "wy", "wz")
     names_of = tuple(f"{name} {axis}" for name in labels for axis in axes)
-    return replace(step, velocity_names=names_of).certificate()
+    moving: dict[str, Any] = {
+        "position": where,
+        "attitude": numbers("attitudes", attitudes, (count, 4)),
+        "velocity": before[:, :3],
+        "spin": before[:, 3:],
+        "velocity_after": after[:, :3],
+        "spin_after": after[:, 3:],
+        "mass": weights,
+        "inertia": numbers("inertias", inertias, (count, 3, 3)),
+    }
+    if wrenches is not None:
+        moving["wrench"] = numbers("wrenches", wrenches, (count, 6))
+    if attitudes_after is not None:
+        moving["attitude_after"] = numbers("attitudes_after", attitudes_after, (count, 4))
+    touching: dict[str, Any] = {
+        "bodies": bodies,
+        "point": at,
+        "normal": numbers("normals", normals, (contacts, 3)),
+        "friction": coefficients,
+        "gap": start,
+        "impulse": -time_step * pushes,
+    }
+    if gaps_after is not None:
+        touching["gap_after"] = numbers("gaps_after", gaps_after, (contacts,))
+    if slips is not None:
+        touching["slip"] = numbers("slips", slips, (contacts, 3))
+    content = {
+        "gravity": numbers("gravity", gravity, (3,)).tolist(),
+        "bodies": _entries(moving, count),
+        "contacts": _entries(touching, contacts),
+        "names": labels,
+    }
+    return replace(step, velocity_names=names_of, bodies=content).certificate()
+
+
+def export(path: Location, certificates: Iterable[Certificate], *, engine: str, about: str = "") -> Path:
+    """Writes certificates to a file that others can check, and returns its path.
+
+    ``python -m tumble.certificate_check`` checks it with NumPy alone. The format is that of
+    docs/reference/certificate-format.md.
+
+    :param certificates: of ``certify``, ``certify_bodies``, ``tumble.mujoco.certify`` or ``tumble.referee_adapters``.
+    :param engine: name and version of the engine.
+    :param about: a sentence about the run.
+    :raises TumbleError: if an entry is not a certificate.
+    """
+    return exported(path, certificates, engine, about)
+
+
+def _entries(columns: Mapping[str, Any], count: int) -> list[dict[str, Any]]:
+    """Rows of columns."""
+    return [{name: column[place].tolist() for name, column in columns.items()} for place in range(count)]
 
 
 def audit(
