@@ -52,6 +52,8 @@ MODULES: dict[str, str] = {
     "rapier-default": "rapier",
     "rapier-python": "rapier_python",
     "rapier-python-default": "rapier_python",
+    "jolt": "jolt",
+    "jolt-default": "jolt",
     "dart": "dart",
     "dart-exact": "dart",
     "tutorial": "tutorial",
