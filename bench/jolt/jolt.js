@@ -1,8 +1,7 @@
 // Scenes of the contact benchmark by Jolt Physics in WebAssembly: `node jolt.js` for python/tumble/bench/engines/jolt.py.
 //
-// The first line of standard input is a scene, every further line the wrenches of a step. A scene without forces has a number
-// of steps instead. Every line of standard output has the states after a step, and the last one the processor time of the
-// steps in seconds.
+// The first line of standard input is a scene. It has the wrenches of all steps, or else every further line those of a step.
+// Every line of standard output has the states after a step, and the last one the processor time of the steps in seconds.
 
 import { createInterface } from 'node:readline';
 import init from 'jolt-physics/wasm-compat';
@@ -107,6 +106,6 @@ for await (const line of createInterface({ input: process.stdin })) {
   }
   scene = JSON.parse(line);
   world = begin(scene);
-  for (let k = 0; k < scene.steps; k++) step([]);
+  scene.wrenches.forEach(step);
 }
 process.stdout.write(seconds + '\n');

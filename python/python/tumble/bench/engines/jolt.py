@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._types import Floats
 from .._scene import Scene
 from ._base import Engine, Motion, rows, world_spin
 
@@ -32,6 +33,8 @@ class Jolt(Engine):
         return str(json.loads(package.read_text())["version"])
 
     def run(self, scene: Scene) -> Motion:
+        # Only wrenches of forces off the centres depend on the states: the program then waits for those of each step.
+        waits = any(force.at.any() for force in scene.forces)
         spins = iter(world_spin(scene.states).tolist())
         request = {
             "time_step": scene.time_step,
@@ -42,8 +45,7 @@ class Jolt(Engine):
             # Slower approaches do not bounce; tumble's threshold is 2 g h.
             "bounce_from": 2.0 * float(np.linalg.norm(scene.gravity)) * scene.time_step,
             "settings": self.parameters,
-            # Wrenches depend on the states. Without forces the program need not wait for them.
-            "steps": 0 if scene.forces else scene.steps,
+            "wrenches": [] if waits else [_wrenches(scene, step, scene.states) for step in range(scene.steps)],
             "bodies": [
                 {
                     "kind": body.kind,
@@ -68,8 +70,8 @@ class Jolt(Engine):
             program.stdin.write(json.dumps(request) + "\n")
             program.stdin.flush()
             for step in range(scene.steps):
-                if scene.forces:
-                    program.stdin.write(json.dumps(scene.wrenches(step, states[step]).tolist()) + "\n")
+                if waits:
+                    program.stdin.write(json.dumps(_wrenches(scene, step, states[step])) + "\n")
                     program.stdin.flush()
                 line = program.stdout.readline()
                 if not line:
@@ -79,6 +81,10 @@ class Jolt(Engine):
             program.stdin.close()
             seconds = float(program.stdout.readline())
         return Motion(states, seconds)
+
+
+def _wrenches(scene: Scene, step: int, states: Floats) -> Any:
+    return scene.wrenches(step, states).tolist() if scene.forces else []
 
 
 ENGINES: list[Engine] = [
