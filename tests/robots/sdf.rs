@@ -492,11 +492,11 @@ fn a_robot_with_rounded_angles_rests() {
         let mut record = StepRecord::new();
         for k in 0..20 {
             simulation.step(&mut record).unwrap();
-            let (status, gain) = (record.report.status, record.gain);
+            let (status, gain) = (record.report().status, record.gain());
             assert!(status.is_solved(), "{angle}: k = {k}: {status:?} {gain:?}");
-            assert!(record.unphysical.is_none(), "{angle}: k = {k}: {:?}", record.unphysical);
+            assert!(record.unphysical().is_none(), "{angle}: k = {k}: {:?}", record.unphysical());
         }
         // Rest is no gain.
-        assert_eq!(record.gain, None, "{angle}");
+        assert_eq!(record.gain(), None, "{angle}");
     }
 }
