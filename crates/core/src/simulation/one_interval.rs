@@ -25,9 +25,14 @@ pub(super) struct Part {
 /// Takes one interval from `moment`, which moves to its end: a whole step, or a `part` of one. `taken`
 /// describes it. It is taken even if it is not solved.
 ///
-/// The order is: wrenches; a copy of the interval before if all rests; joint frames, moved by what is left
-/// of their errors and by their motions; a trial that converts velocities of a start; the problem; the
-/// velocities of the instant; the move.
+/// The order is:
+///
+/// 1. Wrenches.
+/// 2. If all rests, a copy of the interval before. It ends here.
+/// 3. Joint frames: what is left of their errors, and prescribed motions.
+/// 4. A trial that converts the velocities of a start.
+/// 5. The problem.
+/// 6. Velocities of the instant, and the move to the end.
 ///
 /// # Errors
 /// If the problem cannot be posed or was interrupted. The moment is then unchanged.
