@@ -81,7 +81,7 @@ fn the_terms_add_up_to_the_change_of_energy() {
 }
 
 /// The balance closes from interval to interval: with an accuracy, with located impacts, and where steps are
-/// taken again in shorter intervals (`cone31`).
+/// taken again in shorter intervals (`legs`).
 #[test]
 fn energies_of_intervals_add_up() {
     for (name, flags) in [
@@ -90,7 +90,7 @@ fn energies_of_intervals_add_up() {
         ("four-bar", &["--accuracy", "1e-4"]),
         ("marbles", &["--impacts", "located"]),
         ("marbles", &["--accuracy", "1e-3", "--every", "5"]),
-        ("../cli/tests/cli/hard/cone31", &[]),
+        ("plans/legs", &[]),
     ] {
         let scene = format!("{ROOT}/scenarios/{name}.toml");
         let directory = tempfile::tempdir().unwrap();
