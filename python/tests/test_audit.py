@@ -190,7 +190,7 @@ def test_data_frames_have_a_row_for_each_step_and_contact():
         (lambda: referee.audit([{**slide(1)[0], "masses": [0.0]}]), "step 0 of the recording: masses has 0 kg"),
         (
             lambda: referee.audit([BOX]),
-            "step 0 of the recording: velocities, velocities_after, forces must be given, as arguments of certify_bodies",
+            "step 0 of the recording: velocities_after, forces must be given, as arguments of certify_bodies",
         ),
         (lambda: referee.audit([{}]), "step 0 of the recording: M, J, velocity_before, "),
         (

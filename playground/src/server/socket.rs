@@ -76,8 +76,8 @@ impl Server {
     }
 
     /// Takes the `left` steps of a request but the last one. In between, other windows get the
-    /// program. No step is left once one of them has changed the scene. Returns false if the page
-    /// has gone.
+    /// program. No step is left once one of them has changed the scene, or at the end of the server.
+    /// Returns false if the page has gone.
     fn step_ahead(&self, left: &mut u32, page: &TcpStream, end: &AtomicBool) -> io::Result<bool> {
         let described = self.program().described();
         while *left > 1 && !end.load(Ordering::Relaxed) {
@@ -95,6 +95,9 @@ impl Server {
             }
             // Without a pause this thread would get the program again before those that wait.
             thread::sleep(Duration::from_millis(1));
+        }
+        if end.load(Ordering::Relaxed) {
+            *left = 0;
         }
         Ok(true)
     }

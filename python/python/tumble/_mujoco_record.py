@@ -21,8 +21,7 @@ _FIELDS = ("qpos", "qvel", "act", "ctrl", "qfrc_applied", "xfrc_applied", "mocap
 
 def recorded_steps(model: Any, recording: Any, every: int) -> Iterator[Recorded]:
     """The step that ``mj_step`` takes from every ``every``-th recorded state."""
-    if not isinstance(model, mujoco.MjModel):
-        raise TumbleError(f"model is {type(model).__name__}; a mujoco.MjModel is needed")
+    check_model(model)
     stepper = HardStepper(model, unsolved="ignore")
     if isinstance(recording, Mapping):
         states: Sequence[Any] = _States(model, recording)
@@ -46,8 +45,15 @@ def recorded_steps(model: Any, recording: Any, every: int) -> Iterator[Recorded]
         yield Recorded(k, float(data.time) + time_step, step, replay)
 
 
+def check_model(model: Any) -> None:
+    """Raises TumbleError unless ``model`` is a mujoco.MjModel."""
+    if not isinstance(model, mujoco.MjModel):
+        raise TumbleError(f"model is {type(model).__name__}; a mujoco.MjModel is needed")
+
+
 def velocity_names(model: Any) -> tuple[str, ...]:
     """Joint and number of each degree of freedom (nv,)."""
+    check_model(model)
     names = []
     for joint in model.dof_jntid:
         kind = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, int(joint))

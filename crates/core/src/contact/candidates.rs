@@ -239,9 +239,9 @@ impl Candidates {
     ///
     /// The limit is the [contact band](detection::CONTACT_BAND) of the smaller body, as between a
     /// body and the ground. For thin pieces it is a tenth of the summed radii of the largest balls
-    /// inside both. The limit is at least 10⁻⁶ of the world's reach, for rounding, but at most half of
-    /// the smaller body's reach. A step separates
-    /// overlapping pieces at the speed depth/h. The search ends at a thousand overlaps.
+    /// inside both. For rounding it is at least 10⁻⁶ of the world's reach, or half of the smaller body's
+    /// reach if that is less. The result is the deepest of the first thousand overlaps above their limits.
+    /// A step separates overlapping pieces at the speed depth/h.
     pub fn overlap_at_start(
         &mut self,
         world: &World,

@@ -18,9 +18,13 @@ use crate::world::{Span, World};
 /// Takes one interval from `moment`, which moves to its end: a whole step, or the part of one in `span`.
 /// `taken` describes it. It is taken even if it is not solved.
 ///
-/// The order is: lengths before it and wrenches; a copy of the interval before if all rests; joint
-/// frames, moved by what is left of their errors and by their motions; the problem; the velocities of the
-/// instant; the move.
+/// The order is:
+///
+/// 1. Lengths before it, and wrenches.
+/// 2. If all rests, a copy of the interval before. It ends here.
+/// 3. Joint frames: what is left of their errors, and prescribed motions.
+/// 4. The problem.
+/// 5. Velocities of the instant, and the move to the end.
 ///
 /// # Errors
 /// If the problem cannot be posed or was interrupted. The moment is then unchanged.

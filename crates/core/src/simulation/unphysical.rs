@@ -31,7 +31,7 @@
 //! Islands with joints use the second line too. Joint reactions do no work on the mean of both
 //! velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
 //! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)). The work of axes
-//! and contacts that stop and then hold a load is allowed up to
+//! that stop and then hold a load is allowed up to
 //!
 //! ```text
 //! Σ ½ h f·(v⁺ − v) + ½ h (τ − ω × Iω)·(ω⁺ − ω) + ½ Σ f ((x⁺ − x_k) − (x_k − x̃))      (eq. J6a)
@@ -73,10 +73,6 @@ pub const LARGEST_GAIN: f64 = 1e-3;
 
 /// Energy gain due to rounding, relative to the same energy.
 const ROUNDING: f64 = 1e-9;
-
-/// Energy gain due to rounding of a resting island, relative to the energy of its smallest significant
-/// motion: some ε m |g| ℓ.
-const ROUNDING_AT_REST: f64 = 1e-6;
 
 /// Speed of negligible kinetic energy (m/s), in the world's [scale](World::speed_scale).
 const REST: f64 = 1e-4;
@@ -160,8 +156,7 @@ pub(super) struct Budget {
     /// Share of the kinetic energy that a body gains at its start, ½ h² ω²: its velocity is then that along the
     /// chord of a circle instead of the tangent.
     bent: f64,
-    /// Work of joint axes and contacts that stop and hold a load (J), and its limit (J6a) from drives
-    /// (J).
+    /// Work of joint axes that stop and hold a load (J), and its limit (J6a) from drives (J).
     holding: f64,
     excess: f64,
 }
@@ -229,9 +224,7 @@ impl EnergyCheck {
 
     /// Largest energy that an island gains in the last counted step, if it is beyond rounding.
     pub(super) fn largest_gain(&self) -> Option<EnergyGain> {
-        let counts =
-            |of: &Budget| of.touches && of.gains() && of.gained > ROUNDING_AT_REST * of.rest;
-        let all = self.budgets.iter().enumerate().filter(|(_, of)| counts(of));
+        let all = self.budgets.iter().enumerate().filter(|(_, of)| of.touches && of.gains());
         let all = all.map(|(body, of)| EnergyGain { body, energy: of.gained });
         all.reduce(|most, of| if of.energy > most.energy { of } else { most })
     }
@@ -348,8 +341,7 @@ impl EnergyCheck {
         }
     }
 
-    /// Subtracts the work of axes and contacts that stop and hold a load from the gains of (32) on mean
-    /// velocities, up to (J6a).
+    /// Subtracts the work of axes that stop and hold a load from the gains, up to (J6a).
     fn allow_holding(&mut self, world: &World, claim: &Claim<'_>) {
         let h = world.time_step();
         for (index, body) in world.bodies().iter().enumerate() {
@@ -361,7 +353,7 @@ impl EnergyCheck {
             let turning = torque.dot(&(next.spin - state.spin));
             self.budgets[self.islands.label(index)].excess += 0.5 * h * (faster + turning);
         }
-        for budget in self.budgets.iter_mut().filter(|budget| budget.bounces) {
+        for budget in &mut self.budgets {
             let allowed = budget.holding.min(budget.excess.max(0.0));
             budget.gained -= allowed;
             budget.size += allowed;
@@ -414,12 +406,6 @@ impl EnergyCheck {
             budget.touches = true;
             budget.bounces |= contact.bounces();
             budget.under = budget.under.max(-contact.gap);
-            if !world.joints().is_empty() {
-                let ends = contact.arriving_velocity(world, claim.states)
-                    + contact.departing_velocity(world, claim.states, claim.next);
-                let (normal, mean) = (contact.normal(), 0.5 * ends);
-                budget.holding += (h * force.dot(&normal) * mean.dot(&normal)).max(0.0);
-            }
             if world.has_surfaces() {
                 budget.carried -= h * force.dot(&contact.carried(world, claim.states));
             }
@@ -433,12 +419,10 @@ impl EnergyCheck {
         for body in 0..bodies {
             let Budget { touches, bounces, .. } = self.budgets[body];
             let under = std::mem::take(&mut self.budgets[body].under);
-            let holding = std::mem::take(&mut self.budgets[body].holding);
             let budget = &mut self.budgets[self.islands.label(body)];
             budget.touches |= touches;
             budget.bounces |= bounces;
             budget.under += under;
-            budget.holding += holding;
         }
     }
 }
