@@ -41,7 +41,8 @@ pub fn describe(scene: &Scene, run: &RunResults) -> String {
         };
     }
     if let Some(parting) = run.parting {
-        let (name, distance) = (&scene.bodies[parting.body], parting.distance);
+        let name = &scene.bodies[parting.body];
+        let distance = parting.distance;
         let _ = writeln!(text, "  start        {name} moved by {distance:.1e} m out of an overlap");
     }
     text += &misplaced(summary);

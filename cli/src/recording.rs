@@ -110,7 +110,7 @@ impl<'a> Recording<'a> {
             }
             intervals.push(next);
         }
-        Ok(whole_steps(&intervals).into_owned().pop())
+        Ok(whole_steps(&self.world, &intervals).into_owned().pop())
     }
 
     /// Reads the next interval and checks its time, length and states; `None` after the last.

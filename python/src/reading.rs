@@ -53,7 +53,7 @@ pub fn from_tables(
         }
         rows.push(row);
     }
-    for step in whole_steps(&rows).iter().filter(|step| !step.is_end()) {
+    for step in whole_steps(world, &rows).iter().filter(|step| !step.is_end()) {
         add_forces(step, &mut sums);
     }
     let has_contacts = forces.is_none();

@@ -382,7 +382,7 @@ impl PyRecording {
 impl PyRecording {
     /// Rows of whole steps.
     pub fn steps_of_rows(&self) -> Cow<'_, [IntervalRows]> {
-        whole_steps(&self.rows)
+        whole_steps(&self.content.world, &self.rows)
     }
 }
 

@@ -367,7 +367,7 @@ impl PySimulation {
         let now = JointRow::from_interval(world, end.first());
         // Before the first step there are no rates and forces.
         let steps = IntervalRows::from_step(world, last.record());
-        let steps = whole_steps(&steps);
+        let steps = whole_steps(world, &steps);
         let before = steps.iter().filter(|_| simulation.index() > 0);
         let mut before = before.flat_map(|step| step.joints.iter().copied());
         let rows = now.map(|JointRow { place, turns, .. }| {

@@ -15,7 +15,7 @@ use std::panic::resume_unwind;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Impacts, World};
+use tumble_core::world::Impacts;
 use tumble_scene::output::tables::{IntervalRows, Table};
 use tumble_scene::run_file::Seal;
 
@@ -89,7 +89,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             }
             let is_located = world.impacts() == Impacts::Located;
             follows = !is_next || is_located || instants_follow(previous, &rows);
-            if verified.differs.is_none() && is_next && !starts_at_end(&world, previous, &rows) {
+            if verified.differs.is_none() && is_next && !starts_at_end(previous, &rows) {
                 let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
             }
@@ -118,23 +118,27 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     report(&recording, &judge, &findings, &counts, StderrReporter::new(args.quiet))
 }
 
-/// True if the `next` row starts at the end of the interval `previous`, or at the velocities of the instant
-/// there. Without half kicks, velocities are converted before and after the shorter intervals of a step.
-fn starts_at_end(world: &World, previous: &IntervalRows, next: &IntervalRows) -> bool {
+/// True if the bodies in the `next` row start at the end of the interval `previous`, or at the velocities of
+/// the instant there. Without half kicks, velocities are converted before and after the shorter intervals of
+/// a step.
+fn starts_at_end(previous: &IntervalRows, next: &IntervalRows) -> bool {
     let is_retry = previous.row.status == StepStatus::Substepped && next.row.interval == 0;
     let is_converted = is_retry || previous.row.length != next.row.length;
-    let starts = next.row.before == 0.0 && next.states == next.instants;
-    let may_differ = if world.has_half_kicks() { starts } else { is_converted };
-    let mut ends = previous.ends.iter().zip(&next.states);
-    previous.ends.is_empty() || may_differ && ends.all(|(end, next)| end.pose() == next.pose())
+    let ends = if previous.ends.is_empty() { &next.states } else { &previous.ends };
+    let mut bodies = ends.iter().zip(&next.states).enumerate();
+    bodies.all(|(body, (end, state))| match next.before.get(body) {
+        Some(0.0) => *state == next.instants[body] && end.pose() == state.pose(),
+        Some(before) => *before == previous.row.length && end == state,
+        None => end == state || is_converted && end.pose() == state.pose(),
+    })
 }
 
 /// True if the velocities of the instant in `next` follow from the interval before (eq. 37a): extrapolated,
 /// or those of the middle.
 fn instants_follow(previous: &IntervalRows, next: &IntervalRows) -> bool {
-    let bodies = previous.states.iter().zip(&next.states).zip(&next.instants);
-    let share = 0.5 / previous.row.kick();
-    bodies.into_iter().all(|((before, after), instant)| {
+    let bodies = previous.states.iter().zip(&next.states).zip(&next.instants).enumerate();
+    bodies.into_iter().all(|(body, ((before, after), instant))| {
+        let share = 0.5 / previous.kick(body, None);
         let differs = |share: f64| {
             let linear = after.velocity + share * (after.velocity - before.velocity);
             let angular = after.spin + share * (after.spin - before.spin);

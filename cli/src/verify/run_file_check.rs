@@ -95,7 +95,8 @@ impl StatusCounts {
     }
 
     fn start_differences(&self, recording: &Recording<'_>) -> Vec<String> {
-        let (run, mut found) = (&recording.run, Vec::new());
+        let run = &recording.run;
+        let mut found = Vec::new();
         let starts = run.model.states();
         let is_start = |starts: &[State]| {
             let mut pairs = starts.iter().zip(&self.starts);

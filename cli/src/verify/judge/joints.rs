@@ -74,7 +74,8 @@ impl StepJudge {
                 None => (None, &at_end[..]),
             };
             let worlds = [&self.world, &*held];
-            let force = row.force * step.row.kick();
+            let joint = &self.world.joints()[gear.axes()[0].joint];
+            let force = row.force * step.kick(joint.body(), joint.other());
             let found = GearTableRow::between(worlds, number, &step.states, next, joints, force);
             let h = self.world.time_step();
             let reach = gear

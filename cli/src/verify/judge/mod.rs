@@ -170,7 +170,7 @@ impl StepJudge {
         // Without rows in `ends`, the next row starts at the end.
         let next = if step.ends.is_empty() { &following.states } else { &step.ends };
         self.world.set_span(step.span(&self.world));
-        self.world.set_before(states.iter().map(|_| row.before));
+        self.world.set_before(step.before.iter().copied());
         self.world.follow(&self.courses, self.world.time_after(row.index));
         self.count(step);
         let wrenches = self.wrenches(row.index, states);
@@ -215,7 +215,7 @@ impl StepJudge {
     pub fn end(&mut self, end: &IntervalRows, follows: bool) -> Option<Verified> {
         let row = &end.row;
         self.world.set_span(None);
-        self.world.set_before(end.states.iter().map(|_| row.before));
+        self.world.set_before(end.before.iter().copied());
         self.world.follow(&self.courses, row.index as f64 * self.world.whole_step());
         let numbers =
             row.parts.iter().chain([&row.residual, &row.overlap, &row.placement, &row.stiffness]);

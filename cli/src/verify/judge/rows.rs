@@ -18,14 +18,18 @@ impl StepJudge {
         following: &'a StepRow,
         wrenches: Vec<Wrench>,
     ) -> JudgedStep<'a> {
-        let kick = step.row.kick();
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
             let at = joint.coordinates(next);
             let unknown = Vector3::repeat(f64::NAN);
             let angles = at.map_or(unknown, |at| joint.counted(&at, &row.turns));
+            let kick = step.kick(joint.body(), joint.other());
             JointForce { force: row.force * kick, torque: row.torque * kick, angles }
         });
-        let gears = step.gears.iter().map(|gear| gear.force * kick).collect();
+        let gears = self.world.gears().iter().zip(&step.gears).map(|(gear, row)| {
+            let joint = &self.world.joints()[gear.axes()[0].joint];
+            row.force * step.kick(joint.body(), joint.other())
+        });
+        let gears = gears.collect();
         let (contacts, loads, joints) = (Vec::new(), Vec::new(), joints.collect());
         let mut touching = JudgedStep {
             step,
@@ -73,6 +77,7 @@ impl StepJudge {
                     touching.wrong.get_or_insert_with(|| format!("its contact {index} {why}"));
                 }
             }
+            let kick = step.kick(row.body, row.partner.body());
             touching.loads.push(ContactLoad { force: row.force * kick, moment: row.moment * kick });
         }
         touching

@@ -87,6 +87,18 @@ impl AbruptChanges {
             }
         }
     }
+
+    /// Adds the bodies with such a change to `flags`, and all bodies if they were not searched. Returns true
+    /// if a flag is new.
+    pub fn add_to(&self, flags: &mut [bool]) -> bool {
+        let mut is_new = false;
+        for (body, flag) in flags.iter_mut().enumerate() {
+            let is_abrupt = self.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
+            is_new |= is_abrupt && !*flag;
+            *flag |= is_abrupt;
+        }
+        is_new
+    }
 }
 
 /// True if a motion ends or turns back from `before` to `now`, or would do so in half of another step.

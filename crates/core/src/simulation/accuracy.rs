@@ -11,8 +11,8 @@
 //!
 //! Bisection finds the longest interval without an [abrupt change](super::abrupt) of velocity. The change
 //! happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
-//! error of a second. Velocities go on from interval to interval, whatever their lengths (37), but the interval
-//! of an impact starts at the velocities of the instant.
+//! error of a second. Velocities go on from interval to interval, whatever their lengths (37), but islands with
+//! an abrupt change start at the velocities of the instant.
 
 use super::energy;
 use super::inputs::Inputs;
@@ -169,11 +169,6 @@ impl Schedule {
             None => self.plan.length,
         };
         (self.plan.count > 0).then_some(planned)
-    }
-
-    /// True if the next interval has an abrupt change that was searched.
-    fn has_change(&self) -> bool {
-        self.fixed[0] > 0.0 && self.fixed[1] == 0.0
     }
 
     /// Usual length for the next interval, of `length` (s), over which errors of position are removed. It is
@@ -342,23 +337,21 @@ fn intervals(
         if length != moment.pace.length {
             workspace.rest.end();
         }
-        // Forces before an abrupt change would act in it by half of the length before.
         let is_window = length < WINDOW * usual.min(moment.pace.length);
-        let mut starts = schedule.has_change() || is_window || moment.all_start();
+        let mut starts: Vec<bool> =
+            moment.arrivals.iter().map(|arrival| is_window || arrival.length == 0.0).collect();
         loop {
-            if starts {
-                moment.start_all();
-            }
+            moment.start_where(&starts);
             moment.pace.length = length;
             let taken = record.next_interval();
             one_interval::interval(world, moment, inputs, workspace, Some(span), taken)?;
-            if starts || taken.errors.abrupt == 0.0 {
+            // Forces before an abrupt change would act in it by half of the length before.
+            if taken.errors.abrupt == 0.0 || !workspace.abrupt.add_to(&mut starts) {
                 break;
             }
             record.truncate(record.intervals().len() - 1);
             moment.clone_from(&before);
             workspace.forget();
-            starts = true;
         }
         let [.., taken] = record.intervals_mut() else { break };
         let is_solved = taken.report.status.is_solved();

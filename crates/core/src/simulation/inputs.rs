@@ -108,11 +108,13 @@ impl Inputs {
     /// ½ h M⁻¹ (F − (½ h₁ F⁻ + ½ h F)/(κ h)) = ½ h (1 − 1/(2κ)) M⁻¹ (F − F⁻)
     /// ```
     pub fn late_kick(&self, world: &World, body: usize, arrival: &Arrival) -> [Vector3<f64>; 2] {
-        let (now, before) = (&self.outside[body].wrench, &arrival.wrench);
+        let now = &self.outside[body].wrench;
+        let before = &arrival.wrench;
         if self.at_instant || now == before || world.is_held(body) {
             return [Vector3::zeros(); 2];
         }
-        let (of, share) = (&world.bodies()[body], late_share(world, body));
+        let of = &world.bodies()[body];
+        let share = late_share(world, body);
         let torque = of.inertia_inverse() * (now.torque - before.torque);
         [(now.force - before.force) * (share / of.mass()), torque * share]
     }

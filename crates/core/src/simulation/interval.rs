@@ -90,6 +90,30 @@ impl PartOfStep {
     }
 }
 
+/// Time κ over which forces on `body`, or between it and `other`, act, in lengths of their interval (eq. 37).
+/// `before` has the lengths of the intervals before (s), and none where they are the present `length` (s).
+#[must_use]
+pub fn kick(before: &[f64], length: f64, body: usize, other: Option<usize>) -> f64 {
+    let before = |body: usize| before.get(body).copied().unwrap_or(length);
+    let before = other.map_or(f64::INFINITY, before).min(before(body));
+    if before == length { 1.0 } else { 0.5 * (1.0 + before / length) }
+}
+
+/// Times Σ κ h over which the forces on each of `bodies` act in a step (s). Its intervals are given by their
+/// lengths before and own ones.
+#[must_use]
+pub fn acting_times<'a>(
+    bodies: usize,
+    intervals: impl Iterator<Item = (&'a [f64], f64)>,
+) -> Vec<f64> {
+    let mut times = vec![0.0; bodies];
+    for (before, length) in intervals {
+        let all = times.iter_mut().enumerate();
+        all.for_each(|(body, time)| *time += length * kick(before, length, body, None));
+    }
+    times
+}
+
 impl Default for Interval {
     fn default() -> Self {
         Self {
@@ -199,9 +223,7 @@ impl Interval {
     /// interval ([`World::kick`]). Forces of its solution are impulses divided by its length.
     #[must_use]
     pub fn kick(&self, body: usize, other: Option<usize>) -> f64 {
-        let before = |body: usize| self.before.get(body).copied().unwrap_or(self.length);
-        let before = other.map_or(f64::INFINITY, before).min(before(body));
-        if before == self.length { 1.0 } else { 0.5 * (1.0 + before / self.length) }
+        kick(&self.before, self.length, body, other)
     }
 
     /// States, wrenches, contacts and forces, to be certified.

@@ -67,7 +67,8 @@ impl Instants {
     /// Start of bodies at `states`.
     pub(super) fn at(states: &[State]) -> Self {
         let bodies = states.len();
-        let (errors, motions) = (vec![0.0; bodies], vec![Motion::default(); bodies]);
+        let errors = vec![0.0; bodies];
+        let motions = vec![Motion::default(); bodies];
         Self {
             states: states.to_vec(),
             errors: errors.clone(),

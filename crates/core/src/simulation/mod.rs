@@ -48,7 +48,7 @@ pub use driving::AxisDrive;
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
 pub use infeasible_gap::InfeasibleGap;
-pub use interval::Interval;
+pub use interval::{Interval, acting_times, kick};
 pub use motion::Motion;
 pub use parting::Parting;
 pub use record::StepRecord;

@@ -115,16 +115,13 @@ impl Moment {
         }
     }
 
-    /// True if all bodies start.
-    pub fn all_start(&self) -> bool {
-        self.arrivals.iter().all(|arrival| arrival.length == 0.0)
-    }
-
-    /// Starts all bodies at the velocities of the instant.
-    pub fn start_all(&mut self) {
+    /// Starts bodies with a flag at the velocities of the instant.
+    pub fn start_where(&mut self, starts: &[bool]) {
         let Some(instants) = &self.instants else { return };
-        self.now.states.clone_from(&instants.states);
-        self.arrivals.iter_mut().for_each(|arrival| arrival.length = 0.0);
+        for (body, _) in starts.iter().enumerate().filter(|(_, starts)| **starts) {
+            self.now.states[body] = instants.states[body];
+            self.arrivals[body].length = 0.0;
+        }
     }
 
     /// Sets the arrival of each body after an interval of this `length` (s) with these inputs.

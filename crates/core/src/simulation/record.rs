@@ -1,12 +1,13 @@
 //! Record of a step: everything that is written to a file or displayed.
 
-use super::interval::Interval;
+use super::interval::{Interval, acting_times};
 use super::{EnergyGain, InfeasibleGap, UnphysicalCause};
 use crate::contact::Certificate;
 use crate::mechanics::{State, Wrench, largest};
 use crate::step::{StepReport, StepStatus};
 use crate::world::{World, without};
 use nalgebra::Vector3;
+use std::rc::Rc;
 
 /// Largest number of intervals whose memory a record keeps for its next step.
 const MOST_KEPT: usize = 64;
@@ -58,29 +59,29 @@ impl From<Interval> for StepRecord {
 }
 
 /// Share of an interval in its step.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Share<'a> {
-    length: f64,
-    /// Lengths of the step and of its last interval (s).
+    interval: &'a Interval,
+    /// Length of the step (s).
     whole: f64,
-    last: f64,
-    first: &'a Interval,
+    /// Times over which forces act on the bodies (s), in a step of several intervals.
+    acting: Option<Rc<[f64]>>,
 }
 
 impl Share<'_> {
     /// Share of the length of the step.
     #[must_use]
     pub fn time(&self) -> f64 {
-        if self.whole > 0.0 { self.length / self.whole } else { 1.0 }
+        if self.whole > 0.0 { self.interval.length / self.whole } else { 1.0 }
     }
 
-    /// Factor of forces at `body`, or between it and `other`, in their mean over the step. The forces of a
-    /// step act from the middle of the interval before it to the middle of its last interval.
+    /// Factor of forces at `body`, or between it and `other`, in their mean over the time in which forces act in
+    /// the step.
     #[must_use]
     pub fn forces(&self, body: usize, other: Option<usize>) -> f64 {
-        let before = (2.0 * self.first.kick(body, other) - 1.0) * self.first.length;
-        let acting = self.whole + 0.5 * (before - self.last);
-        if acting > 0.0 { self.length / acting } else { 1.0 }
+        let Some(acting) = &self.acting else { return 1.0 / self.interval.kick(body, other) };
+        let acting = |body: usize| acting.get(body).copied().unwrap_or(f64::INFINITY);
+        self.interval.length / other.map_or(f64::INFINITY, acting).min(acting(body))
     }
 }
 
@@ -303,14 +304,13 @@ impl StepRecord {
     pub fn shares(&self) -> impl Iterator<Item = (Share<'_>, &Interval)> {
         let intervals = self.intervals();
         let whole = intervals.iter().map(|interval| interval.length).sum();
-        let last = intervals.last().map_or(0.0, |interval| interval.length);
-        let first = intervals.first();
-        intervals.iter().map(move |interval| {
-            (
-                Share { length: interval.length, whole, last, first: first.unwrap_or(interval) },
-                interval,
-            )
-        })
+        let acting: Option<Rc<[f64]>> = self.is_divided().then(|| {
+            let lengths = intervals.iter().map(|taken| (&taken.before[..], taken.length));
+            acting_times(self.states().len(), lengths).into()
+        });
+        intervals
+            .iter()
+            .map(move |interval| (Share { interval, whole, acting: acting.clone() }, interval))
     }
 
     /// Mean of the sum of all contact forces on body `index` over the step (N), world frame.

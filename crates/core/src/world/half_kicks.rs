@@ -131,7 +131,9 @@ impl World {
         inertia: &Matrix3<f64>,
         spin: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let (before, h, form) = (self.before[body], self.time_step(), self.rotation());
+        let before = self.before[body];
+        let h = self.time_step();
+        let form = self.rotation();
         match form {
             Rotation::Momentum => {
                 let [past, own] = [before, h].map(|h| form.momentum(inertia, spin, h));
@@ -178,7 +180,8 @@ impl World {
         sums: &mut [f64],
     ) {
         let Some(share) = self.missing_share(body) else { return };
-        let (of, h) = (&self.bodies()[body], self.time_step());
+        let of = &self.bodies()[body];
+        let h = self.time_step();
         match constant {
             Constant::Mass => {
                 let Wrench { force, torque } = self.missing_kick(body, state);
@@ -211,7 +214,9 @@ impl World {
     #[cfg(feature = "save")]
     pub(crate) fn missing_torque_by_spin(&self, body: usize, spin: &Vector3<f64>) -> Matrix3<f64> {
         let Some(share) = self.missing_share(body) else { return Matrix3::zeros() };
-        let (of, h, form) = (&self.bodies()[body], self.time_step(), self.rotation());
+        let of = &self.bodies()[body];
+        let h = self.time_step();
+        let form = self.rotation();
         match form {
             Rotation::Momentum => {
                 let lengths = [self.before[body], h];

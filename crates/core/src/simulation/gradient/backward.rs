@@ -366,7 +366,8 @@ impl Backward {
         let by_instants = added.as_ref().map_or(&[][..], |added| added);
         for (body, by) in by_instants.iter().enumerate() {
             if is_extrapolated(body) && !self.at_instant && !world.is_held(body) {
-                let (of, share) = (&world.bodies()[body], late_share(world, body));
+                let of = &world.bodies()[body];
+                let share = late_share(world, body);
                 let torque = of.inertia_inverse() * by.spin;
                 self.late[body] = Wrench { force: by.velocity / of.mass(), torque }.scaled(share);
             }
@@ -448,7 +449,8 @@ impl Backward {
         let mut own = gradient.wrenches.clone();
         if world.has_half_kicks() {
             for (body, own) in own.iter_mut().enumerate() {
-                let (by, kick) = (*own, world.kick(body));
+                let by = *own;
+                let kick = world.kick(body);
                 if *at_instant {
                     *own = by.scaled(kick);
                     continue;

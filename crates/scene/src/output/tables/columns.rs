@@ -70,18 +70,28 @@ pub(in crate::output) const STATE_COLUMNS: [&str; 13] = [
     "wy_rad_s", "wz_rad_s",
 ];
 
-/// Columns of the velocity and the spin of the middle of the last step, with
+/// Columns of the velocity and the spin of the middle of the last interval and of its length, with
 /// [`Integrator::Leapfrog`](tumble_core::world::Integrator::Leapfrog).
-pub(in crate::output) const MIDDLE_COLUMNS: [&str; 6] =
-    ["mid_vx_m_s", "mid_vy_m_s", "mid_vz_m_s", "mid_wx_rad_s", "mid_wy_rad_s", "mid_wz_rad_s"];
+pub(in crate::output) const MIDDLE_COLUMNS: [&str; 7] = [
+    "mid_vx_m_s",
+    "mid_vy_m_s",
+    "mid_vz_m_s",
+    "mid_wx_rad_s",
+    "mid_wy_rad_s",
+    "mid_wz_rad_s",
+    "before_s",
+];
 
 /// Row of the table `states` of a run with middle velocities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StateRow {
     /// State with the velocities of the instant.
     pub instant: State,
-    /// Velocity (m/s, world) and spin (rad/s, body) of the middle of the last step.
+    /// Velocity (m/s, world) and spin (rad/s, body) of the middle of the last interval.
     pub middle: [Vector3<f64>; 2],
+    /// Its length (s), 0 for a body that starts; see
+    /// [`Interval::before`](tumble_core::simulation::Interval::before).
+    pub before: f64,
 }
 
 impl StateRow {
@@ -96,10 +106,15 @@ impl Cells for StateRow {
     fn write<W: Write>(&self, row: &mut RowWriter<W>) {
         self.instant.write(row);
         self.middle.iter().for_each(|vector| vector.write(row));
+        self.before.write(row);
     }
 
     fn read<R: Read>(row: &mut RowCells<'_, R>) -> Result<Self, RowsError> {
-        Ok(Self { instant: Cells::read(row)?, middle: [Cells::read(row)?, Cells::read(row)?] })
+        Ok(Self {
+            instant: Cells::read(row)?,
+            middle: [Cells::read(row)?, Cells::read(row)?],
+            before: Cells::read(row)?,
+        })
     }
 }
 
@@ -150,9 +165,6 @@ columns! {
         interval: u32 = ["interval"],
         /// Length of the interval (s); 0 in the last row.
         length: f64 = ["interval_s"],
-        /// Length of the interval before (s), 0 at a start; see
-        /// [`Interval::before`](tumble_core::simulation::Interval::before).
-        before: f64 = ["before_s"],
         /// Stiffness number h ω, see
         /// [`Interval::stiffness`](tumble_core::simulation::Interval::stiffness); 0 without joints.
         stiffness: f64 = ["stiffness"],

@@ -6,6 +6,7 @@ use crate::output::csv_reader::{CsvReader, RowsError, Steps};
 use std::io::Read;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::State;
+use tumble_core::simulation::kick;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Impacts, Span, World};
 
@@ -19,6 +20,9 @@ pub struct IntervalRows {
     pub states: Vec<State>,
     /// States at its start with the velocities of the instant; empty if `states` has them.
     pub instants: Vec<State>,
+    /// Lengths of the intervals to whose middles the velocities in `states` belong (s), 0 for bodies that
+    /// start, in a run with middle velocities.
+    pub before: Vec<f64>,
     /// State of each body at its end. Read from tables, it is empty if the next interval starts there.
     pub ends: Vec<State>,
     /// Contacts of the interval.
@@ -44,6 +48,13 @@ impl IntervalRows {
         let usual = if is_located { usual } else { f64::INFINITY };
         let is_part = is_located || is_retry;
         (is_part && length > 0.0).then_some(Span { since, length, usual, is_retry })
+    }
+
+    /// Time κ over which the forces on `body`, or between it and `other`, act, in lengths of the interval
+    /// (eq. 37).
+    #[must_use]
+    pub fn kick(&self, body: usize, other: Option<usize>) -> f64 {
+        kick(&self.before, self.row.length, body, other)
     }
 
     /// States at its start with the velocities of the instant.
@@ -156,11 +167,11 @@ impl<R: Read> TablesReader<R> {
         let row = StepRow::read(&mut RowCells::from(steps, 0))?;
         self.order.next(steps, status, row.interval)?;
         // Grows with the rows in the file: the requested number is not trustworthy.
-        let (states, instants) = if has_middles {
+        let (states, instants, before) = if has_middles {
             let rows: Vec<StateRow> = rows_of(of_bodies, &row, bodies)?;
-            rows.iter().map(|row| (row.at_the_middle(), row.instant)).unzip()
+            rows.iter().map(|row| (row.at_the_middle(), row.instant, row.before)).collect()
         } else {
-            (rows_of(of_bodies, &row, bodies)?, Vec::new())
+            (rows_of(of_bodies, &row, bodies)?, Vec::new(), Vec::new())
         };
         let mut end_rows = Vec::new();
         if let Some(reader) = ends
@@ -180,6 +191,7 @@ impl<R: Read> TablesReader<R> {
             row,
             states,
             instants,
+            before,
             ends: end_rows,
             idle: Vec::new(),
             contacts,

@@ -2,40 +2,49 @@
 
 use super::{ContactRow, GearTableRow, IntervalRows, JointRow};
 use std::borrow::Cow;
-use tumble_core::simulation::StepRecord;
+use tumble_core::joint::Joint;
+use tumble_core::simulation::{StepRecord, acting_times};
 use tumble_core::step::StepStatus;
+use tumble_core::world::World;
 
-/// Rows of whole steps, from the `rows` of all their intervals.
+/// Rows of whole steps of `world`, from the `rows` of all their intervals.
 ///
 /// - At the start of the step: states, coordinates, energy.
 /// - Means over it: forces, rates, slips.
 /// - Sums: works, errors, iterations.
 /// - Largest values: residuals, overlap, placement, stiffness, status.
 #[must_use]
-pub fn whole_steps(rows: &[IntervalRows]) -> Cow<'_, [IntervalRows]> {
+pub fn whole_steps<'a>(world: &World, rows: &'a [IntervalRows]) -> Cow<'a, [IntervalRows]> {
     if rows.iter().all(|rows| rows.row.interval == 0) {
         return Cow::Borrowed(rows);
     }
     let is_same_step = |a: &IntervalRows, b: &IntervalRows| a.row.index == b.row.index;
-    Cow::Owned(rows.chunk_by(is_same_step).filter_map(whole_step).collect())
+    Cow::Owned(rows.chunk_by(is_same_step).filter_map(|rows| whole_step(world, rows)).collect())
 }
 
-/// Rows of a whole step from those of its intervals.
-fn whole_step(intervals: &[IntervalRows]) -> Option<IntervalRows> {
+/// Rows of a whole step of `world` from those of its intervals.
+fn whole_step(world: &World, intervals: &[IntervalRows]) -> Option<IntervalRows> {
     let [first, later @ ..] = intervals else { return None };
-    let mut whole = first.clone();
     if later.is_empty() {
-        return Some(whole);
+        return Some(first.clone());
     }
     let length: f64 = intervals.iter().map(|rows| rows.row.length).sum();
-    let acting: f64 = intervals.iter().map(|rows| rows.row.kick() * rows.row.length).sum();
-    let shares = |rows: &IntervalRows| TableShares {
-        time: rows.row.length / length,
-        forces: rows.row.kick() * rows.row.length / acting,
+    let lengths = intervals.iter().map(|rows| (&rows.before[..], rows.row.length));
+    let acting = acting_times(first.states.len(), lengths);
+    let scaled = |rows: &IntervalRows| {
+        let share = |body: usize, other: Option<usize>| {
+            let acting = |body: usize| acting.get(body).copied().unwrap_or(f64::INFINITY);
+            let acting = other.map_or(f64::INFINITY, acting).min(acting(body));
+            let own = rows.row.length;
+            TableShares { time: own / length, forces: rows.kick(body, other) * own / acting }
+        };
+        let mut scaled = rows.clone();
+        scaled.scale(world, share);
+        scaled
     };
-    whole.scale(shares(first));
+    let mut whole = scaled(first);
     for rows in later {
-        whole.add(rows, shares(rows));
+        whole.add(scaled(rows));
     }
     let last = &intervals[intervals.len() - 1];
     whole.ends.clone_from(&last.ends);
@@ -77,7 +86,8 @@ impl ContactRow {
         let mut contacts = Vec::new();
         for (share, interval) in record.shares() {
             for mut contact in Self::from_interval(interval) {
-                let (body, other) = (contact.body, contact.partner.body());
+                let body = contact.body;
+                let other = contact.partner.body();
                 let kick = interval.kick(body, other);
                 let forces = share.forces(body, other) * kick;
                 contact.scale(TableShares { time: share.time(), forces });
@@ -95,18 +105,26 @@ impl ContactRow {
 }
 
 impl IntervalRows {
-    /// Scales forces, rates and slips by the `share` of this interval in the step.
-    fn scale(&mut self, share: TableShares) {
-        self.contacts.iter_mut().for_each(|contact| contact.scale(share));
-        for JointRow { velocity, spin, force, torque, .. } in &mut self.joints {
+    /// Scales forces, rates and slips of `world` by the `share` of this interval in the step for a body and
+    /// another one.
+    fn scale(&mut self, world: &World, share: impl Fn(usize, Option<usize>) -> TableShares) {
+        for contact in &mut self.contacts {
+            contact.scale(share(contact.body, contact.partner.body()));
+        }
+        let of_joint = |joint: &Joint| share(joint.body(), joint.other());
+        for (row, joint) in self.joints.iter_mut().zip(world.joints()) {
+            let JointRow { velocity, spin, force, torque, .. } = row;
+            let share = of_joint(joint);
             [velocity, spin].into_iter().for_each(|vector| *vector *= share.time);
             [force, torque].into_iter().for_each(|vector| *vector *= share.forces);
         }
-        self.gears.iter_mut().for_each(|gear| gear.force *= share.forces);
+        for (row, gear) in self.gears.iter_mut().zip(world.gears()) {
+            row.force *= of_joint(&world.joints()[gear.axes()[0].joint]).forces;
+        }
     }
 
-    /// Adds a later interval of the step with its `share`.
-    fn add(&mut self, later: &Self, share: TableShares) {
+    /// Adds a later interval of the step, which is scaled.
+    fn add(&mut self, later: Self) {
         let (row, more) = (&mut self.row, &later.row);
         let larger = |most: &mut f64, number: f64| {
             if number.is_nan() || number > *most {
@@ -123,10 +141,8 @@ impl IntervalRows {
         row.restitution_share = row.restitution_share.min(more.restitution_share);
         row.works.iter_mut().zip(more.works).for_each(|(sum, work)| *sum += work);
         row.error += more.error;
-        let mut scaled = later.clone();
-        scaled.scale(share);
-        scaled.contacts.into_iter().for_each(|contact| add_contact(&mut self.contacts, contact));
-        for (joint, more) in self.joints.iter_mut().zip(&scaled.joints) {
+        later.contacts.into_iter().for_each(|contact| add_contact(&mut self.contacts, contact));
+        for (joint, more) in self.joints.iter_mut().zip(&later.joints) {
             joint.velocity += more.velocity;
             joint.spin += more.spin;
             joint.force += more.force;
@@ -134,7 +150,7 @@ impl IntervalRows {
             larger(&mut joint.residual.locked, more.residual.locked);
             larger(&mut joint.residual.drive, more.residual.drive);
         }
-        for (gear, GearTableRow { force, residual, .. }) in self.gears.iter_mut().zip(&scaled.gears)
+        for (gear, GearTableRow { force, residual, .. }) in self.gears.iter_mut().zip(&later.gears)
         {
             gear.force += force;
             larger(&mut gear.residual, *residual);

@@ -174,10 +174,11 @@ impl<W: Write> TablesWriter<W> {
         if self.world.integrator() == Integrator::Euler {
             write_all(states, row, &step.states)?;
         } else {
-            let pairs = step.instant_states().iter().zip(&step.states);
-            let rows = pairs.map(|(instant, State { velocity, spin, .. })| StateRow {
+            let pairs = step.instant_states().iter().zip(&step.states).zip(&step.before);
+            let rows = pairs.map(|((instant, State { velocity, spin, .. }), before)| StateRow {
                 instant: *instant,
                 middle: [*velocity, *spin],
+                before: *before,
             });
             write_all(states, row, &rows.collect::<Vec<_>>())?;
         }
@@ -283,7 +284,6 @@ impl IntervalRows {
             energy: interval.energy(world),
             works: if is_end { [0.0; 6] } else { interval.balance(world).terms() },
             stiffness: if is_end { 0.0 } else { interval.stiffness },
-            before: interval.before.first().copied().unwrap_or(length),
             usual: interval.span.filter(|_| !is_end).map_or(length, |span| span.usual),
             error: if is_end { 0.0 } else { interval.error() },
         };
@@ -291,6 +291,10 @@ impl IntervalRows {
             (contact.interval, contact.length) = (row.interval, length);
             contact
         };
+        let mut before = interval.before.clone();
+        if world.integrator() == Integrator::Leapfrog {
+            before.resize(interval.states.len(), length);
+        }
         let ends = &interval.solution.states;
         let pairs = interval.contacts.iter().zip(&interval.solution.contacts);
         let is_idle = pairs.map(|(contact, found)| {
@@ -299,6 +303,7 @@ impl IntervalRows {
         Self {
             states: interval.states.clone(),
             instants: interval.instants.clone(),
+            before,
             ends: if is_end { Vec::new() } else { interval.solution.states.clone() },
             idle: is_idle.collect(),
             contacts: ContactRow::from_interval(interval).map(contact).collect(),
@@ -321,12 +326,6 @@ impl StepRow {
             part: "",
             restitution_share: self.restitution_share,
         }
-    }
-
-    /// Time κ over which the forces act, in lengths of the interval (eq. 37).
-    #[must_use]
-    pub fn kick(&self) -> f64 {
-        if self.before == self.length { 1.0 } else { 0.5 * (1.0 + self.before / self.length) }
     }
 
     /// Adds the status, the error and the energy terms (J) of an interval between this row and the next.
