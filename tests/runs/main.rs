@@ -12,3 +12,4 @@ mod simulation;
 mod threads;
 #[path = "../common/toss.rs"]
 mod toss;
+mod turns;

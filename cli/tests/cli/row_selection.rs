@@ -170,7 +170,7 @@ fn selected_rows_verify_alone() {
             let fields: Vec<_> = line.split(',').skip(3).collect();
             // Without the interval.
             let fields = &fields[..fields.len() - 2];
-            let middle = if fields.len() > 13 { &fields[13..] } else { &fields[7..] };
+            let middle = if fields.len() > 13 { &fields[13..19] } else { &fields[7..] };
             [&fields[..7], middle].concat().join(",")
         };
         let of = |file: &str, run: &str, wanted: &dyn Fn(u64) -> bool| -> Vec<String> {

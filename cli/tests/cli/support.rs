@@ -208,7 +208,7 @@ pub fn two_impacts(rows: u64, status: &str) -> TempDir {
         let count = forces.len();
         let _ = writeln!(
             steps,
-            "{k},{time},{status},3,previous,{count},1e-9,0,0,0,0,0,0,0,1,{energy},0,0,0,0,0,0,0,{length},0.002"
+            "{k},{time},{status},3,previous,{count},1e-9,0,0,0,0,0,0,0,1,{energy},0,0,0,0,0,0,0,{length}"
         );
     }
     for (name, text) in READ.iter().zip([states, contacts, steps]) {

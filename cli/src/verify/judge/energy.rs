@@ -79,7 +79,8 @@ impl StepJudge {
         balance.discretisation -= step.row.energy - energy::total(&self.world, &step.states);
         let is_retry = self.world.span().is_some_and(|span| span.is_retry);
         let is_converted = is_retry && following.interval == 0 && !self.world.has_half_kicks();
-        if self.world.impacts() == Impacts::Located || is_converted {
+        let is_located = self.world.impacts() == Impacts::Located;
+        if is_located || is_converted || judged.next_starts {
             balance.discretisation += following.energy - energy::total(&self.world, next);
         }
         balance

@@ -101,6 +101,8 @@ struct JudgedStep<'a> {
     next: &'a [State],
     /// Row after it.
     following: &'a StepRow,
+    /// True if a body starts at the next row.
+    next_starts: bool,
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
     loads: Vec<ContactLoad>,
@@ -174,7 +176,7 @@ impl StepJudge {
         self.world.follow(&self.courses, self.world.time_after(row.index));
         self.count(step);
         let wrenches = self.wrenches(row.index, states);
-        let judged = self.compare_rows(step, next, &following.row, wrenches);
+        let judged = self.compare_rows(step, next, following, wrenches);
         let JudgedStep { contacts, loads, joints, wrong, .. } = &judged;
         let claim = judged.claim();
         let certificate = if self.floating {

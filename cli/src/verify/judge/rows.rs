@@ -7,7 +7,7 @@ use tumble_core::contact::{ContactKey, ContactLoad, InstantMotions, PairFeatures
 use tumble_core::geometry::Feature;
 use tumble_core::joint::JointForce;
 use tumble_core::mechanics::{State, Wrench};
-use tumble_scene::output::tables::{IntervalRows, Misplaced, StepRow};
+use tumble_scene::output::tables::{IntervalRows, Misplaced};
 
 impl StepJudge {
     /// Contacts and joint forces in the tables.
@@ -15,7 +15,7 @@ impl StepJudge {
         &self,
         step: &'a IntervalRows,
         next: &'a [State],
-        following: &'a StepRow,
+        following: &'a IntervalRows,
         wrenches: Vec<Wrench>,
     ) -> JudgedStep<'a> {
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
@@ -34,7 +34,8 @@ impl StepJudge {
         let mut touching = JudgedStep {
             step,
             next,
-            following,
+            following: &following.row,
+            next_starts: following.before.contains(&0.0),
             wrenches,
             contacts,
             loads,

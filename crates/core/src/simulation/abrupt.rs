@@ -1,18 +1,24 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
 use super::islands::Islands;
+use super::leapfrog::Instants;
 use crate::contact::{Contact, ContactKey, KeyIndex};
 use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use crate::partner::TurningFriction;
 use crate::step::{ContactForce, StepSolution};
-use crate::world::World;
+use crate::world::{Impacts, World};
 use nalgebra::Vector3;
 
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
 pub(super) const STILL: f64 = 1e-9;
+/// Smallest part of a step that is divided at a turn, as a share of the step.
+const SOONEST: f64 = 1e-3;
+/// Share of a step in which the velocities of its start act, and of speeds that the curvature of the motion
+/// explains in it.
+const SOON: f64 = 1e-3;
 /// Distance from a limit (m or rad) below which an axis counts as stopped there.
 const AT_LIMIT: f64 = 1e-9;
 
@@ -23,6 +29,13 @@ pub(super) struct AbruptChanges {
     pub bodies: Vec<bool>,
     /// Bodies with an impact at one of their contacts.
     pub struck: Vec<bool>,
+    /// A body whose motion [turns](super::turning) in the step, and the time after its start (s).
+    pub turn: Option<(usize, f64)>,
+    /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
+    pub turning: Vec<bool>,
+    /// Turns of bodies, and bodies of islands with other changes.
+    turns: Vec<(usize, f64)>,
+    others: Vec<bool>,
     /// Islands with such a change, at the places of their labels.
     changed: Vec<bool>,
     islands: Islands,
@@ -43,49 +56,99 @@ pub(super) struct TakenStep<'a> {
     pub solution: &'a StepSolution,
     /// Flags of bodies in resting islands; empty if none rests.
     pub resting: &'a [bool],
+    /// States at its start with the velocities of the instant.
+    pub instants: &'a Instants,
+}
+
+/// Way in which an axis of a joint stops.
+enum AxisStop {
+    /// At a limit.
+    Limit,
+    /// By dry friction, with the time of the turn after the start of the step (s).
+    Friction(Option<f64>),
 }
 
 impl AbruptChanges {
     /// Finds the bodies of islands with an impact, with the end of a slip, or with a joint that comes to
-    /// its limit or to rest. Impulses between the bodies of an island conserve momentum only if all have
-    /// velocities of one time.
+    /// its limit or to rest, and the first turn. Impulses between the bodies of an island conserve momentum
+    /// only if all have velocities of one time.
     pub fn find(&mut self, step: &TakenStep<'_>) {
-        let Self { bodies, struck, changed, islands, index } = self;
         let TakenStep { world, contacts, solution, resting, .. } = step;
-        bodies.clear();
-        bodies.resize(step.states.len(), false);
-        struck.clear();
-        struck.resize(step.states.len(), false);
-        index.clear();
+        let count = step.states.len();
+        for flags in [&mut self.bodies, &mut self.struck, &mut self.others] {
+            flags.clear();
+            flags.resize(count, false);
+        }
+        self.turns.clear();
+        self.turn = None;
+        self.index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
         let pairs = pairs.filter(|(_, (_, force))| force.carries_force() && !rests(&force.key));
         for (place, (contact, force)) in pairs {
-            let past = index.find(step.past, &contact.key, place);
-            let is_impact = step.is_impact(contact);
-            if is_impact || step.ends_slip(contact, force, past) || step.ends_turning(contact) {
-                contact.key.bodies().for_each(|body| bodies[body] = true);
-                contact.key.bodies().for_each(|body| struck[body] |= is_impact);
+            let past = self.index.find(step.past, &contact.key, place);
+            let turns = self.turning.get(contact.key.body) == Some(&true);
+            if step.is_impact(contact) {
+                contact.key.bodies().for_each(|body| self.struck[body] = true);
+                self.add(contact.key.bodies(), None);
+            } else if !turns && step.ends_slip(contact, force, past) {
+                self.add(contact.key.bodies(), step.turn_of_slip(contact));
+            } else if !turns && step.ends_turning(contact) {
+                self.add(contact.key.bodies(), None);
             }
         }
         for (joint, force) in world.joints().iter().zip(&solution.joints) {
-            if step.is_stopped(joint, &force.angles) || step.is_pulled(joint, &force.angles) {
-                bodies[joint.body()] = true;
-                joint.other().into_iter().for_each(|body| bodies[body] = true);
+            let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
+            let turns = self.turning.get(joint.body()) == Some(&true);
+            match step.stop(joint, &force.angles) {
+                Some(AxisStop::Friction(_)) if turns => {}
+                Some(AxisStop::Friction(turn)) => self.add(bodies, turn),
+                Some(AxisStop::Limit) => self.add(bodies, None),
+                None if step.is_pulled(joint, &force.angles) => self.add(bodies, None),
+                None => {}
             }
         }
-        if bodies.len() > 1 && bodies.contains(&true) {
+        if self.bodies.contains(&true) {
             let carrying = solution.contacts.iter().filter(|force| force.carries_force());
-            islands.find(bodies.len(), carrying.map(|force| &force.key), world);
+            self.islands.find(count, carrying.map(|force| &force.key), world);
+            self.spread();
+        }
+    }
+
+    /// Adds a change of these `bodies`: a turn at a time (s), or another one.
+    fn add(&mut self, bodies: impl Iterator<Item = usize>, turn: Option<f64>) {
+        for body in bodies {
+            self.bodies[body] = true;
+            match turn {
+                Some(time) => self.turns.push((body, time)),
+                None => self.others[body] = true,
+            }
+        }
+    }
+
+    /// Extends the changes to the islands of their bodies. The turn is the first one in an island without other
+    /// changes.
+    fn spread(&mut self) {
+        let Self { bodies, others, changed, islands, turns, .. } = self;
+        for flags in [others, &mut *bodies] {
             changed.clear();
-            changed.resize(bodies.len(), false);
-            for body in (0..bodies.len()).filter(|body| bodies[*body]) {
+            changed.resize(flags.len(), false);
+            for body in (0..flags.len()).filter(|body| flags[*body]) {
                 changed[islands.label(body)] = true;
             }
-            for (body, is_abrupt) in bodies.iter_mut().enumerate() {
-                *is_abrupt = changed[islands.label(body)];
+            for (body, flag) in flags.iter_mut().enumerate() {
+                *flag = changed[islands.label(body)];
             }
         }
+        let turns = turns.iter().filter(|(body, _)| !self.others[*body]);
+        self.turn = turns.copied().min_by(|a, b| a.1.total_cmp(&b.1));
+    }
+
+    /// Notes that the motions of the island of `body` turn at the next division of the step.
+    pub fn begin_turn(&mut self, body: usize) {
+        let label = self.islands.label(body);
+        let bodies = 0..self.others.len();
+        self.turning.extend(bodies.map(|body| self.islands.label(body) == label));
     }
 
     /// Adds the bodies with such a change to `flags`, and all bodies if they were not searched. Returns true
@@ -133,6 +196,40 @@ impl TakenStep<'_> {
         ends(&past.map_or_else(initial, |past| past.slip), &now.slip, least, self.kick(contact))
     }
 
+    /// Time after the start at which the slip of a contact ends, see [`Self::turn`] (s).
+    fn turn_of_slip(&self, contact: &Contact) -> Option<f64> {
+        let [before, start] = [self.states, &self.instants.states]
+            .map(|states| contact.initial_slip(self.world, states));
+        self.turn(contact.key.bodies(), &before, &start)
+    }
+
+    /// Time after the start at which a motion of `bodies` ends (s), if it goes on as it came. With the motion u
+    /// in the middle of the interval before, of length h₁, and U at the start,
+    ///
+    /// ```text
+    /// t = ½ h₁ u·U/(u·(u − U))
+    /// ```
+    ///
+    /// It lies within the step, which can find a turn of a step beside it. `None` in a part of a step, and if the motion
+    /// has no second difference yet.
+    fn turn(
+        &self,
+        mut bodies: impl Iterator<Item = usize>,
+        before: &Vector3<f64>,
+        start: &Vector3<f64>,
+    ) -> Option<f64> {
+        let (world, h) = (self.world, self.world.time_step());
+        let is_whole = world.span().is_none() && world.impacts() == Impacts::Stepped;
+        let length = |body: usize| world.before().get(body).copied().unwrap_or(h);
+        let own = bodies.next().filter(|body| self.instants.is_steady(*body))?;
+        if !is_whole || !bodies.all(|body| self.instants.is_steady(body)) {
+            return None;
+        }
+        let time = 0.5 * length(own) * before.dot(start) / before.dot(&(before - start));
+        let is_near = (-0.5 * h..1.5 * h).contains(&time);
+        is_near.then(|| time.clamp(SOONEST * h, (1.0 - SOONEST) * h))
+    }
+
     /// True if rolling or spinning that a moment resists ends or turns back in the step, or would do so in
     /// half of another one.
     fn ends_turning(&self, contact: &Contact) -> bool {
@@ -161,9 +258,6 @@ impl TakenStep<'_> {
     /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its
     /// prescribed motion may change.
     fn is_pulled(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
-        /// Share of the step in which the velocities of the start act, and of speeds that the curvature of
-        /// the motion explains in it.
-        const SOON: f64 = 1e-3;
         let bodies = || [Some(joint.body()), joint.other()].into_iter().flatten();
         let starts = |body| self.world.before().get(body) == Some(&0.0);
         if !bodies().any(starts) {
@@ -187,21 +281,22 @@ impl TakenStep<'_> {
         locked(joint.linear(), &along).max(reach * locked(joint.angular(), &about)) > least
     }
 
-    /// True if an axis of `joint` comes to a limit, or if its dry friction stops it or turns.
+    /// Way in which an axis of `joint` comes to a limit, or its dry friction stops it or turns.
     /// `angles` are its angles at the end of the step (rad).
-    fn is_stopped(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
+    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<AxisStop> {
         let has_jump = |axis: &Axis| match axis {
             Axis::Free(drive) => drive.limits.is_some() || drive.rubs(),
             Axis::Locked => false,
         };
         let axes = || joint.linear().iter().chain(joint.angular());
         if !axes().any(has_jump) {
-            return false;
+            return None;
         }
         let h = self.world.time_step();
+        let bodies = || [Some(joint.body()), joint.other()].into_iter().flatten();
         let next = &self.solution.states;
         let at = [self.earlier, self.states, next].map(|states| joint.coordinates(states));
-        let [Some(earlier), Some(now), Some(end)] = at else { return false };
+        let [Some(earlier), Some(now), Some(end)] = at else { return None };
         let turns = joint.turns(&end, angles);
         let (before, after) =
             (joint.rates(&earlier, &now, &turns, h), joint.rates(&now, &end, &turns, h));
@@ -211,15 +306,26 @@ impl TakenStep<'_> {
         let (before, after, place) =
             (numbers(&before), numbers(&after), numbers(&(end.place, turns)));
         let least = STILL * self.world.speed_scale();
-        axes().enumerate().any(|(k, axis)| {
-            let Axis::Free(drive) = axis else { return false };
-            let stops = drive.rubs()
-                && before[k].abs() > least
-                && (after[k].abs() <= least || after[k] * before[k] < 0.0);
+        let kick = bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min);
+        let mut stop = None;
+        for (k, axis) in axes().enumerate() {
+            let Axis::Free(drive) = axis else { continue };
             let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;
-            let lands = drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
-                && before[k].abs() > least;
-            stops || lands
-        })
+            if drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
+                && before[k].abs() > least
+            {
+                return Some(AxisStop::Limit);
+            }
+            let along = |rate: f64| Vector3::x() * rate;
+            if drive.rubs() && ends(&along(before[k]), &along(after[k]), least, kick) {
+                let soon = SOON * h;
+                let turn = joint.coasted(&self.instants.states, soon).and_then(|coasted| {
+                    let start = numbers(&joint.rates(&now, &coasted, &turns, soon));
+                    self.turn(bodies(), &along(before[k]), &along(start[k]))
+                });
+                stop = Some(AxisStop::Friction(turn));
+            }
+        }
+        stop
     }
 }

@@ -82,6 +82,11 @@ impl Instants {
         self.motions[body].acceleration.is_some()
     }
 
+    /// True if the acceleration of `body` is known in two intervals.
+    pub(super) fn is_steady(&self, body: usize) -> bool {
+        self.motions[body].jerk.is_some()
+    }
+
     /// Takes the last step back, before which the velocities of the instant were those of `states`.
     pub(super) fn take_back(&mut self, states: &[State]) {
         self.states.clear();
@@ -190,7 +195,8 @@ pub(super) fn end(
         false => now.contacts.iter().filter(|past| !starts(&past.key)).copied().collect(),
     };
     abrupt.bodies.clear();
-    if is_smooth {
+    let is_wild = has_contacts && taken.report.status == StepStatus::Wild;
+    if is_smooth || is_wild {
         abrupt.find(&TakenStep {
             world,
             states: &now.states,
@@ -200,7 +206,12 @@ pub(super) fn end(
             contacts,
             solution,
             resting: rest.bodies(),
+            instants,
         });
+    }
+    if is_wild {
+        // Only its turn may be used.
+        abrupt.bodies.clear();
     }
     instants.remember();
     let divides = world.impacts() == Impacts::Located;
@@ -226,7 +237,8 @@ pub(super) fn end(
             instants.states[body] = *next;
             continue;
         }
-        if world.is_window() {
+        let turns = abrupt.turning.get(body) == Some(&true);
+        if world.is_window() && !turns {
             // Its change of velocity has what removes the errors of V, and is no acceleration.
             *motion = Motion { since: motion.since + h, ..Motion::default() };
             instants.states[body] = *next;

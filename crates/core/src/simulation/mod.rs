@@ -39,6 +39,7 @@ mod start;
 mod step_problem;
 mod stiffness;
 pub mod summary;
+mod turning;
 pub mod unphysical;
 mod workspace;
 
@@ -220,8 +221,8 @@ impl<'a> Simulation<'a> {
             return energy::at_instant(&self.world, self.states());
         }
         let mut world = Cow::Borrowed(&self.world);
-        if self.moment.has_starts() {
-            let lengths = self.moment.arrivals.iter().map(|arrival| arrival.length);
+        let lengths = self.moment.arrivals.iter().map(|arrival| arrival.length);
+        if lengths.clone().any(|length| length != world.time_step()) {
             world.to_mut().set_before(lengths);
         }
         energy::at_start(&world, self.step_states())
@@ -376,7 +377,8 @@ impl<'a> Simulation<'a> {
     /// too, with its status in the report.
     ///
     /// A step is one interval, or several: shorter ones if one does not
-    /// converge or makes energy, and those of an accuracy or of located impacts.
+    /// converge or makes energy, two where friction turns a motion, and those of an accuracy or of located
+    /// impacts.
     ///
     /// # Errors
     /// If a step cannot be posed or was interrupted; the simulation is then unchanged, and the record
@@ -385,16 +387,14 @@ impl<'a> Simulation<'a> {
         let Self { world, moment, inputs, workspace, undo, .. } = self;
         record.begin(moment.index);
         let before = accuracy::divides_steps(world, moment).then(|| Box::new(moment.clone()));
-        let taken = if before.is_some() {
-            accuracy::step(world, moment, inputs, workspace, record)
-        } else {
-            retry::step(world, moment, inputs, workspace, record)
+        let taken = match before {
+            Some(before) => {
+                accuracy::step(world, moment, inputs, workspace, record).map(|()| Some(before))
+            }
+            None => retry::step(world, moment, inputs, workspace, record),
         };
         world.set_span(None);
-        if let Err(error) = taken {
-            *record = StepRecord::new();
-            return Err(error);
-        }
+        let before = taken.inspect_err(|_| *record = StepRecord::new())?;
         moment.index += 1;
         *undo = before.map_or(Undo::Interval, Undo::Moment);
         Ok(())

@@ -24,6 +24,7 @@ use super::islands::Islands;
 use super::moment::Moment;
 use super::one_interval;
 use super::record::StepRecord;
+use super::turning;
 use super::unphysical::{Budget, EnergyCheck, EnergyGain, UnphysicalCause};
 use super::workspace::Workspace;
 use super::{Motion, energy, unphysical};
@@ -45,8 +46,8 @@ const MOST_PARTS: u32 = 64;
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
 
-/// Takes one step from `moment`: in one interval, or in shorter ones if that is not solved or makes
-/// energy.
+/// Takes one step from `moment`: in one interval, in two at a [turn](super::turning), or in shorter ones if
+/// it is not solved or makes energy. Returns the moment at the start of a step with a turn.
 ///
 /// # Errors
 /// Those of an interval; the moment is then unchanged.
@@ -56,19 +57,21 @@ pub(super) fn step(
     inputs: &Inputs,
     workspace: &mut Workspace<'_>,
     record: &mut StepRecord,
-) -> Result<(), Error> {
+) -> Result<Option<Box<Moment>>, Error> {
     let taken = record.next_interval();
     one_interval::interval(world, moment, inputs, workspace, None, taken)?;
     let makes_energy = |check: &EnergyCheck| (0..taken.states.len()).any(|body| check.makes(body));
     let is_tried = taken.report.status == StepStatus::Failed
         || taken.gain.is_some() && makes_energy(&workspace.energy_check);
-    if !is_tried {
-        return Ok(());
+    let divided = turning::divide(world, moment, inputs, workspace, record);
+    if divided.is_some() || !is_tried {
+        return Ok(divided);
     }
-    let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(()) };
+    let taken = &record.intervals()[0];
+    let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(None) };
     record.unsolved.extend(failure.bodies());
     if failure.is_kept || !moment.move_back(record.first()) {
-        return Ok(());
+        return Ok(None);
     }
     // The interrupt flag is not checked here, because an external solver could not repeat its part with
     // the same bits.
@@ -80,7 +83,7 @@ pub(super) fn step(
             *moment = end;
             workspace.forget();
             world.set_span(None);
-            return Ok(());
+            return Ok(None);
         }
         record.truncate(1);
         parts *= 2;
@@ -94,7 +97,7 @@ pub(super) fn step(
     one_interval::measure_again(world, moment, workspace, taken);
     one_interval::finish(world, moment, &inputs, workspace, taken);
     workspace.rest.end();
-    Ok(())
+    Ok(None)
 }
 
 /// A step that was not solved or makes energy. Flags have one entry per body.

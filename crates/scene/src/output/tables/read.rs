@@ -22,7 +22,7 @@ pub struct IntervalRows {
     pub instants: Vec<State>,
     /// Lengths of the intervals to whose middles the velocities in `states` belong (s), 0 for bodies that
     /// start, in a run with middle velocities.
-    pub before: Vec<f64>,
+    pub before: Box<[f64]>,
     /// State of each body at its end. Read from tables, it is empty if the next interval starts there.
     pub ends: Vec<State>,
     /// Contacts of the interval.
@@ -45,8 +45,12 @@ impl IntervalRows {
         let is_located = world.impacts() == Impacts::Located;
         let is_retry = status == StepStatus::Substepped && !is_located;
         let since = time - index as f64 * world.whole_step();
-        let usual = if is_located { usual } else { f64::INFINITY };
-        let is_part = is_located || is_retry;
+        let usual = match (is_located, is_retry) {
+            (true, _) => usual,
+            (false, true) => f64::INFINITY,
+            (false, false) => world.whole_step(),
+        };
+        let is_part = is_located || is_retry || length != world.whole_step();
         (is_part && length > 0.0).then_some(Span { since, length, usual, is_retry })
     }
 
@@ -169,7 +173,11 @@ impl<R: Read> TablesReader<R> {
         // Grows with the rows in the file: the requested number is not trustworthy.
         let (states, instants, before) = if has_middles {
             let rows: Vec<StateRow> = rows_of(of_bodies, &row, bodies)?;
-            rows.iter().map(|row| (row.at_the_middle(), row.instant, row.before)).collect()
+            rows.iter().map(|row| (row.at_the_middle(), row.instant, row.before)).collect::<(
+                Vec<_>,
+                Vec<_>,
+                Vec<_>,
+            )>()
         } else {
             (rows_of(of_bodies, &row, bodies)?, Vec::new(), Vec::new())
         };
@@ -191,7 +199,7 @@ impl<R: Read> TablesReader<R> {
             row,
             states,
             instants,
-            before,
+            before: before.into(),
             ends: end_rows,
             idle: Vec::new(),
             contacts,

@@ -303,7 +303,7 @@ impl IntervalRows {
         Self {
             states: interval.states.clone(),
             instants: interval.instants.clone(),
-            before,
+            before: before.into(),
             ends: if is_end { Vec::new() } else { interval.solution.states.clone() },
             idle: is_idle.collect(),
             contacts: ContactRow::from_interval(interval).map(contact).collect(),
