@@ -28,14 +28,14 @@ fn kinetic(world: &World, states: &[State]) -> f64 {
     of.sum()
 }
 
-/// Energy that free motion conserves [J], with velocities of the middle of an interval of length h [s]. With
-/// a = ½ h ω,
+/// Energy that free motion conserves [J], with velocities of the middle of an interval of length h [s] of each
+/// body. With a = ½ h ω,
 ///
 /// ½ m (v·v + h g·v) + ½ π·I⁻¹ π − m g·r,   π = (E − [a]× + a aᵀ) I ω
-pub fn total(world: &World, states: &[State], h: f64) -> f64 {
+pub fn total(world: &World, states: &[State], lengths: &[f64]) -> f64 {
     let g = world.gravity();
-    let bodies = world.bodies().iter().zip(states);
-    let of = bodies.map(|(body, state)| {
+    let bodies = world.bodies().iter().zip(states).zip(lengths);
+    let of = bodies.map(|((body, state), &h)| {
         let a: Vector3<f64> = state.spin * (0.5 * h);
         let map = Matrix3::identity() - a.cross_matrix() + a * a.transpose();
         let momentum = map * (body.inertia() * state.spin);
@@ -96,9 +96,11 @@ impl PassiveSteps {
             // Its velocities do not belong to a step, and do not lag.
             StepStatus::Failed => unlagged(world, after) - unlagged(world, before),
             _ => {
-                let (first, last) = (record.first(), record.last());
-                let length = first.before.first().copied().unwrap_or(first.length);
-                total(world, after, last.length) - total(world, before, length)
+                let bodies = before.len();
+                let last = vec![record.last().length; bodies];
+                let mut first = record.first().before.clone();
+                first.resize(bodies, record.first().length);
+                total(world, after, &last) - total(world, before, &first)
             }
         };
         let residual = record.residual();

@@ -74,7 +74,8 @@ fn an_arm_that_circles_along_its_cone_loses_energy_to_first_order() {
         for k in 0..500 {
             simulation.step(&mut record).unwrap();
             let [before, after] = [record.states(), record.next_states()];
-            let total = |states| energy::total(&scene.world, states, scene.world.time_step());
+            let lengths = vec![scene.world.time_step(); scene.world.bodies().len()];
+            let total = |states| energy::total(&scene.world, states, &lengths);
             let [before, after] = [before, after].map(total);
             let lost = (before - after) / before;
             let expected = 2.0 * (h * rate * cos).powi(2);

@@ -124,6 +124,30 @@ fn the_first_step_has_the_weight() {
     }
 }
 
+/// After a flat landing, the velocity that closed the gap leaves no rebound in the rows.
+#[test]
+fn a_flat_landing_leaves_no_rebound() {
+    for (h, height) in [(0.02, 0.1011), (0.02, 0.13), (0.005, 0.1123), (0.01, 0.2)] {
+        let text = format!(
+            "[ground]\nfriction = 0.3\n[[bodies]]\nname = \"b\"\nbox = 0.2\nmass = 2.0\nposition = [0, 0, {height}]\n"
+        );
+        let mut simulation = simulation(&text, h);
+        let mut record = StepRecord::new();
+        let mut landed = None;
+        for k in 0..40 {
+            simulation.step(&mut record).unwrap();
+            let state = simulation.states()[0];
+            if landed.is_some_and(|landed| k > landed) {
+                assert!(state.velocity.amax() <= 1e-11, "{h} {height} {k}: {}", state.velocity);
+            }
+            if record.mean_force(0).z > 0.0 && landed.is_none() {
+                landed = Some(k);
+            }
+        }
+        assert!(landed.is_some_and(|landed| landed < 39));
+    }
+}
+
 /// If the state of one of two jointed bodies is set, both start, and their momentum is that of the states.
 #[test]
 fn a_body_that_is_set_starts_its_island() {

@@ -1,5 +1,6 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
+use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
 use crate::contact::{Contact, ContactKey, KeyIndex};
@@ -29,16 +30,16 @@ pub(super) struct AbruptChanges {
     pub bodies: Vec<bool>,
     /// Bodies with an impact at one of their contacts.
     pub struck: Vec<bool>,
-    /// A body whose motion [turns](super::turning) in the step, and the time after its start (s).
-    pub turn: Option<(usize, f64)>,
+    /// The first [turn](super::turning) of the step.
+    pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
     pub turning: Vec<bool>,
-    /// Turns of bodies, and bodies of islands with other changes.
-    turns: Vec<(usize, f64)>,
+    /// Turns, and bodies of islands with other changes.
+    turns: Vec<Turn>,
     others: Vec<bool>,
     /// Islands with such a change, at the places of their labels.
     changed: Vec<bool>,
-    islands: Islands,
+    pub islands: Islands,
     index: KeyIndex,
 }
 
@@ -58,6 +59,22 @@ pub(super) struct TakenStep<'a> {
     pub resting: &'a [bool],
     /// States at its start with the velocities of the instant.
     pub instants: &'a Instants,
+}
+
+/// A turn: friction ends a motion.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turn {
+    pub body: usize,
+    /// Time after the start of the step (s).
+    pub time: f64,
+    pub motion: TurningMotion,
+}
+
+/// The slip of a contact, or the rates of the joint with this index.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum TurningMotion {
+    Slip(ContactKey),
+    Joint(usize),
 }
 
 /// Way in which an axis of a joint stops.
@@ -88,21 +105,30 @@ impl AbruptChanges {
         for (place, (contact, force)) in pairs {
             let past = self.index.find(step.past, &contact.key, place);
             let turns = self.turning.get(contact.key.body) == Some(&true);
-            if step.is_impact(contact) {
+            if step.is_impact(contact) || step.lands(contact) {
                 contact.key.bodies().for_each(|body| self.struck[body] = true);
                 self.add(contact.key.bodies(), None);
+            } else if step.ends_impact(contact) {
+                self.add(contact.key.bodies(), None);
             } else if !turns && step.ends_slip(contact, force, past) {
-                self.add(contact.key.bodies(), step.turn_of_slip(contact));
+                let motion = TurningMotion::Slip(contact.key);
+                self.add(
+                    contact.key.bodies(),
+                    step.turn_of_slip(contact).map(|time| (time, motion)),
+                );
             } else if !turns && step.ends_turning(contact) {
                 self.add(contact.key.bodies(), None);
             }
         }
-        for (joint, force) in world.joints().iter().zip(&solution.joints) {
+        for (index, joint) in world.joints().iter().enumerate() {
+            let Some(force) = solution.joints.get(index) else { continue };
             let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
             let turns = self.turning.get(joint.body()) == Some(&true);
             match step.stop(joint, &force.angles) {
                 Some(AxisStop::Friction(_)) if turns => {}
-                Some(AxisStop::Friction(turn)) => self.add(bodies, turn),
+                Some(AxisStop::Friction(turn)) => {
+                    self.add(bodies, turn.map(|time| (time, TurningMotion::Joint(index))));
+                }
                 Some(AxisStop::Limit) => self.add(bodies, None),
                 None if step.is_pulled(joint, &force.angles) => self.add(bodies, None),
                 None => {}
@@ -116,11 +142,11 @@ impl AbruptChanges {
     }
 
     /// Adds a change of these `bodies`: a turn at a time (s), or another one.
-    fn add(&mut self, bodies: impl Iterator<Item = usize>, turn: Option<f64>) {
+    fn add(&mut self, bodies: impl Iterator<Item = usize>, turn: Option<(f64, TurningMotion)>) {
         for body in bodies {
             self.bodies[body] = true;
             match turn {
-                Some(time) => self.turns.push((body, time)),
+                Some((time, motion)) => self.turns.push(Turn { body, time, motion }),
                 None => self.others[body] = true,
             }
         }
@@ -140,8 +166,8 @@ impl AbruptChanges {
                 *flag = changed[islands.label(body)];
             }
         }
-        let turns = turns.iter().filter(|(body, _)| !self.others[*body]);
-        self.turn = turns.copied().min_by(|a, b| a.1.total_cmp(&b.1));
+        let turns = turns.iter().filter(|turn| !self.others[turn.body]);
+        self.turn = turns.copied().min_by(|a, b| a.time.total_cmp(&b.time));
     }
 
     /// Notes that the motions of the island of `body` turn at the next division of the step.
@@ -182,6 +208,25 @@ impl TakenStep<'_> {
     fn is_impact(&self, contact: &Contact) -> bool {
         let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
         approach > 0.0 && approach > contact.smooth_change(self.world, self.states, self.free)
+    }
+
+    /// True if a gap closes between bodies without forces between them before.
+    fn lands(&self, contact: &Contact) -> bool {
+        let is_same = |force: &ContactForce| {
+            (force.key.body, force.key.partner) == (contact.key.body, contact.key.partner)
+        };
+        let mut past = self.past.iter().filter(|force| is_same(force));
+        contact.gap > self.world.touching_gap() && !past.any(ContactForce::carries_force)
+    }
+
+    /// True if the touching points still approach after an impact in the interval before. The velocity of its
+    /// middle closed the gap.
+    fn ends_impact(&self, contact: &Contact) -> bool {
+        let is_struck = |body: usize| {
+            self.world.before().get(body) != Some(&0.0) && self.instants.is_struck(body)
+        };
+        let approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
+        approach > STILL * self.world.speed_scale() && contact.key.bodies().any(is_struck)
     }
 
     /// True if a slip ends or turns back in the step, or would do so in half of another one.
@@ -300,11 +345,9 @@ impl TakenStep<'_> {
         let turns = joint.turns(&end, angles);
         let (before, after) =
             (joint.rates(&earlier, &now, &turns, h), joint.rates(&now, &end, &turns, h));
-        let numbers = |of: &(Vector3<f64>, Vector3<f64>)| {
-            [of.0[0], of.0[1], of.0[2], of.1[0], of.1[1], of.1[2]]
-        };
-        let (before, after, place) =
-            (numbers(&before), numbers(&after), numbers(&(end.place, turns)));
+        let before = numbers(&before);
+        let after = numbers(&after);
+        let place = numbers(&(end.place, turns));
         let least = STILL * self.world.speed_scale();
         let kick = bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min);
         let mut stop = None;
@@ -327,5 +370,36 @@ impl TakenStep<'_> {
             }
         }
         stop
+    }
+}
+
+/// Numbers of two vectors.
+fn numbers((along, about): &(Vector3<f64>, Vector3<f64>)) -> [f64; 6] {
+    std::array::from_fn(|k| if k < 3 { along[k] } else { about[k - 3] })
+}
+
+impl TurningMotion {
+    /// Speed of this motion in the interval `taken` of `world` (m/s or rad/s).
+    pub fn speed(&self, world: &World, taken: &Interval) -> f64 {
+        let Interval { states, solution, length, .. } = taken;
+        let speed = match *self {
+            Self::Slip(key) => {
+                let same = solution.contacts.iter().find(|force| force.key == key);
+                same.map(|force| force.slip.norm())
+            }
+            Self::Joint(index) => {
+                let joint = &world.joints()[index];
+                let [now, end] = [states, &solution.states].map(|states| joint.coordinates(states));
+                now.zip(end).zip(solution.joints.get(index)).map(|((now, end), force)| {
+                    let turns = joint.turns(&end, &force.angles);
+                    let rates = numbers(&joint.rates(&now, &end, &turns, *length));
+                    let axes = joint.linear().iter().chain(joint.angular()).zip(rates);
+                    let rubs = |axis: &Axis| matches!(axis, Axis::Free(drive) if drive.rubs());
+                    let rubbing = axes.filter(|(axis, _)| rubs(axis));
+                    rubbing.map(|(_, rate)| rate.abs()).fold(0.0, f64::max)
+                })
+            }
+        };
+        speed.unwrap_or_default()
     }
 }

@@ -275,25 +275,97 @@ impl Schedule {
     }
 }
 
-/// Counts the rise of the energy of the instant beyond loads, drives and moving surfaces as the gain of the
-/// interval, if it is larger than that of its problem. Errors of the velocities of the instant are in it.
-fn count_gain(world: &World, taken: &mut Interval) {
-    let ends = taken.end_states();
-    let pairs = world.bodies().iter().zip(taken.instant_states().iter().zip(ends)).enumerate();
-    let rise = |(index, (body, (start, end)))| {
-        let energies = [start, end].map(|state| energy::body_at_instant(world, body, state));
-        (index, energies[1] - energies[0], energies[0].abs().max(energies[1].abs()))
-    };
-    let rises: Vec<(usize, f64, f64)> = pairs.map(rise).collect();
+/// Largest rise of the energy of the instant, beyond loads, drives and moving surfaces, and relative to the
+/// kinetic energy, with which extrapolated velocities stay.
+const LARGEST_RISE: f64 = 1e-3;
+
+/// Rise of the energy of the instant in an interval beyond loads, drives and moving surfaces. Errors of the
+/// velocities of the instant are in it.
+struct InstantRise {
+    /// Rise (J), and its rounding error.
+    energy: f64,
+    rounding: f64,
+    /// Largest kinetic energy at the end (J).
+    kinetic: f64,
+    /// Body with the largest rise.
+    body: usize,
+}
+
+impl InstantRise {
+    fn new(world: &World, taken: &Interval, balance: &EnergyBalance) -> Self {
+        let (mut sum, mut size, mut kinetic) = (0.0, 0.0, 0.0);
+        let mut largest = (0, f64::NEG_INFINITY);
+        let pairs = taken.instant_states().iter().zip(taken.end_states());
+        for (index, (body, (start, end))) in world.bodies().iter().zip(pairs).enumerate() {
+            let energies = [start, end].map(|state| energy::body_at_instant(world, body, state));
+            let rise = energies[1] - energies[0];
+            sum += rise;
+            size += energies[0].abs().max(energies[1].abs());
+            kinetic += energies[1] - energy::potential(world, body, end);
+            if rise > largest.1 {
+                largest = (index, rise);
+            }
+        }
+        let carried = if world.has_surfaces() { balance.friction.max(0.0) } else { 0.0 };
+        Self {
+            energy: sum - balance.loads - balance.drives - carried,
+            rounding: ROUNDING * size,
+            kinetic,
+            body: largest.0,
+        }
+    }
+
+    fn is_small(&self) -> bool {
+        self.energy <= LARGEST_RISE * self.kinetic + self.rounding
+    }
+}
+
+/// Replaces velocities of the instant that make energy, at the end of the interval `taken`, of bodies with
+/// forces of contacts or joints. The second half of the change that external forces make follows the
+/// velocity of the middle then, or nothing. The least rise is counted as the gain of the interval, if it is larger than
+/// that of its problem.
+fn settle_instants(
+    world: &World,
+    moment: &mut Moment,
+    workspace: &Workspace<'_>,
+    taken: &mut Interval,
+) {
     let balance = EnergyBalance::new(world, &taken.claim(), taken.solution.loads());
-    let carried = if world.has_surfaces() { balance.friction.max(0.0) } else { 0.0 };
-    let gained = rises.iter().map(|(_, rise, _)| rise).sum::<f64>();
-    let energy = gained - balance.loads - balance.drives - carried;
-    let rounding = ROUNDING * rises.iter().map(|(.., size)| size).sum::<f64>();
-    let least = taken.gain.map_or(rounding, |gain| gain.energy);
-    let fastest = rises.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((body, ..)) = fastest.filter(|_| energy > least) {
-        taken.gain = Some(EnergyGain { body: *body, energy });
+    let mut rise = InstantRise::new(world, taken, &balance);
+    let forces = taken.solution.contacts.iter().filter(|force| force.carries_force());
+    let mut held = vec![false; taken.ends.len()];
+    forces.flat_map(|force| force.key.bodies()).for_each(|body| held[body] = true);
+    for joint in world.joints() {
+        [Some(joint.body()), joint.other()]
+            .into_iter()
+            .flatten()
+            .for_each(|body| held[body] = true);
+    }
+    for has_kick in [true, false] {
+        if rise.is_small() {
+            break;
+        }
+        let found = (taken.ends.clone(), taken.extrapolated.clone());
+        for (body, _) in held.iter().enumerate().filter(|(_, held)| **held) {
+            let end = &taken.solution.states[body];
+            let share = if has_kick { 0.5 / world.kick(body) } else { 0.0 };
+            let (free, start) = (&workspace.free[body], &taken.states[body]);
+            taken.extrapolated[body] = false;
+            taken.ends[body].velocity = end.velocity + share * (free.velocity - start.velocity);
+            taken.ends[body].spin = end.spin + share * (free.spin - start.spin);
+        }
+        let other = InstantRise::new(world, taken, &balance);
+        if other.energy < rise.energy {
+            rise = other;
+        } else {
+            (taken.ends, taken.extrapolated) = found;
+        }
+    }
+    if let Some(instants) = &mut moment.instants {
+        instants.states.clone_from(&taken.ends);
+    }
+    if rise.energy > taken.gain.map_or(rise.rounding, |gain| gain.energy) {
+        taken.gain = Some(EnergyGain { body: rise.body, energy: rise.energy });
     }
 }
 
@@ -365,9 +437,10 @@ fn intervals(
         taken.is_coarse = judgement == Judgement::TakenCoarse;
         let Some(part) = &mut taken.part else { continue };
         part.changeable = world.changeable();
+        settle_instants(world, moment, workspace, taken);
         let ends = [&taken.instants, &taken.ends];
-        part.energies = ends.map(|states| Some(energy::at_instant(world, states)));
-        count_gain(world, taken);
+        let energies = ends.map(|states| Some(energy::at_instant(world, states)));
+        taken.part.iter_mut().for_each(|part| part.energies = energies);
     }
     (moment.pace.wanted, moment.pace.usual) = (schedule.wanted, schedule.usual);
     Ok(())

@@ -31,8 +31,8 @@ use super::interval::Interval;
 use super::moment::Moment;
 use super::workspace::Workspace;
 use crate::contact::ContactKey;
-use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
+use crate::mechanics::{State, Wrench};
 use crate::step::StepStatus;
 use crate::world::{Impacts, World};
 use nalgebra::Vector3;
@@ -80,6 +80,11 @@ impl Instants {
     /// True if the velocity of the instant of `body` is extrapolated.
     pub(super) fn is_extrapolated(&self, body: usize) -> bool {
         self.motions[body].acceleration.is_some()
+    }
+
+    /// True if `body` had an impact in the last interval, or has just started.
+    pub(super) fn is_struck(&self, body: usize) -> bool {
+        self.motions[body].since == 0.0
     }
 
     /// True if the acceleration of `body` is known in two intervals.
@@ -149,6 +154,23 @@ pub(crate) struct AddedError {
     pub is_ambiguous: bool,
 }
 
+/// Spin at the end of an interval without forces in its second half (rad/s), I⁻¹ P⁻(ω; h) with the momentum P⁻
+/// (34). It has the energy that free rotation conserves. `None` for a body under another torque.
+fn turning_spin(
+    world: &World,
+    body: usize,
+    wrenches: &[Wrench],
+    state: &State,
+    next: &State,
+) -> Option<Vector3<f64>> {
+    let torque = wrenches[body].torque - world.missing_kick(body, state).torque;
+    let of = &world.bodies()[body];
+    let rotation = world.rotation();
+    let h = world.time_step();
+    let arriving = || rotation.arriving_spin(of.inertia(), of.inertia_inverse(), &next.spin, h);
+    (torque == Vector3::zeros()).then(arriving)
+}
+
 /// State one step of `h` (s) before `state`, at its velocity.
 fn moved_back(state: &State, h: f64) -> State {
     State {
@@ -171,7 +193,7 @@ pub(super) fn end(
     let has_contacts = workspace.has_contacts();
     let Moment { now, before, arrivals, instants, .. } = moment;
     let Some(instants) = instants else { return };
-    let Workspace { free, abrupt, rest, .. } = workspace;
+    let Workspace { free, abrupt, rest, wrenches, .. } = workspace;
     let Interval { contacts, solution, .. } = &*taken;
     let is_smooth = has_contacts
         && matches!(
@@ -267,6 +289,9 @@ pub(super) fn end(
             let moment = h * h * (0.125 + 0.25 * kick);
             instant.velocity += moment * velocity;
             instant.spin += moment * spin;
+        }
+        if divides && let Some(turning) = turning_spin(world, body, wrenches, state, next) {
+            instant.spin = turning + (next.spin - free[body].spin) * (0.5 / kick);
         }
         instants.states[body] = instant;
         *motion =

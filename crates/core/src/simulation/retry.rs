@@ -68,6 +68,7 @@ pub(super) fn step(
         return Ok(divided);
     }
     let taken = &record.intervals()[0];
+    world.set_before(taken.before.iter().copied());
     let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(None) };
     record.unsolved.extend(failure.bodies());
     if failure.is_kept || !moment.move_back(record.first()) {

@@ -9,14 +9,25 @@
 //! ```
 //!
 //! Therefore such a step is taken in two intervals. The first one ends where the motion comes to rest, and the
-//! island starts there anew. A step is divided once, at its first turn, and not in an island with impacts.
+//! island starts there anew. A step is divided once, at its first turn, and not in an island with impacts or with
+//! fast rotations, whose kinetic energy differs by (h ω)²/4 along tangents and chords. It stays whole if
+//! the motion does not turn back: one that only ends has an error of second order.
 
 use super::inputs::Inputs;
 use super::moment::Moment;
 use super::one_interval;
 use super::record::StepRecord;
 use super::workspace::Workspace;
+use crate::mechanics::State;
 use crate::world::{Span, World};
+use std::mem::take;
+
+/// Largest rotation of a body of the island in the step (rad).
+const MOST_ROTATION: f64 = 0.05;
+
+/// Slip or rate of an axis below which a motion does not turn back but ends (m/s or rad/s, times the speed
+/// scale).
+const LEAST: f64 = 1e-6;
 
 /// Divides the step of `record`, which was taken in one interval, at its turn. Returns the moment at its start if
 /// that was done.
@@ -27,25 +38,36 @@ pub(super) fn divide(
     workspace: &mut Workspace<'_>,
     record: &mut StepRecord,
 ) -> Option<Box<Moment>> {
-    let (body, time) = workspace.abrupt.turn.take()?;
+    let turn = workspace.abrupt.turn.take()?;
+    let label = workspace.abrupt.islands.label(turn.body);
+    let mut states = record.states().iter().enumerate();
+    let rotates = |state: &State| state.spin.norm() * world.time_step() > MOST_ROTATION;
+    if states.any(|(of, state)| workspace.abrupt.islands.label(of) == label && rotates(state)) {
+        return None;
+    }
     let end = moment.clone();
     if !moment.move_back(record.first()) {
         return None;
     }
     let start = Box::new(moment.clone());
-    workspace.abrupt.begin_turn(body);
-    let taken = in_two(time, world, moment, &inputs.uninterrupted(), workspace, record);
-    workspace.abrupt.turning.clear();
-    workspace.rest.end();
+    workspace.abrupt.begin_turn(turn.body);
+    let check = take(&mut workspace.energy_check);
+    let least = LEAST * world.speed_scale();
+    let mut divided = None;
+    let taken = in_two(turn.time, world, moment, &inputs.uninterrupted(), workspace, record);
     world.set_span(None);
-    if taken.is_none() {
+    if taken.is_none() || turn.motion.speed(world, record.last()) <= least {
         record.truncate(1);
         *moment = end;
+        workspace.energy_check = check;
         workspace.forget();
-        return None;
+    } else {
+        record.remove_first();
+        workspace.rest.end();
+        divided = Some(start);
     }
-    record.remove_first();
-    Some(start)
+    workspace.abrupt.turning.clear();
+    divided
 }
 
 /// Takes the step in two intervals, the first of which ends after this `time` (s), behind the interval in
