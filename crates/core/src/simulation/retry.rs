@@ -250,10 +250,10 @@ fn keep_errors(
     let mut end = Moment { search: Box::default(), ..moment.clone() };
     let (since, length) = (0.0, world.whole_step());
     let span = Span { since, length, usual: f64::INFINITY, is_retry: false };
-    let part = Some(Part { span, converted: Vec::new() });
     let taken = record.next_interval();
-    let ended = one_interval::interval(world, &mut end, inputs, workspace, part, taken);
+    let ended = one_interval::interval(world, &mut end, inputs, workspace, Some(span), taken);
     world.set_span(None);
+    world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
     workspace.forget();
     if ended.is_err() || !taken.report.status.is_solved() {
         record.truncate(1);
