@@ -55,6 +55,7 @@ mod tampering;
 mod threads;
 mod turning_friction;
 mod tutorial;
+mod unsolved;
 mod verify;
 mod verify_fixed;
 mod view;

@@ -254,8 +254,8 @@ pub enum StepStatus {
     /// through another. The time step is too long for the motion
     /// ([`wild`](crate::simulation::unphysical)).
     Wild,
-    /// Not converged, neither in one step nor in shorter ones. The result is the best point found,
-    /// or a motion that does not add energy.
+    /// Not converged, neither in one step nor in shorter ones. The result is a solution that keeps the
+    /// overlaps of the start, the best point found, or a motion that does not add energy.
     Failed,
     /// Last row of a trajectory: a state without a step.
     End,

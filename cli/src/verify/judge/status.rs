@@ -40,7 +40,7 @@ impl StepJudge {
             "bodies can touch"
         } else if is_solved && !(touches && has_start) {
             "nothing can touch, and no problem was solved"
-        } else if (is_solved || status == StepStatus::Substepped)
+        } else if (is_solved || matches!(status, StepStatus::Substepped | StepStatus::Wild))
             && row.residual > self.accepted.max(lost)
         {
             "its residual is above the limit of a solved step"

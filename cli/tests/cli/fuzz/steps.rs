@@ -129,9 +129,10 @@ fn words_agree(report: &StepReport) -> bool {
         (Some("previous"), StepStatus::Converged) => report.message.is_none() || by_ipopt,
         (Some("warm"), StepStatus::Converged) => by_ipopt,
         // A contact that is admitted late may be solved from the first start.
-        (Some("previous" | "zero" | "interior point" | "best point"), StepStatus::Retried) => {
-            report.message.is_none()
-        }
+        (
+            Some("previous" | "zero" | "interior point" | "best point" | "multipliers"),
+            StepStatus::Retried,
+        ) => report.message.is_none(),
         (Some(_), StepStatus::Wild) => true,
         (Some("native_start" | "free_flight" | "shared_weight"), StepStatus::Retried) => by_ipopt,
         (Some("native"), StepStatus::Fallback) => true,

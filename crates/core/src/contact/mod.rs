@@ -247,11 +247,22 @@ impl Contact {
             gap if gap < world.touching_gap() && world.is_window() => gap,
             _ => return,
         };
+        self.move_plane(left);
+    }
+
+    /// Moves the plane back after [`Contact::hold_back`].
+    pub(crate) fn release(&mut self) {
+        self.move_plane(-self.held_gap);
+    }
+
+    /// Moves the plane, or the feature of B, by `distance` (m) along the normal.
+    fn move_plane(&mut self, distance: f64) {
         match &mut self.features.curved {
-            Some(Curved::Cores(pair)) => pair.radius += left,
-            None | Some(Curved::Ellipsoid(_)) => self.features.offset += left,
+            Some(Curved::Cores(pair)) => pair.radius += distance,
+            None | Some(Curved::Ellipsoid(_)) => self.features.offset += distance,
         }
-        (self.gap, self.held_gap) = (self.gap - left, left);
+        self.gap -= distance;
+        self.held_gap += distance;
     }
 
     /// True if a touching feature is curved, so that the features can roll.

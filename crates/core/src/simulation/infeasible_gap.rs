@@ -1,10 +1,9 @@
-//! Diagnosis of infeasible steps: a body squeezed between two others with prescribed motion.
+//! Diagnosis of infeasible steps: a body squeezed between two objects with prescribed motion.
 //!
 //! A driven or held body reaches its prescribed pose at the end of the step, whatever is in its
-//! path. A body between two such bodies, or between one and a fixed piece, has only the room that
-//! they leave. The search follows chains of contacts in about one direction d from one end to the
-//! other. With the gaps g at the start of the step and the motions s of both ends, the missing room
-//! is
+//! path, and a fixed piece stays. A body between two of them has only the room that they leave. The
+//! search follows chains of contacts in about one direction d from one end to the other. With the
+//! gaps g at the start of the step and the motions s of both ends, the missing room is
 //!
 //! ```text
 //! d·s₁ − d·s₂ − Σ g,
@@ -23,7 +22,7 @@ use nalgebra::{Vector3, Vector4};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct InfeasibleGap {
-    /// The two objects: a driven or held body, and another one, a fixed piece or the ground.
+    /// The two objects: driven or held bodies, fixed pieces or the ground.
     pub by: [Partner; 2],
     /// The squeezed body. If there are several, the one next to the first object.
     pub body: usize,
@@ -69,13 +68,8 @@ pub(super) fn find(
         let body = Partner::Body(contact.key.body);
         for (from, to) in [(body, contact.key.partner), (contact.key.partner, body)] {
             let Some(first) = to.body() else { continue };
-            // Chains start at a body with prescribed motion; fixed pieces do not squeeze by
-            // themselves.
-            let (Some(_), Some(moved)) =
-                (from.body(), search.prescribed_displacement(from, &place(contact, states)))
-            else {
-                continue;
-            };
+            let moved = search.prescribed_displacement(from, &place(contact, states));
+            let Some(moved) = moved else { continue };
             let direction = normal_into(contact, first);
             let closed = direction.dot(&moved) - contact.gap;
             let between = [first; MOST_BETWEEN];

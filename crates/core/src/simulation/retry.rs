@@ -2,15 +2,17 @@
 //! shorter intervals, or a motion that adds no energy.
 //!
 //! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
-//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Shorter
-//! intervals keep the depths at which they begin: their removal can be what has no solution.
+//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Each
+//! interval of n removes its share of the depths that are left, 1/n, 1/(n − 1), … 1.
 //! Without half kicks, velocities are converted before and after them: the spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!
 //! A point near the solution that adds no energy is kept, and the step is failed. If the shorter
-//! intervals are not solved either, islands that add no energy keep the best point of the solver. Other
-//! islands that touch the ground or a fixed piece stand still. The rest move on as one rigid body
-//! with their momentum P and angular momentum L:
+//! intervals are not solved either, the step is solved with the depths and joint errors of its start, which
+//! stay: their removal can be what has no solution. Such a step is failed as well, with their residual. If
+//! that has no solution, islands that add no energy keep the best point of the solver. Other islands
+//! that touch the ground or a fixed piece stand still. The rest move on as one rigid body with their
+//! momentum P and angular momentum L:
 //!
 //! ```text
 //! v = P/m + h g,   ω = I⁻¹ L
@@ -28,8 +30,9 @@ use super::turning;
 use super::unphysical::{Budget, EnergyCheck, EnergyGain, UnphysicalCause};
 use super::workspace::Workspace;
 use super::{Motion, energy, unphysical};
+use crate::contact::Contact;
 use crate::error::Error;
-use crate::joint::JointForce;
+use crate::joint::{Joint, JointForce};
 use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{RigidBody, Rotation, State};
 use crate::step::{ContactForce, StepStatus};
@@ -93,6 +96,9 @@ pub(super) fn step(
     world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
     inputs.drive_joints(world, moment);
     workspace.forget();
+    if failure.has_errors && keep_errors(world, moment, &inputs, workspace, &failure, record) {
+        return Ok(None);
+    }
     let taken = &mut record.intervals_mut()[0];
     failure.hold_energy(world, workspace, taken);
     one_interval::measure_again(world, moment, workspace, taken);
@@ -116,6 +122,8 @@ struct Failure {
     is_kept: bool,
     /// True if a body has too little room.
     is_squeezed: bool,
+    /// True if contacts or joints have errors at the start that alone exceed the accepted residual.
+    has_errors: bool,
 }
 
 impl Failure {
@@ -126,7 +134,8 @@ impl Failure {
         let Motion::Contact { solver, .. } = motion else { return None };
         let bodies = taken.states.len();
         let has_failed = taken.report.status == StepStatus::Failed;
-        let is_near = taken.certificate.residual() <= NEAR * solver.accepted_residual();
+        let accepted = solver.accepted_residual();
+        let is_near = taken.certificate.residual() <= NEAR * accepted;
         // Steps of other solvers are kept.
         let solver = solver.islands()?;
         if has_failed {
@@ -155,6 +164,7 @@ impl Failure {
             cause: cause.map(|EnergyGain { body, energy }| UnphysicalCause::Gain { body, energy }),
             islands,
             is_squeezed: taken.infeasible_gap.is_some(),
+            has_errors: has_errors(world, taken, world.time_step() * accepted),
         })
     }
 
@@ -218,6 +228,51 @@ impl Failure {
     }
 }
 
+/// True if a contact of `taken` begins deeper than `limit` (m), or a joint off by more.
+fn has_errors(world: &World, taken: &Interval, limit: f64) -> bool {
+    let is_off = |joint: &Joint| {
+        let reach = world.bodies()[joint.body()].reach();
+        joint.error(&taken.states).is_some_and(|(place, turn)| place + reach * turn > limit)
+    };
+    taken.contacts.iter().any(|contact| contact.gap < -limit) || world.joints().iter().any(is_off)
+}
+
+/// Solves the step from `moment` with the depths and joint errors of its start, which stay. It replaces the
+/// interval in `record` as a failed one. Returns false if there is no such solution; then nothing changes.
+fn keep_errors(
+    world: &mut World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    failure: &Failure,
+    record: &mut StepRecord,
+) -> bool {
+    let infeasible_gap = record.first().infeasible_gap;
+    let mut end = Moment { search: Box::default(), ..moment.clone() };
+    let (since, length) = (0.0, world.whole_step());
+    let span = Span { since, length, usual: f64::INFINITY, is_retry: false };
+    let taken = record.next_interval();
+    let ended = one_interval::interval(world, &mut end, inputs, workspace, Some(span), taken);
+    world.set_span(None);
+    world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
+    workspace.forget();
+    if ended.is_err() || !taken.report.status.is_solved() {
+        record.truncate(1);
+        return false;
+    }
+    (taken.span, taken.part, taken.gain) = (None, None, None);
+    (taken.infeasible_gap, taken.unphysical) = (infeasible_gap, failure.cause);
+    taken.report.status = StepStatus::Failed;
+    taken.contacts.iter_mut().for_each(Contact::release);
+    let Workspace { certifier, .. } = &mut *workspace;
+    taken.certificate = certifier.contact_step(world, &taken.claim(), taken.solution.loads());
+    one_interval::measure_again(world, &mut end, workspace, taken);
+    workspace.forget();
+    *moment = end;
+    record.remove_first();
+    true
+}
+
 /// True per body if its island touches the ground or a fixed piece, or has a held body.
 fn standing(world: &World, islands: &Islands, taken: &Interval) -> Vec<bool> {
     let bodies = taken.states.len();
@@ -261,7 +316,9 @@ fn in_parts(
     let mut budget = Budget::default();
     for part in 0..parts {
         let since = f64::from(part) * length;
-        let span = Span { since, length, usual: f64::INFINITY, is_retry: true };
+        // Each interval removes its share of what is left of a depth.
+        let usual = length * f64::from(parts - part);
+        let span = Span { since, length, usual, is_retry: true };
         let taken = record.next_interval();
         one_interval::interval(world, &mut moment, inputs, workspace, Some(span), taken).ok()?;
         if !taken.report.status.is_solved() {

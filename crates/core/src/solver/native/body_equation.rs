@@ -73,6 +73,12 @@ pub(super) struct BodyEquation {
 }
 
 impl BodyEquation {
+    /// Power of a motion residual along the change `step`, over M (m²/s²).
+    pub(super) fn power(&self, residual: &Velocity, step: &Velocity) -> f64 {
+        let turned = step.spin.dot(&(self.inertia * residual.spin));
+        (step.linear.dot(&residual.linear) + turned) / self.share
+    }
+
     /// Placeholder body as memory.
     pub(super) fn room() -> Self {
         let (zero, nothing) = (Vector3::zeros(), Velocity::zero());

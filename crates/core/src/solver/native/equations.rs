@@ -328,6 +328,11 @@ pub(super) trait Equations {
         impulses: &[Vector3<f64>],
         scratch: &mut Self::Scratch,
     ) -> MapResidual;
+    /// Power of the motion residual evaluated last along a change of the velocities, over the mass M
+    /// (m²/s²). `None` if the [method of multipliers](super::newton::Newton::solve_by_multipliers) is not used.
+    fn slope_along(&self, _: &Self::Scratch, _: &Self::Velocity) -> Option<f64> {
+        None
+    }
     /// Computes u of every coupling (N2) (m/s, world).
     fn set_points(
         &self,

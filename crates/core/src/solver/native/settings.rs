@@ -86,6 +86,19 @@ pub(super) const REFINEMENTS: u32 = 3;
 /// change, as in a falling heap.
 pub(super) const REFINED_COUPLINGS: usize = 128;
 
+// Method of multipliers.
+
+/// First and smallest ε.
+pub(super) const MULTIPLIER_COMPLIANCE: f64 = 0.1;
+pub(super) const LEAST_MULTIPLIER_COMPLIANCE: f64 = 1e-6;
+/// Residual of the equations of motion for given multipliers, relative to that of the law.
+pub(super) const MULTIPLIER_ACCURACY: f64 = 1e-4;
+/// Largest number of changes of the multipliers.
+pub(super) const MULTIPLIER_STEPS: u32 = 40;
+/// Largest number of iterations for given multipliers, and of points along one direction.
+pub(super) const MULTIPLIER_ITERATIONS: u32 = 30;
+pub(super) const MULTIPLIER_SEARCH: u32 = 20;
+
 // Interior point method.
 
 /// Initial impulses as multiples of the momentum, in the order of the stages.
@@ -152,6 +165,8 @@ pub(super) struct Settings {
     pub(super) keeps_rest: bool,
     /// True if any solution of the law is accepted, also without selection by compliance.
     pub(super) takes_any: bool,
+    /// True if the method of multipliers is a stage.
+    pub(super) has_multipliers: bool,
 }
 
 const ONE_BODY: Settings = Settings {
@@ -167,6 +182,7 @@ const ONE_BODY: Settings = Settings {
     keeps_factors: false,
     keeps_rest: false,
     takes_any: false,
+    has_multipliers: false,
 };
 
 const ONE_LARGE_BODY: Settings = Settings { is_large: true, ..ONE_BODY };
@@ -184,8 +200,13 @@ const SEVERAL_LARGE: Settings = Settings { is_large: true, jumps: 2, ..SEVERAL }
 const SEVERAL_IN_A_HEAP: Settings =
     Settings { first_compliance: 1e-2, tangential_factor: 10.0, longest_wait: 16, ..SEVERAL_LARGE };
 
-const JOINTED: Settings =
-    Settings { shortest_step: 1e-4, limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };
+const JOINTED: Settings = Settings {
+    shortest_step: 1e-4,
+    limit_compliance: 0.01,
+    keeps_factors: true,
+    has_multipliers: true,
+    ..SEVERAL
+};
 
 const PROBLEM: Settings = Settings { proximal_stage: true, jumps: 2, ..ONE_BODY };
 

@@ -3,12 +3,14 @@
 //! 1. Newton's method from the last impulses, unless these are already the solution (`previous`);
 //! 2. the proximal point method from the last impulses (`proximal point`; for one body at the end);
 //! 3. Newton's method from zero impulses (`zero`);
-//! 4. an interior point method from several centres, then Newton's method (`interior point`);
-//! 5. the proximal point method from the best point so far (`best point`).
+//! 4. with joints, the method of multipliers from zero impulses (`multipliers`);
+//! 5. an interior point method from several centres, then Newton's method (`interior point`);
+//! 6. the proximal point method from the best point so far (`best point`).
 //!
 //! The first stage that leads to a solution ends the loop. Equation numbers refer to
 //! `docs/native-solver.md`.
 
+use super::coupling::Coupling;
 use super::effort::SolveEffort;
 use super::equations::{Equations, Velocities};
 use super::interior_point::InteriorPoint;
@@ -23,8 +25,15 @@ use nalgebra::Vector3;
 
 /// Names of the stages in reports: all values of
 /// [`StepReport::start`](crate::step::StepReport::start) for the native solver.
-pub const STARTS: [&str; 6] =
-    ["previous", "proximal point", "zero", "interior point", "best point", "equal compliance"];
+pub const STARTS: [&str; 7] = [
+    "previous",
+    "proximal point",
+    "zero",
+    "interior point",
+    "best point",
+    "equal compliance",
+    "multipliers",
+];
 
 /// Method and its initial point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +49,8 @@ enum Stage {
     InteriorPoint(f64),
     /// Proximal point method from the best point of the earlier stages.
     Best,
+    /// Method of multipliers from zero impulses, then Newton's method.
+    Multipliers,
 }
 
 /// Stage with its compliance.
@@ -66,13 +77,14 @@ impl StageRun {
             Stage::Zero => 2,
             Stage::InteriorPoint(_) => 3,
             Stage::Best => 4,
+            Stage::Multipliers => 6,
         }]
     }
 
     /// True if compliance in all impulses selects its solution (N6), not compliance in their
     /// changes (N13).
     fn selects(self) -> bool {
-        !matches!(self.stage, Stage::Proximal | Stage::Best)
+        !matches!(self.stage, Stage::Proximal | Stage::Best | Stage::Multipliers)
     }
 }
 
@@ -82,14 +94,19 @@ fn runs(
     settings: &Settings,
     first: Option<Stage>,
     can_roll: bool,
+    has_contacts: bool,
 ) -> impl Iterator<Item = StageRun> {
     let (second, last) = if settings.proximal_stage {
         (Some(Stage::Proximal), None)
     } else {
         (None, Some(Stage::Proximal))
     };
-    let rest = [Some(Stage::Previous), second, Some(Stage::Zero)].into_iter().flatten();
-    let rest = rest.chain(CENTRES.map(Stage::InteriorPoint)).chain([Stage::Best]).chain(last);
+    let multipliers = settings.has_multipliers.then_some(Stage::Multipliers);
+    let rest = [Some(Stage::Previous), second, Some(Stage::Zero), multipliers];
+    let rest = rest.into_iter().flatten();
+    // Joint rows have no interior, so that all centres lead to the same point.
+    let centres = CENTRES.into_iter().take(if has_contacts { CENTRES.len() } else { 1 });
+    let rest = rest.chain(centres.map(Stage::InteriorPoint)).chain([Stage::Best]).chain(last);
     let all = first.into_iter().chain(rest.filter(move |stage| first != Some(*stage)));
     let rolling = all.clone().take(if can_roll { ROLLING_STAGES } else { 0 });
     let rolling = rolling.map(|stage| StageRun { stage, equal_compliance: false });
@@ -216,7 +233,8 @@ impl<E: Equations> StageSolver<E> {
         let can_roll = !equations.setting().all_isotropic;
         let mut best: Option<(Rank, StageRun, bool)> = None;
         let mut same_solutions = 0;
-        for run in runs(settings, first, can_roll) {
+        let has_contacts = equations.couplings().iter().any(Coupling::is_contact);
+        for run in runs(settings, first, can_roll, has_contacts) {
             if run.equal_compliance {
                 equations.setting_mut().make_isotropic();
             }
@@ -282,6 +300,16 @@ impl<E: Equations> StageSolver<E> {
                 let Self { interior_point, iterate, .. } = self;
                 interior_point.solve(equations, centre, iterate, effort);
                 self.descend(equations, false, effort)
+            }
+            Stage::Multipliers => {
+                self.begin_from_zero(equations);
+                let Self { newton, iterate, other, .. } = self;
+                let residual = newton.solve_by_multipliers(equations, other, iterate, effort);
+                if residual > equations.tolerances().near {
+                    return StageEnd { residual, selected: true };
+                }
+                let map = NaturalMap::with_compliance(PROXIMAL_COMPLIANCE);
+                self.change_little(equations, map, effort)
             }
             Stage::Best => {
                 self.iterate.copy_from(&self.best);

@@ -45,9 +45,11 @@ impl IntervalRows {
         let is_located = world.impacts() == Impacts::Located;
         let is_retry = status == StepStatus::Substepped && !is_located;
         let since = time - index as f64 * world.whole_step();
+        // A shorter interval of a step that failed removes its share of what is left of a depth.
+        let left = ((world.whole_step() - since) / length).round();
         let usual = match (is_located, is_retry) {
             (true, _) => usual,
-            (false, true) => f64::INFINITY,
+            (false, true) => length * left,
             (false, false) => world.whole_step(),
         };
         let is_part = is_located || is_retry || length != world.whole_step();

@@ -205,6 +205,11 @@ impl Equations for Island {
         size
     }
 
+    fn slope_along(&self, scratch: &IslandScratch, step: &Vec<Velocity>) -> Option<f64> {
+        let members = self.members.iter().zip(&scratch.residuals).zip(step);
+        Some(members.map(|((member, residual), step)| member.power(residual, step)).sum())
+    }
+
     fn set_points(
         &self,
         velocity: &Vec<Velocity>,

@@ -25,6 +25,11 @@ pub(crate) struct LawRows<'a> {
 }
 
 impl CouplingRows {
+    /// These rows with the same scale for all.
+    pub(crate) fn with_scale(&self, scale: f64) -> Self {
+        Self { scale: Vector3::repeat(scale), ..*self }
+    }
+
     /// Rows of a contact along the axes `frame`, (t₁, t₂, n), with the responses `tangential` and
     /// `normal`.
     pub(crate) fn from_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {

@@ -4,6 +4,7 @@
 
 mod iterate;
 mod limit;
+mod multipliers;
 
 use super::coupling::Coupling;
 use super::effort::SolveEffort;

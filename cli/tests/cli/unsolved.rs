@@ -1,0 +1,64 @@
+//! Steps without a solution are unsolved everywhere, and steps with one are solved.
+
+use super::scenario::run_scenario;
+use super::support::{Table, run};
+use std::fs;
+use std::path::Path;
+
+fn table(out: &Path, name: &str) -> Table {
+    Table::parse(&fs::read_to_string(out.join(name)).unwrap())
+}
+
+/// A cube of 0.2 m in a slot of 0.1998 m. No motion removes both overlaps of 0.1 mm, which are 0.05 m/s in
+/// a step of 2 ms: every step is unsolved in the table, the summary, the exit code and `verify`.
+#[test]
+fn overlaps_that_no_motion_removes_are_unsolved() {
+    const JAM: &str = r#"
+steps = 11
+[ground]
+none = true
+friction = 0.1
+[[fixed]]
+name = "left"
+box = 0.2
+position = [-0.1999, 0.0, 0.0]
+[[fixed]]
+name = "right"
+box = 0.2
+position = [0.1999, 0.0, 0.0]
+[[bodies]]
+name = "cube"
+box = 0.2
+mass = 1.0
+position = [0.0, 0.0, 0.0]
+"#;
+    let (end, directory) = run_scenario(JAM, &[]);
+    assert_eq!(end.code, Some(3), "{end:?}");
+    assert!(end.stdout.contains("left and right leave cube 2.0e-4 m too little room"), "{end:?}");
+    let out = directory.path().join("out");
+    let steps = table(&out, "steps.csv");
+    let (statuses, residuals) = (steps.texts("status"), steps.numbers("residual_m_s"));
+    assert!(statuses[..10].iter().all(|status| *status == "failed"), "{statuses:?}");
+    assert!(residuals[..10].iter().all(|of| (of - 0.05).abs() < 1e-9), "{residuals:?}");
+    // The cube stays: nothing but its overlap is wrong.
+    let states = table(&out, "states.csv");
+    assert!(states.numbers("x_m").iter().all(|x| x.abs() < 1e-12));
+    let verified = run(&["verify", out.join("steps.csv").to_str().unwrap()]);
+    assert!(verified.stdout.contains("status `failed`: 10"), "{verified:?}");
+    assert!(verified.stdout.contains("steps that differ from their rows: 0"), "{verified:?}");
+}
+
+/// A mechanism of eight bodies with a mass ratio of 3.6e4. Newton's method alternates between its motor and
+/// its brake; the method of multipliers does not. A few steps miss the limit by rounding.
+#[test]
+fn a_motor_against_a_locked_brake_is_solved() {
+    let scene = format!("{}/cli/tests/cli/hard/mechanism.toml", crate::ROOT);
+    let (_, directory) = run_scenario(&fs::read_to_string(scene).unwrap(), &["--steps", "101"]);
+    let steps = table(&directory.path().join("out"), "steps.csv");
+    let (statuses, residuals) = (steps.texts("status"), steps.numbers("residual_m_s"));
+    let missed = statuses.iter().filter(|status| ["failed", "wild"].contains(*status)).count();
+    assert!(missed <= 3, "{missed}");
+    assert!(residuals.iter().all(|residual| *residual < 1e-8), "{residuals:?}");
+    let iterations: f64 = steps.numbers("iterations").iter().sum();
+    assert!(iterations < 1e4, "{iterations}");
+}
