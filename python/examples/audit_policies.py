@@ -67,11 +67,14 @@ def in_tumble(policy: Policy, start: tuple[Floats, Floats], actions: int, title:
     gears = environment(policy.robot).model.actuator_gear[:, 0]
     driven = env.robot.joints[-len(gears) :]
     steps, recording, taken = RobotSteps(env.simulation), [], 0
+    torques = dict.fromkeys(driven, 0.0)
     while taken < actions and env.is_healthy():
         action = policy.action(env.observe())
         env.actions.apply(env.robot, action, env.dt)
-        torques = dict(zip(driven, (gears * action).tolist()))
-        recording += [steps.step(torques) for _ in range(env.frame_skip)]
+        before, torques = torques, dict(zip(driven, (gears * action).tolist()))
+        # A step has half of the torques before and half of those that begin with it.
+        means = {joint: 0.5 * (before[joint] + torque) for joint, torque in torques.items()}
+        recording += [steps.step(means if first else torques) for first in [True] + [False] * (env.frame_skip - 1)]
         taken += 1
     audited = [{**step, "time": (k + 1) * steps.h} for k, step in enumerate(recording) if step is not None]
     names = [f"{body} {axis}" for body in env.scene.bodies for axis in ("vx", "vy", "vz", "wx", "wy", "wz")]

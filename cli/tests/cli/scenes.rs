@@ -62,6 +62,7 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
         let geared = json["model"]["gears"].is_array();
         let all = [
             "contacts.csv",
+            "ends.csv",
             "gears.csv",
             "joints.csv",
             "run.json",
@@ -69,7 +70,9 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
             "states.csv",
             "steps.csv",
         ];
+        let divided = table(&done, "steps").numbers("interval").contains(&1.0);
         let is_there = |file: &&str| match *file {
+            "ends.csv" => divided,
             "gears.csv" => geared,
             "joints.csv" => tied,
             _ => true,
@@ -94,11 +97,17 @@ fn gain_by_turning(done: &Simulated) -> Vec<f64> {
     let spins = vectors(&states, ["wx_rad_s", "wy_rad_s", "wz_rad_s"]);
     let points = vectors(&contacts, ["point_x_m", "point_y_m", "point_z_m"]);
     let forces = vectors(&contacts, ["force_x_N", "force_y_N", "force_z_N"]);
-    let (steps, body) = (contacts.numbers("k"), contacts.numbers("body"));
+    let intervals = |of: &Table| {
+        let numbers = of.numbers("k").into_iter().zip(of.numbers("interval"));
+        numbers.map(|(k, interval)| (k as u64, interval as u64)).collect::<Vec<_>>()
+    };
+    let steps = intervals(&contacts);
+    let all = intervals(&table(done, "steps"));
+    let body = contacts.numbers("body");
     let (partner, other) = (contacts.texts("partner"), contacts.numbers("partner_index"));
     let mut gains = vec![0.0; places.len() / bodies];
     for row in 0..points.len() {
-        let k = steps[row] as usize;
+        let k = all.binary_search(&steps[row]).unwrap();
         let second = (partner[row] == "body").then_some(other[row]);
         for side in [Some(body[row]), second].into_iter().flatten() {
             let at = k * bodies + side as usize;

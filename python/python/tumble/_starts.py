@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ._robot import Robot
 from ._tumble import TumbleError
 
@@ -16,6 +18,8 @@ HIGHEST_LIFT = 0.512
 """Largest lift, m: 2⁹ times the first trial, about the height of a quadruped."""
 ACCURACY = 1e-4
 """Largest distance of a lift from the least one, m. A fall from there has 4 cm/s."""
+ROUNDING = 1e-9
+"""Rounding error of positions, m."""
 
 
 def place(robot: Robot, q: Floats, v: Floats, up: int | None) -> None:
@@ -29,25 +33,33 @@ def place(robot: Robot, q: Floats, v: Floats, up: int | None) -> None:
     if up is not None and lowest < 0.0:
         q[up] -= lowest
     refusal = _refusal(robot, q, v)
-    if refusal is None:
+    if refusal is None and (up is None or not _is_parted(robot, q, v)):
         return
     if up is None:
         raise refusal
+
+    def fits(lift: float) -> bool:
+        lifted = _lifted(q, up, bottom + lift)
+        return _refusal(robot, lifted, v) is None and not _is_parted(robot, lifted, v)
+
     bottom, low, high = q[up], 0.0, FIRST_LIFT
-    while _refusal(robot, _lifted(q, up, bottom + high), v) is not None:
+    while not fits(high):
         low, high = high, 2.0 * high
         if high > HIGHEST_LIFT:
-            raise refusal
+            if refusal is not None:
+                raise refusal
+            robot.set(q, v)
+            return
     while high - low > ACCURACY:
         middle = 0.5 * (low + high)
-        if _refusal(robot, _lifted(q, up, bottom + middle), v) is None:
-            high = middle
-        else:
-            low = middle
+        low, high = (low, middle) if fits(middle) else (middle, high)
     robot.set(_lifted(q, up, bottom + high), v)
-    # The simulation accepts a small overlap at a start, which would push the robot away.
-    overlap = max((-pair.distance for pair in robot.simulation.pairs_within(0.0)), default=0.0)
-    robot.set(_lifted(q, up, bottom + high + overlap), v)
+
+
+def _is_parted(robot: Robot, q: Floats, v: Floats) -> bool:
+    """True if the simulation moved bodies out of a small overlap when these coordinates and rates were set."""
+    places = robot._placed(q, v)[:, :3]
+    return float(np.abs(robot.simulation.states[:, :3] - places).max()) > ROUNDING
 
 
 def _lifted(q: Floats, up: int, height: float) -> Any:

@@ -263,7 +263,8 @@ impl TakenStep<'_> {
         before: &Vector3<f64>,
         start: &Vector3<f64>,
     ) -> Option<f64> {
-        let (world, h) = (self.world, self.world.time_step());
+        let world = self.world;
+        let h = world.time_step();
         let is_whole = world.span().is_none() && world.impacts() == Impacts::Stepped;
         let length = |body: usize| world.before().get(body).copied().unwrap_or(h);
         let own = bodies.next().filter(|body| self.instants.is_steady(*body))?;

@@ -349,7 +349,8 @@ fn settle_instants(
         for (body, _) in held.iter().enumerate().filter(|(_, held)| **held) {
             let end = &taken.solution.states[body];
             let share = if has_kick { 0.5 / world.kick(body) } else { 0.0 };
-            let (free, start) = (&workspace.free[body], &taken.states[body]);
+            let free = &workspace.free[body];
+            let start = &taken.states[body];
             taken.extrapolated[body] = false;
             taken.ends[body].velocity = end.velocity + share * (free.velocity - start.velocity);
             taken.ends[body].spin = end.spin + share * (free.spin - start.spin);

@@ -249,8 +249,8 @@ fn keep_errors(
 ) -> bool {
     let infeasible_gap = record.first().infeasible_gap;
     let mut end = Moment { search: Box::default(), ..moment.clone() };
-    let (since, length) = (0.0, world.whole_step());
-    let span = Span { since, length, usual: f64::INFINITY, is_retry: false };
+    let length = world.whole_step();
+    let span = Span { since: 0.0, length, usual: f64::INFINITY, is_retry: false };
     let taken = record.next_interval();
     let ended = one_interval::interval(world, &mut end, inputs, workspace, Some(span), taken);
     world.set_span(None);

@@ -13,7 +13,7 @@
 
 #[cfg(feature = "save")]
 use super::Constant;
-use super::{Integrator, World};
+use super::{Impacts, Integrator, World};
 use crate::joint::Joint;
 #[cfg(feature = "save")]
 use crate::joint::{JointAxis, Motor};
@@ -124,6 +124,14 @@ impl World {
         (has_kicks && !self.before.is_empty()).then(|| self.kick(body) - 1.0)
     }
 
+    /// True if the spin of `body` belongs to a chord of an interval, with the momentum P⁻ (34) of its length. A
+    /// start with located impacts has a spin of the instant; other starts have that of an interval of the present
+    /// length without the gyroscopic term, so that a body in steady rotation keeps its spin.
+    pub(crate) fn has_chord(&self, body: usize) -> bool {
+        let is_start = self.before.get(body) == Some(&0.0);
+        !is_start || self.impacts() == Impacts::Located
+    }
+
     /// Torque of [`World::missing_kick`] with this `inertia`, in which it is linear.
     fn missing_torque(
         &self,
@@ -135,11 +143,11 @@ impl World {
         let h = self.time_step();
         let form = self.rotation();
         match form {
-            Rotation::Momentum => {
+            Rotation::Momentum if self.has_chord(body) => {
                 let [past, own] = [before, h].map(|h| form.momentum(inertia, spin, h));
                 (past - own) / h
             }
-            Rotation::Tutorial => (inertia * spin).cross(spin) * (self.kick(body) - 1.0),
+            _ => (inertia * spin).cross(spin) * (self.kick(body) - 1.0),
         }
     }
 
@@ -200,7 +208,7 @@ impl World {
                 sums.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along);
             }
             // Lengths before scale with the time step: h κ and the first term of P⁻ do so too.
-            Constant::TimeStep if self.rotation() == Rotation::Momentum => {
+            Constant::TimeStep if self.rotation() == Rotation::Momentum && self.has_chord(body) => {
                 let ratio = self.before[body] / h;
                 let twice = state.spin.dot(&(of.inertia() * state.spin));
                 sums[0] -= 0.25 * (1.0 - ratio * ratio) * twice * by.torque.dot(&state.spin);
@@ -218,12 +226,12 @@ impl World {
         let h = self.time_step();
         let form = self.rotation();
         match form {
-            Rotation::Momentum => {
+            Rotation::Momentum if self.has_chord(body) => {
                 let lengths = [self.before[body], h];
                 let [past, own] = lengths.map(|h| form.momentum_slope(of.inertia(), spin, h));
                 (past - own) / h
             }
-            Rotation::Tutorial => {
+            _ => {
                 let momentum = of.inertia() * spin;
                 (momentum.cross_matrix() - spin.cross_matrix() * of.inertia()) * share
             }

@@ -1,6 +1,7 @@
 //! Whole steps from the rows of their intervals.
 
 use super::{ContactRow, GearTableRow, IntervalRows, JointRow};
+use nalgebra::Vector3;
 use std::borrow::Cow;
 use tumble_core::joint::Joint;
 use tumble_core::simulation::{StepRecord, acting_times};
@@ -51,6 +52,8 @@ fn whole_step(world: &World, intervals: &[IntervalRows]) -> Option<IntervalRows>
     whole.row.length = length;
     whole.idle.clear();
     whole.row.contacts = whole.contacts.len();
+    // Numbers do not depend on contacts without a force, which tables may lack.
+    whole.contacts.sort_by_key(|contact| contact.force == Vector3::zeros());
     for (number, contact) in whole.contacts.iter_mut().enumerate() {
         (contact.index, contact.interval, contact.length) = (number, 0, length);
     }
@@ -97,10 +100,13 @@ impl ContactRow {
         contacts
     }
 
+    /// Scales by the `share` of an interval. Tables may lack contacts without a force, so that their slip
+    /// does not count.
     fn scale(&mut self, share: TableShares) {
+        let acts = self.force != Vector3::zeros();
         self.force *= share.forces;
         self.moment *= share.forces;
-        self.slip *= share.time;
+        self.slip *= if acts { share.time } else { 0.0 };
     }
 }
 
