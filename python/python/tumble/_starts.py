@@ -33,10 +33,10 @@ def place(robot: Robot, q: Floats, v: Floats, up: int | None) -> None:
     if up is not None and lowest < 0.0:
         q[up] -= lowest
     refusal = _refusal(robot, q, v)
-    if refusal is None and (up is None or not _is_parted(robot, q, v)):
-        return
-    if up is None:
+    if refusal is not None and up is None:
         raise refusal
+    if up is None or (refusal is None and not _is_parted(robot, q, v)):
+        return
 
     def fits(lift: float) -> bool:
         lifted = _lifted(q, up, bottom + lift)
