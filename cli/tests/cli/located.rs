@@ -123,12 +123,10 @@ fn assert_sound(seeds: impl Iterator<Item = u32>, impacts: &str) {
     }
 }
 
-/// The rim of the cone leaves the ground within a step of 4 ms after its impact. The velocity of the row has the
-/// force of the rim in all of this step, 6e-4 of its energy.
 #[test]
 fn a_cone_beside_a_box_makes_no_energy() {
     let (rise, refused) = judge(CONE_AND_BOX);
-    assert!(rise <= 1e-3 && refused.is_none(), "{rise} {refused:?}");
+    assert!(rise <= 1e-4 && refused.is_none(), "{rise} {refused:?}");
 }
 
 #[test]

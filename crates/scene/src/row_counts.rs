@@ -1,7 +1,7 @@
 //! Summary of a run from its rows.
 
 use crate::joints_summary::{JointsSummary, StiffJointReport};
-use crate::output::tables::{IntervalRows, JointRow, StepRow};
+use crate::output::tables::{IntervalRows, StepRow};
 use tumble_core::joint::Knots;
 use tumble_core::simulation::summary::{RunSummary, StatusCount};
 use tumble_core::step::StepStatus;
@@ -56,8 +56,9 @@ impl RowCounts {
         }
         self.joints.add_rows(world, rows);
         world.follow(courses, world.time_after(rows.row.index));
-        let forces: Vec<_> = rows.joints.iter().map(JointRow::forces).collect();
-        let gears: Vec<_> = rows.gears.iter().map(|gear| gear.force).collect();
+        let forces = rows.joint_forces(world);
+        let gears: Vec<_> =
+            (0..rows.gears.len()).map(|index| rows.gear_force(world, index)).collect();
         self.stiff_joints.add(world, &rows.states, &forces, &gears, rows.row.stiffness);
     }
 

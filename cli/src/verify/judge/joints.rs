@@ -74,8 +74,7 @@ impl StepJudge {
                 None => (None, &at_end[..]),
             };
             let worlds = [&self.world, &*held];
-            let joint = &self.world.joints()[gear.axes()[0].joint];
-            let force = row.force * step.kick(joint.body(), joint.other());
+            let force = step.gear_force(&self.world, number);
             let found = GearTableRow::between(worlds, number, &step.states, next, joints, force);
             let h = self.world.time_step();
             let reach = gear

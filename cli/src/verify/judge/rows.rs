@@ -18,18 +18,15 @@ impl StepJudge {
         following: &'a IntervalRows,
         wrenches: Vec<Wrench>,
     ) -> JudgedStep<'a> {
-        let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
+        let forces = step.joint_forces(&self.world);
+        let joints = self.world.joints().iter().zip(forces).map(|(joint, force)| {
             let at = joint.coordinates(next);
             let unknown = Vector3::repeat(f64::NAN);
-            let angles = at.map_or(unknown, |at| joint.counted(&at, &row.turns));
-            let kick = step.kick(joint.body(), joint.other());
-            JointForce { force: row.force * kick, torque: row.torque * kick, angles }
+            let angles = at.map_or(unknown, |at| joint.counted(&at, &force.angles));
+            JointForce { angles, ..force }
         });
-        let gears = self.world.gears().iter().zip(&step.gears).map(|(gear, row)| {
-            let joint = &self.world.joints()[gear.axes()[0].joint];
-            row.force * step.kick(joint.body(), joint.other())
-        });
-        let gears = gears.collect();
+        let gears =
+            (0..step.gears.len()).map(|index| step.gear_force(&self.world, index)).collect();
         let (contacts, loads, joints) = (Vec::new(), Vec::new(), joints.collect());
         let mut touching = JudgedStep {
             step,

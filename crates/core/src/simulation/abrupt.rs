@@ -81,7 +81,7 @@ pub(super) enum TurningMotion {
 enum AxisStop {
     /// At a limit.
     Limit,
-    /// By dry friction, with the time of the turn after the start of the step (s).
+    /// Dry friction stops it after this time from the start of the step (s), if it is a turn.
     Friction(Option<f64>),
 }
 

@@ -7,8 +7,8 @@
 //! Without half kicks, velocities are converted before and after them: the spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!
-//! A point near the solution that adds no energy is kept, and the step is failed. If the shorter
-//! intervals are not solved either, the step is solved with the depths and joint errors of its start, which
+//! A point near the solution that adds no energy is kept if 2 or 4 intervals are not solved either, and the step is
+//! failed. If no shorter intervals of another step are solved, the step is solved with the depths and joint errors of its start, which
 //! stay: their removal can be what has no solution. Such a step is failed as well, with their residual. If
 //! that has no solution, islands that add no energy keep the best point of the solver. Other islands
 //! that touch the ground or a fixed piece stand still. The rest move on as one rigid body with their
@@ -27,9 +27,9 @@ use super::moment::Moment;
 use super::one_interval;
 use super::record::StepRecord;
 use super::turning;
-use super::unphysical::{Budget, EnergyCheck, EnergyGain, UnphysicalCause};
+use super::unphysical::{Budget, EnergyCheck, EnergyGain, ROUNDING, UnphysicalCause};
 use super::workspace::Workspace;
-use super::{Motion, energy, unphysical};
+use super::{EnergyBalance, Motion, energy, unphysical};
 use crate::contact::Contact;
 use crate::error::Error;
 use crate::joint::{Joint, JointForce};
@@ -39,12 +39,13 @@ use crate::step::{ContactForce, StepStatus};
 use crate::world::{Span, World};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// Residual, as a multiple of the accepted one, below which the best point is kept. Shorter intervals
-/// are less accurate, because they fall by a further ½ h² g.
+/// Residual, as a multiple of the accepted one, below which the best point is kept. Without half kicks, shorter
+/// intervals are less accurate, because they fall by a further ½ h² g.
 const NEAR: f64 = 1e3;
 
-/// Largest number of shorter intervals.
+/// Largest number of shorter intervals, also of a step that would keep its best point.
 const MOST_PARTS: u32 = 64;
+const KEPT_PARTS: u32 = 4;
 
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
@@ -74,14 +75,20 @@ pub(super) fn step(
     world.set_before(taken.before.iter().copied());
     let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(None) };
     record.unsolved.extend(failure.bodies());
-    if failure.is_kept || !moment.move_back(record.first()) {
+    let keeps_at_once = failure.is_kept && !world.has_half_kicks();
+    if keeps_at_once || !moment.move_back(record.first()) {
         return Ok(None);
     }
     // The interrupt flag is not checked here, because an external solver could not repeat its part with
     // the same bits.
     let inputs = inputs.uninterrupted();
-    let mut parts = if failure.is_squeezed { MOST_PARTS + 1 } else { 2 };
-    while parts <= MOST_PARTS {
+    let most_parts = match (failure.is_squeezed, failure.is_kept) {
+        (true, _) => 0,
+        (false, true) => KEPT_PARTS,
+        (false, false) => MOST_PARTS,
+    };
+    let mut parts = 2;
+    while parts <= most_parts {
         let start = Moment { search: Box::default(), ..moment.clone() };
         if let Some(end) = in_parts(parts, world, start, &inputs, workspace, &failure, record) {
             *moment = end;
@@ -96,7 +103,8 @@ pub(super) fn step(
     world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
     inputs.drive_joints(world, moment);
     workspace.forget();
-    if failure.has_errors && keep_errors(world, moment, &inputs, workspace, &failure, record) {
+    let keeps_errors = failure.has_errors && !failure.is_kept;
+    if keeps_errors && keep_errors(world, moment, &inputs, workspace, &failure, record) {
         return Ok(None);
     }
     let taken = &mut record.intervals_mut()[0];
@@ -346,14 +354,27 @@ fn in_parts(
             taken.part.iter_mut().for_each(|part| part.energies = energies);
         }
     }
-    if budget.gains() {
-        let body = failure.bodies().next().unwrap_or(0);
-        let gain = EnergyGain { body, energy: budget.gained };
-        if let [.., last] = record.intervals_mut() {
-            last.gain = Some(gain);
-        }
+    let energy = largest_gain(world, record, &budget);
+    let body = failure.bodies().next().unwrap_or(0);
+    if let [.., last] = record.intervals_mut() {
+        last.gain = (energy > 0.0).then_some(EnergyGain { body, energy });
     }
     Some(moment)
+}
+
+/// Energy that the intervals of `record` gain together (J): that of their problems, or the rise between rows beyond
+/// loads, drives and moving surfaces, if it is larger. 0 for rounding errors.
+fn largest_gain(world: &World, record: &StepRecord, budget: &Budget) -> f64 {
+    let supplied = record.intervals().iter().map(|taken| {
+        let world = taken.world(world);
+        let EnergyBalance { loads, drives, friction, .. } = taken.balance(&world);
+        loads + drives + if world.has_surfaces() { friction.max(0.0) } else { 0.0 }
+    });
+    let supplied: f64 = supplied.sum();
+    let [start, end] = record.energies(world);
+    let rise = end - start - supplied;
+    let made = if budget.gains() { budget.gained } else { 0.0 };
+    if rise > ROUNDING * (start.abs() + end.abs()) { made.max(rise) } else { made }
 }
 
 /// Velocities of the whole steps at the end of `moment`, which was reached in `parts` from `states`, in steps

@@ -50,6 +50,8 @@ pub(super) fn divide(
         return None;
     }
     let start = Box::new(moment.clone());
+    // The search is that of the end of the step.
+    moment.search = Box::default();
     workspace.abrupt.begin_turn(turn.body);
     let check = take(&mut workspace.energy_check);
     let least = LEAST * world.speed_scale();

@@ -72,7 +72,7 @@ pub use crate::mechanics::trajectory::LARGEST_TURN;
 pub const LARGEST_GAIN: f64 = 1e-3;
 
 /// Energy gain due to rounding, relative to the same energy.
-const ROUNDING: f64 = 1e-9;
+pub(super) const ROUNDING: f64 = 1e-9;
 
 /// Speed of negligible kinetic energy (m/s), in the world's [scale](World::speed_scale).
 const REST: f64 = 1e-4;

@@ -4,7 +4,7 @@ use super::columns::{Cells, ContactRow, GearTableRow, JointRow, RowCells, StateR
 use super::{Streams, Table, TableShape};
 use crate::output::csv_reader::{CsvReader, RowsError, Steps};
 use std::io::Read;
-use tumble_core::joint::JointForce;
+use tumble_core::joint::{Joint, JointForce};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::kick;
 use tumble_core::step::StepStatus;
@@ -63,18 +63,28 @@ impl IntervalRows {
         kick(&self.before, self.row.length, body, other)
     }
 
+    /// Forces of the joints of `world` in the problem of the interval, with the angles at k.
+    #[must_use]
+    pub fn joint_forces(&self, world: &World) -> Vec<JointForce> {
+        let pairs = world.joints().iter().zip(&self.joints);
+        let force = |(joint, row): (&Joint, &JointRow)| {
+            let kick = self.kick(joint.body(), joint.other());
+            JointForce { force: row.force * kick, torque: row.torque * kick, angles: row.turns }
+        };
+        pairs.map(force).collect()
+    }
+
+    /// Force of the gear with this `index` in the problem of the interval (N or N m).
+    #[must_use]
+    pub fn gear_force(&self, world: &World, index: usize) -> f64 {
+        let joint = &world.joints()[world.gears()[index].axes()[0].joint];
+        self.gears[index].force * self.kick(joint.body(), joint.other())
+    }
+
     /// States at its start with the velocities of the instant.
     #[must_use]
     pub fn instant_states(&self) -> &[State] {
         if self.instants.is_empty() { &self.states } else { &self.instants }
-    }
-}
-
-impl JointRow {
-    /// Force and torque of the joint, with the angles at k.
-    #[must_use]
-    pub fn forces(&self) -> JointForce {
-        JointForce { force: self.force, torque: self.torque, angles: self.turns }
     }
 }
 

@@ -67,18 +67,24 @@ struct TableShares {
     forces: f64,
 }
 
-/// Adds the mean force and slip of a contact to the same one of `contacts`, or appends it.
+/// Adds the mean force and slip of a contact to the same one of `contacts`, or appends it. Contacts are in the
+/// order of their first forces, whether or not the tables have rows without a force.
 fn add_contact(contacts: &mut Vec<ContactRow>, contact: ContactRow) {
-    let is_same = |known: &&mut ContactRow| {
+    let is_same = |known: &ContactRow| {
         (known.body, known.partner, &known.key) == (contact.body, contact.partner, &contact.key)
     };
-    match contacts.iter_mut().find(is_same) {
-        Some(known) => {
-            known.force += contact.force;
-            known.moment += contact.moment;
-            known.slip += contact.slip;
-        }
-        None => contacts.push(contact),
+    let Some(place) = contacts.iter().position(is_same) else {
+        contacts.push(contact);
+        return;
+    };
+    let known = &mut contacts[place];
+    let acts_first = known.force == Vector3::zeros() && contact.force != Vector3::zeros();
+    known.force += contact.force;
+    known.moment += contact.moment;
+    known.slip += contact.slip;
+    if acts_first {
+        let known = contacts.remove(place);
+        contacts.push(known);
     }
 }
 
