@@ -15,8 +15,7 @@
 //! ```
 //! use tumble::nalgebra::Vector3;
 //! use tumble::{
-//!     Integrator, Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State, StepRecord,
-//!     World,
+//!     Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State, StepRecord, World,
 //! };
 //!
 //! let world = World::new(Parameters {
@@ -26,8 +25,7 @@
 //!     friction: 0.5,
 //!     time_step: 0.002, // s
 //!     rotation: Rotation::Momentum,
-//! })?
-//! .with_integrator(Integrator::Leapfrog);
+//! })?;
 //! let start = State {
 //!     position: Vector3::new(0.0, 0.0, 0.5), // m, the centre of mass
 //!     attitude: tumble::random_attitude(42), // unit quaternion (w, x, y, z), body → world

@@ -11,7 +11,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 /// World with a free brick of 3 kg with rotated principal axes, without gravity and ground.
 fn askew(form: Rotation, h: f64) -> World {
@@ -24,7 +24,7 @@ fn askew(form: Rotation, h: f64) -> World {
     let bodies = vec![body];
     let (ground, time_step) = (None, h);
     let given = Parameters { bodies, ground, gravity, time_step, rotation: form, ..usual };
-    World::new(given).unwrap()
+    World::new(given).unwrap().with_integrator(Integrator::Euler)
 }
 
 /// State that spins almost about the middle axis, where the body flips over repeatedly.
@@ -125,7 +125,9 @@ fn error(form: Rotation, speed: f64, steps: i32) -> [f64; 2] {
 #[test]
 fn without_torque_both_forms_turn_a_cube_alike() {
     let [momentum, tutorial] = Rotation::ALL.map(|rotation| {
-        let cube = World::new(Parameters { rotation, ..tutorial_parameters() }).unwrap();
+        let cube = World::new(Parameters { rotation, ..tutorial_parameters() })
+            .unwrap()
+            .with_integrator(Integrator::Euler);
         let step = |state, _| cube.free_flight(0, &state, &Wrench::zero());
         (0..1000).fold(spinning(20.0), step)
     });
@@ -149,7 +151,7 @@ fn a_pair_in_free_space_keeps_its_angular_momentum() {
         rotation: Rotation::Momentum,
         ..tutorial_parameters()
     };
-    let world = World::new(given).unwrap();
+    let world = World::new(given).unwrap().with_integrator(Integrator::Euler);
     let place = |position: [f64; 3], velocity: [f64; 3], spin: [f64; 3]| State {
         position: position.into(),
         attitude: Vector4::new(0.9, 0.1, -0.3, 0.2).normalize(),
@@ -213,7 +215,7 @@ fn certificate_distinguishes_the_rotation_forms() {
 #[test]
 fn the_energy_of_a_flight_is_that_which_the_step_keeps() {
     let given = Parameters { rotation: Rotation::Momentum, ..tutorial_parameters() };
-    let world = World::new(given).unwrap();
+    let world = World::new(given).unwrap().with_integrator(Integrator::Euler);
     let mut state = spinning(3.0);
     let start = energy::total(&world, &[state]);
     for _ in 0..1000 {
@@ -327,11 +329,11 @@ fn askew_box() -> (World, State) {
     let mut start = spinning(6.0);
     start.position = Vector3::new(0.0, 0.0, 0.9);
     start.velocity = Vector3::new(0.5, 0.0, -1.0);
-    (World::new(given).unwrap(), start)
+    (World::new(given).unwrap().with_integrator(Integrator::Euler), start)
 }
 
 /// The same scene in another form.
 fn in_form((world, start): &(World, State), rotation: Rotation) -> (World, State) {
     let given = Parameters { rotation, ..world.parameters().clone() };
-    (World::new(given).unwrap(), *start)
+    (World::new(given).unwrap().with_integrator(Integrator::Euler), *start)
 }

@@ -6,7 +6,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::joint::{Joint, JointFrame};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Fixed, Parameters, Partner, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, Partner, World};
 
 fn ball() -> RigidBody {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);
@@ -23,6 +23,7 @@ fn world(bodies: usize) -> World {
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 fn at(height: f64) -> State {

@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Vector3, Vector4};
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 pub const G: f64 = 9.81;
 pub const MASS: f64 = 1.0;
@@ -45,7 +45,8 @@ pub fn world(
         time_step,
         rotation: tumble_core::mechanics::Rotation::Momentum,
     })
-    .unwrap();
+    .unwrap()
+    .with_integrator(Integrator::Euler);
     world.with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
 }
 

@@ -6,7 +6,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::joint::{Joint, JointFrame};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Fixed, Groups, Parameters, Partner, Touching, World};
+use tumble_core::world::{Fixed, Groups, Integrator, Parameters, Partner, Touching, World};
 
 fn ball() -> RigidBody {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);
@@ -26,6 +26,7 @@ fn world(bodies: usize) -> World {
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
     .with_fixed(vec![Fixed { piece: plate, friction: None }])
     .unwrap()
 }

@@ -8,7 +8,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 0.002;
@@ -26,7 +26,9 @@ fn parameters(bodies: Vec<RigidBody>, gravity: f64, offset: f64) -> Parameters {
 
 /// World with these constants and no ground.
 fn groundless(parameters: Parameters) -> World {
-    World::new(Parameters { ground: None, ..parameters }).unwrap()
+    World::new(Parameters { ground: None, ..parameters })
+        .unwrap()
+        .with_integrator(Integrator::Euler)
 }
 
 fn cube(mass: f64) -> RigidBody {
@@ -63,7 +65,8 @@ fn a_pair_in_free_space_needs_no_plane() {
     starts[0].velocity = Vector3::new(1.0, 0.0, -0.1);
     starts[0].spin = Vector3::new(0.3, 2.0, 1.5);
     let world = groundless(parameters(bodies(), 0.0, 0.0));
-    let above = World::new(parameters(bodies(), 0.0, -50.0)).unwrap();
+    let above =
+        World::new(parameters(bodies(), 0.0, -50.0)).unwrap().with_integrator(Integrator::Euler);
     let free = run(&world, &starts, 100, Motion::native(&world));
     let far = run(&above, &starts, 100, Motion::native(&above));
     let touched = |record: &StepRecord| !record.first().solution.contacts.is_empty();

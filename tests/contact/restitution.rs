@@ -9,7 +9,7 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 fn at(x: f64, y: f64, z: f64) -> State {
     State {
@@ -42,6 +42,7 @@ fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64, time_step: f64) ->
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 /// Runs a world and returns the records of all steps. Every step must be solved and certified.

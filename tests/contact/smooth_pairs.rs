@@ -7,7 +7,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::ContactForce;
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 const SIDES: usize = 24;
@@ -26,7 +26,7 @@ fn world(bodies: Vec<RigidBody>, fixed: Vec<Piece>, friction: f64, time_step: f6
     let rotation = Rotation::Momentum;
     let parameters = Parameters { bodies, ground: None, gravity, friction, time_step, rotation };
     let fixed = fixed.into_iter().map(|piece| Fixed { piece, friction: None }).collect();
-    World::new(parameters).unwrap().with_fixed(fixed).unwrap()
+    World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_fixed(fixed).unwrap()
 }
 
 fn state(position: Vector3<f64>, turn: &Rotation3<f64>) -> State {
@@ -82,7 +82,7 @@ fn a_slab_is_like_the_ground() {
         let slab = slab.moved_by(plane.frame(), &(normal * -0.25)).unwrap();
         let on_slab = world(vec![solid(1.0, piece)], vec![slab], 0.4, 0.002);
         let parameters = Parameters { ground: Some(plane), ..on_slab.parameters().clone() };
-        let on_ground = World::new(parameters).unwrap();
+        let on_ground = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
         let mut start = state(zero, &turn);
         start.position += normal * (0.003 - on_ground.lowest_height(&[start]));
         (start.velocity, start.spin) = (velocity, spin);
@@ -278,7 +278,9 @@ impl Draw {
 /// World of two bodies without gravity.
 fn in_space(bodies: Vec<RigidBody>, time_step: f64) -> World {
     let world = world(bodies, Vec::new(), 0.5, time_step);
-    World::new(Parameters { gravity: Vector3::zeros(), ..world.parameters().clone() }).unwrap()
+    World::new(Parameters { gravity: Vector3::zeros(), ..world.parameters().clone() })
+        .unwrap()
+        .with_integrator(Integrator::Euler)
 }
 
 /// 1080 drawn pairs of all shapes meet. The states after two steps of contact do not depend on which

@@ -6,7 +6,7 @@ use tumble_core::geometry::{MassProperties, Piece};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 const SIDES: usize = 24;
@@ -26,6 +26,7 @@ fn world(body: RigidBody, friction: f64, slope: f64, time_step: f64) -> World {
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 /// State with its attitude as a rotation, on the ground of `world`.

@@ -8,7 +8,7 @@ use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::random::Draws;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 type V = Vector3<f64>;
 
@@ -28,7 +28,7 @@ fn run(placed: &[Placed], order: &[usize], gravity: f64, steps: usize) -> Vec<St
         time_step: 0.002,
         rotation: tumble_core::mechanics::Rotation::Momentum,
     };
-    let world = World::new(parameters).unwrap();
+    let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
     let motion = Motion::native(&world);
     let states = order.iter().map(|&index| placed[index].1);
     let mut simulation = Simulation::new(world, states, motion).unwrap();

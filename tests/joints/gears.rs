@@ -7,7 +7,7 @@ use tumble_core::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Mo
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -26,7 +26,7 @@ fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, gravity: f64) -> World {
         time_step: H,
         rotation: Rotation::Momentum,
     };
-    World::new(parameters).unwrap().with_joints(joints).unwrap()
+    World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
 }
 
 fn at(x: f64) -> State {

@@ -8,7 +8,7 @@ use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 
@@ -27,7 +27,7 @@ fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, gravity: f64, time_step: f6
         time_step,
         rotation: Rotation::Momentum,
     };
-    World::new(parameters).unwrap().with_joints(joints).unwrap()
+    World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
 }
 
 fn about(axis: usize, angle: f64) -> Vector4<f64> {

@@ -7,7 +7,7 @@ use tumble_core::joint::{Drive, Joint, JointForce, JointFrame, Motor};
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 
@@ -26,7 +26,7 @@ fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, time_step: f64) -> World {
         time_step,
         rotation: Rotation::Momentum,
     };
-    World::new(parameters).unwrap().with_joints(joints).unwrap()
+    World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
 }
 
 fn at(position: Vector3<f64>) -> State {
@@ -258,7 +258,11 @@ fn a_free_chain_keeps_its_momenta() {
     });
     let mut parameters = world(bodies.clone(), Vec::new(), 4e-3).parameters().clone();
     parameters.gravity = Vector3::zeros();
-    let world = World::new(parameters).unwrap().with_joints(joints.collect()).unwrap();
+    let world = World::new(parameters)
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(joints.collect())
+        .unwrap();
     // The chain rotates rigidly at first.
     let spin = Vector3::new(1.0, 3.0, -2.0);
     let states = (0..5).map(|k| {
@@ -330,7 +334,11 @@ fn a_mechanism_touches_the_ground() {
     parameters.ground = Some(Plane::level());
     parameters.friction = 0.0;
     let joint = Joint::revolute(0, None, frames, Drive::NONE);
-    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    let world = World::new(parameters)
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(vec![joint])
+        .unwrap();
     let state = at(Vector3::new(0.5, 0.0, 0.3));
     let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
     let record = run(&mut simulation, 1500);
@@ -443,7 +451,11 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
     // of the first.
     let mut parameters = world(vec![shaft(), shaft()], Vec::new(), 1e-3).parameters().clone();
     parameters.gravity = Vector3::zeros();
-    let world = World::new(parameters).unwrap().with_joints(vec![first, bearing, cross]).unwrap();
+    let world = World::new(parameters)
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(vec![first, bearing, cross])
+        .unwrap();
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     for _ in 0..40 {
         let record = run(&mut simulation, 50);
@@ -583,7 +595,11 @@ fn corner_forces_are_equal_again_after_a_torque() {
         time_step: 2e-3,
         rotation: Rotation::Momentum,
     };
-    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    let world = World::new(parameters)
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(vec![joint])
+        .unwrap();
     let states = [at(Vector3::new(0.0, 0.0, 0.1)), at(Vector3::new(0.0, 0.0, 0.15))];
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     let corners = |record: &StepRecord| {

@@ -7,7 +7,7 @@ use tumble_core::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Mo
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 const H: f64 = 1e-3;
 const MASSES: [f64; 2] = [2.0, 3.0];
@@ -44,7 +44,11 @@ fn pair(drives: [Drive; 2], hinges: bool, gear: impl Fn([GearAxis; 2]) -> Gear) 
         let axis = if hinges { JointAxis::Angular(2) } else { JointAxis::Linear(2) };
         GearAxis { joint, axis }
     };
-    let world = World::new(parameters).unwrap().with_joints(vec![joint(0), joint(1)]).unwrap();
+    let world = World::new(parameters)
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(vec![joint(0), joint(1)])
+        .unwrap();
     world.with_gears(vec![gear([axis(0), axis(1)])]).unwrap()
 }
 
@@ -64,6 +68,25 @@ fn step(simulation: &mut Simulation<'_>, record: &mut StepRecord) -> [f64; 2] {
     assert_eq!(record.status(), StepStatus::Converged, "{:?}", record.certificate());
     assert!(record.residual() <= 1e-9, "{:?}", record.certificate());
     [0, 1].map(|k| record.next_states()[k].position[2])
+}
+
+/// A force of the sum that acts for one step gives its impulse to both sliders, in the first and in a later step.
+#[test]
+fn a_held_force_of_a_sum_gives_its_impulse() {
+    let force = |force: f64| Drive { force, ..Drive::NONE };
+    for given in [0, 3] {
+        let world = sliders([Drive::NONE; 2], force(0.0)).with_integrator(Integrator::Leapfrog);
+        let mut simulation = started(&world, [0.0; 2]);
+        for k in 0..6 {
+            simulation.set_gear_drive(0, force(if k == given { 2.0 } else { 0.0 })).unwrap();
+            simulation.step(&mut StepRecord::new()).unwrap();
+            for (body, ratio) in [(0, 1.0), (1, 2.0)] {
+                let expected = if k < given { 0.0 } else { ratio * 2.0 * H / MASSES[body] };
+                let off = simulation.states()[body].velocity.z - expected;
+                assert!(off.abs() <= 1e-14, "{given} {k}: {off}");
+            }
+        }
+    }
 }
 
 /// Checks a spring on the sum. With the implicit rule s̈ = −κ s, κ = k (1/m₁ + 4/m₂), becomes s⁺ −

@@ -11,7 +11,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -44,6 +44,7 @@ fn world(bodies: Vec<RigidBody>) -> World {
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 /// Kane's rod: it lands obliquely and spinning on rough ground. With the full restitution it would

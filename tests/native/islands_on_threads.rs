@@ -11,7 +11,7 @@ use tumble_core::simulation::random::Draws;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 const THREADS: [usize; 3] = [2, 3, 8];
 
@@ -37,6 +37,7 @@ fn world(bodies: Vec<RigidBody>) -> World {
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 /// World with `heaps` piles of five falling boxes, and as many single boxes that are thrown.

@@ -11,7 +11,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::random::Draws;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, StepStatus};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 /// Bodies and their initial states.
 struct Pile {
@@ -61,6 +61,7 @@ fn world(bodies: Vec<RigidBody>, ground: Plane, gravity: Vector3<f64>) -> World 
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 fn level(bodies: Vec<RigidBody>) -> World {

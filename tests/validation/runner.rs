@@ -13,7 +13,7 @@ use tumble_core::mechanics::quaternion::{advance, rotation};
 use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, StepSolver, StepStatus};
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 /// Makes the solver under test for a world.
 pub type MakeSolver<'a> = dyn Fn(&World) -> Result<Box<dyn StepSolver>, Error> + 'a;
@@ -264,6 +264,7 @@ impl<'a> Runner<'a> {
             time_step: self.time_step,
             rotation: Rotation::Momentum,
         })?
+        .with_integrator(Integrator::Euler)
         .with_restitution(setup.restitution)?
         .with_fixed(setup.fixed.clone())?;
         for &(body, partner, friction) in &setup.frictions {

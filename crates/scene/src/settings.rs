@@ -100,11 +100,10 @@ impl Settings {
     /// Integrator of a run: leapfrog unless another one is given, the rotation is the tutorial's or
     /// Ipopt solves the tutorial's program.
     pub fn integrator(&self) -> Integrator {
-        let is_tutorials = self.rotation != Some(Rotation::Momentum)
-            || self.solver.preset.is_some()
-            || self.solver.name == Some(SolverName::Ipopt);
-        let usual = if is_tutorials { Integrator::Euler } else { Integrator::Leapfrog };
-        self.integrator.unwrap_or(usual)
+        let is_tutorials =
+            self.solver.preset.is_some() || self.solver.name == Some(SolverName::Ipopt);
+        let rotation = self.rotation.filter(|_| !is_tutorials).unwrap_or(Rotation::Tutorial);
+        self.integrator.unwrap_or(Integrator::usual(rotation))
     }
 
     /// Merges two layers of settings: values of `self` take precedence over those of `below`.

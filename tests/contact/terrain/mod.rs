@@ -14,7 +14,7 @@ use tumble_core::geometry::{Piece, Terrain};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, FixedTerrain, Parameters, World};
+use tumble_core::world::{Fixed, FixedTerrain, Integrator, Parameters, World};
 
 type V = Vector3<f64>;
 
@@ -43,6 +43,7 @@ fn empty(body: RigidBody, friction: f64) -> World {
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 fn on_terrain(world: &World, terrain: impl Into<Terrain>) -> World {

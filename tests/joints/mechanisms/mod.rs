@@ -12,7 +12,7 @@ use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 
@@ -115,7 +115,14 @@ fn loop_of_rods(
     let joints = joints.collect();
     let mut parameters = parameters(bodies, time_step);
     (parameters.ground, parameters.gravity) = (None, gravity);
-    (World::new(parameters).unwrap().with_joints(joints).unwrap(), states)
+    (
+        World::new(parameters)
+            .unwrap()
+            .with_integrator(Integrator::Euler)
+            .with_joints(joints)
+            .unwrap(),
+        states,
+    )
 }
 
 /// Checks Bricard's mechanism: five rods and six hinges with one redundant constraint. The
@@ -199,7 +206,11 @@ fn four_bar_windows_go_through_their_singular_position() {
     }
     let mut parameters = parameters(bodies, h);
     parameters.ground = None;
-    let apart = World::new(parameters).unwrap().with_joints(joints).unwrap();
+    let apart = World::new(parameters)
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(joints)
+        .unwrap();
     let mut simulation =
         Simulation::new(apart.clone(), states.clone(), Motion::native(&apart)).unwrap();
     let mut record = StepRecord::new();
@@ -247,7 +258,11 @@ fn a_ring_that_folds_is_taken_where_it_makes_no_energy() {
         Joint::revolute(k, Some(before), frames, Drive::NONE)
     });
     let joints = joints.collect();
-    let world = World::new(parameters(bodies, h)).unwrap().with_joints(joints).unwrap();
+    let world = World::new(parameters(bodies, h))
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(joints)
+        .unwrap();
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     let (mut record, mut retried) = (StepRecord::new(), 0);
     for _ in 0..240 {

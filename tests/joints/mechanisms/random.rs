@@ -8,7 +8,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::joint::{Drive, Joint, Motor};
 use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::world::{Partner, World};
+use tumble_core::world::{Integrator, Partner, World};
 
 /// Random numbers between 0 and 1, the same in every run.
 pub struct Numbers(pub u64);
@@ -290,7 +290,11 @@ pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>, Vec<usize>) {
         joints.push(any_joint(&states, 0, None, numbers));
     }
     let time_step = numbers.between(1e-3, 5e-3);
-    let world = World::new(parameters(bodies, time_step)).unwrap().with_joints(joints).unwrap();
+    let world = World::new(parameters(bodies, time_step))
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(joints)
+        .unwrap();
     let bars: Vec<_> = (0..bars).collect();
     (smooth(world, &bars), states, bars)
 }
@@ -303,6 +307,8 @@ pub fn uneven(world: &World, bars: &[usize], numbers: &mut Numbers) -> World {
     };
     let bodies = world.bodies().iter().map(scaled).collect();
     let joints = world.joints().to_vec();
-    let world = World::new(parameters(bodies, world.time_step())).unwrap();
+    let world = World::new(parameters(bodies, world.time_step()))
+        .unwrap()
+        .with_integrator(Integrator::Euler);
     smooth(world.with_joints(joints).unwrap(), bars)
 }

@@ -13,7 +13,7 @@ use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 /// Gravity [m/s²].
 const GRAVITY: f64 = 9.81;
@@ -42,7 +42,11 @@ impl Scene {
     }
 
     fn world(&self) -> World {
-        World::new(self.parameters.clone()).unwrap().with_fixed(self.fixed.clone()).unwrap()
+        World::new(self.parameters.clone())
+            .unwrap()
+            .with_integrator(Integrator::Euler)
+            .with_fixed(self.fixed.clone())
+            .unwrap()
     }
 
     /// Runs the scene and returns the records of all steps. Every step must be solved.

@@ -8,7 +8,7 @@ use rand_mt::Mt;
 use tumble_core::contact::Plane;
 use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::world::{Constant, Parameters, World};
+use tumble_core::world::{Constant, Integrator, Parameters, World};
 
 impl Draw {
     fn world(&mut self, bodies: Vec<RigidBody>, normal: Vector3<f64>, h: f64) -> World {
@@ -25,6 +25,7 @@ impl Draw {
             },
         })
         .unwrap()
+        .with_integrator(Integrator::Euler)
     }
 
     /// Stack of boxes on a slope, each narrower than the one below, which slides or sticks.

@@ -8,7 +8,7 @@ use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::StepRecord;
 use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble_core::world::{Constant, Parameters, World};
+use tumble_core::world::{Constant, Integrator, Parameters, World};
 
 const H: f64 = 0.01;
 const MASS: f64 = 2.0;
@@ -25,7 +25,11 @@ fn on_a_slide(drive: Drive) -> (World, Vec<State>) {
     };
     let frame = JointFrame::at(Vector3::zeros());
     let joint = Joint::prismatic(0, None, [frame, frame], drive);
-    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    let world = World::new(parameters)
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_joints(vec![joint])
+        .unwrap();
     let state = State {
         position: Vector3::new(0.0, 0.0, 0.3),
         attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),

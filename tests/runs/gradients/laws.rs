@@ -10,7 +10,7 @@ use tumble_core::derivative::StateChange;
 use tumble_core::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame};
 use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
 use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble_core::world::{Constant, Parameters, World};
+use tumble_core::world::{Constant, Integrator, Parameters, World};
 
 pub const H: f64 = 0.005;
 
@@ -23,7 +23,7 @@ pub fn world(bodies: Vec<RigidBody>, gravity: Vector3<f64>) -> World {
         time_step: H,
         rotation: Rotation::Momentum,
     };
-    World::new(parameters).unwrap()
+    World::new(parameters).unwrap().with_integrator(Integrator::Euler)
 }
 
 /// Checks two carriages on slides along z with x₁⁺ = r x₂⁺ + q₀ at the end of the step:

@@ -85,7 +85,7 @@ fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State>) {
         velocity: Vector3::new(cos, 0.0, -sin) * velocity,
         spin: Vector3::zeros(),
     };
-    (World::new(parameters).unwrap(), vec![state])
+    (World::new(parameters).unwrap().with_integrator(Integrator::Euler), vec![state])
 }
 
 /// Component of δv along the slope for changes of the constants of the world.

@@ -11,7 +11,7 @@ use tumble_core::derivative::StateChange;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
 use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Coefficient, Fixed, Parameters, StickSpeed, World};
+use tumble_core::world::{Coefficient, Fixed, Integrator, Parameters, StickSpeed, World};
 
 impl Draw {
     /// Box, rounded box, capsule or ball of about `size` [m]. It may be as thin as a thirtieth of
@@ -78,7 +78,11 @@ impl Pair {
                 Rotation::Tutorial
             },
         };
-        let world = World::new(parameters).unwrap().with_fixed(fixed).unwrap();
+        let world = World::new(parameters)
+            .unwrap()
+            .with_integrator(Integrator::Euler)
+            .with_fixed(fixed)
+            .unwrap();
         let restitution = if draw.within(0.0, 1.0) < 0.3 { 0.5 } else { 0.0 };
         Self { world: world.with_restitution(restitution).unwrap(), states }
     }
@@ -96,7 +100,11 @@ impl Pair {
         parameters.bodies[0] = body.with_restitution(0.7).unwrap();
         let mut fixed = self.world.fixed().to_vec();
         fixed.iter_mut().for_each(|piece| piece.friction = Some(0.5));
-        let world = World::new(parameters).unwrap().with_fixed(fixed).unwrap();
+        let world = World::new(parameters)
+            .unwrap()
+            .with_integrator(Integrator::Euler)
+            .with_fixed(fixed)
+            .unwrap();
         let world = world.with_restitution(self.world.restitution().max(0.1)).unwrap();
         Self { world, ..self }
     }
@@ -271,7 +279,11 @@ fn the_order_of_the_bodies_plays_no_part() {
     let world_of = |world: &World| {
         let mut parameters = world.parameters().clone();
         parameters.bodies.reverse();
-        World::new(parameters).unwrap().with_restitution(world.restitution()).unwrap()
+        World::new(parameters)
+            .unwrap()
+            .with_integrator(Integrator::Euler)
+            .with_restitution(world.restitution())
+            .unwrap()
     };
     let back = |states: &[State]| states.iter().rev().copied().collect();
     let image = |changes: &[StateChange], _| changes.iter().rev().copied().collect();
@@ -285,7 +297,11 @@ fn a_world_turned_as_a_whole_turns_its_derivatives() {
     let world_of = |world: &World| {
         let mut parameters = world.parameters().clone();
         parameters.gravity = turn * parameters.gravity;
-        World::new(parameters).unwrap().with_restitution(world.restitution()).unwrap()
+        World::new(parameters)
+            .unwrap()
+            .with_integrator(Integrator::Euler)
+            .with_restitution(world.restitution())
+            .unwrap()
     };
     let there = |states: &[State]| {
         let turned = |state: &State| State {

@@ -8,7 +8,7 @@ use tumble_core::contact::Plane;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::step::{ContactForce, StepStatus};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 /// A body of every smooth shape, of about 0.2 m.
 fn piece(draw: &mut Draw, number: usize) -> Piece {
@@ -39,7 +39,11 @@ fn smooth_shapes_on_the_ground() {
             rotation: Rotation::Momentum,
         };
         let restitution = if number % 5 == 0 { 0.5 } else { 0.0 };
-        let world = World::new(parameters).unwrap().with_restitution(restitution).unwrap();
+        let world = World::new(parameters)
+            .unwrap()
+            .with_integrator(Integrator::Euler)
+            .with_restitution(restitution)
+            .unwrap();
         let mut state = State {
             position: Vector3::zeros(),
             attitude: Vector4::from_fn(|_, _| draw.within(-1.0, 1.0)).normalize(),
@@ -89,7 +93,7 @@ fn smooth_shapes_on_a_moving_face() {
             time_step: 0.001,
             rotation: Rotation::Momentum,
         };
-        let world = World::new(parameters).unwrap();
+        let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
         let mut drawn = |position: Vector3<f64>, attitude: Vector4<f64>, spin: f64| State {
             position,
             attitude,

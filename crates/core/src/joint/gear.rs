@@ -86,6 +86,14 @@ impl Gear {
         }
     }
 
+    /// Its drive, to be changed.
+    pub(crate) fn drive_mut(&mut self) -> Option<&mut Drive> {
+        match &mut self.law {
+            Axis::Locked => None,
+            Axis::Free(drive) => Some(drive),
+        }
+    }
+
     /// Law of s: locked, or free under a drive.
     pub(crate) fn law(&self) -> &Axis {
         &self.law

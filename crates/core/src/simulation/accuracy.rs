@@ -36,6 +36,9 @@ const SHORTEST_SMOOTH: f64 = 1e-6;
 const STAYS: [f64; 2] = [0.9, 1.5];
 /// Gains of energy below this share of all energies are rounding errors.
 const ROUNDING: f64 = 1e-12;
+/// Largest rise of the energy of the instant, beyond loads, drives and moving surfaces, and relative to the
+/// kinetic energy, with which extrapolated velocities stay.
+const LARGEST_RISE: f64 = 1e-3;
 /// Length of the first intervals after a start or an abrupt change, as a share of the usual one. They have
 /// no estimate.
 const FIRST: f64 = 0.125;
@@ -275,17 +278,13 @@ impl Schedule {
     }
 }
 
-/// Largest rise of the energy of the instant, beyond loads, drives and moving surfaces, and relative to the
-/// kinetic energy, with which extrapolated velocities stay.
-const LARGEST_RISE: f64 = 1e-3;
-
 /// Rise of the energy of the instant in an interval beyond loads, drives and moving surfaces. Errors of the
 /// velocities of the instant are in it.
 struct InstantRise {
     /// Rise (J), and its rounding error.
     energy: f64,
     rounding: f64,
-    /// Largest kinetic energy at the end (J).
+    /// Kinetic energy at the end (J).
     kinetic: f64,
     /// Body with the largest rise.
     body: usize,
@@ -322,8 +321,8 @@ impl InstantRise {
 
 /// Replaces velocities of the instant that make energy, at the end of the interval `taken`, of bodies with
 /// forces of contacts or joints. The second half of the change that external forces make follows the
-/// velocity of the middle then, or nothing. The least rise is counted as the gain of the interval, if it is larger than
-/// that of its problem.
+/// velocity of the middle then, or nothing. The least rise counts as the gain of the interval if it is larger
+/// than the gain of its problem.
 fn settle_instants(
     world: &World,
     moment: &mut Moment,

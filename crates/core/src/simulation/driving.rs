@@ -71,22 +71,54 @@ fn put<T>(list: &mut Vec<(usize, T)>, joint: usize, value: T) {
     }
 }
 
-/// Drive of a joint axis.
+/// Drive of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisDrive {
-    /// Index of the joint.
-    pub joint: usize,
-    /// Its axis.
-    pub axis: JointAxis,
+    /// The axis.
+    pub axis: DrivenAxis,
     /// The drive.
     pub drive: Drive,
 }
 
+/// Axis with a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub enum DrivenAxis {
+    /// Axis of the joint with this index.
+    Joint(usize, JointAxis),
+    /// Sum (J17) of the gear with this index.
+    Gear(usize),
+}
+
+impl DrivenAxis {
+    /// Its drive in `world`, and the time over which the drive acts, in lengths of the step.
+    fn drive(self, world: &World) -> Option<(&Drive, f64)> {
+        match self {
+            Self::Joint(joint, axis) => {
+                let joint = world.joints().get(joint)?;
+                Some((joint.drive(axis)?, joint.kick()))
+            }
+            Self::Gear(gear) => {
+                let gear = world.gears().get(gear)?;
+                Some((gear.drive()?, gear.kick))
+            }
+        }
+    }
+
+    /// Its drive in `world`, to be changed.
+    fn drive_mut(self, world: &mut World) -> Option<&mut Drive> {
+        match self {
+            Self::Joint(joint, axis) => world.joints_mut().get_mut(joint)?.drive_mut(axis).ok(),
+            Self::Gear(gear) => world.gears_mut().get_mut(gear)?.drive_mut(),
+        }
+    }
+}
+
 /// Exchanges the drives of `world` with these.
 pub(super) fn exchange_drives(world: &mut World, drives: &mut [AxisDrive]) {
-    for AxisDrive { joint, axis, drive } in drives {
-        if let Ok(present) = world.joints_mut()[*joint].drive_mut(*axis) {
+    for AxisDrive { axis, drive } in drives {
+        if let Some(present) = axis.drive_mut(world) {
             std::mem::swap(present, drive);
         }
     }
@@ -95,9 +127,8 @@ pub(super) fn exchange_drives(world: &mut World, drives: &mut [AxisDrive]) {
 /// Drives of the problem set in `world` at the axes whose drives `before` it were others (eq. 37).
 pub(super) fn held_drives(world: &World, before: &[AxisDrive]) -> Vec<AxisDrive> {
     let held = |past: &AxisDrive| {
-        let joint = &world.joints()[past.joint];
-        let drive = joint.drive(past.axis)?.after(&past.drive, 0.5 / joint.kick());
-        Some(AxisDrive { drive, ..*past })
+        let (drive, kick) = past.axis.drive(world)?;
+        Some(AxisDrive { drive: drive.after(&past.drive, 0.5 / kick), ..*past })
     };
     before.iter().filter_map(held).collect()
 }
@@ -120,7 +151,8 @@ impl Simulation<'_> {
         let before = self.joint(joint)?.drive(axis).copied();
         self.world.joints_mut()[joint].set_drive(axis, drive)?;
         if let Some(before) = before.filter(|before| *before != drive) {
-            self.moment.note_drive(AxisDrive { joint, axis, drive: before });
+            let axis = DrivenAxis::Joint(joint, axis);
+            self.moment.note_drive(AxisDrive { axis, drive: before });
         }
         self.workspace.rest.end();
         Ok(())
@@ -158,7 +190,13 @@ impl Simulation<'_> {
     pub fn set_gear_drive(&mut self, gear: usize, drive: Drive) -> Result<(), Error> {
         let allowed = "an index of a gear";
         let count = Error::Count { field: "gear", count: gear, allowed };
-        self.world.gears_mut().get_mut(gear).ok_or(count)?.set_drive(drive)?;
+        let of = self.world.gears_mut().get_mut(gear).ok_or(count)?;
+        let before = of.drive().copied();
+        of.set_drive(drive)?;
+        if let Some(before) = before.filter(|before| *before != drive) {
+            let axis = DrivenAxis::Gear(gear);
+            self.moment.note_drive(AxisDrive { axis, drive: before });
+        }
         self.workspace.rest.end();
         Ok(())
     }

@@ -45,7 +45,7 @@ mod workspace;
 
 pub use assembly::Assembly;
 pub use balance::EnergyBalance;
-pub use driving::AxisDrive;
+pub use driving::{AxisDrive, DrivenAxis};
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
 pub use infeasible_gap::InfeasibleGap;

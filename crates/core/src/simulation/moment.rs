@@ -83,7 +83,7 @@ impl Moment {
 
     /// Notes the drive of an axis before it changes, with velocities of the instant.
     pub fn note_drive(&mut self, before: AxisDrive) {
-        let is_same = |of: &AxisDrive| (of.joint, of.axis) == (before.joint, before.axis);
+        let is_same = |of: &AxisDrive| of.axis == before.axis;
         if self.instants.is_some() && !self.drives.iter().any(is_same) {
             self.drives.push(before);
         }

@@ -76,6 +76,16 @@ impl Integrator {
     /// All integrators.
     pub const ALL: [Self; 2] = [Self::Euler, Self::Leapfrog];
 
+    /// Integrator of worlds with this `rotation`, unless another one is set: [`Self::Leapfrog`], and
+    /// [`Self::Euler`] with the tutorial's rotation.
+    #[must_use]
+    pub fn usual(rotation: Rotation) -> Self {
+        match rotation {
+            Rotation::Momentum => Self::Leapfrog,
+            Rotation::Tutorial => Self::Euler,
+        }
+    }
+
     /// Name in files and flags.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -221,6 +231,7 @@ impl World {
     /// World of these bodies alone.
     fn from_parameters(parameters: Parameters, reach: f64, speed_scale: f64) -> Self {
         Self {
+            integrator: Integrator::usual(parameters.rotation),
             parameters,
             fixed: Vec::new(),
             terrains: Vec::new(),
@@ -239,7 +250,6 @@ impl World {
             restitution: 0.0,
             pair_restitutions: PairLaws::new(),
             rebound_speed: None,
-            integrator: Integrator::Euler,
             accuracy: None,
             impacts: Impacts::Stepped,
             part: None,
@@ -547,7 +557,7 @@ impl World {
         joints.iter_mut().for_each(|joint| joint.set_middle(is_middle, &parameters.bodies));
     }
 
-    /// Meaning of the velocities of a run; [`Integrator::Euler`] by default.
+    /// Meaning of the velocities of a run; [`Integrator::usual`] by default.
     #[must_use]
     pub fn integrator(&self) -> Integrator {
         self.integrator

@@ -7,7 +7,7 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::geometry::Piece;
 use tumble_core::joint::{Axis, Drive, Joint, JointAxis, JointFrame, Motor};
 use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::world::{Parameters, World};
+use tumble_core::world::{Integrator, Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 
@@ -148,7 +148,8 @@ impl Draw {
             time_step: 0.006 * units.time,
             rotation: Rotation::Momentum,
         });
-        let mut world = world.unwrap().with_joints(joints).unwrap();
+        let mut world =
+            world.unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap();
         for one in 0..count {
             for other in 0..one {
                 world = world.with_apart(one, Partner::Body(other)).unwrap();
