@@ -11,7 +11,6 @@ pub struct SparsityPattern {
 
 impl SparsityPattern {
     /// Returns an empty pattern.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -23,25 +22,21 @@ impl SparsityPattern {
     }
 
     /// Number of entries.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
     /// True if the pattern has no entry.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
     /// Row of every entry.
-    #[must_use]
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
 
     /// Column of every entry.
-    #[must_use]
     pub fn cols(&self) -> &[usize] {
         &self.cols
     }

@@ -36,7 +36,6 @@ pub use raw::{
 pub const VERSION: &str = env!("IPOPT_SYS_VERSION");
 
 /// Converts `value` to the `Bool` of the installed header.
-#[must_use]
 pub fn to_bool(value: bool) -> Bool {
     value.into()
 }

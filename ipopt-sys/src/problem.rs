@@ -115,28 +115,24 @@ impl Problem<'_> {
     /// Sets a text option. Returns `false` if Ipopt rejects it; Ipopt then prints a line.
     ///
     /// This and the other settings take effect in [`Problem::solve`].
-    #[must_use]
     pub fn set_text(&mut self, name: &CStr, value: &CStr) -> bool {
         // SAFETY: the problem is alive and under the lock; Ipopt copies both strings.
         unsafe { raw::ipopt_sys_set_text(self.handle.as_ptr(), name.as_ptr(), value.as_ptr()) != 0 }
     }
 
     /// Sets a numeric option.
-    #[must_use]
     pub fn set_number(&mut self, name: &CStr, value: f64) -> bool {
         // SAFETY: the problem is alive and under the lock; Ipopt copies the name.
         unsafe { raw::ipopt_sys_set_number(self.handle.as_ptr(), name.as_ptr(), value) != 0 }
     }
 
     /// Sets an integer option.
-    #[must_use]
     pub fn set_integer(&mut self, name: &CStr, value: c_int) -> bool {
         // SAFETY: the problem is alive and under the lock; Ipopt copies the name.
         unsafe { raw::ipopt_sys_set_integer(self.handle.as_ptr(), name.as_ptr(), value) != 0 }
     }
 
     /// Sets the callback that Ipopt calls in every iteration.
-    #[must_use]
     pub fn watch(&mut self, callback: Intermediate_CB) -> bool {
         // SAFETY: the problem is alive and under the lock; the callback is only stored.
         unsafe { raw::ipopt_sys_watch(self.handle.as_ptr(), callback) != 0 }

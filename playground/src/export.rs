@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 use tumble_core::mechanics::Wrench;
 
 /// Scenario text that repeats the session from its start: the command line gives the same bits.
-#[must_use]
 pub fn text(session: &Session) -> String {
     let scene = session.scene();
     let pulled = session.pulls().segments();

@@ -50,7 +50,6 @@ pub struct Grab {
 
 impl Grab {
     /// Grab of the body of a `hit` at its point, which is also the first target.
-    #[must_use]
     pub fn new(simulation: &Simulation<'_>, hit: &Hit) -> Self {
         let pose = simulation.states()[hit.body].pose();
         let world = simulation.world();
@@ -68,20 +67,17 @@ impl Grab {
     }
 
     /// Index of the body.
-    #[must_use]
     pub fn body(&self) -> usize {
         self.body
     }
 
     /// Grabbed point of the body at `state` (m, world).
-    #[must_use]
     pub fn place(&self, state: &State) -> Vector3<f64> {
         let pose = state.pose();
         pose.position + pose.rotation * self.point
     }
 
     /// Target of the point (m, world).
-    #[must_use]
     pub fn target(&self) -> Vector3<f64> {
         self.target
     }
@@ -235,13 +231,11 @@ impl Pulls {
     }
 
     /// The body in a hand.
-    #[must_use]
     pub fn grabbed(&self, hand: Hand) -> Option<&Grab> {
         self.grabs.get(&hand)
     }
 
     /// Segments of the pulled bodies, by the index of the body.
-    #[must_use]
     pub fn segments(&self) -> &BTreeMap<usize, Vec<Segment>> {
         &self.segments
     }

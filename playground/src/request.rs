@@ -152,7 +152,6 @@ impl Program {
     }
 
     /// Scenario texts of the parts that changes ended, in their order. Each repeats its steps.
-    #[must_use]
     pub fn parts(&self) -> &[String] {
         self.parts.texts()
     }
@@ -175,7 +174,6 @@ impl Program {
     }
 
     /// Number of descriptions of scenes so far. It grows when the scene changes.
-    #[must_use]
     pub fn described(&self) -> u64 {
         self.described
     }

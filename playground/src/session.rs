@@ -130,7 +130,6 @@ impl Session {
     }
 
     /// Body that a ray from `origin` (m) along `direction` hits first, and the point (m, world).
-    #[must_use]
     pub fn hit(&self, origin: Vector3<f64>, direction: Vector3<f64>) -> Option<Hit> {
         let query = Query::new(self.simulation.world(), self.simulation.states()).ok()?;
         let hit = query.cast_ray(&Ray::new(origin, direction).ok()?, |_| true)?;
@@ -195,7 +194,6 @@ impl Session {
     }
 
     /// Steps that were not solved, including those before a change.
-    #[must_use]
     pub fn unsolved(&self) -> Unsolved {
         let summary = &self.summary;
         let first_wild = summary.first_wild.map(|(index, _)| index);
@@ -209,43 +207,36 @@ impl Session {
     }
 
     /// Text of the scene, without the pulls.
-    #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
 
     /// The scene.
-    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
     /// The simulation.
-    #[must_use]
     pub fn simulation(&self) -> &Simulation<'static> {
         &self.simulation
     }
 
     /// Number of rows since the start of the session.
-    #[must_use]
     pub fn rows(&self) -> u64 {
         self.simulation.index() - self.scene.start_index + 1
     }
 
     /// Record of the last step; `None` before the first.
-    #[must_use]
     pub fn record(&self) -> Option<&StepRecord> {
         self.has_step.then_some(&self.record)
     }
 
     /// Counts of the steps since the start of the session.
-    #[must_use]
     pub fn summary(&self) -> &RunSummary {
         &self.summary
     }
 
     /// The pulls since the start of the session.
-    #[must_use]
     pub fn pulls(&self) -> &Pulls {
         &self.pulls
     }

@@ -80,7 +80,6 @@ const KNOWN: [(i32, ReturnStatus, &str); 20] = {
 
 impl ReturnStatus {
     /// Variant of Ipopt's number.
-    #[must_use]
     pub fn from_code(code: i32) -> Self {
         let known = KNOWN.iter().find(|(known, ..)| *known == code);
         known.map_or(Self::Unknown(code), |(_, status, _)| *status)
@@ -91,7 +90,6 @@ impl ReturnStatus {
     }
 
     /// Ipopt's number.
-    #[must_use]
     pub fn code(self) -> i32 {
         match self {
             Self::Unknown(code) => code,
@@ -100,19 +98,16 @@ impl ReturnStatus {
     }
 
     /// Ipopt's name of the status, `Solve_Succeeded` for example.
-    #[must_use]
     pub fn name(self) -> &'static str {
         self.row().map_or("Unknown_Status", |(.., name)| name)
     }
 
     /// True if the solve met the requested tolerance. The acceptable level does not count.
-    #[must_use]
     pub fn is_success(self) -> bool {
         self == Self::SolveSucceeded
     }
 
     /// True if Ipopt started iterating, so that its point is meaningful.
-    #[must_use]
     pub fn has_point(self) -> bool {
         matches!(self.code(), -4..=6) || self == Self::MaximumWallTimeExceeded
     }

@@ -16,7 +16,6 @@ pub struct Driven {
 
 impl Driven {
     /// Driven axes and motors of `world`.
-    #[must_use]
     pub fn new(world: &World) -> Self {
         Self {
             own: world.clone(),
@@ -27,13 +26,11 @@ impl Driven {
     }
 
     /// Number of joint forces.
-    #[must_use]
     pub fn forces(&self) -> usize {
         self.axes.len()
     }
 
     /// Number of motor targets.
-    #[must_use]
     pub fn targets(&self) -> usize {
         self.motors.len() + self.gears.len()
     }

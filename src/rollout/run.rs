@@ -199,13 +199,11 @@ fn place(status: StepStatus) -> u8 {
 
 impl RolloutTally {
     /// Number of steps.
-    #[must_use]
     pub fn steps(&self) -> u64 {
         self.statuses.iter().sum()
     }
 
     /// Number of steps with this status.
-    #[must_use]
     pub fn count(&self, status: StepStatus) -> u64 {
         self.statuses[usize::from(place(status))]
     }
@@ -224,7 +222,6 @@ impl RolloutTally {
 
 impl RolloutReport {
     /// Number of all steps.
-    #[must_use]
     pub fn steps(&self) -> u64 {
         self.all.steps()
     }

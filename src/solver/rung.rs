@@ -34,7 +34,6 @@ impl Rung {
     ];
 
     /// Name in run.json.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Warm => "warm",

@@ -34,25 +34,21 @@ pub struct Layout {
 
 impl Layout {
     /// Creates the layout for `contacts` contact points.
-    #[must_use]
     pub const fn new(contacts: usize) -> Self {
         Self { contacts }
     }
 
     /// Number of contact points n.
-    #[must_use]
     pub const fn contacts(&self) -> usize {
         self.contacts
     }
 
     /// Length of the decision vector (X⁺, f_x, f_y, f_z, s1, s2, λ).
-    #[must_use]
     pub const fn variables(&self) -> usize {
         STATE.end + 6 * self.contacts
     }
 
     /// Number of constraint rows.
-    #[must_use]
     pub const fn constraints(&self) -> usize {
         UNIT_NORM_ROW + 1 + 6 * self.contacts
     }
@@ -63,37 +59,31 @@ impl Layout {
     }
 
     /// Indices of f_x, N.
-    #[must_use]
     pub const fn force_x(&self) -> Range<usize> {
         self.per_contact_variable(0)
     }
 
     /// Indices of f_y, N.
-    #[must_use]
     pub const fn force_y(&self) -> Range<usize> {
         self.per_contact_variable(1)
     }
 
     /// Indices of the slacks s1, N m.
-    #[must_use]
     pub const fn slack_1(&self) -> Range<usize> {
         self.per_contact_variable(3)
     }
 
     /// Indices of the slacks s2, W.
-    #[must_use]
     pub const fn slack_2(&self) -> Range<usize> {
         self.per_contact_variable(4)
     }
 
     /// Indices of the slip speeds λ, m/s.
-    #[must_use]
     pub const fn slip_speed(&self) -> Range<usize> {
         self.per_contact_variable(5)
     }
 
     /// Indices of the variables of contact `i`: f_x, f_y, f_z, s1, s2, λ.
-    #[must_use]
     pub const fn contact_variables(&self, i: usize) -> [usize; 6] {
         let (first, n) = (STATE.end + i, self.contacts);
         [first, first + n, first + 2 * n, first + 3 * n, first + 4 * n, first + 5 * n]
@@ -105,38 +95,32 @@ impl Layout {
     }
 
     /// Rows of maximum dissipation, 2n (= 0). x and y of a contact are adjacent.
-    #[must_use]
     pub const fn dissipation_rows(&self) -> Range<usize> {
         self.per_contact_row(0, 2)
     }
 
     /// Rows of the heights, n (≥ 0).
-    #[must_use]
     pub const fn height_rows(&self) -> Range<usize> {
         self.per_contact_row(2, 1)
     }
 
     /// Rows of the friction cone, n (≥ 0).
-    #[must_use]
     pub const fn cone_rows(&self) -> Range<usize> {
         self.per_contact_row(3, 1)
     }
 
     /// Rows of s1 − f_z z⁺, n (≥ 0).
-    #[must_use]
     pub const fn normal_complementarity_rows(&self) -> Range<usize> {
         self.per_contact_row(4, 1)
     }
 
     /// Rows of s2 − λ (μ f_z − ‖f_xy‖_ε), n (≥ 0).
-    #[must_use]
     pub const fn friction_complementarity_rows(&self) -> Range<usize> {
         self.per_contact_row(5, 1)
     }
 
     /// Rows of contact `i`: dissipation along x and y, height, cone, and the complementarity of
     /// normal and friction.
-    #[must_use]
     pub const fn contact_rows(&self, i: usize) -> [usize; 6] {
         let dissipation = self.dissipation_rows().start + 2 * i;
         [
@@ -150,7 +134,6 @@ impl Layout {
     }
 
     /// Number of equations: the rows before the first inequality.
-    #[must_use]
     pub const fn equalities(&self) -> usize {
         self.height_rows().start
     }

@@ -189,7 +189,6 @@ impl StepNlp {
 
     /// Reason why the program does not support `world`, or `None`. The program supports one body of
     /// points without radius, the ground, and one coefficient of friction.
-    #[must_use]
     pub fn unsuitable(world: &World) -> Option<&'static str> {
         let points = world.bodies()[BODY].contact_points();
         if !world.joints().is_empty() {
@@ -264,19 +263,16 @@ impl StepNlp {
     }
 
     /// World of the program.
-    #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
     /// Smoothing ε (N).
-    #[must_use]
     pub fn smoothing(&self) -> f64 {
         self.smoothing
     }
 
     /// Factor of the rows of maximum dissipation.
-    #[must_use]
     pub fn factor(&self) -> DissipationFactor {
         self.factor
     }
@@ -292,32 +288,27 @@ impl StepNlp {
     }
 
     /// Order of variables and rows.
-    #[must_use]
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
     /// Contact flags α of the current step.
-    #[must_use]
     pub fn alpha(&self) -> &[f64] {
         &self.step.alpha
     }
 
     /// Structural non-zeros of the Jacobian, a 62 × 61 matrix for the cube.
-    #[must_use]
     pub fn jacobian_pattern(&self) -> &SparsityPattern {
         &self.jacobian_pattern
     }
 
     /// Structural non-zeros of the Hessian of the Lagrangian, lower triangle.
-    #[must_use]
     pub fn hessian_pattern(&self) -> &SparsityPattern {
         &self.hessian_pattern
     }
 
     /// Objective s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16). Its terms have different units, N²m² and
     /// W², and are all zero at a solution.
-    #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
         let (s1, s2) = (self.layout.slack_1(), self.layout.slack_2());
         x[s1].iter().chain(&x[s2]).map(|s| s * s).sum()

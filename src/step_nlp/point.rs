@@ -19,14 +19,12 @@ pub struct ProgramPoint {
 
 impl ProgramPoint {
     /// Creates the zero vector.
-    #[must_use]
     pub fn zeros(contacts: usize) -> Self {
         let layout = Layout::new(contacts);
         Self { layout, values: vec![0.0; layout.variables()] }
     }
 
     /// Creates the point `state` with all forces, slacks and multipliers zero.
-    #[must_use]
     pub fn free(state: &State, contacts: usize) -> Self {
         let mut point = Self::zeros(contacts);
         point.set_free(state);
@@ -88,13 +86,11 @@ impl ProgramPoint {
     }
 
     /// Offsets of the parts.
-    #[must_use]
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
     /// All numbers.
-    #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         &self.values
     }
@@ -105,7 +101,6 @@ impl ProgramPoint {
     }
 
     /// State X⁺.
-    #[must_use]
     pub fn state(&self) -> State {
         State::from_vector(&SVector::from_column_slice(&self.values[layout::STATE]))
     }
@@ -114,7 +109,6 @@ impl ProgramPoint {
     ///
     /// # Panics
     /// If there is no contact `i`.
-    #[must_use]
     pub fn force(&self, i: usize) -> Vector3<f64> {
         let [fx, fy, fz, ..] = self.layout.contact_variables(i);
         Vector3::new(self.values[fx], self.values[fy], self.values[fz])
@@ -141,7 +135,6 @@ const ROUNDINGS: f64 = 16.0;
 /// ```text
 /// c_xy + λ f_xy/ρ = 0  ⇒  λ = |c_xy| ρ/|f_xy|                              (eq. 10)
 /// ```
-#[must_use]
 pub fn products(
     force: &Vector3<f64>,
     slip_speed: f64,

@@ -43,13 +43,11 @@ pub struct TestInputs {
 
 impl TestInputs {
     /// These values.
-    #[must_use]
     pub fn new(time_step: f64, values: &[(Input, f64)]) -> Self {
         Self { values: values.to_vec(), time_step }
     }
 
     /// The inputs and their values.
-    #[must_use]
     pub fn values(&self) -> &[(Input, f64)] {
         &self.values
     }

@@ -100,13 +100,11 @@ impl TestQuantity {
     }
 
     /// measured − discrete.
-    #[must_use]
     pub fn error(&self) -> f64 {
         self.measured - self.discrete
     }
 
     /// True if the claim holds within the tolerance.
-    #[must_use]
     pub fn holds(&self) -> bool {
         match self.claim {
             QuantityClaim::Equal => self.error().abs() <= self.tolerance,
@@ -117,7 +115,6 @@ impl TestQuantity {
     /// The observed order p = log₂(e(h)/e(h/2)) of e = measured − exact, with the quantity
     /// `at_half` the time step. `None` without a declared order, or if the tolerance is as large as
     /// the error.
-    #[must_use]
     pub fn order(&self, at_half: &Self) -> Option<f64> {
         let Convergence::Order(_) = self.convergence else { return None };
         let error = |quantity: &Self| quantity.measured - quantity.exact;
@@ -135,7 +132,6 @@ impl TestQuantity {
 
     /// True if the discrete and the measured value converge as declared, given the quantity
     /// `at_half` the time step.
-    #[must_use]
     pub fn converges(&self, at_half: &Self) -> bool {
         let [here, there] = [self, at_half].map(|quantity| quantity.discrete - quantity.exact);
         match self.convergence {

@@ -171,7 +171,6 @@ pub struct Runner<'a> {
 
 impl<'a> Runner<'a> {
     /// A runner for a solver and a time step (s).
-    #[must_use]
     pub fn new(make_solver: &'a MakeSolver<'a>, time_step: f64) -> Self {
         let counts = StepCounts::default();
         Self { make_solver, smoothing: 0.0, time_step, counts, selects: false }

@@ -18,7 +18,6 @@ pub enum Partner {
 
 impl Partner {
     /// Index of the body; `None` for the ground and for fixed pieces.
-    #[must_use]
     #[inline]
     pub fn body(self) -> Option<usize> {
         if let Self::Body(index) = self { Some(index) } else { None }
@@ -76,7 +75,6 @@ impl Coefficient {
         [Self::StaticFriction, Self::RollingFriction, Self::TorsionalFriction];
 
     /// Name in files and in arrays.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::StaticFriction => "static_friction",
@@ -86,7 +84,6 @@ impl Coefficient {
     }
 
     /// Name in error messages, with the unit.
-    #[must_use]
     pub fn quantity(self) -> &'static str {
         match self {
             Self::StaticFriction => "coefficient of static friction",
@@ -96,7 +93,6 @@ impl Coefficient {
     }
 
     /// Coefficient with this name in error messages.
-    #[must_use]
     pub fn from_quantity(quantity: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|of| of.quantity() == quantity)
     }
@@ -117,7 +113,6 @@ impl TurningFriction {
     pub const NONE: Self = Self { rolling: 0.0, torsional: 0.0 };
 
     /// True if a coefficient is positive.
-    #[must_use]
     pub fn acts(&self) -> bool {
         self.rolling > 0.0 || self.torsional > 0.0
     }

@@ -107,7 +107,6 @@ pub struct ContactForce {
 
 impl ContactForce {
     /// Force on body `index` (N), world frame.
-    #[must_use]
     pub fn force_on(&self, index: usize) -> Vector3<f64> {
         match self.key {
             key if key.body == index => self.force,
@@ -117,14 +116,12 @@ impl ContactForce {
     }
 
     /// Zero force at the contact `key`.
-    #[must_use]
     pub fn none(key: ContactKey) -> Self {
         let zero = Vector3::zeros();
         Self { key, force: zero, normal_force: 0.0, slip: zero }
     }
 
     /// True if the normal force is positive.
-    #[must_use]
     pub fn carries_force(&self) -> bool {
         self.normal_force > 0.0
     }
@@ -159,7 +156,6 @@ pub struct StepSolution {
 
 impl StepSolution {
     /// Solution without contacts and joints that ends at `states`.
-    #[must_use]
     pub fn free(states: &[State]) -> Self {
         Self { states: states.to_vec(), ..Self::default() }
     }
@@ -204,7 +200,6 @@ impl StepSolution {
     }
 
     /// Moment of a contact on body A (N m), world frame.
-    #[must_use]
     pub fn moment(&self, place: usize) -> Vector3<f64> {
         self.moments.get(place).copied().unwrap_or_default()
     }
@@ -230,7 +225,6 @@ impl StepSolution {
     }
 
     /// Sum of all contact forces on body `index` (N), world frame.
-    #[must_use]
     pub fn total_force(&self, index: usize) -> Vector3<f64> {
         self.contacts.iter().map(|contact| contact.force_on(index)).sum()
     }
@@ -275,7 +269,6 @@ impl StepStatus {
     ];
 
     /// Name of the status in the CSV column.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
@@ -290,13 +283,11 @@ impl StepStatus {
     }
 
     /// True if the states at the end of the step satisfy the laws: neither failed nor unphysical.
-    #[must_use]
     pub fn is_solved(self) -> bool {
         !matches!(self, Self::Failed | Self::Wild)
     }
 
     /// True if the step is [solved](Self::is_solved) as one problem. A substepped one is not.
-    #[must_use]
     pub fn is_one_problem(self) -> bool {
         self.is_solved() && self != Self::Substepped
     }
@@ -311,7 +302,6 @@ impl StepStatus {
     }
 
     /// Status with the CSV name `name`.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|status| status.name() == name)
     }
@@ -338,7 +328,6 @@ pub struct StepReport {
 
 impl StepReport {
     /// Report of a step or row without a problem to solve.
-    #[must_use]
     pub fn without_problem(status: StepStatus) -> Self {
         Self { status, iterations: 0, start: None, message: None }
     }

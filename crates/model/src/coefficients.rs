@@ -19,7 +19,6 @@ pub struct CoefficientsModel {
 
 impl CoefficientsModel {
     /// Own coefficient of a body or of fixed geometry.
-    #[must_use]
     pub fn own(&self, owner: PartnerModel) -> Option<f64> {
         self.owners.iter().find(|(known, _)| *known == owner).map(|(_, friction)| *friction)
     }

@@ -72,13 +72,11 @@ pub fn state_at(
 
 impl Model {
     /// True if a start of the model depends on the seed.
-    #[must_use]
     pub fn is_drawn(&self) -> bool {
         self.bodies.iter().any(|body| body.drawn.is_some())
     }
 
     /// Name of the first body whose start differs from the draw of `seed`.
-    #[must_use]
     pub fn seed_mismatch(&self, seed: u32) -> Option<&str> {
         let plane = self.plane.as_ref();
         let plane = plane.and_then(|plane| Plane::new(plane.normal.0.into(), plane.offset).ok());

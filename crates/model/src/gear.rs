@@ -24,7 +24,6 @@ pub struct GearModel {
 
 impl GearModel {
     /// Gear in the form of the core.
-    #[must_use]
     pub fn gear(&self) -> Gear {
         let axis = |k: usize| GearAxis {
             joint: self.joints[k],

@@ -52,7 +52,6 @@ const TURN_Z: DrivenAxis = ("turn_z", 5);
 
 impl JointKind {
     /// Axes that drives can act on, in the order of the joint's drives.
-    #[must_use]
     pub fn driven(self) -> &'static [DrivenAxis] {
         match self {
             Self::Revolute | Self::Ball => &[TURN],
@@ -69,7 +68,6 @@ impl JointKind {
     }
 
     /// Name of the type in files.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Revolute => "revolute",
@@ -88,13 +86,11 @@ impl JointKind {
     }
 
     /// True if the type has a distinguished axis, so that the attitudes of its frames matter.
-    #[must_use]
     pub fn has_axis(self) -> bool {
         !matches!(self, Self::Free | Self::Spherical | Self::Fixed)
     }
 
     /// True if the rotation is unrestricted and the type has no joint angles.
-    #[must_use]
     pub fn turns_freely(self) -> bool {
         matches!(self, Self::Free | Self::Spherical)
     }
@@ -190,7 +186,6 @@ impl CourseModel {
 
 impl JointModel {
     /// Joint in the form of the core.
-    #[must_use]
     pub fn joint(&self) -> Joint {
         let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
         let joint =

@@ -218,7 +218,6 @@ pub enum PartnerModel {
 
 impl Model {
     /// Partner in the world of the model. Its terrains are numbered after the fixed geometry.
-    #[must_use]
     pub fn partner(&self, partner: PartnerModel) -> Partner {
         match partner {
             PartnerModel::Ground => Partner::Ground,

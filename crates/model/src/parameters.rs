@@ -33,25 +33,21 @@ pub struct LoadParameters {
 }
 
 /// Discretisation of a run.json without the field, as written by the first versions.
-#[must_use]
 pub fn unnamed_rotation() -> Rotation {
     Rotation::Tutorial
 }
 
 /// Integrator of a run.json without the field, as written before there was a choice.
-#[must_use]
 pub fn unnamed_integrator() -> Integrator {
     Integrator::Euler
 }
 
 /// True if the field is left out of a run.json.
-#[must_use]
 pub fn is_euler(integrator: &Integrator) -> bool {
     *integrator == Integrator::Euler
 }
 
 /// True for impacts within a step, which files do not name.
-#[must_use]
 pub fn is_stepped(impacts: &Impacts) -> bool {
     *impacts == Impacts::Stepped
 }

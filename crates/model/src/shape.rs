@@ -170,13 +170,11 @@ impl ModelForm {
 
 impl ModelPlace {
     /// Place as the frame of a joint.
-    #[must_use]
     pub fn frame(&self) -> JointFrame {
         JointFrame { anchor: self.position.into(), attitude: self.attitude.into() }
     }
 
     /// Place of the frame of a joint.
-    #[must_use]
     pub fn from_frame(frame: &JointFrame) -> Self {
         Self { position: frame.anchor.into(), attitude: frame.attitude.into() }
     }
@@ -238,7 +236,6 @@ pub struct SolidModel {
 
 impl SolidModel {
     /// Solid with these properties.
-    #[must_use]
     pub fn from_properties(properties: &MassProperties) -> Self {
         let (volume, centre) = (properties.volume, properties.centre);
         let inertia = properties.inertia / volume;

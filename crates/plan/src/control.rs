@@ -125,7 +125,6 @@ pub struct Applied {
 
 impl ControlKind {
     /// Names of the components.
-    #[must_use]
     pub fn components(&self) -> &'static [&'static str] {
         match self {
             Self::Force { .. } | Self::Torque { .. } | Self::Start { .. } => &["x", "y", "z"],
@@ -136,7 +135,6 @@ impl ControlKind {
     }
 
     /// Unit of a component.
-    #[must_use]
     pub fn unit(&self, component: usize) -> &'static str {
         match self {
             Self::Force { .. } => "N",
@@ -159,7 +157,6 @@ impl ControlKind {
     }
 
     /// Body of the control; `None` for a motor or a constant.
-    #[must_use]
     pub fn body(&self) -> Option<usize> {
         match self {
             Self::Force { body } | Self::Torque { body } | Self::Start { body, .. } => Some(*body),
@@ -182,13 +179,11 @@ impl ControlKind {
     }
 
     /// True if the control has one value for the whole run.
-    #[must_use]
     pub fn is_of_the_run(&self) -> bool {
         matches!(self, Self::Start { .. } | Self::Constant(_))
     }
 
     /// True if a component has a cost of effort, as forces and torques have.
-    #[must_use]
     pub fn costs(&self, component: usize) -> bool {
         match self {
             Self::Force { .. } | Self::Torque { .. } | Self::Motor { .. } => true,
@@ -204,7 +199,6 @@ impl ControlKind {
     /// push:           f = u₁ n + u₂ t₁ + u₃ t₂,  τ = (p + u₄ t₁ + u₅ t₂) × f,  body axes
     ///                 with friction μ:  f = u₁ (n + μ u₂ t₁ + μ u₃ t₂)                  (P2)
     /// ```
-    #[must_use]
     pub fn applied(&self, numbers: &[f64]) -> Option<Applied> {
         let zero = Vector3::zeros();
         match self {
@@ -226,7 +220,6 @@ impl ControlKind {
     }
 
     /// Derivatives of force and torque by each component.
-    #[must_use]
     pub fn slopes(&self, numbers: &[f64]) -> Vec<Applied> {
         let (zero, unit) = (Vector3::zeros(), |k| Vector3::ith(k, 1.0));
         let world = |force, torque| Applied { axes: ControlFrame::World, force, torque };
@@ -248,7 +241,6 @@ impl ControlKind {
     }
 
     /// Derivative of the initial state by component `k` of a start.
-    #[must_use]
     pub fn start_slope(&self, numbers: &[f64], k: usize) -> Option<StateChange> {
         let Self::Start { part, .. } = self else { return None };
         let (zero, unit) = (StateChange::zero(), Vector3::ith(k, 1.0));
@@ -264,7 +256,6 @@ impl ControlKind {
     }
 
     /// Initial state of the body with `numbers` instead of that part of `own`.
-    #[must_use]
     pub fn started(&self, numbers: &[f64], own: &State) -> State {
         let Self::Start { part, .. } = self else { return *own };
         let vector = Vector3::from_column_slice(numbers);
@@ -327,7 +318,6 @@ impl Applied {
     /// world axes:  F = f,    τ = Aᵀ t
     /// body axes:   F = A f,  τ = t
     /// ```
-    #[must_use]
     pub fn wrench(&self, state: &State) -> Wrench {
         let turned = rotation(&state.attitude);
         match self.axes {
@@ -344,7 +334,6 @@ impl Applied {
     /// world axes:  ∂τ = [Aᵀ t]×
     /// body axes:   ∂F = −A [f]×
     /// ```
-    #[must_use]
     pub fn by_turn(&self, state: &State) -> (Matrix3<f64>, Matrix3<f64>) {
         let turned = rotation(&state.attitude);
         match self.axes {

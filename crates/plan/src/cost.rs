@@ -30,7 +30,6 @@ impl RunCost {
 
 impl PlanProblem {
     /// Cost (P1) of a run with these `states`, including the initial ones. A NaN becomes infinity.
-    #[must_use]
     pub fn cost_of(&self, states: &[Vec<State>], controls: &[f64]) -> f64 {
         let steps = states.iter().enumerate().skip(1);
         let cost: f64 = steps.map(|(after, states)| self.cost_after(after, states)).sum();
@@ -53,7 +52,6 @@ impl PlanProblem {
     }
 
     /// Part of the cost that is effort.
-    #[must_use]
     pub fn effort_of(&self, controls: &[f64]) -> f64 {
         let pairs = self.variables().iter().zip(controls);
         let free = pairs.map(|(variable, value)| variable.effort * value * value);
@@ -97,7 +95,6 @@ impl PlanProblem {
     }
 
     /// Misses of `states`: the targets', then the path constraints'.
-    #[must_use]
     pub fn misses(&self, states: &[Vec<State>]) -> Vec<Miss> {
         let target = |target: &Target| Miss {
             name: target.name.clone(),

@@ -17,7 +17,6 @@ pub enum Mode {
 
 impl Mode {
     /// Name in files.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Open => "open",
@@ -47,7 +46,6 @@ pub struct ContactMode {
 /// ```text
 /// open if w_n p_n ≤ u_n;  otherwise stick if |u_t| ≤ w_t (μ p_n − |p_t|);  otherwise slip       (P7)
 /// ```
-#[must_use]
 pub fn modes_of(world: &World, record: &StepRecord) -> Vec<ContactMode> {
     let taken = record.first();
     let pairs = taken.contacts.iter().zip(&taken.solution.contacts);

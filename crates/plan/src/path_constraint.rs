@@ -83,7 +83,6 @@ impl PathConstraintKind {
     }
 
     /// Value at r, m, and its derivative by r.
-    #[must_use]
     pub fn at(&self, r: &Vector3<f64>) -> (f64, Vector3<f64>) {
         match self {
             Self::Above { at, width, height } => {

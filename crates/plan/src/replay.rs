@@ -53,7 +53,6 @@ pub struct Miss {
 
 impl Miss {
     /// True if the distance is within the tolerance. False for a NaN.
-    #[must_use]
     pub fn is_met(&self) -> bool {
         self.by <= self.tolerance
     }
@@ -61,14 +60,12 @@ impl Miss {
 
 impl Replay {
     /// True if every step was solved, and all targets and path constraints are met.
-    #[must_use]
     pub fn meets(&self) -> bool {
         self.unsolved == 0 && self.misses.iter().all(Miss::is_met)
     }
 
     /// True if this replay is better. A replay that meets its targets is better than one that does
     /// not. Otherwise the lower cost is better.
-    #[must_use]
     pub fn is_better(&self, other: &Self) -> bool {
         match (self.meets(), other.meets()) {
             (true, false) => true,

@@ -17,7 +17,6 @@ pub enum PlanStatus {
 
 impl PlanStatus {
     /// Name in files.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Replayed => "replayed",

@@ -92,7 +92,6 @@ pub struct SearchWatch<'a> {
 
 impl SearchWatch<'_> {
     /// True if the interrupt is raised.
-    #[must_use]
     pub fn is_interrupted(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)
     }

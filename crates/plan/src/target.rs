@@ -68,7 +68,6 @@ pub struct TargetResidual {
 
 impl TargetKind {
     /// Unit of the miss.
-    #[must_use]
     pub fn unit(&self) -> &'static str {
         match self {
             Self::Position(_) => "m",
@@ -119,7 +118,6 @@ impl TargetKind {
     /// turn:      2 atan2(a·v, w) − α with q q_f⁻¹ = (w, v)
     /// direction: A(q) b − d,  ∂/∂δθ = −A(q) [b]×                                   (P3)
     /// ```
-    #[must_use]
     pub fn rows(&self, state: &State) -> Vec<TargetResidual> {
         let zero = StateChange::zero();
         let each = |wanted: &[Option<f64>; 3], has: &Vector3<f64>, by: fn(usize) -> StateChange| {
@@ -185,7 +183,6 @@ impl TargetKind {
 
 impl Target {
     /// Distance of a state from the target: the length of the rows, or the angle for a direction.
-    #[must_use]
     pub fn miss(&self, state: &State) -> f64 {
         let rows = self.kind.rows(state);
         let length = rows.iter().map(|row| row.value * row.value).sum::<f64>().sqrt();

@@ -14,19 +14,16 @@ pub struct LinkFrame {
 
 impl LinkFrame {
     /// Identity transform.
-    #[must_use]
     pub fn identity() -> Self {
         Self { position: Vector3::zeros(), attitude: Vector4::new(1.0, 0.0, 0.0, 0.0) }
     }
 
     /// Frame at `position` with the axes of the outer frame.
-    #[must_use]
     pub fn at(position: Vector3<f64>) -> Self {
         Self { position, ..Self::identity() }
     }
 
     /// Composition: pose of `inner`, given in this frame, in the outer frame.
-    #[must_use]
     pub fn then(&self, inner: &Self) -> Self {
         Self {
             position: self.point(&inner.position),
@@ -35,20 +32,17 @@ impl LinkFrame {
     }
 
     /// Pose of this frame in `outer`. Both are given in the same frame.
-    #[must_use]
     pub fn relative_to(&self, outer: &Self) -> Self {
         let position = outer.rotation().tr_mul(&(self.position - outer.position));
         Self { position, attitude: left(&conjugated(&outer.attitude)) * self.attitude }
     }
 
     /// Transforms a point of this frame to the outer frame.
-    #[must_use]
     pub fn point(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.position + self.rotation() * point
     }
 
     /// Rotation matrix from this frame to the outer one.
-    #[must_use]
     pub fn rotation(&self) -> Matrix3<f64> {
         rotation(&self.attitude)
     }

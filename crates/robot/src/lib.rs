@@ -99,7 +99,6 @@ const ABOVE: usize = 8;
 
 impl Reading<'_> {
     /// Reading of a file that refers to no others.
-    #[must_use]
     pub fn none() -> Self {
         Reading {
             folder: Path::new(""),

@@ -15,13 +15,11 @@ impl LinkMass {
     };
 
     /// Mass properties scaled by `part` at the same shape.
-    #[must_use]
     pub fn times(&self, part: f64) -> Self {
         Self { mass: self.mass * part, centre: self.centre, inertia: self.inertia * part }
     }
 
     /// Transforms to the outer frame in which `frame` is given.
-    #[must_use]
     pub fn placed(&self, frame: &LinkFrame) -> Self {
         let turn = frame.rotation();
         Self {
@@ -36,7 +34,6 @@ impl LinkMass {
     /// ```text
     /// m = Σ m_i,  c = Σ m_i c_i/m,  I = Σ (I_i + m_i (d_i² E − d_i d_iᵀ)),  d_i = c_i − c
     /// ```
-    #[must_use]
     pub fn sum(parts: &[Self]) -> Self {
         let mass: f64 = parts.iter().map(|part| part.mass).sum();
         if let [part] = parts {

@@ -150,7 +150,6 @@ pub enum Moves {
 
 impl Moves {
     /// Number of coordinates and number of rates.
-    #[must_use]
     pub fn counts(self) -> (usize, usize) {
         match self {
             Self::Free => (7, 6),
@@ -195,7 +194,6 @@ pub struct RobotJoint {
 
 impl RobotJoint {
     /// True if the joint has damping, friction, armature or stiffness.
-    #[must_use]
     pub fn resists(&self) -> bool {
         [self.damping, self.friction, self.armature, self.stiffness].iter().any(|one| *one != 0.0)
     }
@@ -280,7 +278,6 @@ pub struct RobotLook {
 
 impl RobotLook {
     /// Number of triangles of its mesh; 0 for other geometry.
-    #[must_use]
     pub fn triangles(&self) -> usize {
         match &self.seen {
             LookForm::Form(_) => 0,
@@ -318,14 +315,12 @@ pub struct RobotShape {
 
 impl RobotShape {
     /// True if the groups of both shapes let them collide.
-    #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         self.groups[0] & other.groups[1] != 0 || other.groups[0] & self.groups[1] != 0
     }
 
     /// Friction between two shapes: that of the shape with the higher priority, or the larger
     /// coefficients and directions at equal priority. `usual` replaces a missing coefficient.
-    #[must_use]
     pub fn friction_with(&self, other: &Self, usual: f64) -> PairFriction {
         let [ours, theirs] = [self, other].map(|shape| {
             let [torsional, rolling] = shape.turning;
@@ -343,7 +338,6 @@ impl RobotShape {
     }
 
     /// Friction of this shape alone.
-    #[must_use]
     pub fn own_friction(&self, usual: f64) -> PairFriction {
         self.friction_with(self, usual)
     }
@@ -362,7 +356,6 @@ pub struct PairFriction {
 
 impl PairFriction {
     /// Coefficients of sliding, torsional and rolling friction that act in contacts with `condim` directions.
-    #[must_use]
     pub fn new(condim: i64, [sliding, torsional, rolling]: [f64; 3]) -> Self {
         let with = |least: i64, friction: f64| if condim >= least { friction } else { 0.0 };
         Self { sliding: with(3, sliding), torsional: with(4, torsional), rolling: with(6, rolling) }
@@ -488,14 +481,12 @@ impl RobotOptions {
 
 impl Robot {
     /// Joints of a link.
-    #[must_use]
     pub fn joints_of(&self, link: usize) -> &[RobotJoint] {
         let (first, count) = self.links[link].joints;
         &self.joints[first..first + count]
     }
 
     /// Number of coordinates and number of rates.
-    #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         let add = |(q, v): (usize, usize), joint: &RobotJoint| {
             let (more, rates) = joint.moves.counts();
@@ -505,38 +496,32 @@ impl Robot {
     }
 
     /// Index of the link with this name.
-    #[must_use]
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|link| link.name == name)
     }
 
     /// The site with this name.
-    #[must_use]
     pub fn site(&self, name: &str) -> Option<&RobotSite> {
         self.sites.iter().find(|named| named.name == name).map(|named| &named.site)
     }
 
     /// Index of the joint with this name.
-    #[must_use]
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
     }
 
     /// True if the shape can collide with anything.
-    #[must_use]
     pub fn touches(&self, shape: usize) -> bool {
         let groups = self.shapes.get(shape).is_some_and(|shape| shape.groups != [0, 0]);
         groups || self.pairs.keys().any(|(a, b)| [a, b].contains(&&shape))
     }
 
     /// Friction of an explicit contact pair.
-    #[must_use]
     pub fn pair(&self, a: usize, b: usize) -> Option<PairFriction> {
         self.pairs.get(&(a.min(b), a.max(b))).copied()
     }
 
     /// Carrier of each link: the nearest link with a joint, from the link itself up to the world.
-    #[must_use]
     pub fn carriers(&self) -> Vec<usize> {
         let mut carriers = Vec::with_capacity(self.links.len());
         for (index, link) in self.links.iter().enumerate() {

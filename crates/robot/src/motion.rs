@@ -64,7 +64,6 @@ pub struct RobotMotion {
 
 impl Robot {
     /// Coordinates at which every link has its pose of the file.
-    #[must_use]
     pub fn reference(&self) -> Vec<f64> {
         let mut all = Vec::with_capacity(self.counts().0);
         for joint in &self.joints {
@@ -82,7 +81,6 @@ impl Robot {
     }
 
     /// Offset of each joint in the coordinates and in the rates.
-    #[must_use]
     pub fn places(&self) -> Vec<(usize, usize)> {
         let mut at = (0, 0);
         let place = |joint: &RobotJoint| {
@@ -357,7 +355,6 @@ fn unit(four: &[f64]) -> Result<Vector4<f64>, String> {
 
 impl RobotMotion {
     /// Motion of all links, the world first.
-    #[must_use]
     pub fn links(&self) -> &[LinkMotion] {
         &self.links
     }
@@ -367,7 +364,6 @@ impl RobotMotion {
     ///
     /// # Panics
     /// If the link does not exist.
-    #[must_use]
     pub fn jacobian(&self, link: usize, point: &Vector3<f64>) -> [DMatrix<f64>; 2] {
         let point = self.links[link].frame.point(point);
         let rates = self.screws.len();
@@ -384,7 +380,6 @@ impl RobotMotion {
     /// ```text
     /// M = Σ m Jᵀ J + Jωᵀ I Jω + diag(armature)
     /// ```
-    #[must_use]
     pub fn mass_matrix(&self, robot: &Robot) -> DMatrix<f64> {
         let rates = self.screws.len();
         let mut matrix = DMatrix::zeros(rates, rates);
@@ -416,7 +411,6 @@ impl RobotMotion {
     /// ```
     ///
     /// The accelerations a and α are those at constant v.
-    #[must_use]
     pub fn bias(&self, robot: &Robot, gravity: &Vector3<f64>) -> DVector<f64> {
         let mut bias = DVector::zeros(self.screws.len());
         for (index, link) in robot.links.iter().enumerate() {

@@ -66,7 +66,6 @@ impl JointsSummary {
     }
 
     /// Values with the names of their fields.
-    #[must_use]
     pub fn numbers(&self) -> [(&'static str, f64); 5] {
         [
             ("largest_error_m", self.largest_error_m),
@@ -143,7 +142,6 @@ impl StiffJointReport {
     }
 
     /// Joints that were too stiff for steps of `h` (s).
-    #[must_use]
     pub fn joints(&self, h: f64) -> Vec<StiffJoint> {
         let lasting = self.lasting.iter().enumerate();
         let of = |(joint, stiffness): (usize, &f64)| {

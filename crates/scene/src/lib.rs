@@ -86,7 +86,6 @@ pub(crate) fn ending(path: &Path) -> String {
 }
 
 /// Remedy for a file that is neither a scene nor a robot, by its ending.
-#[must_use]
 pub fn remedy(path: &Path) -> Option<&'static str> {
     match &*ending(path) {
         "obj" | "stl" => Some("it is a mesh; `tumble convert` makes a scene of it"),

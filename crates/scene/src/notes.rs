@@ -22,7 +22,6 @@ const ROUNDED_MOMENTS: f64 = 1e-3;
 
 impl Scene {
     /// Notes, one sentence each. `run`, `check`, `convert` and Python show them.
-    #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let of_robots = self.robots.iter().flat_map(|robot| {
             let name = format!("{}{}", robot.prefix(), robot.robot().name);

@@ -38,7 +38,6 @@ impl FieldOverride {
     }
 
     /// Path of the field.
-    #[must_use]
     pub fn path(&self) -> &str {
         &self.path
     }

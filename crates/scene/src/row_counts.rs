@@ -30,7 +30,6 @@ pub struct RowCounts {
 
 impl RowCounts {
     /// Statistics of a run of `world` without rows so far.
-    #[must_use]
     pub fn new(world: World, courses: Vec<(usize, Knots)>) -> Self {
         Self {
             world,

@@ -44,7 +44,6 @@ fn one() -> u64 {
 
 impl RowSelection {
     /// Rows of every `every`-th step, of the given tables only or of all.
-    #[must_use]
     pub fn new(
         every: u64,
         tables: Option<&[Table]>,
@@ -56,26 +55,22 @@ impl RowSelection {
     }
 
     /// True if all rows are written as CSV.
-    #[must_use]
     pub fn is_all(&self) -> bool {
         *self == Self::default()
     }
 
     /// True if rows are omitted.
-    #[must_use]
     pub fn has_gaps(&self) -> bool {
         self.every > 1
     }
 
     /// True if `table` is written in a run, provided that it has such rows.
-    #[must_use]
     pub fn has(&self, table: Table) -> bool {
         let named = |tables: &Vec<String>| tables.iter().any(|name| name == table.name());
         matches!(table, Table::States | Table::Steps) || self.tables.as_ref().is_none_or(named)
     }
 
     /// Number of rows kept of a run with `rows` rows.
-    #[must_use]
     pub fn rows(&self, rows: u64) -> u64 {
         rows.saturating_sub(1).div_ceil(self.every.max(1)) + 1
     }

@@ -70,7 +70,6 @@ impl Scene {
     }
 
     /// World at step `index`, with the frames of prescribed motions at their places.
-    #[must_use]
     pub fn world_at(&self, index: u64) -> World {
         let mut world = self.world.clone();
         world.follow(&self.courses, index as f64 * world.time_step());
@@ -213,19 +212,16 @@ impl Scene {
     }
 
     /// Name of the solver: `native`, `ipopt`, or `rk4` for a body that floats.
-    #[must_use]
     pub fn solver(&self) -> &'static str {
         self.contact.as_ref().map_or("rk4", SolverChoice::solver_name)
     }
 
     /// Seed of a random start; `None` if the start does not depend on it.
-    #[must_use]
     pub fn drawn_seed(&self) -> Option<u32> {
         self.drawn.then_some(self.seed)
     }
 
     /// Name of a contact partner.
-    #[must_use]
     pub fn partner(&self, partner: Partner) -> &str {
         let named = match partner {
             Partner::Ground => None,

@@ -75,7 +75,6 @@ impl SolverChoice {
     }
 
     /// The native solver with its default settings.
-    #[must_use]
     pub fn native() -> Self {
         Self::by(Detection::default(), OnFailure::Record, None)
     }
@@ -116,7 +115,6 @@ impl SolverChoice {
     }
 
     /// Target residual of the native solver, m/s at speed scale 1; `None` for the default.
-    #[must_use]
     pub fn residual(&self) -> Option<f64> {
         self.residual
     }
@@ -142,31 +140,26 @@ impl SolverChoice {
     }
 
     /// True if Ipopt solves the contact steps.
-    #[must_use]
     pub fn is_ipopt(&self) -> bool {
         self.ipopt.is_some()
     }
 
     /// True if Ipopt tries further initial points after a failure.
-    #[must_use]
     pub fn climbs(&self) -> bool {
         self.is_ipopt() && self.on_failure == OnFailure::Ladder
     }
 
     /// Ipopt's tolerance and maximum number of iterations; `None` for the native solver.
-    #[must_use]
     pub fn limits(&self) -> Option<(f64, u32)> {
         self.ipopt.as_ref().map(ipopt::limits)
     }
 
     /// Name of the solver: `native` or `ipopt`.
-    #[must_use]
     pub fn solver_name(&self) -> &'static str {
         if self.is_ipopt() { "ipopt" } else { "native" }
     }
 
     /// Ipopt's program, with its settings that differ from the tutorial's. `None` for the native solver.
-    #[must_use]
     pub fn program(&self) -> Option<&'static str> {
         let program = match self.preset {
             Some(Preset::Tutorial) => "the tutorial's program to the letter",
@@ -187,7 +180,6 @@ impl SolverChoice {
 }
 
 /// Reason why Ipopt's program does not fit `world`; `None` if it does, or without Ipopt.
-#[must_use]
 pub fn unsuitable(world: &World) -> Option<&'static str> {
     ipopt::unsuitable(world)
 }

@@ -96,7 +96,6 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
 }
 
 /// TOML string.
-#[must_use]
 pub fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for letter in text.chars() {

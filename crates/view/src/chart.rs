@@ -20,7 +20,6 @@ pub struct Chart {
 
 impl Chart {
     /// Empty chart with axes and their labels.
-    #[must_use]
     pub fn new(x: PlotAxis, y: PlotAxis, x_name: &str, y_name: &str) -> Self {
         let axes =
             PlotAxes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
@@ -75,7 +74,6 @@ impl Chart {
     }
 
     /// Completes the figure. `caption` is markup and `words` describe the figure.
-    #[must_use]
     pub fn figure(self, words: &str, caption: &str) -> String {
         format!(
             "<figure>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n{}\
@@ -87,7 +85,6 @@ impl Chart {
 }
 
 /// Legend entry with a line.
-#[must_use]
 pub fn line_key(class: &str, name: &str) -> String {
     key(&format!("<path class=\"{class}\" d=\"M0 5h26\"/>"), name)
 }

@@ -149,7 +149,6 @@ impl Film {
     }
 
     /// First body that moves as far as others do, or body 0 if none moves.
-    #[must_use]
     pub fn first_moving(&self) -> usize {
         let start = &self.frames[0].states;
         let motion = |b: usize| {
@@ -181,13 +180,11 @@ impl Film {
     }
 
     /// Time between frames (s).
-    #[must_use]
     pub fn frame_time(&self) -> f64 {
         self.every as f64 * self.world.time_step()
     }
 
     /// True if a step is not converged.
-    #[must_use]
     pub fn has_failed(&self) -> bool {
         self.frames.iter().any(|frame| frame.row.status == StepStatus::Failed)
     }
@@ -277,7 +274,6 @@ impl Film {
 }
 
 /// True if a contact carries a force.
-#[must_use]
 pub fn is_loaded(contact: &ContactRow) -> bool {
     contact.force != Vector3::zeros()
 }

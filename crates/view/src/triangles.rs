@@ -27,7 +27,6 @@ pub struct FilmTriangles {
 }
 
 /// Meshes of all bodies and fixed objects. Points without a shape have none.
-#[must_use]
 pub fn triangles(film: &Film) -> FilmTriangles {
     let of = |object: &Object, usual: [u8; 3]| {
         let solid = object.shapes.iter().filter(|shape| !matches!(shape, Shape::Points(_)));

@@ -63,7 +63,6 @@ impl Server {
     }
 
     /// Address of the page.
-    #[must_use]
     pub fn url(&self) -> String {
         format!("http://{}/{}/", self.hosts[0], self.token)
     }

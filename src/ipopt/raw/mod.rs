@@ -109,7 +109,6 @@ impl RawSolver {
     }
 
     /// Current settings.
-    #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
     }

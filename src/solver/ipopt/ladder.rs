@@ -89,7 +89,6 @@ pub struct Ladder {
 
 impl Ladder {
     /// Creates a ladder with the rungs in order; [`Rung::ALL`] is recommended.
-    #[must_use]
     pub fn new(world: &World, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
         let best_end = ipopt.end.clone();
         Self {
@@ -254,7 +253,7 @@ impl Ladder {
     }
 
     fn is_rounding(&self, step: &Step<'_>, residual: f64) -> bool {
-        residual <= rounding::residual(step.world, step.states, &self.tried.states)
+        residual <= rounding::residual(step.world, step.states, &self.tried.states, 0.0)
     }
 
     /// Computes the native solution once per step. The native solver may admit contacts that

@@ -131,7 +131,6 @@ impl IpoptSolver {
     /// sticking contacts creep. The factor is 10⁷/(m g ℓ)² of the tutorial's cube. With it Ipopt
     /// reaches residuals of about 10⁻⁶ m/s, and warm starts need fewer iterations
     /// (docs/ipopt-path.md).
-    #[must_use]
     pub fn options(tolerance: f64, max_iterations: u32) -> Options {
         Options {
             tolerance,
@@ -146,7 +145,6 @@ impl IpoptSolver {
 
 impl IpoptSolver {
     /// Settings of the tutorial: its tolerance, its iteration limit, and Ipopt's defaults.
-    #[must_use]
     pub fn tutorial_options() -> Options {
         Options {
             tolerance: TOLERANCE,

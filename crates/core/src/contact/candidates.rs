@@ -27,13 +27,11 @@ pub struct Candidates {
 
 impl Candidates {
     /// An empty list of contacts.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
     /// Contacts found so far, in the order of the search.
-    #[must_use]
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
@@ -254,7 +252,6 @@ impl Candidates {
 
     /// A pair of the last search if it was crowded: the boxes of some 4 million pairs met, and the
     /// search left other pairs out.
-    #[must_use]
     pub fn crowded(&self) -> Option<[Partner; 2]> {
         self.neighbours.crowded()
     }

@@ -97,13 +97,11 @@ impl Certificate {
     }
 
     /// Residual of the step: the largest part (m/s). NaN if any part is.
-    #[must_use]
     pub fn residual(&self) -> f64 {
         self.parts().into_iter().map(|(_, value)| value).fold(0.0, largest)
     }
 
     /// Name of the largest part.
-    #[must_use]
     pub fn worst_part(&self) -> &'static str {
         let residual = self.residual();
         self.parts()
@@ -113,14 +111,12 @@ impl Certificate {
     }
 
     /// Parts of motion and contacts, by name. These are all parts of a world without joints.
-    #[must_use]
     pub fn contact_parts(&self) -> [(&'static str, f64); 5] {
         let [dynamics, penetration, normal, friction, cone, ..] = self.parts();
         [dynamics, penetration, normal, friction, cone]
     }
 
     /// Parts by name.
-    #[must_use]
     pub fn parts(&self) -> [(&'static str, f64); 7] {
         [
             ("dynamics", self.dynamics),
@@ -148,7 +144,6 @@ pub struct Certifier {
 
 impl Certifier {
     /// A certifier for any world.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -313,7 +308,6 @@ impl Certifier {
 /// wrenches of the claim and gravity, scaled like the dynamics part of a contact step. It checks
 /// that a file holds the result of the method. The accuracy of the method is tested with
 /// [`rk4_step`]. Every part is NaN if a list does not have one entry per body.
-#[must_use]
 pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
     let h = world.time_step();
     let mut certificate = Certificate::default();

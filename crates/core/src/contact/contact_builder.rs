@@ -201,7 +201,6 @@ fn part_of(touch: &ManifoldPoint) -> CorePart {
 }
 
 /// Ellipsoid of `feature`, which is of `piece`. `None` for another feature.
-#[must_use]
 pub fn ellipsoid(piece: &Piece, feature: Feature) -> Option<Ellipsoid> {
     let Feature::Ellipsoid(_, one) = feature else { return None };
     piece.smooth()?.ellipsoids().get(one as usize).copied()
@@ -219,7 +218,6 @@ pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&
 ///
 /// `None` if the pieces lack these parts or if both have radius 0. If the cores coincide, the plane
 /// is perpendicular to `normal` (unit, frame of B).
-#[must_use]
 pub fn round(pieces: [&Piece; 2], parts: [CorePart; 2], normal: &Vector3<f64>) -> Option<Features> {
     let radius = |at: usize| match parts[at] {
         CorePart::Lateral | CorePart::End(_) => pieces[at].smooth()?.radius(),

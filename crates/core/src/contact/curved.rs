@@ -63,19 +63,16 @@ pub struct Core {
 
 impl Core {
     /// The point `from + share · along`.
-    #[must_use]
     pub fn at(&self, share: f64) -> Vector3<f64> {
         self.from + self.along * share
     }
 
     /// True if the core is a segment.
-    #[must_use]
     pub fn is_segment(&self) -> bool {
         self.along != Vector3::zeros()
     }
 
     /// This core, rotated and then translated.
-    #[must_use]
     pub fn moved(&self, rotation: &Matrix3<f64>, position: &Vector3<f64>) -> Self {
         Self { from: position + rotation * self.from, along: rotation * self.along }
     }
@@ -93,7 +90,6 @@ pub enum Curved {
 
 impl Curved {
     /// The two rounded features, if it has them.
-    #[must_use]
     pub fn cores(&self) -> Option<&CorePair> {
         match self {
             Self::Cores(pair) => Some(pair),
@@ -121,7 +117,6 @@ impl EllipsoidPoint {
     ///
     /// It is the nearest point of the start or of the predicted end. The prediction turns the bodies
     /// with their spins at the start.
-    #[must_use]
     pub fn lever(
         &self,
         normal: &Vector3<f64>,
@@ -144,13 +139,11 @@ impl EllipsoidPoint {
     }
 
     /// True if the nearest point may turn to the direction `toward` in a step: by at most 60°.
-    #[must_use]
     pub fn reaches(&self, toward: &Vector3<f64>) -> bool {
         toward.dot(&self.toward) >= COSINE * toward.norm()
     }
 
     /// |Sᵀ n|_u (m) for the normal `n` in the frame of A, with u at its maximum.
-    #[must_use]
     pub fn width(&self, n: &Vector3<f64>) -> Reach {
         Reach::new(&self.shape.axes.tr_mul(n), &self.toward)
     }
@@ -177,7 +170,6 @@ pub struct CorePair {
 
 impl CorePair {
     /// Closest point of A's core to B's with A at `a` and B at `b`, and the vector from B's (m, world).
-    #[must_use]
     pub fn nearest(&self, a: &Pose, b: &Pose) -> (Vector3<f64>, Vector3<f64>) {
         let of_a = self.of_a.moved(&a.rotation, &a.position);
         let of_b = self.of_b.moved(&b.rotation, &b.position);
@@ -186,20 +178,17 @@ impl CorePair {
     }
 
     /// Closest point on A's core at k (m, frame of A).
-    #[must_use]
     pub fn point(&self) -> Vector3<f64> {
         self.of_a.at(self.shares.0)
     }
 
     /// Closest point on B's core at k (m, frame of B).
-    #[must_use]
     pub fn foot(&self) -> Vector3<f64> {
         self.of_b.at(self.shares.1)
     }
 }
 
 /// Parameters s and t of the closest points of two cores, and the vector D from `b` to `a` (m).
-#[must_use]
 pub fn closest_vector(a: &Core, b: &Core) -> ((f64, f64), Vector3<f64>) {
     let shares = closest_segment_parameters(&a.from, &a.along, &b.from, &b.along);
     (shares, a.at(shares.0) - b.at(shares.1))
@@ -218,7 +207,6 @@ pub struct Reach {
 
 impl Reach {
     /// Evaluates |D|_n for the vector `d` (m) and the unit normal `normal` at k.
-    #[must_use]
     pub fn new(d: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
         let (length, along) = (d.norm(), normal.dot(d));
         if along >= COSINE * length {
@@ -235,7 +223,6 @@ impl Reach {
     }
 
     /// |D|_n minus the length `before` of an earlier vector `was` (m), without cancellation.
-    #[must_use]
     pub fn beyond(&self, d: &Vector3<f64>, was: &Vector3<f64>, before: f64) -> f64 {
         if self.is_exact && self.length + before > 0.0 {
             return (d - was).dot(&(d + was)) / (self.length + before);

@@ -57,7 +57,6 @@ impl Detection {
     }
 
     /// Name of the rule on the command line.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Height => "height",

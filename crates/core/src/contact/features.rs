@@ -27,7 +27,6 @@ pub struct Features {
 
 impl Features {
     /// Features of a point, rounded by a radius, against a plane. See the fields.
-    #[must_use]
     pub fn from_plane(point: Vector3<f64>, radius: f64, frame: Matrix3<f64>, offset: f64) -> Self {
         Self { point, radius, frame, offset, curved: None }
     }

@@ -37,7 +37,6 @@ impl Contact {
     ///
     /// # Panics
     /// If `states` has no state of the owner of the axis.
-    #[must_use]
     #[inline]
     pub fn friction_tensor(&self, world: &World, states: &[State]) -> Option<FrictionTensor> {
         if world.friction_axes().is_empty() { None } else { self.tensor(world, states) }
@@ -58,25 +57,21 @@ impl Contact {
 
 impl FrictionTensor {
     /// σ = 1 − (1 − s) |a_t|²: scale along a_t. It is 1 in all directions across.
-    #[must_use]
     pub fn stretch(&self) -> f64 {
         1.0 - self.loss * self.across.norm_squared()
     }
 
     /// ũ = T u.
-    #[must_use]
     pub fn scaled_motion(&self, u: &Vector3<f64>) -> Vector3<f64> {
         u - self.across * (self.loss * self.across.dot(u))
     }
 
     /// p̃ = T⁻¹ p.
-    #[must_use]
     pub fn scaled_impulse(&self, p: &Vector3<f64>) -> Vector3<f64> {
         p + self.across * (self.loss / self.stretch() * self.across.dot(p))
     }
 
     /// Change of T with a change of the axis by `turned` relative to the tangent plane.
-    #[must_use]
     pub fn change(&self, normal: &Vector3<f64>, turned: &Vector3<f64>) -> Matrix3<f64> {
         let moved = turned - normal * normal.dot(turned);
         let half = moved * self.across.transpose() * -self.loss;
@@ -84,13 +79,11 @@ impl FrictionTensor {
     }
 
     /// Change of T with the factor s.
-    #[must_use]
     pub fn change_by_factor(&self) -> Matrix3<f64> {
         self.across * self.across.transpose()
     }
 
     /// The `frame` (t₁, t₂, n), turned about n so that t₁ is along a_t.
-    #[must_use]
     pub fn frame(&self, frame: &Matrix3<f64>) -> Matrix3<f64> {
         let normal = frame.column(2).into_owned();
         match self.across.try_normalize(1e-8) {

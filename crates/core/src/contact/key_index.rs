@@ -36,7 +36,6 @@ struct Chains {
 
 impl KeyIndex {
     /// An empty index.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -57,7 +56,6 @@ impl KeyIndex {
     /// The first index to try is `near`, which mostly matches because contacts keep their order
     /// from step to step. Of several matches the result is the first from `near` on, or else the
     /// first.
-    #[must_use]
     #[inline(always)]
     pub fn place<T: AsRef<ContactKey>>(
         &mut self,
@@ -93,7 +91,6 @@ impl KeyIndex {
     }
 
     /// Contact `key` in `contacts`, found like [`KeyIndex::place`].
-    #[must_use]
     #[inline(always)]
     pub fn find<'a, T: AsRef<ContactKey>>(
         &mut self,

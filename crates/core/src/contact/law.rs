@@ -66,14 +66,12 @@ pub struct LawResidual {
 
 impl ContactLaw {
     /// Friction without restitution.
-    #[must_use]
     pub const fn plastic(friction: f64) -> Self {
         Self { friction, static_friction: None, restitution: 0.0 }
     }
 
     /// Residual of the impulse `p` divided by the mass of A (m/s) and the motion `u` (m/s), in the
     /// same axes as the unit `normal`. NaN propagates.
-    #[must_use]
     pub fn residual(
         &self,
         response: &Response,

@@ -132,7 +132,6 @@ pub struct Contact {
 impl Contact {
     /// Creates the contact of `features` between body `a` of the `key` and its partner `b`. `b` is
     /// `None` for the ground.
-    #[must_use]
     #[inline]
     pub fn new(
         key: ContactKey,
@@ -233,7 +232,6 @@ impl Contact {
     }
 
     /// n at the start of the step (unit, world, from B to A).
-    #[must_use]
     pub fn normal(&self) -> Vector3<f64> {
         self.frame.column(2).into_owned()
     }
@@ -266,7 +264,6 @@ impl Contact {
     }
 
     /// True if a touching feature is curved, so that the features can roll.
-    #[must_use]
     pub fn is_rounded(&self) -> bool {
         self.features.radius > 0.0 || self.features.curved.is_some()
     }
@@ -274,7 +271,6 @@ impl Contact {
     /// Vector from the centre of B's feature to the centre of A's feature at the start of the step
     /// (m, world). It is along the normal, with the length of the gap plus both radii. Zero unless
     /// both features are round.
-    #[must_use]
     pub fn offset_vector(&self) -> Vector3<f64> {
         let radii = |pair: &CorePair| self.features.radius + pair.radius;
         let pair = self.features.curved.as_ref().and_then(Curved::cores);
@@ -282,13 +278,11 @@ impl Contact {
     }
 
     /// φ (eq. 4, 4a) with A at `a` and B at `b` (m). `b` is `None` for the ground.
-    #[must_use]
     pub fn gap_at(&self, a: &Pose, b: Option<&Pose>) -> f64 {
         gap_between(&self.features, &self.normal(), a, b)
     }
 
     /// φ (eq. 4, 4a) with all bodies at `states` (m); NaN without the states of A or B.
-    #[must_use]
     pub fn gap_in(&self, states: &[State]) -> f64 {
         let pose = |body: usize| states.get(body).map(State::pose);
         match (pose(self.key.body), self.key.partner.body().map(pose)) {
@@ -321,7 +315,6 @@ impl Contact {
     /// ```
     ///
     /// `a` and `b` are the poses of the two bodies at start and end. `b` is `None` for the ground.
-    #[must_use]
     pub fn motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
         match &self.features.curved {
             None => {}
@@ -351,7 +344,6 @@ impl Contact {
     /// Tangential velocity of A's [surface](World::with_surface) relative to B's, in a step from
     /// `states` (m/s, world). It is added to the slip of the law, so that a body that moves with a
     /// conveyor does not slip.
-    #[must_use]
     pub fn carried(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let surface = |of: Partner| {
             let velocity = world.surface_of(of);
@@ -365,7 +357,6 @@ impl Contact {
 
     /// Mean slip over the step `states` → `next` of `world`, with the motion of surfaces (m/s,
     /// world). NaN if a list has no state of one of the bodies.
-    #[must_use]
     pub fn slip(&self, world: &World, states: &[State], next: &[State]) -> Vector3<f64> {
         let poses = |body: usize| Some((states.get(body)?.pose(), next.get(body)?.pose()));
         let b = self.key.partner.body().map(poses);
@@ -449,7 +440,6 @@ fn plane_in_a(frame: &Matrix3<f64>, a: &Pose, b: Option<&Pose>) -> Vector3<f64> 
 
 /// `[y]× Aᵀ`: map from an impulse at y (world) to its torque (frame of the body). y is in m in the
 /// frame of the body, and A is the rotation of the body.
-#[must_use]
 #[inline]
 pub fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
     y.cross_matrix() * a.transpose()

@@ -45,14 +45,12 @@ pub struct MomentScale {
 
 impl Contact {
     /// Coefficients of the moment in `world`.
-    #[must_use]
     pub fn turning_friction(&self, world: &World) -> TurningFriction {
         world.turning_friction_between(self.key.body, self.key.partner)
     }
 
     /// Angular velocity Ω of A relative to B over the step (rad/s, world). `a` and `b` are the poses at
     /// both ends; `b` is `None` for a fixed partner.
-    #[must_use]
     pub fn relative_turning(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
         turning(a, h) - b.map_or(Vector3::zeros(), |b| turning(b, h))
     }
@@ -63,7 +61,6 @@ impl Contact {
     /// ```text
     /// W = Σ A I⁻¹ Aᵀ,   ½ m_A ℓ² tr W_tt = 1,   w_n = m_A ℓ² W_nn             (eq. 44)
     /// ```
-    #[must_use]
     pub fn moment_scale(
         &self,
         world: &World,

@@ -49,7 +49,6 @@ const JUST_ARRIVING: f64 = 1e-200;
 impl Contact {
     /// Relative velocity of the touching points of A and B just before the impulses of a step from
     /// `states` (m/s, world). NaN if the list has no state of one of the bodies.
-    #[must_use]
     pub fn arriving_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let arriving = |body: usize| {
             let (of, state) = (world.bodies().get(body)?, states.get(body)?);
@@ -67,7 +66,6 @@ impl Contact {
 
     /// Relative velocity of the touching points just after the impulses of the step `states` →
     /// `next` (m/s, world). Arms and frames are those at the start.
-    #[must_use]
     pub fn departing_velocity(
         &self,
         world: &World,
@@ -108,7 +106,6 @@ impl Contact {
     /// Work of the impulse `force` × h of the contact on the mean of the velocities before and
     /// after the step `states` → `next` of `world` (eq. 31) (J). NaN if a list has no state of one
     /// of the bodies.
-    #[must_use]
     pub fn impact_work(
         &self,
         world: &World,
@@ -148,7 +145,6 @@ impl Contact {
 
     /// e c_n⁻ times `share` (eq. 29), for a free flight from `states` to `free` (m/s). It is 0 if
     /// the contact does not bounce, or if a list has no state of one of the bodies.
-    #[must_use]
     pub fn rebound_of(&self, world: &World, states: &[State], free: &[State], share: f64) -> f64 {
         let restitution = self.law.restitution;
         if restitution == 0.0 {
@@ -170,7 +166,6 @@ impl Contact {
     }
 
     /// True if the contact bounces in the step, so that it has the row of a rebound.
-    #[must_use]
     #[inline]
     pub fn bounces(&self) -> bool {
         self.rebound != 0.0
@@ -198,7 +193,6 @@ impl Contact {
 
     /// True if the contact is [struck](Contact::struck) once it presses in a step in which its
     /// island bounces. Such a contact has restitution and no rebound yet.
-    #[must_use]
     pub fn may_be_struck(&self) -> bool {
         !self.struck && !self.bounces() && self.law.restitution > 0.0
     }
@@ -209,7 +203,6 @@ impl Contact {
     /// The distance uses the speeds before and after and `pushed` (m/s), the speed from the
     /// impulses on its bodies. One of these impulses may have closed the contact before others held
     /// it back.
-    #[must_use]
     pub fn could_close(
         &self,
         world: &World,
@@ -224,7 +217,6 @@ impl Contact {
 
     /// Bound on the relative speed of the contact's points caused by the impulse of `force` (N)
     /// alone (m/s). It is h |f|/m times the sum of both [responses](Contact::response).
-    #[must_use]
     pub fn pushed_by(&self, world: &World, force: &Vector3<f64>) -> f64 {
         let mass = world.bodies().get(self.key.body).map_or(f64::NAN, RigidBody::mass);
         let Response { normal, tangential } = self.response;
@@ -236,7 +228,6 @@ impl Contact {
     ///
     /// It adds the motion of [surfaces](Contact::carried) and the offset of the slip (eq. 38). Along the normal it is the smaller of
     /// the gap speed and the parting speed beyond the rebound (eq. 29).
-    #[must_use]
     #[inline]
     pub fn law_motion(
         &self,

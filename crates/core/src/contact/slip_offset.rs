@@ -101,7 +101,6 @@ impl Contact {
     }
 
     /// True if this contact has the coefficient `friction`, or would have it without slip.
-    #[must_use]
     pub fn may_have_friction(&self, world: &World, friction: f64) -> bool {
         friction == self.law.friction || friction == self.friction_at(world, 0.0, 0.0)
     }
@@ -152,7 +151,6 @@ impl Contact {
     }
 
     /// Share of the static coefficient in the friction of the step in `world`.
-    #[must_use]
     pub fn static_share(&self, world: &World) -> f64 {
         let Some(most) = self.law.static_friction else { return 0.0 };
         let least = world.friction_between(self.key.body, self.key.partner);

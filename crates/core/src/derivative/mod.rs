@@ -41,14 +41,12 @@ impl StateChange {
     pub const LEN: usize = 12;
 
     /// Zero change.
-    #[must_use]
     pub fn zero() -> Self {
         let zero = Vector3::zeros();
         Self { position: zero, turn: zero, velocity: zero, spin: zero }
     }
 
     /// Components in the order of the fields.
-    #[must_use]
     pub fn to_array(&self) -> [f64; Self::LEN] {
         let mut numbers = [0.0; Self::LEN];
         let parts = [&self.position, &self.turn, &self.velocity, &self.spin];
@@ -59,14 +57,12 @@ impl StateChange {
     }
 
     /// Creates a change from its components.
-    #[must_use]
     pub fn from_array(numbers: &[f64; Self::LEN]) -> Self {
         let part = |k: usize| Vector3::from_column_slice(&numbers[3 * k..3 * k + 3]);
         Self { position: part(0), turn: part(1), velocity: part(2), spin: part(3) }
     }
 
     /// Scalar product of all components.
-    #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         self.position.dot(&other.position)
             + self.turn.dot(&other.turn)
@@ -75,21 +71,18 @@ impl StateChange {
     }
 
     /// This change times `factor`.
-    #[must_use]
     #[cfg(feature = "save")]
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self::zero().plus(factor, self)
     }
 
     /// The velocity and the spin of this change alone.
-    #[must_use]
     #[cfg(feature = "save")]
     pub(crate) fn velocities(&self) -> Self {
         Self { velocity: self.velocity, spin: self.spin, ..Self::zero() }
     }
 
     /// Sum of this change and `factor` times `other`.
-    #[must_use]
     pub fn plus(&self, factor: f64, other: &Self) -> Self {
         Self {
             position: self.position + other.position * factor,
@@ -101,7 +94,6 @@ impl StateChange {
 
     /// Applies this change, of any size, to `state`. δθ is a rotation vector. A zero rotation keeps
     /// the attitude to the last bit.
-    #[must_use]
     pub fn applied(&self, state: &State) -> State {
         let angle = self.turn.norm();
         let (sin, cos) = libm::sincos(0.5 * angle);
@@ -121,7 +113,6 @@ impl StateChange {
 
     /// Change that turns `from` into `to`, with a rotation of at most half a turn; the inverse of
     /// [`StateChange::applied`].
-    #[must_use]
     pub fn between(from: &State, to: &State) -> Self {
         let conjugated = |q: &Vector4<f64>| Vector4::new(q[0], -q[1], -q[2], -q[3]);
         let mut q = quaternion::left(&conjugated(&from.attitude)) * to.attitude;

@@ -89,7 +89,6 @@ impl<'a> Moving<'a> {
 
     /// Largest distance by which a piece can leave the box around both ends of its trajectory (m).
     /// Points of a rotating piece move along arcs.
-    #[must_use]
     pub fn bulge(&self) -> f64 {
         bulge(self.arm, self.trajectory.angle())
     }
@@ -97,13 +96,11 @@ impl<'a> Moving<'a> {
 
 /// Largest distance between an arc and its chord (m), for a point within `arm` (m) of the centre
 /// and a rotation by `angle` (rad).
-#[must_use]
 pub fn bulge(arm: f64, angle: f64) -> f64 {
     arm * (0.125 * angle * angle).min(2.0)
 }
 
 /// Bound on the relative displacement of points of two pieces over the whole trajectory (m).
-#[must_use]
 pub fn travel(a: &Moving<'_>, b: &Moving<'_>) -> f64 {
     let shift = a.trajectory.shift() - b.trajectory.shift();
     shift.norm() + a.chord() + b.chord()
@@ -114,7 +111,6 @@ pub fn travel(a: &Moving<'_>, b: &Moving<'_>) -> f64 {
 ///
 /// The test uses the axis at the end, and then an axis that moves from the start's to the end's. It
 /// is cheap and sufficient for most touching pairs.
-#[must_use]
 pub fn stays_clear(a: &Moving<'_>, b: &Moving<'_>, depth: f64, hint: &Hint) -> bool {
     let stands = |axis: &Vector3<f64>, end: f64| {
         let least = end.min(gap_along(a.at_start(), b.at_start(), axis));

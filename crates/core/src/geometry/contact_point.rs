@@ -20,13 +20,11 @@ pub struct ContactPoint {
 
 impl ContactPoint {
     /// Point with a rounding radius (m).
-    #[must_use]
     pub fn rounded(position: Vector3<f64>, radius: f64) -> Self {
         Self { position, radius, ellipsoid: None, is_second: false }
     }
 
     /// Both contact points of an ellipsoid.
-    #[must_use]
     pub fn from_ellipsoid(one: &Ellipsoid) -> [Self; 2] {
         let point = |is_second| Self {
             position: one.centre,
@@ -38,21 +36,18 @@ impl ContactPoint {
     }
 
     /// The ellipsoid, if the point has one.
-    #[must_use]
     pub fn smooth(&self) -> Option<Ellipsoid> {
         let axes = self.ellipsoid.as_ref()?;
         Some(Ellipsoid { centre: self.position, axes: **axes })
     }
 
     /// Largest coordinates of the point's surface relative to the position (m).
-    #[must_use]
     pub fn half_extents(&self) -> Vector3<f64> {
         let own = self.smooth().map_or(Vector3::zeros(), |one| one.half_extents());
         own.add_scalar(self.radius)
     }
 
     /// Bound on the distance of the point's surface from the position (m).
-    #[must_use]
     pub fn size(&self) -> f64 {
         self.radius + self.smooth().map_or(0.0, |one| one.size())
     }

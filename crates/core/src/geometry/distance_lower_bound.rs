@@ -7,7 +7,6 @@ use super::pair::{PiecePair, PlacedPiece};
 ///
 /// It is the larger of two bounds: the gap of the bounding balls and the gap along the axis stored
 /// in `hint`. The second is exact while the same features face each other.
-#[must_use]
 pub fn distance_lower_bound(a: PlacedPiece<'_>, b: PlacedPiece<'_>, hint: &Hint) -> f64 {
     let pair = PiecePair::new(a, b);
     pair.quick_gap(hint) - pair.radii()

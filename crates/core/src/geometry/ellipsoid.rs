@@ -24,7 +24,6 @@ const FLAT: f64 = 1e-9;
 
 impl Ellipsoid {
     /// Disc about `centre` with the unit normal `axis` and `radius` (m).
-    #[must_use]
     pub fn disc(centre: Vector3<f64>, axis: &Vector3<f64>, radius: f64) -> Self {
         let least = Vector3::ith(axis.iamin(), 1.0);
         let first = (least - axis * axis.dot(&least)).normalize();
@@ -34,39 +33,33 @@ impl Ellipsoid {
     }
 
     /// This ellipsoid rotated about the origin and then translated (m).
-    #[must_use]
     pub fn moved_by(&self, rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
         Self { centre: rotation * self.centre + translation, axes: rotation * self.axes }
     }
 
     /// This ellipsoid with all lengths multiplied by `factor`.
-    #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self { centre: self.centre * factor, axes: self.axes * factor }
     }
 
     /// |Sᵀ n|: half the width along the unit vector `n` (m).
-    #[must_use]
     pub fn half_width(&self, n: &Vector3<f64>) -> f64 {
         self.axes.tr_mul(n).norm()
     }
 
     /// S Sᵀ n/|Sᵀ n|: vector from the centre to the farthest point along `n` (m). Zero if all points
     /// are equally far, to rounding.
-    #[must_use]
     pub fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
         self.axes * self.direction(n)
     }
 
     /// Sᵀ n/|Sᵀ n|: the unit vector y for which c + S y is the farthest point along `n`; 0 if all
     /// points are equally far.
-    #[must_use]
     pub fn direction(&self, n: &Vector3<f64>) -> Vector3<f64> {
         if self.is_across(n) { Vector3::zeros() } else { self.axes.tr_mul(n).normalize() }
     }
 
     /// The vector y for which c + S y is the point `at` of the ellipsoid's span (m).
-    #[must_use]
     pub fn coordinates(&self, at: &Vector3<f64>) -> Vector3<f64> {
         // The columns of S are orthogonal.
         Vector3::from_fn(|axis, _| {
@@ -78,7 +71,6 @@ impl Ellipsoid {
 
     /// True if all points are equally far along the unit vector `n`, to rounding: a disc with this
     /// normal.
-    #[must_use]
     pub fn is_across(&self, n: &Vector3<f64>) -> bool {
         self.half_width(n) <= FLAT * self.axes.amax()
     }
@@ -88,7 +80,6 @@ impl Ellipsoid {
     /// ```text
     /// (M − (M n)(M n)ᵀ/w²)/w
     /// ```
-    #[must_use]
     pub fn bend(&self, n: &Vector3<f64>) -> Matrix3<f64> {
         let square = self.axes * self.axes.transpose();
         let (squared, width) = (square * n, self.half_width(n));
@@ -96,25 +87,21 @@ impl Ellipsoid {
     }
 
     /// Unit normal of a disc.
-    #[must_use]
     pub fn normal(&self) -> Vector3<f64> {
         self.axes.column(0).cross(&self.axes.column(1)).normalize()
     }
 
     /// Largest coordinates of its points relative to the centre (m).
-    #[must_use]
     pub fn half_extents(&self) -> Vector3<f64> {
         Vector3::from_fn(|axis, _| self.axes.row(axis).norm())
     }
 
     /// Longest half axis (m).
-    #[must_use]
     pub fn longest(&self) -> f64 {
         self.axes.column_iter().map(|axis| axis.norm()).fold(0.0, f64::max)
     }
 
     /// Longest half axis, to a factor of √3 (m).
-    #[must_use]
     pub fn size(&self) -> f64 {
         self.axes.norm()
     }

@@ -20,13 +20,11 @@ pub struct Hint {
 
 impl Hint {
     /// Last axis (unit, world, from A to B), with B at `pose`.
-    #[must_use]
     pub fn axis_from(&self, pose: &Pose) -> Option<Vector3<f64>> {
         self.axis.map(|axis| pose.rotation * axis)
     }
 
     /// The cached axis (unit, world), recomputed from the same features at the given poses.
-    #[must_use]
     pub(super) fn axis_between(
         &self,
         a: PlacedPiece<'_>,

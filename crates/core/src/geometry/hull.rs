@@ -215,19 +215,16 @@ impl Hull {
     }
 
     /// The vertices (m).
-    #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
     /// The faces; empty for a point or a segment.
-    #[must_use]
     pub fn faces(&self) -> &[Face] {
         &self.faces
     }
 
     /// The edges, sorted by their vertices; a segment has one and a point has none.
-    #[must_use]
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
@@ -236,7 +233,6 @@ impl Hull {
     ///
     /// # Panics
     /// If there is no such face.
-    #[must_use]
     pub fn face_loop(&self, face: usize) -> &[Corner] {
         let Face { first, count, .. } = self.faces[face];
         &self.corners[first as usize..(first + count) as usize]
@@ -294,13 +290,11 @@ impl Hull {
     }
 
     /// Mean of the vertices (m).
-    #[must_use]
     pub fn centre(&self) -> &Vector3<f64> {
         &self.centre
     }
 
     /// Distance in m of the farthest vertex from the [centre](Self::centre).
-    #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
     }

@@ -26,7 +26,6 @@ pub struct MassProperties {
 
 impl MassProperties {
     /// Mass properties of one piece.
-    #[must_use]
     pub fn from_piece(piece: &Piece) -> Self {
         if let Some(smooth) = piece.smooth() {
             return smooth_mass(smooth);
@@ -53,7 +52,6 @@ impl MassProperties {
     /// Mass properties of the solid that a closed mesh encloses, which need not be convex.
     ///
     /// The solid is the sum of the signed tetrahedra from one vertex to the triangles.
-    #[must_use]
     pub fn from_mesh(mesh: &Mesh) -> Self {
         let o = mesh.vertices().first().copied().unwrap_or_default();
         let mut sum = Moments::default();

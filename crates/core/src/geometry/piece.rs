@@ -154,25 +154,21 @@ impl Piece {
     }
 
     /// The core: the piece before it is rounded.
-    #[must_use]
     pub fn core(&self) -> &Hull {
         &self.core
     }
 
     /// Radius of the rounding (m).
-    #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
     /// The smooth shape, if it has one.
-    #[must_use]
     pub fn smooth(&self) -> Option<&Smooth> {
         self.smooth.as_ref()
     }
 
     /// The point that is farthest along the unit vector `n` (m).
-    #[must_use]
     pub(crate) fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
         match &self.smooth {
             Some(smooth) => smooth.farthest(n),
@@ -181,7 +177,6 @@ impl Piece {
     }
 
     /// Radius of a ball about the core's centre that contains the piece (m).
-    #[must_use]
     pub(crate) fn bounding_radius(&self) -> f64 {
         match &self.smooth {
             Some(Smooth::Ellipsoid(one)) => {

@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 ///
 /// Either segment may be a point. Parallel segments can have many closest pairs; the result is then
 /// the closest pair nearest to s = 0.
-#[must_use]
 #[inline(always)]
 pub fn closest_segment_parameters(
     p: &Vector3<f64>,

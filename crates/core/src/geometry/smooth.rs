@@ -23,7 +23,6 @@ pub enum Smooth {
 
 impl Smooth {
     /// The ellipsoids and discs that span the shape, besides an apex.
-    #[must_use]
     pub fn ellipsoids(&self) -> &[Ellipsoid] {
         match self {
             Self::Cylinder(discs) => discs,
@@ -44,7 +43,6 @@ impl Smooth {
     }
 
     /// The apex of a cone (m), and its index among the vertices of the core.
-    #[must_use]
     pub fn apex(&self) -> Option<(u32, Vector3<f64>)> {
         match self {
             Self::Cone { apex, .. } => Some(*apex),
@@ -53,7 +51,6 @@ impl Smooth {
     }
 
     /// Centres of both ends of a cylinder (m).
-    #[must_use]
     pub fn axis(&self) -> Option<[Vector3<f64>; 2]> {
         match self {
             Self::Cylinder(discs) => Some(discs.map(|disc| disc.centre)),
@@ -67,7 +64,6 @@ impl Smooth {
     /// ```text
     /// sin β = R/√(R² + H²)
     /// ```
-    #[must_use]
     pub fn cone(&self) -> Option<(Vector3<f64>, f64)> {
         let Self::Cone { base, apex } = self else { return None };
         let axis = apex.1 - base.centre;
@@ -77,7 +73,6 @@ impl Smooth {
     }
 
     /// Radius of a cylinder (m).
-    #[must_use]
     pub fn radius(&self) -> Option<f64> {
         match self {
             Self::Cylinder([disc, _]) => Some(disc.axes.column(0).norm()),
@@ -86,7 +81,6 @@ impl Smooth {
     }
 
     /// The point of the shape that is farthest along the unit vector `n` (m).
-    #[must_use]
     pub fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
         let (mut best, mut height) = match self.apex() {
             Some((_, apex)) => (apex, n.dot(&apex)),
@@ -102,7 +96,6 @@ impl Smooth {
     }
 
     /// Largest n·x over the shape for a unit vector `n` (m).
-    #[must_use]
     pub fn extent(&self, n: &Vector3<f64>) -> f64 {
         let of_one = |one: &Ellipsoid| n.dot(&one.centre) + one.half_width(n);
         let ellipsoids = self.ellipsoids().iter().map(of_one);
@@ -112,7 +105,6 @@ impl Smooth {
 
     /// Points on the surface whose hull is close to the shape (m): `count` on each disc, and
     /// `count` on each of `count`/2 circles of latitude of an ellipsoid.
-    #[must_use]
     pub fn samples(&self, count: usize) -> Vec<Vector3<f64>> {
         let place = |one: &Ellipsoid, y: Vector3<f64>| one.centre + one.axes * y;
         let around =

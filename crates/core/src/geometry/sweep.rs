@@ -21,7 +21,6 @@ pub struct Aabb {
 
 impl Aabb {
     /// Bounding box of a piece whose body is at `pose`.
-    #[must_use]
     pub fn from_piece(piece: &Piece, pose: &Pose) -> Self {
         let start = Vector3::repeat(f64::INFINITY);
         let (mut low, mut high) = (start, -start);
@@ -35,25 +34,21 @@ impl Aabb {
 
     /// Bounding box of a piece at both ends of a step. A rotating piece may leave it in between by
     /// its [`bulge`](super::Moving::bulge).
-    #[must_use]
     pub fn swept(piece: &Piece, from: &Pose, to: &Pose) -> Self {
         Self::from_piece(piece, from).joined(&Self::from_piece(piece, to))
     }
 
     /// Smallest box that contains both boxes.
-    #[must_use]
     pub fn joined(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
     /// This box with all sides moved outward by `margin` (m).
-    #[must_use]
     pub fn grown(&self, margin: f64) -> Self {
         Self { low: self.low.add_scalar(-margin), high: self.high.add_scalar(margin) }
     }
 
     /// True if the boxes have a point in common.
-    #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
     }
@@ -71,7 +66,6 @@ pub struct Sweep {
 
 impl Sweep {
     /// An empty broad phase without fixed boxes.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }

@@ -108,7 +108,6 @@ impl Knots {
     }
 
     /// Frame at `time` (s).
-    #[must_use]
     pub fn at(&self, time: f64) -> JointFrame {
         let next = self.knots.partition_point(|(knot, _)| *knot <= time);
         let before = next.checked_sub(1).and_then(|last| self.knots.get(last));

@@ -17,7 +17,6 @@ pub struct JointFrame {
 
 impl JointFrame {
     /// Frame at `anchor` (m), aligned with the body frame.
-    #[must_use]
     pub fn at(anchor: Vector3<f64>) -> Self {
         Self { anchor, attitude: Vector4::new(1.0, 0.0, 0.0, 0.0) }
     }
@@ -47,7 +46,6 @@ impl JointFrame {
     }
 
     /// Rotation matrix F, joint → body.
-    #[must_use]
     pub fn rotation(&self) -> Matrix3<f64> {
         crate::mechanics::quaternion::rotation(&self.attitude)
     }

@@ -20,7 +20,6 @@ impl GearAxis {
     ///
     /// # Panics
     /// If the joint or axis does not exist.
-    #[must_use]
     pub fn coordinate(&self, joints: &[Joint], states: &[State], near: &Vector3<f64>) -> f64 {
         let of = &joints[self.joint];
         of.coordinates(states).map_or(f64::NAN, |at| match self.axis {
@@ -64,7 +63,6 @@ pub const GEAR_AT_THE_START: f64 = 1e-6;
 impl Gear {
     /// Creates the constraint `first` = `ratio` · `second` + `offset`, in units of the first
     /// coordinate.
-    #[must_use]
     pub fn new(first: GearAxis, second: GearAxis, ratio: f64, offset: f64) -> Self {
         Self { axes: [first, second], ratio, offset, law: Axis::Locked, kick: 1.0 }
     }
@@ -78,7 +76,6 @@ impl Gear {
     }
 
     /// Drive on s; `None` if s is constrained to zero.
-    #[must_use]
     pub fn drive(&self) -> Option<&Drive> {
         match &self.law {
             Axis::Locked => None,
@@ -100,19 +97,16 @@ impl Gear {
     }
 
     /// Axes of the first and the second coordinate.
-    #[must_use]
     pub fn axes(&self) -> &[GearAxis; 2] {
         &self.axes
     }
 
     /// Ratio r.
-    #[must_use]
     pub fn ratio(&self) -> f64 {
         self.ratio
     }
 
     /// Offset q₀ (m or rad).
-    #[must_use]
     pub fn offset(&self) -> f64 {
         self.offset
     }
@@ -195,7 +189,6 @@ impl Gear {
     }
 
     /// Sum s (J17) at `states`, with the joint angles nearest to `angles` (m or rad).
-    #[must_use]
     pub fn coordinate(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
         let at = |of: GearAxis| {
             let near = angles.get(of.joint).copied().unwrap_or_default();
@@ -206,7 +199,6 @@ impl Gear {
 
     /// Error at `states`, with the joint angles nearest to `angles`: s, or the excess of s over the
     /// limits of its drive. The unit is that of the first coordinate (m or rad).
-    #[must_use]
     pub fn error(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
         let sum = self.coordinate(joints, states, angles);
         match self.law {
@@ -219,7 +211,6 @@ impl Gear {
 
     /// Length that scales rates of the first coordinate to speeds: the [length](Joint::length) of
     /// the first joint for an angle, 1 for a slide.
-    #[must_use]
     pub fn length(&self, joints: &[Joint], bodies: &[RigidBody]) -> f64 {
         let GearAxis { joint, axis } = self.axes[0];
         match axis {

@@ -191,7 +191,6 @@ impl Graph {
     };
 
     /// Locked row: u = 0 at any impulse.
-    #[must_use]
     pub const fn locked() -> Self {
         Self::with_one_corner(0.0, 0.0, -1.0)
     }
@@ -208,7 +207,6 @@ impl Graph {
     }
 
     /// Free row: p = 0 at any speed.
-    #[must_use]
     pub const fn free() -> Self {
         Self::with_one_corner(0.0, 1.0, 0.0)
     }
@@ -222,7 +220,6 @@ impl Graph {
     }
 
     /// Unilateral stop at the left end: 0 ≤ u ⊥ p ≥ 0.
-    #[must_use]
     pub fn limit() -> Self {
         let mut sum = ForceSum::constant(0.0);
         sum.add_stops(0.0, f64::INFINITY);
@@ -231,7 +228,6 @@ impl Graph {
 
     /// Dry friction: u = 0 for impulses from `least` to `most`, `least` for u > 0 and `most` for u
     /// < 0.
-    #[must_use]
     pub fn between(least: f64, most: f64) -> Self {
         let level = (1.0, 0.0);
         let mut graph = Self { first: level, last: level, by_pull: true, ..Self::EMPTY };
@@ -295,7 +291,6 @@ impl Graph {
     }
 
     /// Projection P(y) (J3) of the argument y = `projection`.
-    #[must_use]
     pub fn projected(&self, projection: f64, rho: f64) -> f64 {
         let segment = self.segment(self.piece(projection, rho));
         if self.by_pull && segment.is_vertical() {
@@ -305,7 +300,6 @@ impl Graph {
     }
 
     /// Natural residual |p − P(p − ρ u)|/ρ of (u, p), in units of u.
-    #[must_use]
     pub fn residual(&self, u: f64, p: f64, rho: f64) -> f64 {
         (p - self.projected(p - rho * u, rho)).abs() / rho
     }

@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 impl Joint {
     /// Joint between `body` and `other` (`None` for the world) with six free axes; a basis for
     /// [`Joint::with_axes`].
-    #[must_use]
     pub fn between(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = [Axis::Free(Drive::NONE); 3];
         Self {
@@ -27,7 +26,6 @@ impl Joint {
 
     /// Ball joint without limits: the anchors coincide and the rotation is free, or under drives
     /// about all three axes ([`TurnKind::Driven`](super::TurnKind::Driven)).
-    #[must_use]
     pub fn spherical(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let linear = [Axis::Locked; 3];
         Self { linear, ..Self::between(body, other, frames) }
@@ -36,7 +34,6 @@ impl Joint {
     /// Ball joint with limits. The angle between the z axes is at most `cone` (rad, 0.01 to 3.1).
     /// The twist has the drive `twist` (rad, N m). It is the rotation about z that remains after
     /// swinging A's z axis back to B's by the smallest rotation.
-    #[must_use]
     pub fn ball(
         body: usize,
         other: Option<usize>,
@@ -51,7 +48,6 @@ impl Joint {
     /// Universal (Cardan) joint: A rotates about the x axis of its frame and the y axis of B's,
     /// which stay orthogonal. [`Joint::with_drive`] drives its angles
     /// [`JointAxis::Angular`](super::JointAxis::Angular) 0 and 1.
-    #[must_use]
     pub fn universal(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = Axis::Free(Drive::NONE);
         Self { angular: [free, free, Axis::Locked], ..Self::spherical(body, other, frames) }
@@ -63,7 +59,6 @@ impl Joint {
     /// The angles α, β, γ about x, y, z have the `drives` in this order (rad, N m). The rotation of
     /// A's frame relative to B's is `q_y(β) ⊗ q_z(γ) ⊗ q_x(α)`. At γ = ±π/2 the first and the last
     /// axis coincide (gimbal lock). A simulation cannot start there, and drives should avoid it.
-    #[must_use]
     pub fn gimbal(
         body: usize,
         other: Option<usize>,
@@ -82,7 +77,6 @@ impl Joint {
     }
 
     /// Hinge: rotation about the common z axis only, with `drive` (rad, N m).
-    #[must_use]
     pub fn revolute(
         body: usize,
         other: Option<usize>,
@@ -94,7 +88,6 @@ impl Joint {
     }
 
     /// Slide: A's anchor moves along the common z axis only, with `drive` (m, N).
-    #[must_use]
     pub fn prismatic(
         body: usize,
         other: Option<usize>,
@@ -107,7 +100,6 @@ impl Joint {
 
     /// Cylindrical joint: translation along the common z axis with the first drive (m, N), and
     /// rotation about it with the second (rad, N m).
-    #[must_use]
     pub fn cylindrical(
         body: usize,
         other: Option<usize>,
@@ -119,7 +111,6 @@ impl Joint {
     }
 
     /// Planar joint: A's anchor stays in B's x-y plane, and A rotates about the common z axis only.
-    #[must_use]
     pub fn planar(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = Axis::Free(Drive::NONE);
         let linear = [free, free, Axis::Locked];
@@ -127,7 +118,6 @@ impl Joint {
     }
 
     /// Fixed joint: both frames coincide.
-    #[must_use]
     pub fn fixed(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let locked = [Axis::Locked; 3];
         Self { linear: locked, angular: locked, ..Self::between(body, other, frames) }

@@ -166,38 +166,32 @@ impl Joint {
     }
 
     /// Body A, an index of [`World::bodies`](crate::world::World::bodies).
-    #[must_use]
     pub fn body(&self) -> usize {
         self.body
     }
 
     /// Body B; `None` for the world.
-    #[must_use]
     pub fn other(&self) -> Option<usize> {
         self.other
     }
 
     /// Frames in A, and in B or the world.
-    #[must_use]
     pub fn frames(&self) -> &[JointFrame; 2] {
         &self.frames
     }
 
     /// Linear axes: x, y, z of B's frame.
-    #[must_use]
     pub fn linear(&self) -> &[Axis; 3] {
         &self.linear
     }
 
     /// Angular axes.
-    #[must_use]
     pub fn angular(&self) -> &[Axis; 3] {
         &self.angular
     }
 
     /// Angular axes with active limits only. The swing of a cone is never negative, so its lower
     /// limit is removed. An active stop there would lock aligned axes.
-    #[must_use]
     pub(crate) fn acting_axes(&self) -> [Axis; 3] {
         let mut axes = self.angular;
         if self.turning() == TurnKind::Ball
@@ -215,7 +209,6 @@ impl Joint {
     }
 
     /// True if contacts between its bodies are enabled.
-    #[must_use]
     pub fn collides(&self) -> bool {
         self.collides
     }
@@ -229,7 +222,6 @@ impl Joint {
     ///
     /// with `G = [a]×` of the anchor. It combines the radius of gyration and the lever arm. In an
     /// overconstrained mechanism it determines how forces and moments share the load.
-    #[must_use]
     pub fn length(&self, bodies: &[RigidBody]) -> f64 {
         if let Some(length) = self.length {
             return length;
@@ -272,7 +264,6 @@ impl Joint {
     }
 
     /// True if the joint connects `body`.
-    #[must_use]
     pub fn ties(&self, body: usize) -> bool {
         self.body == body || self.other == Some(body)
     }
@@ -285,7 +276,6 @@ impl Joint {
     }
 
     /// Type of the relative rotation.
-    #[must_use]
     pub fn turning(&self) -> TurnKind {
         match self.angular {
             [Axis::Locked, Axis::Locked, Axis::Locked] => TurnKind::Locked,
@@ -307,7 +297,6 @@ impl Joint {
     }
 
     /// Middle axis of a gimbal or a universal joint.
-    #[must_use]
     pub fn middle(&self) -> Middle {
         self.middle.unwrap_or(Middle::STRAIGHT)
     }
@@ -353,7 +342,6 @@ impl Joint {
 
     /// True if it locks a body to the world in all six axes, so that the motion of its world frame
     /// can be prescribed.
-    #[must_use]
     pub fn holds_in_world(&self) -> bool {
         let locked = |axes: &[Axis; 3]| axes.iter().all(|axis| *axis == Axis::Locked);
         self.other.is_none() && locked(&self.linear) && locked(&self.angular)
@@ -426,7 +414,6 @@ impl Joint {
 
     /// Loads along the linear axes (N) and about the angular axes (N m) in a step, besides the
     /// drives.
-    #[must_use]
     pub fn push(&self) -> &[Vector3<f64>; 2] {
         &self.push
     }

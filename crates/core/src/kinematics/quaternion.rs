@@ -10,7 +10,6 @@
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, Vector3, Vector4};
 
 /// Matrix L(q) with q ⊗ p = L(q) p (eq. 1).
-#[must_use]
 pub fn left(q: &Vector4<f64>) -> Matrix4<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
     Matrix4::new(
@@ -22,7 +21,6 @@ pub fn left(q: &Vector4<f64>) -> Matrix4<f64> {
 }
 
 /// Product p ⊗ q.
-#[must_use]
 #[inline]
 pub fn product(p: &Vector4<f64>, q: &Vector4<f64>) -> Vector4<f64> {
     let ([a, b, c, d], [w, x, y, z]) = (p.data.0[0], q.data.0[0]);
@@ -35,7 +33,6 @@ pub fn product(p: &Vector4<f64>, q: &Vector4<f64>) -> Vector4<f64> {
 }
 
 /// Matrix R(q) with p ⊗ q = R(q) p (eq. 1).
-#[must_use]
 pub fn right(q: &Vector4<f64>) -> Matrix4<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
     Matrix4::new(
@@ -47,7 +44,6 @@ pub fn right(q: &Vector4<f64>) -> Matrix4<f64> {
 }
 
 /// Matrix H = [0; E₃] that maps a vector to a pure quaternion (eq. 1).
-#[must_use]
 pub fn pure() -> Matrix4x3<f64> {
     Matrix4x3::new(
         0.0, 0.0, 0.0, //
@@ -58,7 +54,6 @@ pub fn pure() -> Matrix4x3<f64> {
 }
 
 /// Matrix L(q) H (4 × 3) of the attitude kinematics q̇ = ½ L(q) H ω (eq. 5).
-#[must_use]
 pub fn attitude_map(q: &Vector4<f64>) -> Matrix4x3<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
     Matrix4x3::new(
@@ -75,7 +70,6 @@ pub fn attitude_map(q: &Vector4<f64>) -> Matrix4x3<f64> {
 /// ```text
 /// δφ = (E + ½ [φ]× + (1/φ² − (1 + cos φ)/(2 φ sin φ)) [φ]×²) δθ
 /// ```
-#[must_use]
 pub fn turn_slope(turn: &Vector3<f64>) -> Matrix3<f64> {
     let (angle, cross) = (turn.norm(), turn.cross_matrix());
     // Series for small angles. At half a turn the second term is 0.
@@ -89,7 +83,6 @@ pub fn turn_slope(turn: &Vector3<f64>) -> Matrix3<f64> {
 
 /// Rotation matrix A(q) = Hᵀ L(q) R(q)ᵀ H (eq. 2), body → world, of a unit quaternion; multiplied
 /// by |q|² in general.
-#[must_use]
 pub fn rotation(q: &Vector4<f64>) -> Matrix3<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
     let (ww, xx, yy, zz) = (w * w, x * x, y * y, z * z);
@@ -110,7 +103,6 @@ pub fn rotation(q: &Vector4<f64>) -> Matrix3<f64> {
 ///
 /// A(q) c is a quadratic form in q, so Q_k q is the gradient of component k, and Q_k is its
 /// Hessian. The same matrices give the values and both derivatives of a contact point's position.
-#[must_use]
 pub fn rotated_point_forms(c: &Vector3<f64>) -> [Matrix4<f64>; 3] {
     let (x, y, z) = (c[0], c[1], c[2]);
     [
@@ -137,7 +129,6 @@ pub fn rotated_point_forms(c: &Vector3<f64>) -> [Matrix4<f64>; 3] {
 
 /// Unit quaternion q/|q| of a nonzero `q`. A unit quaternion to rounding is returned unchanged, so
 /// that writing and reading reproduces its bits.
-#[must_use]
 pub fn unit(q: Vector4<f64>) -> Vector4<f64> {
     /// Largest rounding error of the squared norm of q/|q|.
     const ROUNDING: f64 = 1e-15;
@@ -145,7 +136,6 @@ pub fn unit(q: Vector4<f64>) -> Vector4<f64> {
 }
 
 /// Attitude after the rotation h ω of the semi-implicit step (eq. 8b): normalise(q + ½ h L(q) H ω).
-#[must_use]
 pub fn advance(q: &Vector4<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector4<f64> {
     (q + attitude_map(q) * (spin * (0.5 * time_step))).normalize()
 }
@@ -157,7 +147,6 @@ pub fn advance(q: &Vector4<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector4
 /// ```text
 /// S = (E − [a]×)⁻¹ (E + [a]×),   S − Sᵀ = 4 [a]×/(1 + |a|²),   1 + tr S = 4/(1 + |a|²).
 /// ```
-#[must_use]
 pub fn turning_rate(from: &Matrix3<f64>, to: &Matrix3<f64>, time_step: f64) -> Vector3<f64> {
     let turn = to * from.transpose();
     let twist = Vector3::new(

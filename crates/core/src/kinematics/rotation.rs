@@ -52,7 +52,6 @@ impl Rotation {
     pub const ALL: [Self; 2] = [Self::Momentum, Self::Tutorial];
 
     /// Name in files and flags.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Momentum => "momentum",
@@ -63,7 +62,6 @@ impl Rotation {
     /// Gyroscopic term G(ω, ω⁺) (eqs. 33a and 33b) (N m), body frame. `inertia` is in kg m², body
     /// frame. `old` and `new` are the spins of the previous and of the present step (rad/s), body
     /// frame; `time_step` is in s.
-    #[must_use]
     #[inline(always)]
     pub fn gyroscopic(
         self,
@@ -89,7 +87,6 @@ impl Rotation {
     /// ```text
     /// tutorial: K,   momentum: ½ K + ¼ h ((ω·I ω) E + 2 ω (I ω)ᵀ)
     /// ```
-    #[must_use]
     #[inline]
     pub fn gyroscopic_slope(
         self,
@@ -107,7 +104,6 @@ impl Rotation {
 
     /// Angular momentum of a state (N m s), body frame. For `Momentum` it is P⁻(ω) (eq. 34), the
     /// momentum at the state's time before the impulses of the next step. For `Tutorial` it is I ω.
-    #[must_use]
     pub fn momentum(
         self,
         inertia: &Matrix3<f64>,
@@ -130,7 +126,6 @@ impl Rotation {
     /// ```text
     /// I − ½ h ([ω]× I − [I ω]×) + ¼ h² ((ω·I ω) E + 2 ω (I ω)ᵀ)
     /// ```
-    #[must_use]
     pub fn momentum_slope(
         self,
         inertia: &Matrix3<f64>,
@@ -149,7 +144,6 @@ impl Rotation {
 
     /// Derivative of P^±(ω) (eq. 34) with respect to h (N m), body frame; `sign` is 1 for P⁺ and −1
     /// for P⁻. For `Tutorial`, P⁺ is I ω + h ω × I ω, and P⁻ is I ω.
-    #[must_use]
     pub fn momentum_rate(
         self,
         inertia: &Matrix3<f64>,
@@ -169,7 +163,6 @@ impl Rotation {
 
     /// Spin at the time of a state (rad/s), body frame, with which contacts approach: I⁻¹ P⁻(ω), or
     /// ω for `Tutorial`. `inertia` and `inverse` must have the same scale.
-    #[must_use]
     pub fn arriving_spin(
         self,
         inertia: &Matrix3<f64>,
@@ -185,7 +178,6 @@ impl Rotation {
 
     /// Spin at the time of a state after the impulses of the step with ω⁺ = `spin` (rad/s), body
     /// frame: I⁻¹ P⁺(ω⁺), or ω⁺ for `Tutorial`.
-    #[must_use]
     #[inline]
     pub fn departing_spin(
         self,
@@ -205,7 +197,6 @@ impl Rotation {
     }
 
     /// Derivative of [`Rotation::departing_spin`] with respect to ω⁺.
-    #[must_use]
     pub fn departing_slope(
         self,
         inertia: &Matrix3<f64>,

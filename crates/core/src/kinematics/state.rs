@@ -41,7 +41,6 @@ pub struct Wrench {
 impl State {
     /// This state with velocities of the instant, from those one interval `before`, between which forces
     /// acted over `kick` times its length (eq. 37a).
-    #[must_use]
     pub(crate) fn extrapolated(&self, before: &Self, kick: f64) -> Self {
         let share = 0.5 / kick;
         Self {
@@ -55,7 +54,6 @@ impl State {
     pub const LEN: usize = 13;
 
     /// State as one vector (r, q, v, ω).
-    #[must_use]
     pub fn to_vector(&self) -> SVector<f64, 13> {
         let mut x = SVector::<f64, 13>::zeros();
         x.fixed_rows_mut::<3>(0).copy_from(&self.position);
@@ -66,7 +64,6 @@ impl State {
     }
 
     /// Creates a state from a vector (r, q, v, ω).
-    #[must_use]
     pub fn from_vector(x: &SVector<f64, 13>) -> Self {
         Self {
             position: x.fixed_rows::<3>(0).into(),
@@ -77,7 +74,6 @@ impl State {
     }
 
     /// State after `time_step` (s) at constant velocities.
-    #[must_use]
     pub fn coasted(&self, time_step: f64) -> Self {
         Self {
             position: self.position + self.velocity * time_step,
@@ -87,7 +83,6 @@ impl State {
     }
 
     /// Pose of the body.
-    #[must_use]
     pub fn pose(&self) -> Pose {
         Pose { position: self.position, rotation: rotation(&self.attitude) }
     }
@@ -123,7 +118,6 @@ impl State {
 
 impl Wrench {
     /// Zero wrench.
-    #[must_use]
     pub fn zero() -> Self {
         Self { force: Vector3::zeros(), torque: Vector3::zeros() }
     }
@@ -139,13 +133,11 @@ impl Wrench {
     }
 
     /// This wrench times a factor.
-    #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self { force: self.force * factor, torque: self.torque * factor }
     }
 
     /// Sum of both wrenches.
-    #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self { force: self.force + other.force, torque: self.torque + other.torque }
     }

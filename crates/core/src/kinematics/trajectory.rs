@@ -34,7 +34,6 @@ impl Trajectory {
     };
 
     /// Shortest path between two states of a body, independent of their velocities.
-    #[must_use]
     pub fn between(from: &State, to: &State) -> Self {
         let (position, attitude) = (from.position, from.attitude);
         let shift = to.position - position;
@@ -56,32 +55,27 @@ impl Trajectory {
     }
 
     /// Displacement Δr (m), world frame.
-    #[must_use]
     pub fn shift(&self) -> Vector3<f64> {
         self.shift
     }
 
     /// Rotation vector θ (rad), world frame.
-    #[must_use]
     pub fn turn(&self) -> Vector3<f64> {
         self.turn
     }
 
     /// Angle |θ| of at most π (rad).
-    #[must_use]
     pub fn angle(&self) -> f64 {
         self.angle
     }
 
     /// Pose at the fraction `share` of the path, 0 to 1.
-    #[must_use]
     pub fn at(&self, share: f64) -> Pose {
         let (position, attitude) = self.placed(share);
         Pose { position, rotation: rotation(&attitude) }
     }
 
     /// Position and attitude quaternion at the fraction `share` of the path, 0 to 1.
-    #[must_use]
     #[inline]
     pub fn placed(&self, share: f64) -> (Vector3<f64>, Vector4<f64>) {
         let position = self.position + share * self.shift;

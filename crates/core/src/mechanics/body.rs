@@ -236,49 +236,41 @@ impl RigidBody {
     }
 
     /// Mass m (kg).
-    #[must_use]
     pub fn mass(&self) -> f64 {
         self.matter.mass
     }
 
     /// Inertia I (kg m²), body frame.
-    #[must_use]
     pub fn inertia(&self) -> &Matrix3<f64> {
         &self.matter.inertia
     }
 
     /// Inverse inertia I⁻¹ (1/(kg m²)), body frame.
-    #[must_use]
     pub fn inertia_inverse(&self) -> &Matrix3<f64> {
         &self.matter.inertia_inverse
     }
 
     /// Inertia per mass Î = I/m (m²), body frame.
-    #[must_use]
     pub fn specific_inertia(&self) -> &Matrix3<f64> {
         &self.matter.specific_inertia
     }
 
     /// Inverse inertia per mass Î⁻¹ = m I⁻¹ (1/m²), body frame.
-    #[must_use]
     pub fn specific_inertia_inverse(&self) -> &Matrix3<f64> {
         &self.matter.specific_inertia_inverse
     }
 
     /// True if all principal moments are equal, so that the spin is constant in free motion.
-    #[must_use]
     pub fn is_isotropic(&self) -> bool {
         self.matter.isotropic
     }
 
     /// Contact points, in the order of all per-contact arrays.
-    #[must_use]
     pub fn contact_points(&self) -> &[ContactPoint] {
         &self.contact_points
     }
 
     /// Pieces of the collision geometry, body frame; empty for bodies made of points.
-    #[must_use]
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
@@ -288,7 +280,6 @@ impl RigidBody {
     ///
     /// # Panics
     /// If the piece does not exist.
-    #[must_use]
     pub fn point_of(&self, piece: usize, vertex: usize) -> usize {
         let is_one = matches!(self.pieces[piece].smooth(), Some(Smooth::Ellipsoid(_)));
         self.first_points[piece] + if is_one { 0 } else { vertex }
@@ -298,7 +289,6 @@ impl RigidBody {
     ///
     /// # Panics
     /// If the piece does not exist.
-    #[must_use]
     pub fn ellipsoid_point(&self, piece: usize, one: usize) -> usize {
         let vertices = match self.pieces[piece].smooth() {
             Some(Smooth::Ellipsoid(_)) => 0,
@@ -308,27 +298,23 @@ impl RigidBody {
     }
 
     /// Own coefficient of friction, if any.
-    #[must_use]
     pub fn friction(&self) -> Option<f64> {
         self.friction
     }
 
     /// Own coefficient of restitution, if any.
-    #[must_use]
     pub fn restitution(&self) -> Option<f64> {
         self.restitution
     }
 
     /// Reach ℓ (m): the largest |coordinate| of a contact point plus its radius. The certificate
     /// converts angles to distances with it. It is 1 m for a point mass.
-    #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
     }
 }
 
 /// Corners of a box with these half sides (m), relative to its centre; x changes fastest.
-#[must_use]
 pub fn box_corners(half_sides: &Vector3<f64>) -> [Vector3<f64>; 8] {
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
     std::array::from_fn(|corner| Vector3::from_fn(|axis, _| sign(corner, axis) * half_sides[axis]))
@@ -367,7 +353,6 @@ impl RigidBody {
 
 /// Inertia of a solid box of uniform density with the half sides (a, b, c) (m): I = m/3 diag(b² +
 /// c², a² + c², a² + b²) (kg m²).
-#[must_use]
 pub fn solid_box_inertia(mass: f64, half_sides: &Vector3<f64>) -> Matrix3<f64> {
     let squares = half_sides.component_mul(half_sides);
     Matrix3::from_diagonal(&(mass / 3.0 * (Vector3::repeat(squares.sum()) - squares)))

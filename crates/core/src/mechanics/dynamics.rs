@@ -15,7 +15,6 @@ use nalgebra::{Matrix3, SVector, Vector3};
 /// ```text
 /// ṙ = v,  q̇ = ½ L(q) H ω,  v̇ = f/m,  ω̇ = I⁻¹ (τ − ω × I ω)
 /// ```
-#[must_use]
 pub fn derivative(body: &RigidBody, state: &State, wrench: &Wrench) -> SVector<f64, 13> {
     let momentum = body.inertia() * state.spin;
     let rate = State {
@@ -30,7 +29,6 @@ pub fn derivative(body: &RigidBody, state: &State, wrench: &Wrench) -> SVector<f
 /// State after one step of the classical fourth-order Runge–Kutta method (eq. 6) of `time_step`
 /// (s). The wrench includes gravity and is constant over the step. The quaternion is normalised at
 /// the end.
-#[must_use]
 pub fn rk4_step(body: &RigidBody, state: &State, wrench: &Wrench, time_step: f64) -> State {
     let x = state.to_vector();
     let rate = |x: &SVector<f64, 13>| derivative(body, &State::from_vector(x), wrench);
@@ -53,7 +51,6 @@ pub fn rk4_step(body: &RigidBody, state: &State, wrench: &Wrench, time_step: f64
 /// ```
 ///
 /// `gravity` is in m/s², world frame.
-#[must_use]
 pub fn free_flight(
     body: &RigidBody,
     state: &State,

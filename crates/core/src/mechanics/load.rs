@@ -65,14 +65,12 @@ impl Polyline {
     }
 
     /// Knots (t, value), ordered by time t (s).
-    #[must_use]
     pub fn knots(&self) -> &[(f64, Vector3<f64>)] {
         &self.knots
     }
 
     /// Mean over `from`…`to` (s), exact by the trapezoidal rule between knots. At times so late
     /// that `from` and `to` are the same double, the value there.
-    #[must_use]
     pub fn mean(&self, from: f64, to: f64) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         let first_inside = self.knots.partition_point(|(time, _)| *time <= from);
@@ -102,7 +100,6 @@ impl Polyline {
 
 impl Load {
     /// Zero load.
-    #[must_use]
     pub fn none() -> Self {
         Self::default()
     }
@@ -117,20 +114,17 @@ impl Load {
     }
 
     /// True if there is no load.
-    #[must_use]
     pub fn is_none(&self) -> bool {
         self.force.knots.is_empty() && self.torque.knots.is_empty()
     }
 
     /// Point of action of the force (m), body frame.
-    #[must_use]
     pub fn point(&self) -> &Vector3<f64> {
         &self.point
     }
 
     /// Wrench of the step `index` → `index` + 1 of `time_step` h (s): the [mean](Self::mean) of the
     /// load over the step.
-    #[must_use]
     pub fn wrench(&self, index: u64, time_step: f64, attitude: &Vector4<f64>) -> Wrench {
         self.mean(index as f64 * time_step, (index + 1) as f64 * time_step, attitude)
     }
@@ -144,7 +138,6 @@ impl Load {
     /// ```
     ///
     /// The force is in the world frame, the torque in the body frame.
-    #[must_use]
     pub fn mean(&self, from: f64, to: f64, attitude: &Vector4<f64>) -> Wrench {
         let force = self.force.mean(from, to);
         let mut torque = self.torque.mean(from, to);

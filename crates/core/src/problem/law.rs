@@ -105,7 +105,6 @@ impl Law {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         match self {
             Self::Contact { tangents, .. } => 1 + tangents,
@@ -115,7 +114,6 @@ impl Law {
     }
 
     /// Coefficient of friction of a contact; 0 for other rows.
-    #[must_use]
     pub fn friction(&self) -> f64 {
         match self {
             Self::Contact { friction, .. } => *friction,

@@ -97,19 +97,16 @@ impl SparseMatrix {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
     /// Number of columns.
-    #[must_use]
     pub fn columns(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// Number of nonzero entries.
-    #[must_use]
     pub fn entries(&self) -> usize {
         self.values.len()
     }
@@ -131,7 +128,6 @@ impl SparseMatrix {
     }
 
     /// Entry at (`row`, `column`).
-    #[must_use]
     pub fn at(&self, row: usize, column: usize) -> f64 {
         let Some(ends) = self.starts.get(column..column + 2) else { return 0.0 };
         let rows = &self.indices[ends[0]..ends[1]];

@@ -38,7 +38,6 @@ impl ContactProblem {
     /// ```
     ///
     /// with the projection Π_K onto the cone, and q of the local form.
-    #[must_use]
     pub fn evaluate(&self, impulses: &[f64]) -> Evaluation {
         let rows = self.row_count();
         let mut p = impulses.to_vec();

@@ -151,19 +151,16 @@ impl ContactProblem {
     }
 
     /// Form of the problem.
-    #[must_use]
     pub fn form(&self) -> &Form {
         &self.form
     }
 
     /// Law of every group of rows.
-    #[must_use]
     pub fn laws(&self) -> &[Law] {
         &self.laws
     }
 
     /// Rows of a group; empty for a group that does not exist.
-    #[must_use]
     pub fn rows(&self, group: usize) -> std::ops::Range<usize> {
         match self.starts.get(group..group + 2) {
             Some(ends) => ends[0]..ends[1],
@@ -183,13 +180,11 @@ impl ContactProblem {
     }
 
     /// Number of rows, the length of p and u.
-    #[must_use]
     pub fn row_count(&self) -> usize {
         self.starts[self.laws.len()]
     }
 
     /// Length of the velocities v of the global form; 0 for the local form.
-    #[must_use]
     pub fn velocity_count(&self) -> usize {
         match &self.form {
             Form::Local { .. } => 0,
@@ -198,7 +193,6 @@ impl ContactProblem {
     }
 
     /// Dimension 2 or 3 if all groups are contacts with that many rows, as FCLIB files require.
-    #[must_use]
     pub fn dimension(&self) -> Option<usize> {
         let first = self.laws.first()?.rows();
         let alike = |law: &Law| matches!(law, Law::Contact { .. }) && law.rows() == first;

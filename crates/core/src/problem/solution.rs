@@ -81,7 +81,6 @@ pub struct Solution {
 
 impl Solution {
     /// True if the residual is at most the requested one.
-    #[must_use]
     pub fn is_solved(&self) -> bool {
         self.residual <= self.asked
     }

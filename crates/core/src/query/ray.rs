@@ -41,25 +41,21 @@ impl Ray {
     }
 
     /// Starting point (m, world).
-    #[must_use]
     pub fn origin(&self) -> &Vector3<f64> {
         &self.origin
     }
 
     /// Unit direction (world).
-    #[must_use]
     pub fn direction(&self) -> &Vector3<f64> {
         &self.direction
     }
 
     /// Largest distance (m).
-    #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
     /// Point at `distance` (m) along the ray (m, world).
-    #[must_use]
     pub fn at(&self, distance: f64) -> Vector3<f64> {
         self.origin + self.direction * distance
     }
@@ -90,7 +86,6 @@ impl Query<'_> {
     /// distance, the first in the order of [`Partner`] counts.
     ///
     /// The time grows with the logarithm of the number of pieces, unless many lie along the ray.
-    #[must_use]
     pub fn cast_ray(&self, ray: &Ray, keep: impl Fn(Partner) -> bool) -> Option<RayHit> {
         let mut nearest: Option<RayHit> = None;
         self.each_hit(ray, keep, &mut |hit| {
@@ -105,7 +100,6 @@ impl Query<'_> {
     /// Hits of a ray with all objects that `keep` accepts, one for each object, by distance.
     ///
     /// See [`Query::cast_ray`].
-    #[must_use]
     pub fn cast_ray_all(&self, ray: &Ray, keep: impl Fn(Partner) -> bool) -> Vec<RayHit> {
         let mut hits = Vec::new();
         self.each_hit(ray, keep, &mut |hit| {

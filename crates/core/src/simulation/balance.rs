@@ -56,7 +56,6 @@ impl EnergyBalance {
 
     /// Energy balance of the step of `world` described by `claim`. `loads` has the force (N, world), or
     /// force and moment, of each contact. Every term is NaN if `claim` does not fit `world`.
-    #[must_use]
     pub fn new(
         world: &World,
         claim: &Claim<'_>,
@@ -127,7 +126,6 @@ impl EnergyBalance {
     }
 
     /// The terms in the order of the columns of steps.csv.
-    #[must_use]
     pub fn terms(&self) -> [f64; 6] {
         let Self { loads, drives, reactions, impacts, friction, discretisation } = *self;
         [loads, drives, reactions, impacts, friction, discretisation]

@@ -20,7 +20,6 @@ use crate::world::World;
 use nalgebra::Vector3;
 
 /// Kinetic energy T of a body of `world` (J) (eq. 35).
-#[must_use]
 pub fn kinetic(world: &World, body: &RigidBody, state: &State) -> f64 {
     let velocity = &state.velocity;
     let along = match world.rotation() {
@@ -31,7 +30,6 @@ pub fn kinetic(world: &World, body: &RigidBody, state: &State) -> f64 {
 }
 
 /// Rotational kinetic energy at the spin ω (rad/s, body frame) (J).
-#[must_use]
 #[inline]
 pub fn turning(world: &World, body: &RigidBody, spin: &Vector3<f64>) -> f64 {
     turning_after(world, body, spin, world.time_step())
@@ -50,13 +48,11 @@ fn turning_after(world: &World, body: &RigidBody, spin: &Vector3<f64>, length: f
 }
 
 /// Potential energy V of a body, zero at the world origin (J) (eq. 35).
-#[must_use]
 pub fn potential(world: &World, body: &RigidBody, state: &State) -> f64 {
     -body.mass() * world.gravity().dot(&state.position)
 }
 
 /// Total energy T + V of all bodies in `states` (J).
-#[must_use]
 pub fn total(world: &World, states: &[State]) -> f64 {
     let bodies = world.bodies().iter().zip(states);
     bodies.map(|(body, x)| kinetic(world, body, x) + potential(world, body, x)).sum()
@@ -64,7 +60,6 @@ pub fn total(world: &World, states: &[State]) -> f64 {
 
 /// Total energy of all bodies in `states` at the start of the problem set in `world` (J): (35) with the
 /// length h₁ of the interval [before](World::before) of each body.
-#[must_use]
 pub fn at_start(world: &World, states: &[State]) -> f64 {
     if world.before().is_empty() {
         return total(world, states);
@@ -90,7 +85,6 @@ pub fn at_start(world: &World, states: &[State]) -> f64 {
 /// ```text
 /// Σ ½ m v·v + ½ ω·I ω − m g·r
 /// ```
-#[must_use]
 pub fn at_instant(world: &World, states: &[State]) -> f64 {
     let bodies = world.bodies().iter().zip(states);
     bodies.map(|(body, state)| body_at_instant(world, body, state)).sum()

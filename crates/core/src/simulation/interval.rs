@@ -92,7 +92,6 @@ impl PartOfStep {
 
 /// Time κ over which forces on `body`, or between it and `other`, act, in lengths of their interval (eq. 37).
 /// `before` has the lengths of the intervals before (s), and none where they are the present `length` (s).
-#[must_use]
 pub fn kick(before: &[f64], length: f64, body: usize, other: Option<usize>) -> f64 {
     let before = |body: usize| before.get(body).copied().unwrap_or(length);
     let before = other.map_or(f64::INFINITY, before).min(before(body));
@@ -101,7 +100,6 @@ pub fn kick(before: &[f64], length: f64, body: usize, other: Option<usize>) -> f
 
 /// Times Σ κ h over which the forces on each of `bodies` act in a step (s). Its intervals are given by their
 /// lengths before and own ones.
-#[must_use]
 pub fn acting_times<'a>(
     bodies: usize,
     intervals: impl Iterator<Item = (&'a [f64], f64)>,
@@ -146,39 +144,33 @@ impl Default for Interval {
 
 impl Interval {
     /// A whole step from `states` with the solution of its `contacts`.
-    #[must_use]
     pub fn new(states: Vec<State>, contacts: Vec<Contact>, solution: StepSolution) -> Self {
         Self { states, contacts, solution, ..Self::default() }
     }
 
     /// States at its start with the velocities of the instant.
-    #[must_use]
     pub fn instant_states(&self) -> &[State] {
         if self.instants.is_empty() { &self.states } else { &self.instants }
     }
 
     /// States at its end with the velocities of the instant (eq. 37a).
-    #[must_use]
     pub fn end_states(&self) -> &[State] {
         if self.ends.is_empty() { &self.solution.states } else { &self.ends }
     }
 
     /// Growth of the estimated error (40) of the body with the largest one (m).
-    #[must_use]
     pub fn error(&self) -> f64 {
         self.errors.smooth.max(self.errors.abrupt)
     }
 
     /// True if impacts of a body follow each other so closely that they may come in the other order
     /// in the exact motion.
-    #[must_use]
     pub fn is_ambiguous(&self) -> bool {
         self.errors.is_ambiguous
     }
 
     /// The `world` of the run as this interval was taken in it. Prescribed motions of a step of one
     /// interval must be at its end.
-    #[must_use]
     pub fn world<'w>(&self, world: &'w World) -> Cow<'w, World> {
         if self.part.is_none() && self.before.is_empty() && self.drives.is_empty() {
             return Cow::Borrowed(world);
@@ -196,14 +188,12 @@ impl Interval {
     }
 
     /// Energy at its start as the rows of a run count it (J). `world` is its [world](Self::world).
-    #[must_use]
     pub fn energy(&self, world: &World) -> f64 {
         let counted = self.part.as_ref().and_then(|part| part.energies[0]);
         counted.unwrap_or_else(|| energy::at_start(world, &self.states))
     }
 
     /// Energy at its end as the rows of a run count it (J). `world` is its [world](Self::world).
-    #[must_use]
     pub fn end_energy(&self, world: &World) -> f64 {
         let counted = self.part.as_ref().and_then(|part| part.energies[1]);
         counted.unwrap_or_else(|| energy::total(world, &self.solution.states))
@@ -211,7 +201,6 @@ impl Interval {
 
     /// Terms of the energy balance (36) (J) in its [world](Self::world). They sum up to the
     /// difference of [energies](Self::energy), also where lengths of intervals change.
-    #[must_use]
     pub fn balance(&self, world: &World) -> EnergyBalance {
         let mut balance = EnergyBalance::new(world, &self.claim(), self.solution.loads());
         let [start, end] = [&self.states, &self.solution.states].map(|of| energy::total(world, of));
@@ -221,13 +210,11 @@ impl Interval {
 
     /// Time κ over which the forces of a contact of `body`, or between it and `other`, act, in lengths of the
     /// interval ([`World::kick`]). Forces of its solution are impulses divided by its length.
-    #[must_use]
     pub fn kick(&self, body: usize, other: Option<usize>) -> f64 {
         kick(&self.before, self.length, body, other)
     }
 
     /// States, wrenches, contacts and forces, to be certified.
-    #[must_use]
     pub fn claim(&self) -> Claim<'_> {
         let Self { states, wrenches, contacts, solution, .. } = self;
         let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);

@@ -189,33 +189,28 @@ impl<'a> Simulation<'a> {
 
     /// Largest displacement by which overlaps of the initial states, or of those that were set last, were
     /// removed. It gives no velocity.
-    #[must_use]
     pub fn parting(&self) -> Option<Parting> {
         self.parting
     }
 
     /// The world.
-    #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
     /// States X at the current step, one per body, with the velocities of the instant.
-    #[must_use]
     pub fn states(&self) -> &[State] {
         self.moment.states()
     }
 
     /// States from which the next step starts. With [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog) their velocities are
     /// those of the middle of the last step, except in bodies that [start](Simulation::set_state).
-    #[must_use]
     pub fn step_states(&self) -> &[State] {
         &self.moment.now.states
     }
 
     /// Energy at the present moment as the rows of a run count it (J): (35), or with located impacts the
     /// [energy of the instant](energy::at_instant).
-    #[must_use]
     pub fn energy(&self) -> f64 {
         if accuracy::divides_steps(&self.world, &self.moment) {
             return energy::at_instant(&self.world, self.states());
@@ -230,7 +225,6 @@ impl<'a> Simulation<'a> {
 
     /// Estimated errors of the bodies' positions by the time step since the start (m), with
     /// rotations at their reach (eq. 40). Empty unless the integrator is [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
-    #[must_use]
     pub fn time_errors(&self) -> &[f64] {
         self.moment.instants.as_ref().map_or(&[], |instants| &instants.errors)
     }
@@ -246,13 +240,11 @@ impl<'a> Simulation<'a> {
     }
 
     /// State X of the first body at the current step.
-    #[must_use]
     pub fn state(&self) -> &State {
         &self.states()[0]
     }
 
     /// Index k of the current step.
-    #[must_use]
     pub fn index(&self) -> u64 {
         self.moment.index
     }
@@ -402,7 +394,6 @@ impl<'a> Simulation<'a> {
 
     /// True if the last step left everything unchanged to the last bit. The next step then ends the
     /// same, unless an input changes.
-    #[must_use]
     pub fn rests(&self) -> bool {
         self.workspace.rest.is_known()
     }

@@ -22,13 +22,11 @@ pub enum Motion<'a> {
 
 impl<'a> Motion<'a> {
     /// Contact step with `solver` and the default detection rule.
-    #[must_use]
     pub fn contact(solver: impl StepSolver + 'a) -> Self {
         Self::Contact { detection: Detection::default(), solver: Box::new(solver) }
     }
 
     /// Contact step with the native solver and the default detection rule.
-    #[must_use]
     pub fn native(world: &World) -> Self {
         Self::contact(NativeSolver::new(world))
     }

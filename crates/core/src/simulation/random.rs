@@ -14,7 +14,6 @@ pub struct Draws {
 
 impl Draws {
     /// Creates the sequence of `seed`.
-    #[must_use]
     pub fn new(seed: u32) -> Self {
         Self { twister: Mt::new(seed) }
     }
@@ -54,13 +53,11 @@ impl Draws {
 }
 
 /// First four doubles of `numpy.random.RandomState(seed).rand(4)`.
-#[must_use]
 pub fn numpy_rand4(seed: u32) -> [f64; 4] {
     Draws::new(seed).four()
 }
 
 /// Attitude of the drop scene: the first [`Draws::tutorial_attitude`] of `seed`.
-#[must_use]
 pub fn random_attitude(seed: u32) -> Vector4<f64> {
     Draws::new(seed).tutorial_attitude()
 }

@@ -70,14 +70,12 @@ pub struct Share<'a> {
 
 impl Share<'_> {
     /// Share of the length of the step.
-    #[must_use]
     pub fn time(&self) -> f64 {
         if self.whole > 0.0 { self.interval.length / self.whole } else { 1.0 }
     }
 
     /// Factor of forces at `body`, or between it and `other`, in their mean over the time in which forces act in
     /// the step.
-    #[must_use]
     pub fn forces(&self, body: usize, other: Option<usize>) -> f64 {
         let Some(acting) = &self.acting else { return 1.0 / self.interval.kick(body, other) };
         let acting = |body: usize| acting.get(body).copied().unwrap_or(f64::INFINITY);
@@ -88,7 +86,6 @@ impl Share<'_> {
 impl StepRecord {
     /// Creates an empty record for [`Simulation::step`](super::Simulation::step). It has one interval
     /// without bodies.
-    #[must_use]
     pub fn new() -> Self {
         Self::from(Interval::default())
     }
@@ -128,13 +125,11 @@ impl StepRecord {
     }
 
     /// The intervals in their order, at least one.
-    #[must_use]
     pub fn intervals(&self) -> &[Interval] {
         &self.intervals[..self.count]
     }
 
     /// The first interval, which starts at step k.
-    #[must_use]
     pub fn first(&self) -> &Interval {
         &self.intervals[0]
     }
@@ -145,19 +140,16 @@ impl StepRecord {
     }
 
     /// The last interval, which ends at step k+1.
-    #[must_use]
     pub fn last(&self) -> &Interval {
         &self.intervals[self.count - 1]
     }
 
     /// True if the step has several intervals.
-    #[must_use]
     pub fn is_divided(&self) -> bool {
         self.count > 1
     }
 
     /// The most serious status of the intervals.
-    #[must_use]
     pub fn status(&self) -> StepStatus {
         let statuses = self.intervals().iter().map(|interval| interval.report.status);
         statuses.max().unwrap_or(StepStatus::End)
@@ -165,7 +157,6 @@ impl StepRecord {
 
     /// Iterations of all intervals, the initial point of the first, and the message of the last that
     /// has one.
-    #[must_use]
     pub fn report(&self) -> StepReport {
         let all = self.intervals().iter().map(|interval| interval.report);
         let whole = all.reduce(|whole, later| StepReport {
@@ -178,7 +169,6 @@ impl StepRecord {
     }
 
     /// Certificate of the interval with the largest residual.
-    #[must_use]
     pub fn certificate(&self) -> &Certificate {
         let worse = |a: &f64, b: &f64| a.is_nan() || a > b;
         let mut worst = &self.first().certificate;
@@ -191,7 +181,6 @@ impl StepRecord {
     }
 
     /// Largest residual of the intervals (m/s).
-    #[must_use]
     pub fn residual(&self) -> f64 {
         self.certificate().residual()
     }
@@ -202,50 +191,42 @@ impl StepRecord {
     }
 
     /// Deepest overlap at the end of an interval (m); see [`Interval::overlap`].
-    #[must_use]
     pub fn overlap(&self) -> f64 {
         self.largest(|interval| interval.overlap)
     }
 
     /// Largest error of the placement of contacts (m); see [`Interval::placement`].
-    #[must_use]
     pub fn placement(&self) -> f64 {
         self.largest(|interval| interval.placement)
     }
 
     /// Largest stability number; see [`Interval::stiffness`].
-    #[must_use]
     pub fn stiffness(&self) -> f64 {
         self.largest(|interval| interval.stiffness)
     }
 
     /// Smallest share of restitution; see [`Interval::restitution_share`].
-    #[must_use]
     pub fn restitution_share(&self) -> f64 {
         self.intervals().iter().map(|interval| interval.restitution_share).fold(1.0, f64::min)
     }
 
     /// Largest gain of energy; see [`Interval::gain`].
-    #[must_use]
     pub fn gain(&self) -> Option<EnergyGain> {
         let gains = self.intervals().iter().filter_map(|interval| interval.gain);
         gains.max_by(|a, b| a.energy.total_cmp(&b.energy))
     }
 
     /// Cause of the first unphysical interval.
-    #[must_use]
     pub fn unphysical(&self) -> Option<UnphysicalCause> {
         self.intervals().iter().find_map(|interval| interval.unphysical)
     }
 
     /// First infeasible gap.
-    #[must_use]
     pub fn infeasible_gap(&self) -> Option<InfeasibleGap> {
         self.intervals().iter().find_map(|interval| interval.infeasible_gap)
     }
 
     /// Energies at the start and at the end of the step in `world`, as the rows of a run count them (J).
-    #[must_use]
     pub fn energies(&self, world: &World) -> [f64; 2] {
         let (first, last) = (self.first(), self.last());
         [first.energy(&first.world(world)), last.end_energy(&last.world(world))]
@@ -253,31 +234,26 @@ impl StepRecord {
 
     /// Growth of the estimated error (40) in the step (m): the sum over its intervals of the body with
     /// the largest one.
-    #[must_use]
     pub fn error(&self) -> f64 {
         self.intervals().iter().map(Interval::error).sum()
     }
 
     /// States from which the step starts; see [`Interval::states`].
-    #[must_use]
     pub fn states(&self) -> &[State] {
         &self.first().states
     }
 
     /// States X at step k with the velocities of the instant.
-    #[must_use]
     pub fn instant_states(&self) -> &[State] {
         self.first().instant_states()
     }
 
     /// States at step k+1 as the last problem has them.
-    #[must_use]
     pub fn next_states(&self) -> &[State] {
         &self.last().solution.states
     }
 
     /// States X at step k+1 with the velocities of the instant (eq. 37).
-    #[must_use]
     pub fn end_states(&self) -> &[State] {
         self.last().end_states()
     }
@@ -286,7 +262,6 @@ impl StepRecord {
     ///
     /// # Panics
     /// If the record is empty.
-    #[must_use]
     pub fn state(&self) -> &State {
         &self.states()[0]
     }
@@ -295,7 +270,6 @@ impl StepRecord {
     ///
     /// # Panics
     /// If the record is empty.
-    #[must_use]
     pub fn next(&self) -> &State {
         &self.next_states()[0]
     }
@@ -314,7 +288,6 @@ impl StepRecord {
     }
 
     /// Mean of the sum of all contact forces on body `index` over the step (N), world frame.
-    #[must_use]
     pub fn mean_force(&self, index: usize) -> Vector3<f64> {
         let of_interval = |(share, taken): (Share<'_>, &Interval)| {
             let forces = taken.solution.contacts.iter().map(|force| {

@@ -94,7 +94,6 @@ impl World {
     /// Finds problems with the constraints of this world at `states`, one per body. `courses` are
     /// the prescribed motions of world frames of joints from `time` (s) on. Mechanisms with more
     /// than 600 locked rows are skipped.
-    #[must_use]
     pub fn locked(
         &self,
         states: &[State],

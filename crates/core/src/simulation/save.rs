@@ -46,19 +46,16 @@ const TRAILER: usize = 8;
 
 impl Saved {
     /// Index k of the current step.
-    #[must_use]
     pub fn index(&self) -> u64 {
         self.moment.index
     }
 
     /// States X at the current step, one per body, with the velocities of the instant.
-    #[must_use]
     pub fn states(&self) -> &[State] {
         self.moment.states()
     }
 
     /// States from which the next step starts; see [`Simulation::step_states`].
-    #[must_use]
     pub fn step_states(&self) -> &[State] {
         &self.moment.now.states
     }
@@ -70,7 +67,6 @@ impl Saved {
     }
 
     /// The [notes](Saved::with_notes); empty by default.
-    #[must_use]
     pub fn notes(&self) -> &[u8] {
         &self.notes
     }
@@ -189,7 +185,6 @@ impl<'a> Simulation<'a> {
     }
 
     /// Saves the simulation, to continue later in this or another simulation of the same world.
-    #[must_use]
     pub fn save(&self) -> Saved {
         Saved {
             world: self.digest(),

@@ -37,7 +37,6 @@ pub const FRICTION: f64 = 0.3;
 
 impl TutorialScene {
     /// The cube thrown on the ground.
-    #[must_use]
     pub fn drop() -> Self {
         Self {
             name: "drop",
@@ -51,7 +50,6 @@ impl TutorialScene {
     }
 
     /// The cube floating without gravity.
-    #[must_use]
     pub fn floating() -> Self {
         Self {
             name: "floating",
@@ -65,7 +63,6 @@ impl TutorialScene {
     }
 
     /// State at step 0 with the given attitude.
-    #[must_use]
     pub fn start(&self, attitude: Vector4<f64>) -> State {
         State {
             position: Vector3::new(0.0, 0.0, self.height),
@@ -76,7 +73,6 @@ impl TutorialScene {
     }
 
     /// Attitude at step 0: drawn from `seed` for the drop, upright for the floating cube.
-    #[must_use]
     pub fn attitude(&self, seed: u32) -> Vector4<f64> {
         if self.name == "floating" {
             Vector4::new(1.0, 0.0, 0.0, 0.0)

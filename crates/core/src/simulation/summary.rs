@@ -175,26 +175,22 @@ impl RunSummary {
     }
 
     /// Number of steps with a problem to solve.
-    #[must_use]
     pub fn contact_steps(&self) -> u64 {
         self.converged + self.retried + self.fallback + self.substepped + self.wild + self.failed
     }
 
     /// Number of steps.
-    #[must_use]
     pub fn steps(&self) -> u64 {
         self.free + self.contact_steps()
     }
 
     /// Median residual of the contact steps (m/s); `None` without contact. It is exact up to 65 536
     /// different residuals. Beyond that it is accurate to a thousandth, in bounded memory.
-    #[must_use]
     pub fn median_residual(&self) -> Option<f64> {
         self.contact_residuals.get()
     }
 
     /// Largest residual of all steps (m/s); `None` without steps.
-    #[must_use]
     pub fn largest_residual(&self) -> Option<f64> {
         self.worst.as_ref().map(|(_, residual, _)| *residual)
     }

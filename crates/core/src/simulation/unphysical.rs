@@ -41,6 +41,16 @@
 //! their work on the mean motion. A step whose directions do not rotate gains no more. Without this
 //! limit, the work of a stop hides a gain of the step.
 //!
+//! With half kicks the mean velocity of a swinging body is that along the chord of two steps. Where its spin ω
+//! changes at a rate of ω²/2, the joint's force does the work (h ω)³ ½ I ω² on it. It is returned when the spin
+//! falls. The share
+//!
+//! ```text
+//! min((h|ω|)³, 10⁻²)                                                     (eq. 32b)
+//! ```
+//!
+//! of the island's energy, for its fastest body, is not a gain.
+//!
 //! A step also removes the depth δ at which contacts begin, and the error ε of joints at its start.
 //! Bodies between two planes move by more than δ, here up to 2 δ. At a speed v of the island of mass m
 //! this adds up to
@@ -70,6 +80,9 @@ pub use crate::mechanics::trajectory::LARGEST_TURN;
 
 /// Largest energy gain of an island in a valid step, relative to its kinetic energy and work.
 pub const LARGEST_GAIN: f64 = 1e-3;
+
+/// Largest share (32b) of the energy of joined bodies.
+const LARGEST_SWING: f64 = 1e-2;
 
 /// Energy gain due to rounding, relative to the same energy.
 pub(super) const ROUNDING: f64 = 1e-9;
@@ -153,8 +166,10 @@ pub(super) struct Budget {
     off: f64,
     /// Energy (32a) of the depth and errors that the step removes (J); like `off`.
     lift: f64,
-    /// Share of the kinetic energy that a body gains at its start, ½ h² ω²: its velocity is then that along the
-    /// chord of a circle instead of the tangent.
+    /// True if the island has a joint.
+    is_joined: bool,
+    /// Share of the kinetic energy by which velocities along chords of circles differ: ½ h² ω² at a start, and
+    /// (32b) in later steps of joined bodies.
     bent: f64,
     /// Work of joint axes that stop and hold a load (J), and its limit (J6a) from drives (J).
     holding: f64,
@@ -192,7 +207,6 @@ impl Budget {
 
 impl EnergyCheck {
     /// Creates an empty judge.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -203,7 +217,6 @@ impl EnergyCheck {
     /// The solver may leave a residual of `accepted` (m/s). A point that an earlier step left at
     /// the corresponding depth, or that starts deeper, may be lifted against gravity; this is not
     /// counted as a gain. Claims that do not fit `world` are unphysical.
-    #[must_use]
     pub fn is_unphysical(
         &mut self,
         world: &World,
@@ -310,6 +323,9 @@ impl EnergyCheck {
             budget.mass += body.mass();
             if world.before().get(index).is_some_and(|before| *before < WINDOW * h) {
                 budget.bent = budget.bent.max(0.5 * h * h * state.spin.norm_squared());
+            } else if budget.is_joined && world.has_half_kicks() {
+                let turn = h * state.spin.norm().max(next.spin.norm());
+                budget.bent = budget.bent.max(turn.powi(3).min(LARGEST_SWING));
             }
         }
         for budget in self.budgets.iter_mut().filter(|budget| budget.bent > 0.0) {
@@ -414,14 +430,15 @@ impl EnergyCheck {
         self.islands.find(bodies, keys, world);
         for joint in world.joints() {
             let budget = &mut self.budgets[joint.body()];
-            (budget.touches, budget.bounces) = (true, true);
+            (budget.touches, budget.bounces, budget.is_joined) = (true, true, true);
         }
         for body in 0..bodies {
-            let Budget { touches, bounces, .. } = self.budgets[body];
+            let Budget { touches, bounces, is_joined, .. } = self.budgets[body];
             let under = std::mem::take(&mut self.budgets[body].under);
             let budget = &mut self.budgets[self.islands.label(body)];
             budget.touches |= touches;
             budget.bounces |= bounces;
+            budget.is_joined |= is_joined;
             budget.under += under;
         }
     }
@@ -430,7 +447,6 @@ impl EnergyCheck {
 /// First body of `world` that rotates by more than [`LARGEST_TURN`] near the ground, so that one of
 /// its points may have passed through it. The lowest possible point is one reach below the lower
 /// end of the path.
-#[must_use]
 #[inline]
 pub fn lost_body(world: &World, states: &[State], next: &[State]) -> Option<usize> {
     let ground = world.ground()?;

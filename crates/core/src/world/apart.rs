@@ -78,7 +78,6 @@ impl World {
     }
 
     /// Pairs excluded with [`World::with_apart`].
-    #[must_use]
     pub fn kept_apart(&self) -> &[(usize, Partner)] {
         &self.kept_apart
     }
@@ -86,7 +85,6 @@ impl World {
     /// True if contacts between `body` and `partner` are considered. Contacts are excluded for held
     /// bodies, by joints, by [`World::with_untouched`], by [`World::with_apart`] and by
     /// [`World::with_groups`].
-    #[must_use]
     #[inline]
     pub fn may_touch(&self, body: usize, partner: Partner) -> bool {
         let all_do = self.apart.is_empty()

@@ -106,7 +106,6 @@ impl World {
     }
 
     /// True if `body` is [held](World::with_held).
-    #[must_use]
     #[inline]
     pub fn is_held(&self, body: usize) -> bool {
         self.held.get(body).copied().unwrap_or(false)
@@ -272,14 +271,12 @@ impl World {
 
     /// Surface velocity of a body (body frame), of a fixed piece or of the ground (world frame)
     /// (m/s).
-    #[must_use]
     pub fn surface_of(&self, owner: Partner) -> Vector3<f64> {
         let known = self.surfaces.iter().find(|(of, _)| *of == owner);
         known.map_or(Vector3::zeros(), |(_, velocity)| *velocity)
     }
 
     /// True if any surface has a velocity.
-    #[must_use]
     pub fn has_surfaces(&self) -> bool {
         !self.surfaces.is_empty()
     }

@@ -55,7 +55,6 @@ impl World {
 
     /// Owner, or pair, of the number at `index` of [`Constant::Coefficient`](super::Constant::Coefficient);
     /// `None` for the world's.
-    #[must_use]
     pub fn coefficient_owner(
         &self,
         of: Coefficient,

@@ -138,7 +138,6 @@ impl Constant {
     ];
 
     /// Name on the command line, in files and in arrays.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Friction => "friction",
@@ -175,7 +174,6 @@ impl Constant {
     }
 
     /// Constant with the name `name`.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|constant| constant.name() == name)
     }
@@ -187,7 +185,6 @@ impl Constant {
     }
 
     /// Unit of the constant's one number; empty for a pure number.
-    #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
             Self::Friction | Self::Restitution => "",
@@ -199,7 +196,6 @@ impl Constant {
     }
 
     /// Shape of the constant's array in `world`; empty for a single number.
-    #[must_use]
     pub fn shape(self, world: &World) -> Vec<usize> {
         let bodies = world.bodies().len();
         match self {
@@ -213,7 +209,6 @@ impl Constant {
     }
 
     /// Number of values of the constant in `world`.
-    #[must_use]
     pub fn width(self, world: &World) -> usize {
         let bodies = world.bodies().len();
         match self {
@@ -228,7 +223,6 @@ impl Constant {
 
     /// Values of the constant in `world`. [`World::with_constants`] with these values changes
     /// nothing. `Radius` is the largest radius of a body's points.
-    #[must_use]
     pub fn values(self, world: &World) -> Vec<f64> {
         let each = |of: &dyn Fn(&RigidBody) -> f64| world.bodies().iter().map(of).collect();
         match self {
@@ -250,7 +244,6 @@ impl Constant {
     }
 
     /// Single number that varies the constant as a whole, at its value in `world`.
-    #[must_use]
     pub fn one_number(self, world: &World) -> f64 {
         match self {
             Self::Radius => world.bodies().iter().map(radius).fold(0.0, f64::max),
@@ -264,7 +257,6 @@ impl Constant {
 
     /// Values of the constant for the single number `number`. Gravity keeps its direction; zero
     /// gravity stays zero.
-    #[must_use]
     pub fn from_one_number(self, world: &World, number: f64) -> Vec<f64> {
         let own = self.values(world);
         match self {

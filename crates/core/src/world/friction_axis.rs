@@ -39,7 +39,6 @@ impl World {
     }
 
     /// Owners whose surface has an axis, sorted, in the order of [`Constant::FrictionFactor`](super::Constant::FrictionFactor).
-    #[must_use]
     #[inline]
     pub fn friction_axes(&self) -> &[(Partner, FrictionAxis)] {
         &self.friction_axes
@@ -47,7 +46,6 @@ impl World {
 
     /// Index in [`World::friction_axes`] of the axis between `body` and `partner`. `None` if both are
     /// isotropic.
-    #[must_use]
     pub fn friction_axis_between(&self, body: usize, partner: Partner) -> Option<usize> {
         let find = |of: Partner| self.friction_axes.binary_search_by(|(owner, _)| owner.cmp(&of));
         find(Partner::Body(body)).or_else(|_| find(partner)).ok()
@@ -84,7 +82,6 @@ impl World {
     }
 
     /// Owner of the number at `index` of [`Constant::FrictionFactor`](super::Constant::FrictionFactor).
-    #[must_use]
     pub fn friction_axis_owner(&self, index: usize) -> Option<Partner> {
         self.friction_axes.get(index).map(|(owner, _)| *owner)
     }

@@ -9,7 +9,6 @@ impl Gear {
     /// Residual of (J15), or of the law of the drive, in a step of `world` from `states` to `next`
     /// (m/s); compare [`Joint::residual`]. `of_joints` holds the forces and angles of the joints,
     /// and `force` is the gear's (N or N m). NaN if a joint has no force.
-    #[must_use]
     pub fn residual(
         &self,
         world: &World,

@@ -34,7 +34,6 @@ impl Groups {
     pub const GROUND: Self = Self { members: 2, collides_with: u64::MAX };
 
     /// True if two objects of these groups may touch.
-    #[must_use]
     #[inline]
     pub fn may_touch(self, other: Self) -> bool {
         self.members & other.collides_with != 0 && other.members & self.collides_with != 0
@@ -141,7 +140,6 @@ impl World {
     }
 
     /// Collision groups of a body, a fixed piece or the ground.
-    #[must_use]
     pub fn groups_of(&self, of: Partner) -> Groups {
         let none = GroupMasks::default();
         self.groups.as_deref().unwrap_or(&none).groups(of)
@@ -164,7 +162,6 @@ impl World {
     }
 
     /// Contact exclusions of `body` other than pairs, joints and holds.
-    #[must_use]
     pub fn touching_of(&self, body: usize) -> Touching {
         let untouched = self.untouched.binary_search(&body).is_ok();
         Touching { groups: self.groups_of(Partner::Body(body)), untouched }

@@ -63,26 +63,22 @@ impl World {
     }
 
     /// Lengths of the intervals before the present problem; empty if all are its own.
-    #[must_use]
     pub fn before(&self) -> &[f64] {
         &self.before
     }
 
     /// Time κ over which forces on `body` act in the present problem, in its lengths.
-    #[must_use]
     pub fn kick(&self, body: usize) -> f64 {
         self.before.get(body).map_or(1.0, |before| 0.5 * (1.0 + before / self.time_step()))
     }
 
     /// True if inputs act from middle to middle.
-    #[must_use]
     pub fn has_half_kicks(&self) -> bool {
         self.integrator == Integrator::Leapfrog
     }
 
     /// Time over which loads on `body` act in step `index` (s), and over which their mean is taken. With
     /// [`Integrator::Leapfrog`] it lies between the middles of two intervals.
-    #[must_use]
     pub fn load_interval(&self, index: u64, body: usize) -> [f64; 2] {
         let h = self.time_step();
         if !self.has_half_kicks() {
@@ -103,7 +99,6 @@ impl World {
     /// ```text
     /// f = (κ − 1) m g,   τ = (P⁻(ω; h₁) − P⁻(ω; h))/h
     /// ```
-    #[must_use]
     pub fn missing_kick(&self, body: usize, state: &State) -> Wrench {
         let of = &self.bodies()[body];
         let Some(share) = self.missing_share(body) else { return Wrench::zero() };
@@ -218,7 +213,6 @@ impl World {
     }
 
     /// Derivative of the torque of [`World::missing_kick`] with respect to the spin (N m s).
-    #[must_use]
     #[cfg(feature = "save")]
     pub(crate) fn missing_torque_by_spin(&self, body: usize, spin: &Vector3<f64>) -> Matrix3<f64> {
         let Some(share) = self.missing_share(body) else { return Matrix3::zeros() };

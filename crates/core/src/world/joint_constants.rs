@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 impl World {
     /// The D joint axes that accept a drive, each with the index of its joint. They are ordered by
     /// joint, linear axes first.
-    #[must_use]
     pub fn driven_axes(&self) -> Vec<(usize, JointAxis)> {
         let joints = self.joints().iter().enumerate();
         joints.flat_map(|(joint, of)| of.driven_axes().map(move |axis| (joint, axis))).collect()
@@ -17,14 +16,12 @@ impl World {
     /// The L joint axes with limits, each with the index of its joint, in the order of
     /// [`World::driven_axes`]. The cone of a ball joint is the limit of its x axis, from 0 to the
     /// cone angle.
-    #[must_use]
     pub fn limited_axes(&self) -> Vec<(usize, JointAxis)> {
         let joints = self.joints().iter().enumerate();
         joints.flat_map(|(joint, of)| of.limited_axes().map(move |axis| (joint, axis))).collect()
     }
 
     /// The M [driven axes](World::driven_axes) with a motor.
-    #[must_use]
     pub fn motors(&self) -> Vec<(usize, JointAxis)> {
         let has_motor = |(joint, axis): &(usize, JointAxis)| {
             self.joints()[*joint].drive(*axis).is_some_and(|drive| drive.motor.is_some())
@@ -33,7 +30,6 @@ impl World {
     }
 
     /// Indices of the gears with a motor.
-    #[must_use]
     pub fn gear_motors(&self) -> Vec<usize> {
         let has_motor = |gear: &Gear| gear.drive().is_some_and(|drive| drive.motor.is_some());
         let gears = self.gears().iter().enumerate();
@@ -89,7 +85,6 @@ impl World {
 
 impl Constant {
     /// True for constants of joints and gears.
-    #[must_use]
     pub fn is_of_joints(self) -> bool {
         self == Self::Anchor || self.is_of_gears() || self.is_of_drives()
     }
@@ -250,7 +245,6 @@ impl Joint {
     }
 
     /// Drive of `axis`, if the axis is free.
-    #[must_use]
     pub fn drive(&self, axis: JointAxis) -> Option<&Drive> {
         let of = match axis {
             JointAxis::Linear(k) => self.linear().get(k),

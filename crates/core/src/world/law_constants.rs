@@ -122,7 +122,6 @@ fn mean_slopes([a, b]: [(Constant, usize, f64); 2]) -> LawSlopes {
 
 impl Constant {
     /// True for constants of bodies', fixed pieces' and pairs' own coefficients.
-    #[must_use]
     pub fn is_of_laws(self) -> bool {
         matches!(
             self,

@@ -93,7 +93,6 @@ impl World {
     }
 
     /// Friction coefficients of pairs.
-    #[must_use]
     pub fn pair_frictions(&self) -> &[((usize, Partner), f64)] {
         &self.pair_frictions
     }
@@ -109,7 +108,6 @@ impl World {
     ///
     /// # Panics
     /// If the body or partner does not exist.
-    #[must_use]
     pub fn friction_between(&self, body: usize, partner: Partner) -> f64 {
         if let Some(friction) = find_pair(&self.pair_frictions, body, partner) {
             return friction;
@@ -130,7 +128,6 @@ impl World {
     ///
     /// # Panics
     /// If the body or partner does not exist.
-    #[must_use]
     pub fn restitution_between(&self, body: usize, partner: Partner) -> f64 {
         if let Some(restitution) = find_pair(&self.pair_restitutions, body, partner) {
             return restitution;
@@ -145,7 +142,6 @@ impl World {
     ///
     /// # Panics
     /// If the body or partner does not exist.
-    #[must_use]
     pub fn law_between(&self, body: usize, partner: Partner) -> ContactLaw {
         ContactLaw {
             friction: self.friction_between(body, partner),
@@ -155,19 +151,16 @@ impl World {
     }
 
     /// Default coefficient of restitution e; 0 unless set.
-    #[must_use]
     pub fn restitution(&self) -> f64 {
         self.restitution
     }
 
     /// Restitution coefficients of pairs.
-    #[must_use]
     pub fn pair_restitutions(&self) -> &[((usize, Partner), f64)] {
         &self.pair_restitutions
     }
 
     /// True if any coefficient of restitution is positive.
-    #[must_use]
     pub fn has_restitution(&self) -> bool {
         let pairs = self.pair_restitutions.iter().map(|(_, restitution)| *restitution);
         let bodies = self.bodies().iter().filter_map(RigidBody::restitution);
@@ -181,7 +174,6 @@ impl World {
     /// ```
     ///
     /// the speed of a bounce that lasts less than four steps. It vanishes with h.
-    #[must_use]
     pub fn rebound_speed(&self) -> f64 {
         self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.whole_step())
     }

@@ -78,7 +78,6 @@ impl Integrator {
 
     /// Integrator of worlds with this `rotation`, unless another one is set: [`Self::Leapfrog`], and
     /// [`Self::Euler`] with the tutorial's rotation.
-    #[must_use]
     pub fn usual(rotation: Rotation) -> Self {
         match rotation {
             Rotation::Momentum => Self::Leapfrog,
@@ -87,7 +86,6 @@ impl Integrator {
     }
 
     /// Name in files and flags.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Euler => "euler",
@@ -96,7 +94,6 @@ impl Integrator {
     }
 
     /// Integrator with the name `name`.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|integrator| integrator.name() == name)
     }
@@ -119,7 +116,6 @@ impl Impacts {
     pub const ALL: [Self; 2] = [Self::Stepped, Self::Located];
 
     /// Name in files and flags.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Stepped => "stepped",
@@ -128,7 +124,6 @@ impl Impacts {
     }
 
     /// Choice with the name `name`.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|impacts| impacts.name() == name)
     }
@@ -311,20 +306,17 @@ impl World {
     }
 
     /// Joints.
-    #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
     /// Gears between joints.
-    #[must_use]
     pub fn gears(&self) -> &[Gear] {
         &self.gears
     }
 
     /// Joint angles at `states`, which start the counting of turns. Angles are the nearest to
     /// `near`, or to zero. A gear that determines the number of turns of a joint takes precedence.
-    #[must_use]
     pub fn angles_near(&self, states: &[State], near: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         angles_near(&self.joints, &self.gears, states, near)
     }
@@ -346,43 +338,36 @@ impl World {
     }
 
     /// Static convex pieces.
-    #[must_use]
     pub fn fixed(&self) -> &[Fixed] {
         &self.fixed
     }
 
     /// Constants of the world.
-    #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
     /// Bodies.
-    #[must_use]
     pub fn bodies(&self) -> &[RigidBody] {
         &self.parameters.bodies
     }
 
     /// Ground, if any.
-    #[must_use]
     pub fn ground(&self) -> Option<&Plane> {
         self.parameters.ground.as_ref()
     }
 
     /// Gravity g (m/s²), world frame.
-    #[must_use]
     pub fn gravity(&self) -> &Vector3<f64> {
         &self.parameters.gravity
     }
 
     /// Default coefficient of friction μ.
-    #[must_use]
     pub fn friction(&self) -> f64 {
         self.parameters.friction
     }
 
     /// Time step h (s).
-    #[must_use]
     pub fn time_step(&self) -> f64 {
         self.parameters.time_step
     }
@@ -423,19 +408,16 @@ impl World {
     }
 
     /// Growth of the error of the time step that runs keep (m/s); see [`World::with_accuracy`].
-    #[must_use]
     pub fn accuracy(&self) -> Option<f64> {
         self.accuracy
     }
 
     /// When impacts happen. In a world with an accuracy it is at their time.
-    #[must_use]
     pub fn impacts(&self) -> Impacts {
         self.accuracy.map_or(self.impacts, |_| Impacts::Located)
     }
 
     /// Accuracy that located impacts keep (m/s): that of the run, or 1e-6. `None` for whole steps.
-    #[must_use]
     pub fn impact_accuracy(&self) -> Option<f64> {
         (self.impacts() == Impacts::Located).then(|| self.accuracy.unwrap_or(1e-6))
     }
@@ -447,14 +429,12 @@ impl World {
     /// ```text
     /// φ⁺ ≥ (1 − s) φ for φ < 0,   s = min(1, h/L)                        (eq. 41a)
     /// ```
-    #[must_use]
     pub fn removed_share(&self) -> f64 {
         self.part.map_or(1.0, |part| (part.span.length / part.span.usual).min(1.0))
     }
 
     /// True if the present problem covers an interval much shorter than the usual length, such as that of a
     /// located impact.
-    #[must_use]
     pub fn is_window(&self) -> bool {
         self.removed_share() < WINDOW
     }
@@ -462,7 +442,6 @@ impl World {
     /// Gap (m) below which contacts count as touching in a [window](World::is_window), with
     /// located impacts. Otherwise the interval of an impact would find contacts that touch open. 0 without
     /// located impacts, and in shorter intervals of a step that was not solved.
-    #[must_use]
     pub fn touching_gap(&self) -> f64 {
         let accuracy = self.impact_accuracy().filter(|_| !self.is_retry());
         accuracy.map_or(0.0, |accuracy| 0.1 * accuracy)
@@ -480,7 +459,6 @@ impl World {
 
     /// This world with joints and gears as a problem from `states` has them, if it removes only a
     /// [share](World::removed_share) of their errors. Joint angles are the nearest to those in `near`.
-    #[must_use]
     pub fn held_back(&self, states: &[State], near: &[JointForce]) -> Cow<'_, Self> {
         if !self.holds_back() {
             return Cow::Borrowed(self);
@@ -522,19 +500,16 @@ impl World {
     }
 
     /// Part of the time step that is [set](World::set_span).
-    #[must_use]
     pub fn span(&self) -> Option<Span> {
         self.part.map(|part| part.span)
     }
 
     /// Time step of the world (s), also while a [part](World::set_span) of it is set.
-    #[must_use]
     pub fn whole_step(&self) -> f64 {
         self.part.map_or(self.time_step(), |part| part.whole)
     }
 
     /// Time at the start of step `index` (s), or of the part of it that is set.
-    #[must_use]
     pub fn time_before(&self, index: u64) -> f64 {
         let since = self.span().map_or(0.0, |span| span.since);
         // k h with one rounding, so that times do not drift.
@@ -542,7 +517,6 @@ impl World {
     }
 
     /// Time at the end of step `index` (s), or of the part of it that is set.
-    #[must_use]
     pub fn time_after(&self, index: u64) -> f64 {
         match self.part {
             None => (index + 1) as f64 * self.time_step(),
@@ -558,19 +532,16 @@ impl World {
     }
 
     /// Meaning of the velocities of a run; [`Integrator::usual`] by default.
-    #[must_use]
     pub fn integrator(&self) -> Integrator {
         self.integrator
     }
 
     /// Integrator of the rotations.
-    #[must_use]
     pub fn rotation(&self) -> Rotation {
         self.parameters.rotation
     }
 
     /// Length scale ℓ of the world (m): the largest [reach](RigidBody::reach) of a body.
-    #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
     }
@@ -582,7 +553,6 @@ impl World {
     /// ```text
     /// √(|g| ℓ / (9.81 m/s² · 1 m))
     /// ```
-    #[must_use]
     pub fn speed_scale(&self) -> f64 {
         self.speed_scale
     }
@@ -592,7 +562,6 @@ impl World {
     ///
     /// # Panics
     /// If the body does not exist.
-    #[must_use]
     pub fn free_flight(&self, index: usize, state: &State, wrench: &Wrench) -> State {
         if self.is_held(index) {
             return *state;
@@ -636,7 +605,6 @@ impl World {
     }
 
     /// Height of the lowest contact point of all bodies in `states` (m); infinite without a ground.
-    #[must_use]
     pub fn lowest_height(&self, states: &[State]) -> f64 {
         let states = states.iter().take(self.bodies().len()).enumerate();
         let heights = states.flat_map(|(i, state)| self.heights(i, &state.pose()));
@@ -648,7 +616,6 @@ impl World {
     /// Copy of this world in units of `mass` (kg), `length` (m) and `time` (s). Only ground and point
     /// bodies are converted; pieces, joints and gears are dropped. The ranges of [`World::new`] are
     /// in SI units and are not checked.
-    #[must_use]
     pub fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
         let Parameters { bodies, ground, gravity, friction, time_step, rotation } =
             &self.parameters;

@@ -44,7 +44,6 @@ impl Default for Plane {
 
 impl Plane {
     /// The plane z = 0. Its ground frame equals the world frame to the last bit.
-    #[must_use]
     pub fn level() -> Self {
         Self {
             normal: Vector3::z(),
@@ -96,44 +95,37 @@ impl Plane {
     }
 
     /// Unit normal n, world frame.
-    #[must_use]
     pub fn normal(&self) -> &Vector3<f64> {
         &self.normal
     }
 
     /// Distance d from the origin (m).
-    #[must_use]
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
     /// True if the plane is z = 0 and the ground frame equals the world frame.
-    #[must_use]
     pub fn is_level(&self) -> bool {
         self.level
     }
 
     /// Frame F with the unit columns t₁, t₂ and n, world frame.
-    #[must_use]
     pub fn frame(&self) -> &Matrix3<f64> {
         &self.frame
     }
 
     /// Rotation R, world → ground.
-    #[must_use]
     pub fn rotation(&self) -> &Matrix3<f64> {
         &self.to_ground
     }
 
     /// Converts a vector from the world frame to the ground frame.
-    #[must_use]
     pub fn vector_to_ground(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         if self.level { *vector } else { self.to_ground * vector }
     }
 
     /// Converts a state from the world frame to the ground frame. The spin is in the body frame in
     /// both, and the quaternion keeps its length.
-    #[must_use]
     pub fn state_to_ground(&self, state: &State) -> State {
         if self.level {
             return *state;
@@ -147,7 +139,6 @@ impl Plane {
     }
 
     /// Converts a state from the ground frame to the world frame.
-    #[must_use]
     pub fn state_to_world(&self, state: &State) -> State {
         if self.level {
             return *state;

@@ -149,7 +149,6 @@ impl Form {
 }
 
 /// Half extents of a body along its axes (m); for a box, half its sides.
-#[must_use]
 pub fn extents(body: &RigidBody) -> Vector3<f64> {
     let points = body.contact_points().iter();
     let reach = |point: &ContactPoint| point.position.abs() + point.half_extents();

@@ -32,7 +32,6 @@ impl Default for StickSpeed {
 
 impl StickSpeed {
     /// Share at a `slip` (m/s), and its derivative (s/m). A limit is raised by `arc` (m/s).
-    #[must_use]
     pub fn share(&self, slip: f64, arc: f64) -> (f64, f64) {
         let rows = match self {
             Self::Limit(speed) => return (f64::from(u8::from(slip <= *speed + arc)), 0.0),
@@ -80,13 +79,11 @@ impl World {
     }
 
     /// Slips that have the static coefficient.
-    #[must_use]
     pub fn stick_speed(&self) -> &StickSpeed {
         &self.stick_speed
     }
 
     /// True if any static coefficient is set.
-    #[must_use]
     pub fn has_static_friction(&self) -> bool {
         self.has(Coefficient::StaticFriction)
     }
@@ -97,7 +94,6 @@ impl World {
     ///
     /// # Panics
     /// If the body or partner does not exist.
-    #[must_use]
     pub fn static_friction_between(&self, body: usize, partner: Partner) -> Option<f64> {
         if !self.has_static_friction() {
             return None;

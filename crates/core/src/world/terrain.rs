@@ -28,19 +28,16 @@ impl World {
     }
 
     /// Terrains. The fixed collider of the first one has the number of fixed pieces as its index.
-    #[must_use]
     pub fn terrains(&self) -> &[FixedTerrain] {
         &self.terrains
     }
 
     /// Number of fixed colliders: pieces and terrains.
-    #[must_use]
     pub fn fixed_count(&self) -> usize {
         self.fixed.len() + self.terrains.len()
     }
 
     /// Terrain of the fixed collider `index`, if it is one.
-    #[must_use]
     pub fn terrain(&self, index: usize) -> Option<&Terrain> {
         let terrain = self.terrains.get(index.checked_sub(self.fixed.len())?)?;
         Some(&terrain.terrain)
@@ -48,7 +45,6 @@ impl World {
 
     /// Piece `number` of the fixed collider `index`: a triangle of a terrain, or the only piece of
     /// another one. `None` if it does not exist.
-    #[must_use]
     #[inline]
     pub fn fixed_piece(&self, index: usize, number: usize) -> Option<&Piece> {
         match self.fixed.get(index) {

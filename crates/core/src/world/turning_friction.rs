@@ -5,7 +5,6 @@ use crate::partner::TurningFriction;
 
 impl World {
     /// True if any coefficient of turning friction is set.
-    #[must_use]
     #[inline]
     pub fn has_turning_friction(&self) -> bool {
         self.has(Coefficient::RollingFriction) || self.has(Coefficient::TorsionalFriction)
@@ -13,7 +12,6 @@ impl World {
 
     /// Coefficients of turning friction between `body` and `partner`: the pair's own, or the larger one of
     /// both. The world's apply to the ground, and to bodies and colliders without their own.
-    #[must_use]
     #[inline]
     pub fn turning_friction_between(&self, body: usize, partner: Partner) -> TurningFriction {
         if self.coefficients.is_none() {

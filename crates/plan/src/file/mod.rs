@@ -66,7 +66,6 @@ impl StageName {
     }
 
     /// Builds the stage with these settings; the name decides the method of a shooting.
-    #[must_use]
     pub fn build(self, sample: Sample, shoot: Shoot) -> Box<dyn Stage> {
         match self {
             Self::Sample => Box::new(sample),
@@ -169,7 +168,6 @@ impl ProblemFile {
     }
 
     /// Stages with their settings, in their order. Each further `sample` has the next seed.
-    #[must_use]
     pub fn built_stages(&self) -> Vec<Box<dyn Stage>> {
         let mut sample = self.sample;
         let build = |name: &StageName| {

@@ -58,7 +58,6 @@ pub struct Variable {
 
 impl Variable {
     /// Length of the bounds.
-    #[must_use]
     pub fn scale(&self) -> f64 {
         self.bounds[1] - self.bounds[0]
     }
@@ -181,43 +180,36 @@ impl PlanProblem {
     }
 
     /// Scene of the problem.
-    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
     /// Number of steps N.
-    #[must_use]
     pub fn steps(&self) -> usize {
         self.steps
     }
 
     /// Controls.
-    #[must_use]
     pub fn controls(&self) -> &[Control] {
         &self.controls
     }
 
     /// Targets.
-    #[must_use]
     pub fn targets(&self) -> &[Target] {
         &self.targets
     }
 
     /// Path constraints.
-    #[must_use]
     pub fn path_constraints(&self) -> &[PathConstraint] {
         &self.path_constraints
     }
 
     /// Variables in the order of the vector of controls: by control, then by piece, then by component.
-    #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
     }
 
     /// Name of a variable: its control, its component, and its piece if there are several.
-    #[must_use]
     pub fn name_of(&self, variable: &Variable) -> String {
         let control = &self.controls[variable.control];
         let component = control.kind.components()[variable.component];
@@ -228,7 +220,6 @@ impl PlanProblem {
     }
 
     /// Default start of a search: forces of zero and the scene's starts and constants, clipped to the bounds.
-    #[must_use]
     pub fn zero(&self) -> Vec<f64> {
         let value = |variable: &Variable| {
             let own = match &self.controls[variable.control].kind {
@@ -266,7 +257,6 @@ impl PlanProblem {
     }
 
     /// Variables at a bound, to 1e-9 of the length of the bounds.
-    #[must_use]
     pub fn at_bounds(&self, controls: &[f64]) -> Vec<usize> {
         let pairs = controls.iter().zip(&self.variables).enumerate();
         let near = |value: f64, variable: &Variable| {
@@ -277,13 +267,11 @@ impl PlanProblem {
     }
 
     /// Piece of `control` in `step`.
-    #[must_use]
     pub fn knot(&self, control: usize, step: usize) -> usize {
         step * self.controls[control].knots / self.steps
     }
 
     /// Steps of the piece `knot` of `control`.
-    #[must_use]
     pub fn steps_of(&self, control: usize, knot: usize) -> Range<usize> {
         steps_of(knot, self.controls[control].knots, self.steps)
     }
@@ -324,7 +312,6 @@ impl PlanProblem {
     }
 
     /// True for each body with a wrench from a control.
-    #[must_use]
     pub fn pushed(&self) -> &[bool] {
         &self.pushed
     }
@@ -398,7 +385,6 @@ impl PlanProblem {
     }
 
     /// Initial states.
-    #[must_use]
     pub fn starts(&self, controls: &[f64]) -> Vec<State> {
         let mut starts = self.scene.starts.clone();
         for (index, Control { kind, .. }) in self.controls.iter().enumerate() {

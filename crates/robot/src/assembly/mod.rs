@@ -203,41 +203,35 @@ impl Assembled {
     }
 
     /// The robot as described by its file.
-    #[must_use]
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
 
     /// Prefix of its names in the scene.
-    #[must_use]
     pub fn prefix(&self) -> &str {
         &self.prefix
     }
 
     /// Joint of the scene for a slide or hinge, and index of its axis. Axes 0 to 2 are translations
     /// along x, y and z. Axes 3 to 5 are rotations about them.
-    #[must_use]
     pub fn axis(&self, joint: usize) -> Option<(usize, usize)> {
         self.axes.get(joint).copied().flatten()
     }
 
     /// Body of the scene that a link belongs to; `None` for fixed links. If the shapes of the link
     /// need several bodies, it is the first.
-    #[must_use]
     pub fn body(&self, link: usize) -> Option<usize> {
         let place = self.links.get(link)?.0?;
         Some(self.bodies[place].body)
     }
 
     /// True if the link belongs to this body of the scene.
-    #[must_use]
     pub fn moves_with(&self, link: usize, body: usize) -> bool {
         let place = self.links.get(link).and_then(|(place, _)| *place);
         place.is_some_and(|place| self.bodies[place].has(body))
     }
 
     /// Fixed pieces of the scene that belong to a link held by the world or to links fixed to it.
-    #[must_use]
     pub fn pieces(&self, link: usize) -> Vec<usize> {
         let belongs = |own: usize| self.upwards(own).any(|at| at == link);
         let pieces = self.fixed.clone().zip(&self.fixed_links);
@@ -251,7 +245,6 @@ impl Assembled {
     }
 
     /// Name of a link in the scene.
-    #[must_use]
     pub fn link_name(&self, link: usize) -> Option<String> {
         self.robot.links.get(link).map(|link| self.named(&link.name))
     }
@@ -341,13 +334,11 @@ impl Assembled {
     }
 
     /// Initial coordinates.
-    #[must_use]
     pub fn start(&self) -> &[f64] {
         &self.coordinates
     }
 
     /// Initial controls.
-    #[must_use]
     pub fn controls(&self) -> &[f64] {
         &self.controls
     }

@@ -51,7 +51,6 @@ pub struct TrajectoryWriter<W: Write> {
 
 impl<W: Write> TrajectoryWriter<W> {
     /// Writes the header of a trajectory of the first body of `world`.
-    #[must_use]
     pub fn new(stream: W, world: &World) -> Self {
         let count = points(world);
         let of_points = POINT_COLUMNS
@@ -67,7 +66,6 @@ impl<W: Write> TrajectoryWriter<W> {
     }
 
     /// Continues a trajectory that already has a header, and possibly rows.
-    #[must_use]
     pub fn after(stream: W, world: &World) -> Self {
         Self::with_writer(RowWriter::after(stream), world)
     }

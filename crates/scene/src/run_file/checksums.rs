@@ -46,13 +46,11 @@ impl<W> Summed<W> {
     }
 
     /// Checksum of all data so far.
-    #[must_use]
     pub fn checksum(&self) -> String {
         format!("{:08x}", self.hasher.clone().finalize())
     }
 
     /// Inner stream and final checksum.
-    #[must_use]
     pub fn finish(self) -> (W, String) {
         let checksum = self.checksum();
         (self.stream, checksum)

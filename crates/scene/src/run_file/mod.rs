@@ -154,7 +154,6 @@ pub struct SummaryFile {
 /// Title of a run: the name of the scene and its changed settings.
 ///
 /// The tutorial's scenes have "scene" after their names.
-#[must_use]
 pub fn heading(scene: &str, changed: &[String]) -> String {
     /// Maximum number of names in the title; more names are counted.
     const MOST_NAMED: usize = 4;
@@ -275,7 +274,6 @@ impl RunFile {
     }
 
     /// Error message if the seed does not reproduce the random starts of the bodies.
-    #[must_use]
     pub fn seed_mismatch(&self) -> Option<String> {
         if self.drawn != self.model.is_drawn() {
             return Some("drawn contradicts the starts of the bodies".to_owned());
@@ -285,13 +283,11 @@ impl RunFile {
     }
 
     /// Seed of a random start; `None` if the start does not depend on it.
-    #[must_use]
     pub fn drawn_seed(&self) -> Option<u32> {
         self.drawn.then_some(self.seed)
     }
 
     /// Names of the bodies.
-    #[must_use]
     pub fn bodies(&self) -> Vec<&str> {
         self.model.bodies.iter().map(|body| body.name.as_str()).collect()
     }

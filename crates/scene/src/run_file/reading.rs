@@ -32,7 +32,6 @@ impl RunFile {
     }
 
     /// Names of the files listed in the `text` of a run.json; empty if the text was changed.
-    #[must_use]
     pub fn listed_files(text: &str) -> Vec<String> {
         if seal_of(text) == Seal::Broken {
             return Vec::new();

@@ -2,7 +2,6 @@
 
 /// Formats six digits, or three digits with a power of ten for very small or large numbers. NaN
 /// becomes a dash.
-#[must_use]
 pub fn figure(value: f64) -> String {
     let size = value.abs();
     if value.is_nan() {
@@ -18,7 +17,6 @@ pub fn figure(value: f64) -> String {
 }
 
 /// HTML of a number from [`figure`]: `−1.2·10⁻³` instead of `-1.2e-3`.
-#[must_use]
 pub fn html(text: &str) -> String {
     match text.split_once('e') {
         Some((mantissa, exponent)) if exponent.parse::<i32>().is_ok() => {

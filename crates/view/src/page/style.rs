@@ -1,7 +1,6 @@
 //! Style of the page, for light and dark mode and for narrow and wide screens.
 
 /// Start of a page up to its heading. `style` extends the common style sheet; `title` is markup.
-#[must_use]
 pub fn opening(title: &str, style: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\

@@ -3,7 +3,6 @@
 use super::number::html;
 
 /// Table in a scrollable box. Each column has a name and a flag for numeric content.
-#[must_use]
 pub fn table(columns: &[(&str, bool)], rows: &str) -> String {
     let class = |numbers: bool| if numbers { " class=\"n\"" } else { "" };
     let heads = columns
@@ -17,7 +16,6 @@ pub fn table(columns: &[(&str, bool)], rows: &str) -> String {
 }
 
 /// Numeric cell. Narrow pages, which have no columns, show `name` before the number.
-#[must_use]
 pub fn number(name: &str, text: &str) -> String {
     format!("<td class=\"n\" data-name=\"{name}\">{}</td>", html(text))
 }

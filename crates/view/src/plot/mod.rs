@@ -29,7 +29,6 @@ pub enum PlotSheet {
 
 impl PlotSheet {
     /// Heading of the sheet.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "Motion and contact",
@@ -54,7 +53,6 @@ impl PlotSheet {
 
 /// Sheet of `film` as SVG. The motion sheet shows the body with index `body`, or the last one if
 /// there are fewer. Output is deterministic, byte for byte.
-#[must_use]
 pub fn svg(film: &Film, sheet: PlotSheet, body: usize) -> String {
     let body = body.min(film.bodies.len() - 1);
     let mut heading = sheet.name().to_owned();

@@ -21,7 +21,6 @@ pub struct LiveParts {
 }
 
 /// Parts of the page for a program that draws a moving scene itself.
-#[must_use]
 pub fn live_parts() -> LiveParts {
     LiveParts {
         style: palette::style() + include_str!("page/style.css"),

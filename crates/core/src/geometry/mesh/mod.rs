@@ -127,7 +127,6 @@ impl Mesh {
     }
 
     /// Enclosed volume (m³): Σ det(a − o, b − o, c − o)/6 over the triangles, with o a vertex.
-    #[must_use]
     pub fn volume(&self) -> f64 {
         let o = self.vertices.first().copied().unwrap_or_default();
         let corner = |vertex: usize| self.vertices[vertex] - o;
@@ -138,13 +137,11 @@ impl Mesh {
     }
 
     /// The vertices (m).
-    #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
     /// The triangles: vertex indices, counter-clockwise seen from outside.
-    #[must_use]
     pub fn triangles(&self) -> &[[usize; 3]] {
         &self.triangles
     }

@@ -75,37 +75,31 @@ impl HeightField {
     }
 
     /// Heights (m), row by row.
-    #[must_use]
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
 
     /// Number of heights in a row.
-    #[must_use]
     pub fn columns(&self) -> usize {
         self.columns
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.heights.len() / self.columns
     }
 
     /// Δx, Δy: distances of columns and of rows (m).
-    #[must_use]
     pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
 
     /// Rotation from the frame of the field to the world.
-    #[must_use]
     pub fn rotation(&self) -> &Matrix3<f64> {
         &self.rotation
     }
 
     /// Origin of the frame of the field (m, world).
-    #[must_use]
     pub fn position(&self) -> &Vector3<f64> {
         &self.position
     }
@@ -114,7 +108,6 @@ impl HeightField {
     ///
     /// # Panics
     /// If there is no such row or column.
-    #[must_use]
     pub fn point(&self, row: usize, column: usize) -> Vector3<f64> {
         assert!(column < self.columns, "column {column} of {}", self.columns);
         self.vertex(row * self.columns + column)

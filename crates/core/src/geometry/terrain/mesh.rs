@@ -159,19 +159,16 @@ impl Surface {
     }
 
     /// Number of vertices on borders that were joined to others ([`Surface::from_facets`]).
-    #[must_use]
     pub fn joined(&self) -> usize {
         self.joined
     }
 
     /// The vertices (m).
-    #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
     /// The triangles, as indices of vertices.
-    #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }

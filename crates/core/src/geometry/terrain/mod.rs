@@ -75,19 +75,16 @@ impl From<Surface> for Terrain {
 
 impl Terrain {
     /// The geometry.
-    #[must_use]
     pub fn shape(&self) -> &TerrainShape {
         &self.shape
     }
 
     /// Number of triangles.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.pieces.count()
     }
 
     /// Bounding box (m).
-    #[must_use]
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
     }
@@ -96,19 +93,16 @@ impl Terrain {
     ///
     /// # Panics
     /// If there is no such triangle.
-    #[must_use]
     pub fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
         self.vertices(triangle).map(|vertex| self.vertex(vertex))
     }
 
     /// Piece of a triangle; `None` if there is no such triangle.
-    #[must_use]
     pub fn piece(&self, triangle: usize) -> Option<&Piece> {
         self.pieces.get(triangle, || self.make(triangle).ok())
     }
 
     /// First triangle of the patch of `triangle`: of the connected triangles in its plane.
-    #[must_use]
     pub fn patch(&self, triangle: usize) -> usize {
         self.patches.get(triangle).map_or(triangle, |first| *first as usize)
     }
@@ -143,7 +137,6 @@ impl Terrain {
 
     /// First triangle that a ray from `origin` (m) along the unit vector `direction` meets within
     /// `length` (m): its distance (m) and its normal against the ray.
-    #[must_use]
     pub fn enter(
         &self,
         origin: &Vector3<f64>,

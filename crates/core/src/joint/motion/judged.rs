@@ -115,7 +115,6 @@ impl Joint {
     /// are nonlinear, and the larger of this work and of the work along the initial directions
     /// counts. For a moving world frame it is the work of its force and torque on A at the mean
     /// velocities. `None` if a body has no state.
-    #[must_use]
     pub fn work(
         &self,
         states: &[State],
@@ -131,7 +130,6 @@ impl Joint {
     /// Residual of the joint's laws in the step `states` → `next` of `time_step` (s) with `force`,
     /// computed from the states only. A force error counts as the speed that it would give the
     /// joint's bodies alone. NaN if a body has no state.
-    #[must_use]
     pub fn residual(
         &self,
         bodies: &[RigidBody],

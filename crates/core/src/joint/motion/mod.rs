@@ -28,7 +28,6 @@ pub struct JointForce {
 
 impl JointForce {
     /// Zero force at `angles` (rad).
-    #[must_use]
     pub fn none(angles: Vector3<f64>) -> Self {
         Self { force: Vector3::zeros(), torque: Vector3::zeros(), angles }
     }
@@ -69,7 +68,6 @@ impl Joint {
     }
 
     /// Coordinates (J1) at `states`. `None` if a body has no state.
-    #[must_use]
     pub fn coordinates(&self, states: &[State]) -> Option<Coordinates> {
         let [a, b] = self.placed(states)?;
         Some(between(&a, &b))
@@ -84,7 +82,6 @@ impl Joint {
     /// | gimbal, universal | angles of (J13) |
     /// | ball with cone | swing, 0, twist |
     /// | free or driven | rotation vector of at most half a turn |
-    #[must_use]
     pub fn turns(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
         let turning = self.turning();
         let off = || aside(turning, &at.turn) * 2.0;
@@ -107,7 +104,6 @@ impl Joint {
     }
 
     /// Angles to count turns from: [`Joint::turns`], or 0 for free rotation.
-    #[must_use]
     pub fn counted(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
         match self.turning() {
             TurnKind::Free => Vector3::zeros(),
@@ -117,7 +113,6 @@ impl Joint {
 
     /// Mean rates of all axes from `at` to `after` in `time_step` (s): of the position (m/s), and
     /// of the [angles](Joint::turns) (rad/s). `near` is near the angles at `at`.
-    #[must_use]
     pub fn rates(
         &self,
         at: &Coordinates,
@@ -139,7 +134,6 @@ impl Joint {
 
     /// Largest errors of the locked axes at `states`: of l (m) and of the angles (rad). `None` if a
     /// body has no state.
-    #[must_use]
     pub fn error(&self, states: &[State]) -> Option<(f64, f64)> {
         let at = self.coordinates(states)?;
         let locked = |axis: &&Axis| **axis == Axis::Locked;
@@ -167,7 +161,6 @@ impl Joint {
 
     /// Largest excesses over the limits at the joint angles `angles` (rad): position (m) and angle
     /// (rad). `None` if a body has no state.
-    #[must_use]
     pub fn beyond_limits(&self, states: &[State], angles: &Vector3<f64>) -> Option<(f64, f64)> {
         let at = self.coordinates(states)?;
         let (mut place, mut turn) = (0.0_f64, 0.0_f64);
@@ -274,7 +267,6 @@ impl Joint {
     /// Wrenches on A and on B of a force (N) or torque (N m) of `size` along a free axis, in a step
     /// from `states`: the effect of a drive. The wrench on the world is zero. `None` if a body has
     /// no state.
-    #[must_use]
     pub fn wrenches(&self, states: &[State], axis: JointAxis, size: f64) -> Option<[Wrench; 2]> {
         let at = self.coordinates(states)?;
         let mut force = JointForce::none(self.counted(&at, &Vector3::zeros()));

@@ -101,7 +101,6 @@ pub struct NativeSolver {
 
 impl NativeSolver {
     /// Solver for steps of `world`.
-    #[must_use]
     pub fn new(world: &World) -> Self {
         let mut first = IslandProblem::default();
         let points = world.bodies().iter().map(|body| body.contact_points().len());
@@ -162,7 +161,6 @@ impl NativeSolver {
     ///
     /// Includes contacts whose last impulses were accepted unchanged. Empty before the first step
     /// with contacts.
-    #[must_use]
     pub fn pieces(&self) -> Vec<ContactPiece> {
         let contacts = self.islands.all().map(|(_, island)| island.contacts.len()).sum();
         let open = ContactPiece { piece: MapPiece::Open, margin: f64::INFINITY };

@@ -34,20 +34,17 @@ pub struct KeyText {
 
 impl KeyText {
     /// Text form of a key.
-    #[must_use]
     #[inline]
     pub fn new(key: &ContactKey) -> Self {
         Self { point: key.point, pair: key.pair }
     }
 
     /// Complete key of a contact between `body` and `partner`.
-    #[must_use]
     pub fn between(self, body: usize, partner: Partner) -> ContactKey {
         ContactKey { body, point: self.point, partner, pair: self.pair }
     }
 
     /// Parses the text form.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let parts: Vec<&str> = text.split('.').collect();
         match parts[..] {

@@ -79,7 +79,6 @@ impl Table {
     pub const ALWAYS: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
 
     /// Name, the file's without `.csv`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::States => "states",
@@ -92,7 +91,6 @@ impl Table {
     }
 
     /// Names of the columns in tables of this shape.
-    #[must_use]
     pub fn columns(self, shape: &TableShape) -> Vec<&'static str> {
         let (first, others): (&[_], &[_]) = match self {
             Self::States if shape.has_middles => {
@@ -141,7 +139,6 @@ pub struct TableShape {
 
 impl TableShape {
     /// Shape of the tables of a run in `world`.
-    #[must_use]
     pub fn new(world: &World) -> Self {
         Self {
             bodies: world.bodies().len(),

@@ -39,7 +39,6 @@ pub struct IntervalRows {
 impl IntervalRows {
     /// Part of the step that this interval covers in a run of `world`; `None` for a whole step. A
     /// length that differs from the one of the step by rounding is the whole.
-    #[must_use]
     pub fn span(&self, world: &World) -> Option<Span> {
         let Self { row: StepRow { index, time, length, usual, status, .. }, .. } = *self;
         let is_located = world.impacts() == Impacts::Located;
@@ -58,13 +57,11 @@ impl IntervalRows {
 
     /// Time κ over which the forces on `body`, or between it and `other`, act, in lengths of the interval
     /// (eq. 37).
-    #[must_use]
     pub fn kick(&self, body: usize, other: Option<usize>) -> f64 {
         kick(&self.before, self.row.length, body, other)
     }
 
     /// Forces of the joints of `world` in the problem of the interval, with the angles at k.
-    #[must_use]
     pub fn joint_forces(&self, world: &World) -> Vec<JointForce> {
         let pairs = world.joints().iter().zip(&self.joints);
         let force = |(joint, row): (&Joint, &JointRow)| {
@@ -75,14 +72,12 @@ impl IntervalRows {
     }
 
     /// Force of the gear with this `index` in the problem of the interval (N or N m).
-    #[must_use]
     pub fn gear_force(&self, world: &World, index: usize) -> f64 {
         let joint = &world.joints()[world.gears()[index].axes()[0].joint];
         self.gears[index].force * self.kick(joint.body(), joint.other())
     }
 
     /// States at its start with the velocities of the instant.
-    #[must_use]
     pub fn instant_states(&self) -> &[State] {
         if self.instants.is_empty() { &self.states } else { &self.instants }
     }

@@ -34,7 +34,6 @@ const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0
 
 impl ContactRow {
     /// True if `world` has the body and the partner of this row.
-    #[must_use]
     pub fn is_in(&self, world: &World) -> bool {
         let bodies = world.bodies().len();
         let has_partner = match self.partner {

@@ -14,7 +14,6 @@ use tumble_core::world::World;
 /// - Means over it: forces, rates, slips.
 /// - Sums: works, errors, iterations.
 /// - Largest values: residuals, overlap, placement, stiffness, status.
-#[must_use]
 pub fn whole_steps<'a>(world: &World, rows: &'a [IntervalRows]) -> Cow<'a, [IntervalRows]> {
     if rows.iter().all(|rows| rows.row.interval == 0) {
         return Cow::Borrowed(rows);
@@ -90,7 +89,6 @@ fn add_contact(contacts: &mut Vec<ContactRow>, contact: ContactRow) {
 
 impl ContactRow {
     /// Contacts of a step of several intervals, with means of forces and slips over the step.
-    #[must_use]
     pub fn from_divided_step(record: &StepRecord) -> Vec<Self> {
         let mut contacts = Vec::new();
         for (share, interval) in record.shares() {
@@ -170,7 +168,6 @@ impl IntervalRows {
     }
 
     /// True if the row is the last one, a state without a step.
-    #[must_use]
     pub fn is_end(&self) -> bool {
         self.row.status == StepStatus::End
     }

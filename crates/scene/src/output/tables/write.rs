@@ -53,7 +53,6 @@ impl<W: Write> TablesWriter<W> {
 
     /// Continues tables that already have headers, and possibly rows. `open` are the rows that
     /// [`TablesWriter::open`] returned at their end. A table `ends` without rows is empty.
-    #[must_use]
     pub fn after(streams: Streams<W>, world: &World, open: OpenRows) -> Self {
         let shape = TableShape::new(world);
         let Ok(tables) = streams.each(|table, stream| {
@@ -248,7 +247,6 @@ fn write_all<W: Write>(
 
 impl IntervalRows {
     /// Rows of all intervals of a step of a simulation of `world`; see [`IntervalRows::new`].
-    #[must_use]
     pub fn from_step(world: &World, record: &StepRecord) -> Vec<Self> {
         let intervals = record.intervals().iter().enumerate();
         intervals
@@ -261,7 +259,6 @@ impl IntervalRows {
     /// Joint frames with a prescribed motion must be in `world` at their pose at the end of the
     /// step. An interval without the state of a body gives NaN for its contact points and joint
     /// coordinates. Those of a simulation have all states.
-    #[must_use]
     pub fn new(world: &World, index: u64, number: usize, interval: &Interval) -> Self {
         let is_end = interval.report.status == StepStatus::End;
         let certificate = if is_end { Default::default() } else { interval.certificate };
@@ -316,7 +313,6 @@ impl IntervalRows {
 
 impl StepRow {
     /// Entry of the step in the summary of its run.
-    #[must_use]
     pub fn count(&self) -> StatusCount {
         StatusCount {
             index: self.index,
@@ -362,7 +358,6 @@ impl JointRow {
     /// Row of joint `index` of `world` for an interval from `states` to `next` under `force`; `None` for a
     /// state without a step. `held` is the world with joints as the problem [has
     /// them](World::held_back).
-    #[must_use]
     pub fn between(
         [world, held]: [&World; 2],
         index: usize,
@@ -394,7 +389,6 @@ impl JointRow {
     }
 
     /// Position, angles, their rates, force and torque.
-    #[must_use]
     pub fn vectors(&self) -> [Vector3<f64>; 6] {
         [self.place, self.turns, self.velocity, self.spin, self.force, self.torque]
     }
@@ -422,7 +416,6 @@ impl GearTableRow {
     /// a step. `held` is the world with gears as the problem [has them](World::held_back).
     ///
     /// `joints` are the forces and angles of the joints, `force` is the gear's force (N or N m).
-    #[must_use]
     pub fn between(
         [world, held]: [&World; 2],
         index: usize,

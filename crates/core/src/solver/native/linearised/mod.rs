@@ -134,7 +134,6 @@ const FARTHEST: f64 = 0.1;
 
 impl StepDerivative {
     /// Derivative without a step.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -170,7 +169,6 @@ impl StepDerivative {
     }
 
     /// Difference between the differentiated step and the exact one. `None` for the exact step.
-    #[must_use]
     pub fn smoothing(&self) -> Option<Smoothing> {
         self.smoothing
     }
@@ -332,7 +330,6 @@ impl StepDerivative {
     /// - the final distance over h between bodies that are not in contact.
     ///
     /// If a change of the data moves the step by more than this, the derivative is one-sided.
-    #[must_use]
     pub fn margin(&self) -> f64 {
         self.margin
     }
@@ -344,14 +341,12 @@ impl StepDerivative {
     /// width. It is also 0 for bodies that stick in a loop of contacts which cannot follow every
     /// such change, and for a joint that dry friction or a velocity motor holds exactly at its
     /// stop.
-    #[must_use]
     pub fn feature_margin(&self) -> f64 {
         self.room
     }
 
     /// Number of loaded contacts with unknown dependence on the bodies' poses. Their points and
     /// planes are treated as fixed in the bodies.
-    #[must_use]
     pub fn unknown(&self) -> usize {
         self.unknown
     }
@@ -361,7 +356,6 @@ impl StepDerivative {
     ///
     /// It then depends on the history. The derivative assumes the smallest possible change of the
     /// distribution.
-    #[must_use]
     pub fn keeps_shares(&self) -> bool {
         self.kept
     }
