@@ -143,8 +143,11 @@ pub fn products(
     smoothing: f64,
 ) -> Products {
     let tangential = force.xy().norm();
-    let slip_speed =
-        if tangential > 0.0 { slip_speed * tangential.hypot(smoothing) / tangential } else { 0.0 };
+    let slip_speed = if tangential > 0.0 {
+        slip_speed * libm::hypot(tangential, smoothing) / tangential
+    } else {
+        0.0
+    };
     let room = friction * force[2] - tangential;
     let is_room = room > ROUNDINGS * f64::EPSILON * tangential;
     Products {

@@ -9,6 +9,7 @@
 //! adds a guide. The core is a separate crate so that it compiles independently of the rest.
 
 #![deny(unsafe_code)]
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod error;
 

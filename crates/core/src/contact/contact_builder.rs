@@ -163,7 +163,7 @@ impl ContactBuilder<'_> {
         };
         let found = -one.coordinates(&features.point);
         let at = (&self.states[body], other);
-        let h = self.world.time_step();
+        let h = self.world.lever_time();
         features.roll(one, Vector3::zeros(), at, h);
         let Some(Curved::Ellipsoid(nearest)) = features.curved else { return };
         if !nearest.reaches(&found) {

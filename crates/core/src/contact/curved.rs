@@ -15,9 +15,11 @@
 //! centre with the rotation of y, so that rolling has no slip.
 //!
 //! The power of a force at y differs from the rate of the gap, because y moves over the surface
-//! within the step. A force at the y of the start adds energy if φ is concave along the rotation. A
-//! force at the y of the end does if φ is convex. So the force acts at the y of the start or of the
-//! [predicted end](EllipsoidPoint::lever), whichever has the smaller rate n·(ω × y).
+//! within the step. With half kicks the force acts at the y of the start, the middle between the velocities before
+//! and after it. What it adds to the one velocity it takes from the other. With velocities of the ends of steps, a
+//! force at the y of the start adds energy if φ is concave along the rotation. A force at the y of the end does if
+//! φ is convex. So it acts at the y of the start or of the [predicted end](EllipsoidPoint::lever), whichever has
+//! the smaller rate n·(ω × y).
 //!
 //! Two rounded features are a vertex or an edge each. A feature is a [`Core`] (a point or a segment)
 //! with a radius. Let D be the shortest vector from
@@ -115,8 +117,8 @@ impl EllipsoidPoint {
     /// The step of `time_step` (s) begins at the states of A and B. `normal` is the unit normal of
     /// the plane in the same frame as y.
     ///
-    /// It is the nearest point of the start or of the predicted end. The prediction turns the bodies
-    /// with their spins at the start.
+    /// It is the nearest point of the start or of the end after `time_step`, as predicted with the spins at the
+    /// start.
     pub fn lever(
         &self,
         normal: &Vector3<f64>,

@@ -341,6 +341,31 @@ impl Contact {
         slip_and_gap(&normal, &moved, gap) / h
     }
 
+    /// True if its touching point may move over A.
+    pub(crate) fn rolls(&self) -> bool {
+        self.features.radius > 0.0 || self.features.curved.is_some()
+    }
+
+    /// Touching point of A at these poses (m, world).
+    pub(crate) fn touching_point(&self, a: &Pose, b: Option<&Pose>) -> Vector3<f64> {
+        let Features { point, radius, frame, curved, .. } = &self.features;
+        let upright = frame.column(2).into_owned();
+        let normal = b.map_or(upright, |b| b.rotation * upright);
+        let placed = |point: &Vector3<f64>| a.position + a.rotation * point;
+        match curved {
+            None => placed(point) - normal * *radius,
+            Some(Curved::Ellipsoid(one)) => {
+                let toward = one.shape.direction(&plane_in_a(frame, a, b));
+                placed(&(one.shape.centre - one.shape.axes * toward)) - normal * *radius
+            }
+            Some(Curved::Cores(pair)) => {
+                let ((share, _), apart) = closest_vector_at(pair, a, b);
+                let normal = if apart == Vector3::zeros() { normal } else { apart.normalize() };
+                placed(&pair.of_a.at(share)) - normal * *radius
+            }
+        }
+    }
+
     /// Tangential velocity of A's [surface](World::with_surface) relative to B's, in a step from
     /// `states` (m/s, world). It is added to the slip of the law, so that a body that moves with a
     /// conveyor does not slip.

@@ -11,7 +11,15 @@
 //!
 //! The law takes the slip u_t + o, whose direction is that of the instant to second order. The
 //! offset o is perpendicular to s, so that it does not change when a body stops. It is left out of
-//! slips that may stop or start within a few steps, and out of contacts that hold.
+//! slips that may stop or start within a few steps.
+//!
+//! Slow contacts whose touching point x moves over A take another offset. The slip (10) has the point of the start,
+//! and rolling has none at the point of the middle. With the slip s(x) of the velocities 2V − w at the touching
+//! points x of the start and of their end,
+//!
+//! ```text
+//! o = ½ (s(x) + s(x⁺)) − u_t(2V − w)                                     (eq. 38a)
+//! ```
 
 use super::Contact;
 use crate::mechanics::quaternion::{advance, rotation};
@@ -78,7 +86,21 @@ impl Contact {
     pub(crate) fn point_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let of = |body: usize| BodyVelocity::new(&states[body]);
         let velocities = [Some(of(self.key.body)), self.key.partner.body().map(of)];
-        self.relative_velocity(world, states, velocities)
+        let point = states[self.key.body].position + self.arm;
+        self.relative_velocity(world, states, velocities, &point)
+    }
+
+    /// Rate along the normal of A's point that takes the force at `states`, relative to B's, with the velocities of
+    /// `next` (m/s).
+    pub(crate) fn rate_along(&self, states: &[State], next: &[State]) -> f64 {
+        let point = states[self.key.body].position + self.arm;
+        let of = |body: usize| {
+            let State { position, attitude, .. } = states[body];
+            let State { velocity, spin, .. } = next[body];
+            BodyVelocity::new(&State { position, attitude, velocity, spin }).at(&point)
+        };
+        self.normal()
+            .dot(&(of(self.key.body) - self.key.partner.body().map_or(Vector3::zeros(), of)))
     }
 
     /// Sets the coefficient of friction of the step (eq. 42), if there is a static one above the kinetic one:
@@ -168,9 +190,9 @@ impl Contact {
         world: &World,
         states: &[State],
         [own, other]: [Option<BodyVelocity>; 2],
+        point: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let point = states[self.key.body].position + self.arm;
-        let at = |of: Option<BodyVelocity>| of.map_or(Vector3::zeros(), |of| of.at(&point));
+        let at = |of: Option<BodyVelocity>| of.map_or(Vector3::zeros(), |of| of.at(point));
         let relative = at(own) - at(other);
         if world.has_surfaces() { relative + self.carried(world, states) } else { relative }
     }
@@ -231,11 +253,13 @@ impl InstantMotions {
         let a = self.now(world, states, own);
         let b = other.map(|body| self.now(world, states, body));
         let velocities = [Some(a.velocity), b.map(|b| b.velocity)];
-        let velocity = contact.relative_velocity(world, &self.instants, velocities);
+        let point = self.instants[own].position + contact.arm;
+        let velocity = contact.relative_velocity(world, &self.instants, velocities, &point);
         let normal = contact.normal();
         let slip = velocity - normal * normal.dot(&velocity);
         let speed = slip.norm();
-        if speed <= FAST * (a.smooth_change + b.map_or(0.0, |b| b.smooth_change)) {
+        let is_slow = speed <= FAST * (a.smooth_change + b.map_or(0.0, |b| b.smooth_change));
+        if is_slow && !contact.rolls() {
             return;
         }
         let h = world.time_step();
@@ -246,8 +270,31 @@ impl InstantMotions {
             u += contact.carried(world, states);
         }
         u -= normal * normal.dot(&u);
-        let along = slip / speed;
-        contact.slip_offset = along * along.dot(&u) - u;
+        contact.slip_offset = if is_slow {
+            let twist = |body: usize, pose: &Pose| {
+                let velocity = BodyVelocity::new(&self.extrapolated(states, body));
+                BodyVelocity { position: pose.position, ..velocity }
+            };
+            let mean = [0, 1].map(|k| {
+                let pose_b = b.as_ref().map(|b| &b[k]);
+                let twists =
+                    [Some(twist(own, &a[k])), other.zip(pose_b).map(|(b, at)| twist(b, at))];
+                let point = contact.touching_point(&a[k], pose_b);
+                contact.relative_velocity(world, &self.instants, twists, &point)
+            });
+            let mean = (mean[0] + mean[1]) * 0.5;
+            mean - normal * normal.dot(&mean) - u
+        } else {
+            let along = slip / speed;
+            along * along.dot(&u) - u
+        };
+    }
+
+    /// State of `body` at the instant with the velocities 2V − w.
+    fn extrapolated(&self, states: &[State], body: usize) -> State {
+        let (State { velocity, spin, .. }, instant) = (&states[body], &self.instants[body]);
+        let velocity = 2.0 * instant.velocity - velocity;
+        State { velocity, spin: 2.0 * instant.spin - spin, ..*instant }
     }
 
     fn now(&mut self, world: &World, states: &[State], body: usize) -> Motion {

@@ -189,7 +189,7 @@ impl Schedule {
         let misses = abrupt > caught && length > SHORTEST;
         let allowed = self.accuracy * length;
         // Eq. 41; an error of the velocity is of third order as well, and remains for seconds.
-        let growth = (allowed / smooth).sqrt().min((caught / velocity).cbrt());
+        let growth = (allowed / smooth).sqrt().min(libm::cbrt(caught / velocity));
         let next = match self.smooth {
             Some(_) => length * (0.9 * growth).clamp(1.0 / GROWTH, GROWTH),
             None => self.whole,

@@ -51,6 +51,15 @@
 //!
 //! of the island's energy, for its fastest body, is not a gain.
 //!
+//! A touching point that rolls moves over its body. The force at its place at k does work on the velocities before and
+//! after k, which nearly cancel. The part of the velocities after it,
+//!
+//! ```text
+//! Σ ½ h f_n |n·s(w⁺) − (φ⁺ − φ)/h| + ½ h |f_t| |o|                       (eq. 32c)
+//! ```
+//!
+//! with the rate n·s of A's point and the offset o (38a), is not a gain up to a hundredth of the island's energy.
+//!
 //! A step also removes the depth δ at which contacts begin, and the error ε of joints at its start.
 //! Bodies between two planes move by more than δ, here up to 2 δ. At a speed v of the island of mass m
 //! this adds up to
@@ -171,6 +180,8 @@ pub(super) struct Budget {
     /// Share of the kinetic energy by which velocities along chords of circles differ: ½ h² ω² at a start, and
     /// (32b) in later steps of joined bodies.
     bent: f64,
+    /// Work (32c) of forces at points that roll, before the sum over the island with those whose A is this body (J).
+    rolled: f64,
     /// Work of joint axes that stop and hold a load (J), and its limit (J6a) from drives (J).
     holding: f64,
     excess: f64,
@@ -313,7 +324,8 @@ impl EnergyCheck {
         for (index, body) in world.bodies().iter().enumerate() {
             let budget = &mut self.budgets[self.islands.label(index)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
-            let work = if budget.bounces { work_of_bounce } else { work };
+            let is_mean = budget.bounces || world.has_half_kicks();
+            let work = if is_mean { work_of_bounce } else { work };
             let [before, after] = [state, next].map(|state| kinetic_energy(world, body, state));
             let work = work(world, body, state, next, &claim.wrenches[index]);
             budget.gained += after - before - work;
@@ -328,8 +340,8 @@ impl EnergyCheck {
                 budget.bent = budget.bent.max(turn.powi(3).min(LARGEST_SWING));
             }
         }
-        for budget in self.budgets.iter_mut().filter(|budget| budget.bent > 0.0) {
-            let bent = budget.bent * budget.size;
+        for budget in self.budgets.iter_mut().filter(|budget| budget.bent + budget.rolled > 0.0) {
+            let bent = budget.bent * budget.size + budget.rolled.min(LARGEST_SWING * budget.size);
             budget.gained -= budget.gained.clamp(0.0, bent);
         }
         for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
@@ -425,6 +437,15 @@ impl EnergyCheck {
             if world.has_surfaces() {
                 budget.carried -= h * force.dot(&contact.carried(world, claim.states));
             }
+            if world.has_half_kicks() && contact.rolls() {
+                let normal = contact.normal();
+                let along = force.dot(&normal);
+                let rate = contact.rate_along(claim.states, claim.next)
+                    - (contact.gap_in(claim.next) - contact.gap) / h;
+                let across = (force - normal * along).norm();
+                budget.rolled +=
+                    0.5 * h * (along * rate).abs() + 0.5 * h * across * contact.slip_offset.norm();
+            }
             &contact.key
         });
         self.islands.find(bodies, keys, world);
@@ -435,11 +456,13 @@ impl EnergyCheck {
         for body in 0..bodies {
             let Budget { touches, bounces, is_joined, .. } = self.budgets[body];
             let under = std::mem::take(&mut self.budgets[body].under);
+            let rolled = std::mem::take(&mut self.budgets[body].rolled);
             let budget = &mut self.budgets[self.islands.label(body)];
             budget.touches |= touches;
             budget.bounces |= bounces;
             budget.is_joined |= is_joined;
             budget.under += under;
+            budget.rolled += rolled;
         }
     }
 }

@@ -77,6 +77,12 @@ impl World {
         self.integrator == Integrator::Leapfrog
     }
 
+    /// Time after the start of a step at which the touching point of an ellipsoid may take its force (s). With half
+    /// kicks it is 0.
+    pub fn lever_time(&self) -> f64 {
+        if self.has_half_kicks() { 0.0 } else { self.time_step() }
+    }
+
     /// Time over which loads on `body` act in step `index` (s), and over which their mean is taken. With
     /// [`Integrator::Leapfrog`] it lies between the middles of two intervals.
     pub fn load_interval(&self, index: u64, body: usize) -> [f64; 2] {

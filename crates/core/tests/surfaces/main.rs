@@ -1,6 +1,8 @@
 //! Bodies on surfaces of several pieces: tiles, bricks, plates in the ground, belts and terrains. A
 //! body slides over flush joints as over one plane, and real steps, walls and edges stop it.
 
+#![allow(clippy::disallowed_methods)]
+
 #[path = "../../../../tests/common/campaign.rs"]
 mod campaign;
 mod controls;
