@@ -611,3 +611,32 @@ fn settings_changed_during_a_run_are_saved() {
         assert_eq!(run(Some(k)), whole, "from {k}");
     }
 }
+
+/// A link of 1e-9 kg at the end of an arm, behind a position motor with a rotor of 2 kg m². It follows
+/// 2 θ″ + 0.51 θ′ + 15 θ = 14, which the arm of 1 kg on the same motor does not change.
+#[test]
+fn a_link_without_weight_turns_as_its_motor() {
+    let motor = Motor::Position { target: 1.0, stiffness: 15.0, damping: 0.5, max_force: 100.0 };
+    let motor = Some(motor);
+    let drive = Drive { friction: 1.0, damping: 0.01, armature: 2.0, motor, ..Drive::NONE };
+    let bodies = vec![
+        solid(1.0, Vector3::new(0.2, 0.03, 0.03)),
+        solid(1e-9, Vector3::new(0.03, 0.03, 0.01)),
+    ];
+    let frame = |x: f64, axis: Vector3<f64>| JointFrame::along(Vector3::x() * x, axis).unwrap();
+    let joints = vec![
+        Joint::revolute(0, None, [frame(-0.2, Vector3::y()), frame(-0.2, Vector3::y())], drive),
+        Joint::revolute(1, Some(0), [frame(0.0, Vector3::z()), frame(0.2, Vector3::z())], drive),
+    ];
+    let world = World::new(parameters(bodies, G)).unwrap().with_joints(joints).unwrap();
+    let starts = vec![at(Vector3::zeros()), at(Vector3::x() * 0.2)];
+    let mut simulation = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
+    let mut record = StepRecord::new();
+    (0..500).for_each(|_| step(&mut simulation, &mut record));
+    let (decay, rate) = (0.1275, 7.5 - 0.1275_f64.powi(2));
+    let (rate, time) = (rate.sqrt(), 500.0 * H);
+    let swing = (rate * time).cos() + decay / rate * (rate * time).sin();
+    let angle = 14.0 / 15.0 * (1.0 - (-decay * time).exp() * swing);
+    let turned = record.first().solution.joints[1].angles[2];
+    assert!((turned - angle).abs() < 0.01, "{turned} {angle}");
+}

@@ -299,9 +299,22 @@ impl Graph {
         segment.impulse(projection, rho)
     }
 
-    /// Natural residual |p − P(p − ρ u)|/ρ of (u, p), in units of u.
+    /// Natural residual (p − P(p − ρ u))/ρ of (u, p), in units of u. On the piece through (u₀, p₀) along
+    /// (u′, p′) it is
+    ///
+    /// ```text
+    /// (p′ (u − u₀) − u′ (p − p₀))/(p′ − ρ u′),                                (J3a)
+    /// ```
+    ///
+    /// which does not divide rounding errors of impulses by a small ρ.
+    pub(crate) fn missed(&self, u: f64, p: f64, rho: f64) -> f64 {
+        let on = self.segment(self.piece(p - rho * u, rho));
+        (on.dp * (u - on.u) - on.du * (p - on.p)) / (on.dp - rho * on.du)
+    }
+
+    /// Size of the natural residual of (u, p), in units of u.
     pub fn residual(&self, u: f64, p: f64, rho: f64) -> f64 {
-        (p - self.projected(p - rho * u, rho)).abs() / rho
+        self.missed(u, p, rho).abs()
     }
 }
 

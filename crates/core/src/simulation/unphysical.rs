@@ -28,7 +28,7 @@
 //! rounding. An elastic bounce gains nothing by the second line, and the fraction 2 g h/|v| of its
 //! energy by the first.
 //!
-//! Islands with joints use the second line too. Joint reactions do no work on the mean of both
+//! Islands with joints use the second line too, and so do all with half kicks. Joint reactions do no work on the mean of both
 //! velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
 //! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)). The work of axes
 //! that stop and then hold a load is allowed up to

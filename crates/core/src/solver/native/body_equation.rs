@@ -75,8 +75,7 @@ pub(super) struct BodyEquation {
 impl BodyEquation {
     /// Power of a motion residual along the change `step`, over M (m²/s²).
     pub(super) fn power(&self, residual: &Velocity, step: &Velocity) -> f64 {
-        let turned = step.spin.dot(&(self.inertia * residual.spin));
-        (step.linear.dot(&residual.linear) + turned) / self.share
+        (step.linear.dot(&residual.linear) + step.spin.dot(&residual.spin)) / self.share
     }
 
     /// Placeholder body as memory.

@@ -114,12 +114,10 @@ impl AxesProjection {
         if self.axes.all_locked() {
             return self.axes.out(rows, self.u);
         }
-        let asked =
-            |k: usize| self.axes.graph(graphs, k).projected(self.projection(k), self.rho[k]);
-        let missed = self.along_rows(|k| {
-            if self.axes.locked[k] { self.u[k] } else { (self.p[k] - asked(k)) / self.rho[k] }
-        });
-        self.axes.out(rows, missed)
+        let missed =
+            |k: usize| self.axes.graph(graphs, k).missed(self.u[k], self.p[k], self.rho[k]);
+        let missed = |k: usize| if self.axes.locked[k] { self.u[k] } else { missed(k) };
+        self.axes.out(rows, self.along_rows(missed))
     }
 
     pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {
