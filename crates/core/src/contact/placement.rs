@@ -20,8 +20,9 @@
 //! its face. ℓ is the reach of the smaller piece, r that of the larger body, and o the overlap of the
 //! pair, which is reported. A continued distance (4b) may be smaller than s. A contact whose normal is
 //! more than ϑ off those of all [exposed](super::exposure) faces at x has the error ℓ. If x is beside a
-//! piece by up to δ_x, its faces are those at the nearest place across n. Of the triangles of a terrain
-//! within δ_x of the point, the one with the smallest |s − φ| counts.
+//! piece by up to δ_x, its faces are those at the nearest place across n. A hidden contact has no error if
+//! the pieces overlap along the normals of all other exposed faces. Of the triangles of a terrain within
+//! δ_x of the point, the one with the smallest |s − φ| counts.
 //!
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
 //! first order in ϑ.
@@ -63,6 +64,8 @@ struct Allowance {
     angle: f64,
     /// Way of its touching point (m).
     way: f64,
+    /// Overlap of the pieces (m).
+    overlap: f64,
 }
 
 /// Poses of the bodies at both ends of a step.
@@ -125,7 +128,8 @@ impl PlacementCheck<'_> {
             return error;
         }
         let other_end = if is_end { self.start } else { self.end };
-        let allowed = Allowance { angle: turned, way: slack };
+        let overlap = rounding + (gap - separation).max(0.0);
+        let allowed = Allowance { angle: turned, way: slack, overlap };
         let is_shown = self.is_shown(contact, colliders, poses, allowed, exposure) || {
             let colliders = self.with_triangle(contact, named, other_end, slack);
             self.is_shown(contact, colliders, other_end, allowed, exposure)
@@ -162,7 +166,13 @@ impl PlacementCheck<'_> {
             return true;
         }
         let shift = level_shift_into(both, points, &normal);
-        shift.norm() <= allowed.way && is_shown_at(shift)
+        if shift.norm() <= allowed.way && is_shown_at(shift) {
+            return true;
+        }
+        let along = libm::cos(allowed.angle + ACROSS);
+        let is_other = |m: &Vector3<f64>| normal.dot(m).abs() < along;
+        let best = of.best_exposed_face(poses, &[self.start, self.end], is_other, scratch);
+        best.is_none_or(|best| best.height < -allowed.overlap)
     }
 
     /// Colliders of a contact with their numbers, A first.
