@@ -186,6 +186,15 @@ fn placed(piece: &Piece, pose: &Pose) -> Vec<V> {
     piece.core().vertices().iter().map(|v| pose.position + pose.rotation * v).collect()
 }
 
+/// Rotation that takes one unit vector to another, also to nearly the opposite one.
+fn rotation_onto(from: &V, to: &V) -> Rotation3<f64> {
+    let across = from.cross(to);
+    let angle = across.norm().atan2(from.dot(to));
+    let any = from.cross(&V::ith(from.iamin(), 1.0));
+    let axis = across.try_normalize(1e-12).unwrap_or_else(|| any.normalize());
+    Rotation3::new(axis * angle)
+}
+
 /// A pose of B in which it is `gap` over a face or another plane of A.
 fn pose_at(draw: &mut Draw, a: &Piece, b: &Piece, gap: f64) -> Pose {
     let face_of = |draw: &mut Draw, piece: &Piece| {
@@ -204,8 +213,7 @@ fn pose_at(draw: &mut Draw, a: &Piece, b: &Piece, gap: f64) -> Pose {
         1 => draw.power(-10.0, -3.0),
         _ => draw.between(-3.0, 3.0),
     };
-    let onto = Rotation3::rotation_between(&down, &-n)
-        .unwrap_or_else(|| Rotation3::new(n.cross(&V::x()).normalize() * std::f64::consts::PI));
+    let onto = rotation_onto(&down, &-n);
     let spin = Rotation3::new(n * about);
     let rotation = *(Rotation3::new(draw.vector() * tilt) * spin * onto).matrix();
     let size = a.core().reach() + b.core().reach();
