@@ -1,6 +1,7 @@
 //! Candidate contacts of a step, and the search for missing ones.
 
 use super::collider::PieceExtent;
+use super::collision::Reached;
 use super::memory::Memory;
 use super::neighbours::{Neighbours, Overlap, has_pairs};
 use super::restitution::Rebound;
@@ -107,7 +108,14 @@ impl Candidates {
             || !self.contacts.is_empty()
             || !world.joints().is_empty()
             || has_pairs
-                && self.neighbours.overlapping(world, states, free, 0.0, false, &mut self.contacts);
+                && self.neighbours.overlapping(
+                    world,
+                    states,
+                    free,
+                    0.0,
+                    Reached::Free,
+                    &mut self.contacts,
+                );
         self.rebound.begin(world, free);
         self.complete(world, states, 0);
         needs_contact
@@ -150,11 +158,34 @@ impl Candidates {
         next: &[State],
         depth: f64,
     ) -> bool {
+        self.admit(world, states, next, depth, Reached::Solved)
+    }
+
+    /// Same as [`Self::admit_missed`] for a prediction or a preliminary solution `next`, which may violate
+    /// its contacts.
+    pub(crate) fn admit_foreseen(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        depth: f64,
+    ) -> bool {
+        self.admit(world, states, next, depth, Reached::Foreseen)
+    }
+
+    fn admit(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        depth: f64,
+        reached: Reached,
+    ) -> bool {
         let known = self.contacts.len();
         let Self { contacts, index, .. } = self;
         let ground = detection::admit_missed(world, states, next, depth, contacts, index);
         let pieces = has_pairs(world)
-            && self.neighbours.overlapping(world, states, next, depth, true, &mut self.contacts);
+            && self.neighbours.overlapping(world, states, next, depth, reached, &mut self.contacts);
         self.complete(world, states, known);
         ground || pieces
     }

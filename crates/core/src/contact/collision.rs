@@ -11,6 +11,7 @@
 //!   added at once, because its force may prevent the others.
 //! - If the contacts of a pair hold but another feature ends too deep, the features are used where
 //!   that overlap begins.
+//! - If none of them is left and the solution makes the pair deeper, hidden features are used.
 //!
 //! A contact is rejected if its gap at the start is below the overlap of the pieces there. If this
 //! rejects all contacts, the features that face each other at the start are used. Nothing crosses
@@ -18,7 +19,7 @@
 
 use super::collider::{Collider, Colliders, PieceExtent, PieceOwner, placed, size};
 use super::contact_filter::{is_held, is_near_held, pieces};
-use super::exposure::{ContactSearch, Exposure, ExposureScratch};
+use super::exposure::{ContactSearch, Exposure, ExposureScratch, gap_across_faces};
 use super::key_index::PieceIndex;
 use super::memory::Neighbour;
 use super::owner::plane_of;
@@ -78,7 +79,7 @@ pub(super) struct CollisionSearch<'a> {
     pub depth: f64,
     /// Workspace for poses on the trajectory. Only the poses of the two bodies are set.
     pub between: &'a mut [Pose],
-    /// True if the end is the solution with the given contacts, false if it is free flight.
+    /// True if the end is a solution with the given contacts or near one, false if it is free flight.
     pub is_solved: bool,
     /// Contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,
@@ -88,8 +89,21 @@ pub(super) struct CollisionSearch<'a> {
     pub touches: &'a mut Vec<ManifoldPoint>,
     /// True if all features of the pair that was examined last are hidden by other pieces.
     pub is_hidden: bool,
+    /// True while hidden features count.
+    pub with_hidden: bool,
     /// First pair whose collision the step passes or misses.
     pub missed: Option<[Partner; 2]>,
+}
+
+/// State at the end of a step in which contacts are searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reached {
+    /// Free flight.
+    Free,
+    /// Between free flight and the solution. The known contacts may be violated.
+    Foreseen,
+    /// The solution with the known contacts.
+    Solved,
 }
 
 /// Place on the trajectory at which a pair is examined.
@@ -308,6 +322,46 @@ impl CollisionSearch<'_> {
         }
     }
 
+    /// Adds hidden contact points of a pair that a solution without missing contacts leaves deeper than it
+    /// began.
+    ///
+    /// The cones of normals describe pieces that are large against their overlap. At a small corner they may
+    /// hide the points of all pieces, although the body touches there.
+    pub fn admit_hidden(
+        &mut self,
+        collision: &Collision,
+        pair: &mut PairState<'_>,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let [a, b] = pair.colliders;
+        let ends = [a, b].map(|collider| placed(self.world, self.end, collider));
+        let gap = pair.gap.max(gap_across_faces(ends));
+        // The depth of a known contact is an error of the solution. It does not show that one is missing.
+        let bodies = [a, b].map(|collider| collider.owner.partner().body());
+        let is_of_pair =
+            |contact: &&Contact| contact.key.bodies().any(|body| bodies.contains(&Some(body)));
+        let known = contacts.iter().filter(is_of_pair);
+        let gap_at_end = |contact: &Contact| {
+            let other = contact.key.partner.body().map(|body| &self.end[body]);
+            contact.gap_at(&self.end[contact.key.body], other)
+        };
+        let least = known.map(gap_at_end).fold(collision.under, f64::min);
+        if gap >= least - collision.fine {
+            return;
+        }
+        self.with_hidden = true;
+        self.place(pair.colliders, collision.share);
+        for at in [SamplePose::Intermediate, SamplePose::End] {
+            let before = contacts.len();
+            self.touches(pair, at);
+            self.admit(pair.colliders, at, collision.under, contacts);
+            if contacts.len() > before {
+                break;
+            }
+        }
+        self.with_hidden = false;
+    }
+
     /// Records that the step misses the collision of a pair.
     fn miss(&mut self, colliders: [Collider; 2]) {
         self.missed.get_or_insert(colliders.map(|collider| collider.owner.partner()));
@@ -422,7 +476,8 @@ impl CollisionSearch<'_> {
             Exposure { world, partners: self.partners, colliders: [a, b], numbers: pair.numbers };
         let moments = [self.start, self.end];
         let workspace = (&mut *self.scratch, &mut *self.exposure);
-        let search = ContactSearch { reach, within: reach, plane_of };
+        let with_hidden = self.with_hidden;
+        let search = ContactSearch { reach, within: reach, plane_of, with_hidden };
         let (gap, is_hidden) =
             of.contact_points(poses, &moments, search, pair.hint, workspace, self.touches);
         self.is_hidden = is_hidden;

@@ -30,7 +30,8 @@
 //! another facet at the point has them on one side.
 //!
 //! The test is done at the start of a step and at its end. A point has to be hidden at both to be
-//! left out.
+//! left out. It is added after all if a solved step without it leaves the pair deeper than at its start
+//! ([`super::collision`]).
 
 use super::collider::{Collider, PieceOwner, placed, size};
 use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
@@ -73,11 +74,11 @@ pub(super) struct ExposureScratch {
 
 /// A flat face of one piece of a pair, and where the other piece is deepest below it.
 #[derive(Debug, Clone, Copy)]
-struct FaceOfPair {
+pub(super) struct FaceOfPair {
     side: PieceSide,
     face: usize,
     /// Height of the other piece above the face (m); negative if they overlap.
-    height: f64,
+    pub(super) height: f64,
     /// Point of the face nearest to the deepest point of the other piece, and the normal (frame of the
     /// owner).
     point: Vector3<f64>,
@@ -103,6 +104,8 @@ pub(super) struct ContactSearch {
     pub(super) within: f64,
     /// Piece that owns the plane if the features leave it open.
     pub(super) plane_of: PieceSide,
+    /// True if points that other pieces hide count.
+    pub(super) with_hidden: bool,
 }
 
 /// A point of a piece's surface and an outward normal there (frame of its owner).
@@ -130,14 +133,14 @@ impl Exposure<'_> {
         out: &mut Vec<ManifoldPoint>,
     ) -> (f64, bool) {
         let [a, b] = self.colliders.map(|collider| placed(self.world, at, collider));
-        let ContactSearch { reach, within, plane_of } = search;
+        let ContactSearch { reach, within, plane_of, with_hidden } = search;
         let gap = manifold(a, b, reach, plane_of, hint, scratch, out);
         if out.is_empty() || gap > within {
             return (gap, false);
         }
         let same = SAME_GAP * size(a.0).min(size(b.0));
         let points = out.iter().map(|touch| self.surface_points(touch, at).map(|on| on.point));
-        if !self.may_be_hidden(at, points) {
+        if with_hidden || !self.may_be_hidden(at, points) {
             keep_one_plane(out, a.1, b.1, same);
             return (gap, false);
         }
@@ -148,9 +151,9 @@ impl Exposure<'_> {
         out.retain(&mut exists);
         if out.is_empty()
             && gap <= 0.0
-            && let Some(face) = self.best_exposed_face(at, moments, exposure)
+            && let Some(best) = self.best_exposed_face(at, moments, |_| true, exposure)
         {
-            manifold_across(a, b, face, reach, plane_of, scratch, out);
+            manifold_across(a, b, (best.side, best.face), reach, plane_of, scratch, out);
             out.retain(|touch| self.permits(touch, at, moments, exposure));
         }
         keep_one_plane(out, a.1, b.1, same);
@@ -199,14 +202,15 @@ impl Exposure<'_> {
     }
 
     /// The flat face of one of the pieces along which they overlap least with the bodies at `poses`,
-    /// among those that are exposed at one of the `moments`. It is examined at the deepest point of the
-    /// other piece.
+    /// among those whose normal (world) `may` take part and that are exposed at one of the `moments`. It
+    /// is examined at the deepest point of the other piece.
     pub(super) fn best_exposed_face(
         &self,
         poses: &[Pose],
         moments: &[&[Pose]],
+        may: impl Fn(&Vector3<f64>) -> bool,
         scratch: &mut ExposureScratch,
-    ) -> Option<(PieceSide, usize)> {
+    ) -> Option<FaceOfPair> {
         let placed = self.colliders.map(|collider| placed(self.world, poses, collider));
         let mut faces = std::mem::take(&mut scratch.faces);
         faces.clear();
@@ -217,7 +221,11 @@ impl Exposure<'_> {
             };
             for face in flat_faces(piece) {
                 let normal = piece.core().faces()[face].normal;
-                let inward = -other_pose.rotation.tr_mul(&(pose.rotation * normal));
+                let outward = pose.rotation * normal;
+                if !may(&outward) {
+                    continue;
+                }
+                let inward = -other_pose.rotation.tr_mul(&outward);
                 let deepest = other_pose.position + other_pose.rotation * other.farthest(&inward);
                 let deepest = pose.rotation.tr_mul(&(deepest - pose.position));
                 let height =
@@ -234,7 +242,7 @@ impl Exposure<'_> {
                 .iter()
                 .any(|poses| self.exposes_face(side, &of.point, &of.normal, poses, scratch))
         };
-        let best = faces.iter().find(&mut is_exposed).map(|of| (of.side, of.face));
+        let best = faces.iter().find(&mut is_exposed).copied();
         scratch.faces = faces;
         best
     }
@@ -551,6 +559,21 @@ impl Exposure<'_> {
         }
         along(&sum).is_some_and(|w| is_clear(&w, &mut beside.normals))
     }
+}
+
+/// Largest separation of two pieces along a flat face of one of them (m); −∞ without flat faces. The axis
+/// of a smooth piece that overlaps another one is not always that of the smallest depth.
+pub(super) fn gap_across_faces([a, b]: [(&Piece, &Pose); 2]) -> f64 {
+    let mut gap = f64::NEG_INFINITY;
+    for ((piece, pose), (other, other_pose)) in [(a, b), (b, a)] {
+        for plane in flat_faces(piece).map(|face| piece.core().faces()[face]) {
+            let outward = pose.rotation * plane.normal;
+            let lowest = other.farthest(&-other_pose.rotation.tr_mul(&outward));
+            let lowest = other_pose.position + other_pose.rotation * lowest - pose.position;
+            gap = gap.max(outward.dot(&lowest) - plane.offset - piece.radius());
+        }
+    }
+    gap
 }
 
 /// Keeps the contact points whose normals are nearly those of the deepest one. Of several planes at

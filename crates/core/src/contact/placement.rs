@@ -19,8 +19,10 @@
 //! τ is the way of the touching point over both bodies in the step. A plane continues that far beyond
 //! its face. ℓ is the reach of the smaller piece, r that of the larger body, and o the overlap of the
 //! pair, which is reported. A continued distance (4b) may be smaller than s. A contact whose normal is
-//! more than ϑ off those of all [exposed](super::exposure) faces at x has the error ℓ. Of the triangles
-//! of a terrain within δ_x of the point, the one with the smallest |s − φ| counts.
+//! more than ϑ off those of all [exposed](super::exposure) faces at x has the error ℓ. If x is beside a
+//! piece by up to δ_x, its faces are those at the nearest place across n. A hidden contact has no error if
+//! the pieces overlap along the normals of all other exposed faces. Of the triangles of a terrain within
+//! δ_x of the point, the one with the smallest |s − φ| counts.
 //!
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
 //! first order in ϑ.
@@ -44,12 +46,26 @@ const ROUNDING: f64 = 1e-7;
 /// see [`manifold`](crate::geometry::manifold()).
 const ACROSS: f64 = 0.03;
 
+/// Largest number of passes over the surfaces of two pieces. Two edges across each other take a few.
+const SHIFTS: u32 = 30;
+
 /// Workspace of the check.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PlacementScratch {
     pub(super) exposure: ExposureScratch,
     hint: Hint,
     pair: PairScratch,
+}
+
+/// What a contact that is fixed to its bodies may be off within a step.
+#[derive(Debug, Clone, Copy)]
+struct Allowance {
+    /// Angle of its normal (rad).
+    angle: f64,
+    /// Way of its touching point (m).
+    way: f64,
+    /// Overlap of the pieces (m).
+    overlap: f64,
 }
 
 /// Poses of the bodies at both ends of a step.
@@ -112,21 +128,23 @@ impl PlacementCheck<'_> {
             return error;
         }
         let other_end = if is_end { self.start } else { self.end };
-        let is_shown = self.is_shown(contact, colliders, poses, turned, exposure) || {
+        let overlap = rounding + (gap - separation).max(0.0);
+        let allowed = Allowance { angle: turned, way: slack, overlap };
+        let is_shown = self.is_shown(contact, colliders, poses, allowed, exposure) || {
             let colliders = self.with_triangle(contact, named, other_end, slack);
-            self.is_shown(contact, colliders, other_end, turned, exposure)
+            self.is_shown(contact, colliders, other_end, allowed, exposure)
         };
         if is_shown { 0.0 } else { length }
     }
 
     /// True if the contact is on exposed surfaces of its `colliders` where it is with the bodies at `poses`,
-    /// with a normal that is exposed to `angle` (rad).
+    /// or nearby where both have surfaces.
     fn is_shown(
         &self,
         contact: &Contact,
         colliders: [(usize, Collider); 2],
         poses: &[Pose],
-        angle: f64,
+        allowed: Allowance,
         scratch: &mut ExposureScratch,
     ) -> bool {
         let of = Exposure {
@@ -135,11 +153,26 @@ impl PlacementCheck<'_> {
             colliders: colliders.map(|(_, collider)| collider),
             numbers: colliders.map(|(number, _)| number),
         };
-        let [a, b] = of.colliders.map(|collider| placed(self.world, poses, collider).1);
+        let both = of.colliders.map(|collider| placed(self.world, poses, collider));
+        let [a, b] = both.map(|(_, pose)| pose);
         let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b);
         let (normal, on_a) = touching_point(contact, a, b);
-        let points = [(on_a, -normal), (on_a - normal * contact.gap_at(a, b_pose), normal)];
-        of.shows(points, poses, (&[self.start, self.end], angle), scratch)
+        let points = [on_a, on_a - normal * contact.gap_at(a, b_pose)];
+        let mut is_shown_at = |shift: Vector3<f64>| {
+            let points = [(points[0] + shift, -normal), (points[1] + shift, normal)];
+            of.shows(points, poses, (&[self.start, self.end], allowed.angle), scratch)
+        };
+        if is_shown_at(Vector3::zeros()) {
+            return true;
+        }
+        let shift = level_shift_into(both, points, &normal);
+        if shift.norm() <= allowed.way && is_shown_at(shift) {
+            return true;
+        }
+        let along = libm::cos(allowed.angle + ACROSS);
+        let is_other = |m: &Vector3<f64>| normal.dot(m).abs() < along;
+        let best = of.best_exposed_face(poses, &[self.start, self.end], is_other, scratch);
+        best.is_none_or(|best| best.height < -allowed.overlap)
     }
 
     /// Colliders of a contact with their numbers, A first.
@@ -272,6 +305,42 @@ impl PlacementCheck<'_> {
         let turn = |body: usize| (self.end[body].rotation - self.start[body].rotation).norm();
         contact.key.bodies().map(turn).sum()
     }
+}
+
+/// Shift across the normal n by which the touching point of each of `both` pieces gets below the surfaces
+/// of its piece (m, world). It is zero if both points are there.
+///
+/// A surface with the normal m that is h below a point takes off
+///
+/// ```text
+/// h l/|l|²,   l = m − (n·m) n
+/// ```
+///
+/// The surfaces that face along n to [`ACROSS`] are those that touch.
+fn level_shift_into(
+    both: [(&Piece, &Pose); 2],
+    points: [Vector3<f64>; 2],
+    n: &Vector3<f64>,
+) -> Vector3<f64> {
+    let mut shift = Vector3::zeros();
+    for _ in 0..SHIFTS {
+        let before = shift;
+        for ((piece, pose), point) in both.into_iter().zip(points) {
+            let local = pose.rotation.tr_mul(&(point + shift - pose.position));
+            piece.all_surfaces(&local, 0.0, |height, m| {
+                let m = pose.rotation * m;
+                let level = m - n * n.dot(&m);
+                if height > 0.0 && level.norm() > ACROSS {
+                    shift -= level * (height / level.norm_squared());
+                }
+                true
+            });
+        }
+        if shift == before {
+            break;
+        }
+    }
+    shift
 }
 
 /// Largest n·x over a placed piece (m) for a unit vector n (world).

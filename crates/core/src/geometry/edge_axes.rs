@@ -20,6 +20,9 @@
 //! ```
 //!
 //! Edges for which some vertex makes this bound smaller than the best gap are left out.
+//!
+//! The signs of these products are rounding for edges of nearly parallel faces. So the gap of an axis counts
+//! only if no vertex of A is above its edge, and no vertex of B is below its own.
 
 use super::hull::{Edge, span};
 use super::pair::PiecePair;
@@ -88,7 +91,7 @@ pub(super) fn best_edges(
             };
             let normal = across * (outward.signum() / norm);
             let gap = normal.dot(&(from_b - from_a));
-            if gap > best.gap {
+            if gap > best.gap && pair.are_extremes(vertices, &normal, gap) {
                 best = SeparatingAxis {
                     kind: AxisSource::Edges(index_a, index_b),
                     normal,

@@ -71,7 +71,7 @@ pub(super) fn best_edges(
                 continue;
             }
             let gap = normal.dot(&(from_b - from_a));
-            if gap > best.gap {
+            if gap > best.gap && pair.are_extremes(vertices, &normal, gap) {
                 let kind = AxisSource::Edges(index_a, index_b);
                 best = SeparatingAxis { kind, normal, gap, exact: false };
             }

@@ -1,7 +1,9 @@
 //! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
 
+use super::planar::planar;
+use super::polygons::polygons;
 use super::segment::closest_on_segment;
-use super::triangles::{FLAT, Triangle, hull_triangles};
+use super::triangles::{FLAT, hull_triangles};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
@@ -93,17 +95,17 @@ impl Hull {
     ///
     /// The vertices keep their order. Points inside the hull, on faces or on edges (to 1e-9 of the
     /// size) are left out. Neighbouring triangles that are coplanar to 1e-9 of the size become one
-    /// face.
+    /// face, and its corners move into its plane.
     ///
     /// # Errors
     /// Fewer than 4 points, more than 100 000, or more than 1000 vertices; a coordinate beyond ±1e4
     /// m; a largest extent below 1e-6 m; points that lie within 1e-5 of their extent in one plane.
     pub fn from_points(points: &[Vector3<f64>]) -> Result<Self, Error> {
-        Self::merged(points, COPLANAR)
+        planar(Self::joined(points, COPLANAR)?, COPLANAR)
     }
 
-    /// Same as [`Hull::from_points`], with a given relative coplanarity tolerance.
-    pub(super) fn merged(points: &[Vector3<f64>], coplanar: f64) -> Result<Self, Error> {
+    /// Convex hull of points with faces that are flat to the tolerance `coplanar`, relative to the size.
+    pub(super) fn joined(points: &[Vector3<f64>], coplanar: f64) -> Result<Self, Error> {
         if !(4..=MOST_POINTS).contains(&points.len()) {
             let (field, count) = ("points of the hull", points.len());
             return Err(Error::Count { field, count, allowed: "4 to 100000" });
@@ -300,92 +302,6 @@ impl Hull {
     }
 }
 
-/// Merges triangles into polygons.
-///
-/// Starting from the largest triangle, each polygon takes all connected triangles whose corners are
-/// within `tolerance` (m) of its plane. Corners with fewer than three polygons around them lie on a
-/// face or an edge and are removed.
-fn polygons(
-    points: &[Vector3<f64>],
-    triangles: &[Triangle],
-    tolerance: f64,
-) -> Result<Vec<Vec<usize>>, Error> {
-    const NONE: usize = usize::MAX;
-    let sides = |[a, b, c]: Triangle| [(a, b), (b, c), (c, a)];
-    let mut owners: Vec<((usize, usize), usize)> = (triangles.iter().enumerate())
-        .flat_map(|(index, &triangle)| sides(triangle).map(|side| (side, index)))
-        .collect();
-    owners.sort_unstable();
-    let neighbour = |(u, v): (usize, usize)| {
-        let found = owners.binary_search_by_key(&(v, u), |owner| owner.0);
-        found.map_or(NONE, |at| owners[at].1)
-    };
-    let area = |[a, b, c]: Triangle| (points[b] - points[a]).cross(&(points[c] - points[a])) / 2.0;
-    let areas: Vec<f64> = triangles.iter().map(|&t| area(t).norm()).collect();
-    let mut seeds: Vec<usize> = (0..triangles.len()).collect();
-    seeds.sort_by(|&a, &b| areas[b].total_cmp(&areas[a]));
-
-    let mut group = vec![NONE; triangles.len()];
-    let mut groups = 0;
-    for seed in seeds {
-        if group[seed] != NONE {
-            continue;
-        }
-        let normal = area(triangles[seed]).normalize();
-        let origin = points[triangles[seed][0]];
-        let is_flat =
-            |t: Triangle| t.iter().all(|&p| normal.dot(&(points[p] - origin)).abs() <= tolerance);
-        let mut waiting = vec![seed];
-        while let Some(index) = waiting.pop() {
-            if group[index] != NONE {
-                continue;
-            }
-            group[index] = groups;
-            let next = sides(triangles[index]).map(neighbour);
-            waiting.extend(
-                next.into_iter()
-                    .filter(|&n| n != NONE && group[n] == NONE && is_flat(triangles[n])),
-            );
-        }
-        groups += 1;
-    }
-
-    // Boundary sides of every polygon, and the polygons around every point.
-    let mut rims = vec![Vec::new(); groups];
-    let mut around = vec![Vec::new(); points.len()];
-    for &((u, v), owner) in &owners {
-        let other = neighbour((u, v));
-        if other == NONE {
-            return Err(unresolved());
-        }
-        if group[owner] != group[other] {
-            rims[group[owner]].push((u, v));
-            around[u].push(group[owner]);
-        }
-    }
-    let is_vertex: Vec<bool> = around.iter().map(|polygons| polygons.len() >= 3).collect();
-    let mut loops = Vec::with_capacity(groups);
-    for rim in &rims {
-        // `owners` is sorted and so is the rim: it starts at its smallest point.
-        let &(start, mut at) = rim.first().ok_or_else(unresolved)?;
-        let mut polygon = vec![start];
-        while at != start && polygon.len() < rim.len() {
-            polygon.push(at);
-            let next = rim.binary_search_by_key(&at, |side| side.0).map_err(|_| unresolved())?;
-            at = rim[next].1;
-        }
-        if at != start || polygon.len() != rim.len() {
-            return Err(unresolved());
-        }
-        polygon.retain(|&point| is_vertex[point]);
-        if polygon.len() < 3 {
-            return Err(unresolved());
-        }
-        loops.push(polygon);
-    }
-    Ok(loops)
-}
-
 fn check_coordinates(points: &[Vector3<f64>]) -> Result<(), Error> {
     all_in_range(
         "coordinate of a shape's point (m)",
@@ -408,6 +324,6 @@ fn refused(why: String) -> Error {
     Error::Shape { shape: "the hull", why }
 }
 
-fn unresolved() -> Error {
+pub(super) fn unresolved() -> Error {
     refused("has features too small for its size; remove points that are almost equal".into())
 }

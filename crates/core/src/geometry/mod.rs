@@ -33,6 +33,8 @@ pub mod mesh;
 mod overlap;
 pub mod pair;
 pub mod piece;
+mod planar;
+mod polygons;
 mod portal;
 mod ray;
 mod scratch;

@@ -6,6 +6,9 @@ use super::{Hull, Piece, Smooth};
 use crate::kinematics::Pose;
 use nalgebra::{Matrix3, Vector3};
 
+/// Rounding of a gap along an axis across two edges, relative to the smaller piece.
+const ROUNDING: f64 = 1e-12;
+
 /// A piece and the pose of its body.
 pub type PlacedPiece<'a> = (&'a Piece, &'a Pose);
 
@@ -61,6 +64,13 @@ impl<'a> PiecePair<'a> {
             Some(smooth) => smooth.extent(axis) - self.radius_a,
         };
         low_b + axis.dot(&self.shift) - high_a
+    }
+
+    /// True if no vertices of the cores are closer to each other along a unit vector (frame of A) than the
+    /// `gap` (m), to rounding. `vertices` are those of B (frame of A).
+    pub fn are_extremes(&self, vertices: &[Vector3<f64>], axis: &Vector3<f64>, gap: f64) -> bool {
+        let along = lowest(vertices, axis).1 - highest(self.a.vertices(), axis).1;
+        along >= gap - ROUNDING * self.size()
     }
 
     /// True if a piece has a smooth shape.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 /// Sine below which edges count as parallel. Their cross product is then accurate only to
 /// 1e-16/1e-6, and a face normal is almost the same axis.
-pub(super) const PARALLEL: f64 = 1e-6;
+pub(super) const PARALLEL: f64 = 1e-12;
 
 /// Features that span an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

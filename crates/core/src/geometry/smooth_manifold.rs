@@ -91,8 +91,8 @@ fn on_face(
     face: usize,
 ) {
     let Some(smooth) = on.smooth else { return };
-    // Beside a facet of a surface is another.
-    let border = if of.hull.is_facet() { MERGE * found.pair.size() } else { 0.0 };
+    // A rim and the border of a face may lie in one plane.
+    let border = MERGE * found.pair.size();
     let plane = of.hull.faces()[face];
     let normal = on.to_local(&(of.rotation * plane.normal));
     let in_face = |point: &Vector3<f64>| of.to_local(&(on.placed(point) - of.shift));

@@ -54,7 +54,7 @@ impl Piece {
     /// True if `visit` holds for the height (m) of `point` above each surface and the normal there.
     /// Stops at the first for which it does not. Points closer than `near` (m) to the tip of a cone are
     /// at the tip.
-    fn all_surfaces(
+    pub(crate) fn all_surfaces(
         &self,
         point: &Vector3<f64>,
         near: f64,

@@ -9,6 +9,7 @@ mod controls;
 mod floors;
 mod planted;
 mod shapes;
+mod sinking;
 mod sizes;
 mod sliding;
 mod tumbling;

@@ -8,9 +8,9 @@ use tumble_core::contact::{
     Candidates, Contact, ContactKey, ContactLaw, Features, PairFeatures, Partner, Plane,
 };
 use tumble_core::geometry::terrain::HeightField;
-use tumble_core::geometry::{Feature, PieceSide, Terrain};
-use tumble_core::mechanics::State;
-use tumble_core::world::{FixedTerrain, World};
+use tumble_core::geometry::{Feature, Piece, PieceSide, Terrain};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::world::{FixedTerrain, Parameters, World};
 
 /// Error (18g) of one loaded contact of the body 0 with the fixed collider `index` (m). The body's
 /// `point` touches a plane with the `normal` (world).
@@ -80,4 +80,48 @@ fn wrong_side_of_a_facet_has_an_error() {
     let corner = Vector3::new(half, half, -half);
     assert_eq!(error(&world, &state, 0, triangle, corner, Vector3::z()), 0.0);
     assert!(error(&world, &state, 0, triangle, corner, -Vector3::z()) > 0.01);
+}
+
+/// A contact is found where the bodies are within the step. At its end the point is a little beyond the tile,
+/// over the next one. The next tile hides the body's face from the first tile there, and not at the border.
+#[test]
+fn contact_of_a_body_that_crosses_a_joint_of_tiles_has_no_error() {
+    let body = standing("cube", &mut Random::new(1));
+    let tile = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
+    let (tile, _) = RigidBody::solid(20.0, &[tile]).unwrap();
+    let world = World::new(Parameters {
+        bodies: vec![body.body.clone(), tile.clone(), tile],
+        ground: None,
+        gravity: Vector3::zeros(),
+        friction: 0.0,
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
+    })
+    .unwrap();
+    let half = body.height;
+    let lies = |x: f64| State {
+        position: Vector3::new(x, 0.0, -0.1),
+        ..body.at([0.0, 0.0], 0.0, [0.0; 3])
+    };
+    let at = |x: f64| [body.at([x - half, 0.0], 0.0, [0.0; 3]), lies(-1.0), lies(1.0)];
+    let beyond = |by: f64, normal: Vector3<f64>| {
+        let (states, next) = (at(by - 0.003), at(by));
+        let feature = Feature::Vertex(PieceSide::A, 0);
+        let pair = PairFeatures { pieces: (0, 0), feature, plane: 0 };
+        let key = ContactKey { body: 0, point: 0, partner: Partner::Body(1), pair: Some(pair) };
+        let frame = *Plane::new(normal, 0.0).unwrap().frame();
+        // The middle of a lower edge of the cube, and the top or the side of the tile.
+        let point = Vector3::new(half, 0.0, -half);
+        let offset = normal.dot(&Vector3::new(1.0, 0.0, 0.1));
+        let features = Features::from_plane(point, 0.0, frame, offset);
+        let (a, b) = (states[0].pose(), states[1].pose());
+        let bodies = world.bodies();
+        let law = ContactLaw::plastic(0.0);
+        let contact = Contact::new(key, features, law, (&bodies[0], &a), Some((&bodies[1], &b)));
+        let mut candidates = Candidates::from(vec![contact]);
+        candidates.placement_error(&world, &states, &next, [Vector3::z()])
+    };
+    assert_eq!(beyond(6e-6, Vector3::z()), 0.0);
+    assert_eq!(beyond(1e-3, Vector3::z()), 0.0);
+    assert!(beyond(6e-6, Vector3::x()) > 1e-3);
 }

@@ -11,7 +11,7 @@ mod pairs;
 mod places;
 
 use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
-use super::collision::{BAND, Collision, CollisionSearch};
+use super::collision::{BAND, Collision, CollisionSearch, Reached};
 use super::contact_builder::ContactBuilder;
 use super::exposure::{ContactSearch, Exposure};
 use super::key_index::{PieceIndex, ends_of};
@@ -165,7 +165,8 @@ impl Neighbours {
             let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
             let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
-            let search = ContactSearch { reach: BAND * size, within: TOUCH * size, plane_of };
+            let (reach, within) = (BAND * size, TOUCH * size);
+            let search = ContactSearch { reach, within, plane_of, with_hidden: false };
             let workspace = (&mut *scratch, &mut *exposure);
             pair.gap = of.contact_points(poses, &[poses], search, hint, workspace, touches).0;
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
@@ -214,19 +215,19 @@ impl Neighbours {
     }
 
     /// Adds the missing contacts of pieces that overlap by more than `depth` (m) with the bodies at
-    /// `next`, or that pass through each other on the trajectory there. `next` `is_solved` with the
-    /// given contacts, or free flight. Returns true if there were any.
+    /// `next`, or that pass through each other on the trajectory there. `reached` describes `next`. Returns
+    /// true if there were any.
     pub(super) fn overlapping(
         &mut self,
         world: &World,
         states: &[State],
         next: &[State],
         depth: f64,
-        is_solved: bool,
+        reached: Reached,
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let known = contacts.len();
-        self.look(world, states, next, depth, is_solved, contacts);
+        self.look(world, states, next, depth, reached, contacts);
         // A repeated search of the same step finds the same contacts again.
         if contacts.len() > known {
             let Self { memory, index, .. } = self;
@@ -252,7 +253,8 @@ impl Neighbours {
         let Memory { end, from, .. } = &*self.memory;
         if !(self.lists(world) && end == next && from == states) {
             let known = contacts.len();
-            self.look(world, states, next, LOOKED_AGAIN * world.reach(), true, contacts);
+            let depth = LOOKED_AGAIN * world.reach();
+            self.look(world, states, next, depth, Reached::Foreseen, contacts);
             contacts.truncate(known);
         }
         self.missed
@@ -265,13 +267,14 @@ impl Neighbours {
         states: &[State],
         next: &[State],
         depth: f64,
-        is_solved: bool,
+        reached: Reached,
         contacts: &mut Vec<Contact>,
     ) {
         self.missed = None;
         if !self.place(world, states, next) {
             return;
         }
+        let known = contacts.len();
         let Self { memory, colliders, poses, begin, between, collisions, met, partners, .. } = self;
         let pairs = &mut memory.pairs;
         partners.update(world, colliders, pairs);
@@ -287,13 +290,14 @@ impl Neighbours {
             extents: &self.extents,
             depth,
             between,
-            is_solved,
+            is_solved: reached != Reached::Free,
             index: &mut self.index,
             partners,
             exposure: &mut self.placement.exposure,
             scratch: &mut self.scratch,
             touches: &mut self.touches,
             is_hidden: false,
+            with_hidden: false,
             missed: None,
         };
         collisions.clear();
@@ -318,13 +322,19 @@ impl Neighbours {
         // In the order of the collisions: the force on a body may prevent later ones.
         collisions
             .sort_unstable_by(|x, y| x.share.total_cmp(&y.share).then_with(|| x.pair.cmp(&y.pair)));
-        for collision in collisions {
+        for collision in &*collisions {
             let (before, pair) = (contacts.len(), &mut pairs[collision.pair]);
             let owners = pair.owners(colliders);
             let waits = has_met(met, owners) < collision.share - SAME_TIME;
             look.settle(collision, &mut pair.looked(colliders), waits, contacts);
             if contacts.len() > before {
                 meet(met, owners, collision.share);
+            }
+        }
+        if reached == Reached::Solved && contacts.len() == known {
+            for collision in collisions {
+                let mut pair = pairs[collision.pair].looked(colliders);
+                look.admit_hidden(collision, &mut pair, contacts);
             }
         }
         // A crowded search leaves pairs out, whose collisions are missed.

@@ -7,6 +7,7 @@ mod files;
 pub use files::{facets_of_obj, facets_of_stl, parse_obj, parse_stl};
 
 use super::hull::{Hull, extent};
+use super::planar::planar;
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
@@ -156,14 +157,15 @@ impl Mesh {
         Self::new(vertices, self.triangles.clone())
     }
 
-    /// Convex hull of a convex mesh. Triangles coplanar to 1e-6 of the size become one face.
+    /// Convex hull of a convex mesh. Triangles coplanar to 1e-6 of the size become one face, and its
+    /// corners move into its plane.
     ///
     /// # Errors
     /// The errors of [`Hull::from_points`]. A mesh that is not convex: a vertex deeper than 1e-6 of
     /// the size inside the hull, or a volume below the hull's by more than a skin of that
     /// thickness.
     pub fn hull(&self) -> Result<Hull, Error> {
-        let hull = Hull::merged(&self.vertices, CONVEX)?;
+        let hull = Hull::joined(&self.vertices, CONVEX)?;
         let skin = CONVEX * extent(&self.vertices);
         for vertex in &self.vertices {
             let heights = hull.faces().iter().map(|face| face.normal.dot(vertex) - face.offset);
@@ -183,7 +185,7 @@ impl Mesh {
                 "its volume is {own:.6e} m³, the volume of its convex hull {whole:.6e} m³"
             )));
         }
-        Ok(hull)
+        planar(hull, CONVEX)
     }
 }
 

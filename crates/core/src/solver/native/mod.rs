@@ -210,7 +210,7 @@ impl NativeSolver {
             }
         }
         let depth = missed_contact_depth(step, &self.reached, self.tolerance_factor(), false);
-        candidates.admit_missed(step.world, step.states, &self.reached, depth)
+        candidates.admit_foreseen(step.world, step.states, &self.reached, depth)
     }
 
     /// Solves every island that needs it, and writes its states and forces. Returns the number of
@@ -283,7 +283,12 @@ impl NativeSolver {
             let tolerance_factor = self.tolerance_factor();
             let reached = self.reached(step, solution);
             let depth = missed_contact_depth(step, reached, tolerance_factor, is_preliminary);
-            if candidates.admit_missed(step.world, step.states, reached, depth) {
+            let admits = if is_preliminary {
+                candidates.admit_foreseen(step.world, step.states, reached, depth)
+            } else {
+                candidates.admit_missed(step.world, step.states, reached, depth)
+            };
+            if admits {
                 self.find_islands(step, candidates.contacts(), Marked::NONE, solution);
             } else if is_preliminary {
                 is_preliminary = false;
