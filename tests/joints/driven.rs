@@ -633,8 +633,10 @@ fn a_link_without_weight_turns_as_its_motor() {
     let mut simulation = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
     let mut record = StepRecord::new();
     (0..500).for_each(|_| step(&mut simulation, &mut record));
-    let (decay, rate) = (0.1275, 7.5 - 0.1275_f64.powi(2));
-    let (rate, time) = (rate.sqrt(), 500.0 * H);
+    let decay = 0.1275;
+    let rate = 7.5 - 0.1275_f64.powi(2);
+    let rate = rate.sqrt();
+    let time = 500.0 * H;
     let swing = (rate * time).cos() + decay / rate * (rate * time).sin();
     let angle = 14.0 / 15.0 * (1.0 - (-decay * time).exp() * swing);
     let turned = record.first().solution.joints[1].angles[2];

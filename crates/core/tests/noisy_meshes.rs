@@ -227,7 +227,8 @@ fn pose_at(draw: &mut Draw, a: &Piece, b: &Piece, gap: f64) -> Pose {
 
 /// The box of an STL file in single precision, 10 m from the origin of the file.
 fn box_in_single_precision(draw: &mut Draw, sides: [f64; 3]) -> Piece {
-    let (turn, far) = (draw.rotation(), draw.vector() * 10.0);
+    let turn = draw.rotation();
+    let far = draw.vector() * 10.0;
     let (points, triangles) = prism(4, 0.5, 0.5_f64.sqrt());
     let points = points.iter().map(|p| {
         // The corners of the prism are at ±½ √½ of the larger ring.

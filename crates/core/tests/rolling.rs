@@ -93,7 +93,9 @@ fn a_rocking_ellipsoid_keeps_its_energy() {
 /// A disc rolls on its rim without slip, leaning by 20°. The energy of 2 s differs by an error of second order.
 #[test]
 fn a_rolling_disc_keeps_its_energy() {
-    let (radius, half_width, spin) = (0.1, 0.01, 12.0);
+    let radius = 0.1;
+    let half_width = 0.01;
+    let spin = 12.0;
     let (sine, cosine) = 20.0_f64.to_radians().sin_cos();
     let axis = Vector3::new(cosine, 0.0, sine);
     let touched = -half_width * axis - radius * Vector3::new(-sine, 0.0, cosine);

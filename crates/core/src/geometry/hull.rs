@@ -1,7 +1,7 @@
 //! Convex cores: a point, a segment, or a polyhedron with whole polygons as faces.
 
 use super::planar::planar;
-use super::polygons::polygons;
+use super::polygons::{polygons, unresolved};
 use super::segment::closest_on_segment;
 use super::triangles::{FLAT, hull_triangles};
 use crate::error::{Error, all_in_range, in_range};
@@ -322,8 +322,4 @@ pub(super) fn extent(points: &[Vector3<f64>]) -> f64 {
 
 fn refused(why: String) -> Error {
     Error::Shape { shape: "the hull", why }
-}
-
-pub(super) fn unresolved() -> Error {
-    refused("has features too small for its size; remove points that are almost equal".into())
 }

@@ -1,9 +1,14 @@
 //! Polygons of a triangulated convex surface.
 
-use super::hull::unresolved;
 use super::triangles::Triangle;
 use crate::error::Error;
 use nalgebra::Vector3;
+
+/// Error of a hull that rounding leaves without closed polygons.
+pub(super) fn unresolved() -> Error {
+    let why = "has features too small for its size; remove points that are almost equal".into();
+    Error::Shape { shape: "the hull", why }
+}
 
 /// Merges triangles into polygons.
 ///

@@ -51,7 +51,7 @@ pub(super) fn divide(
     }
     let start = Box::new(moment.clone());
     // The search is that of the end of the step.
-    moment.search = Box::default();
+    *moment.search = Default::default();
     workspace.abrupt.begin_turn(turn.body);
     let check = take(&mut workspace.energy_check);
     let least = LEAST * world.speed_scale();

@@ -28,7 +28,7 @@
 //! rounding. An elastic bounce gains nothing by the second line, and the fraction 2 g h/|v| of its
 //! energy by the first.
 //!
-//! Islands with joints use the second line too, and so do all with half kicks. Joint reactions do no work on the mean of both
+//! Islands with joints use the second line too. With half kicks, the line with the smaller gain counts. Joint reactions do no work on the mean of both
 //! velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
 //! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)). The work of axes
 //! that stop and then hold a load is allowed up to
@@ -49,7 +49,7 @@
 //! min((h|ω|)³, 10⁻²)                                                     (eq. 32b)
 //! ```
 //!
-//! of the island's energy, for its fastest body, is not a gain.
+//! of the island's energy, for its fastest body, is not a gain if no contact presses.
 //!
 //! A touching point that rolls moves over its body. The force at its place at k does work on the velocities before and
 //! after k, which nearly cancel. The part of the velocities after it,
@@ -58,7 +58,8 @@
 //! Σ ½ h f_n |n·s(w⁺) − (φ⁺ − φ)/h| + ½ h |f_t| |o|                       (eq. 32c)
 //! ```
 //!
-//! with the rate n·s of A's point and the offset o (38a), is not a gain up to a hundredth of the island's energy.
+//! with the rate n·s of A's point and the offset o (38a), is not a gain of an island without joints, up to a hundredth
+//! of its energy.
 //!
 //! A step also removes the depth δ at which contacts begin, and the error ε of joints at its start.
 //! Bodies between two planes move by more than δ, here up to 2 δ. At a speed v of the island of mass m
@@ -175,13 +176,16 @@ pub(super) struct Budget {
     off: f64,
     /// Energy (32a) of the depth and errors that the step removes (J); like `off`.
     lift: f64,
-    /// True if the island has a joint.
+    /// True if the island has a joint, and if it has a contact force.
     is_joined: bool,
+    is_pressed: bool,
     /// Share of the kinetic energy by which velocities along chords of circles differ: ½ h² ω² at a start, and
     /// (32b) in later steps of joined bodies.
     bent: f64,
     /// Work (32c) of forces at points that roll, before the sum over the island with those whose A is this body (J).
     rolled: f64,
+    /// Work along mean velocities beyond that along the path of the step (J).
+    mean_work: f64,
     /// Work of joint axes that stop and hold a load (J), and its limit (J6a) from drives (J).
     holding: f64,
     excess: f64,
@@ -324,10 +328,14 @@ impl EnergyCheck {
         for (index, body) in world.bodies().iter().enumerate() {
             let budget = &mut self.budgets[self.islands.label(index)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
-            let is_mean = budget.bounces || world.has_half_kicks();
-            let work = if is_mean { work_of_bounce } else { work };
             let [before, after] = [state, next].map(|state| kinetic_energy(world, body, state));
-            let work = work(world, body, state, next, &claim.wrenches[index]);
+            let wrench = &claim.wrenches[index];
+            let [along, mean] =
+                [work, work_of_bounce].map(|work| work(world, body, state, next, wrench));
+            let work = if budget.bounces { mean } else { along };
+            if world.has_half_kicks() {
+                budget.mean_work += mean - work;
+            }
             budget.gained += after - before - work;
             budget.size += before.max(after) + work.abs();
             let lift = weight * (h * accepted + budget.under);
@@ -335,13 +343,16 @@ impl EnergyCheck {
             budget.mass += body.mass();
             if world.before().get(index).is_some_and(|before| *before < WINDOW * h) {
                 budget.bent = budget.bent.max(0.5 * h * h * state.spin.norm_squared());
-            } else if budget.is_joined && world.has_half_kicks() {
+            } else if budget.is_joined && !budget.is_pressed && world.has_half_kicks() {
                 let turn = h * state.spin.norm().max(next.spin.norm());
                 budget.bent = budget.bent.max(turn.powi(3).min(LARGEST_SWING));
             }
         }
-        for budget in self.budgets.iter_mut().filter(|budget| budget.bent + budget.rolled > 0.0) {
-            let bent = budget.bent * budget.size + budget.rolled.min(LARGEST_SWING * budget.size);
+        // With half kicks, the smaller gain of both (32) counts.
+        for budget in &mut self.budgets {
+            budget.gained -= budget.mean_work.max(0.0);
+            let rolled = if budget.is_joined { 0.0 } else { budget.rolled };
+            let bent = budget.bent * budget.size + rolled.min(LARGEST_SWING * budget.size);
             budget.gained -= budget.gained.clamp(0.0, bent);
         }
         for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
@@ -431,7 +442,7 @@ impl EnergyCheck {
         let budgets = &mut self.budgets;
         let keys = contacts.map(|(contact, force)| {
             let budget = &mut budgets[contact.key.body];
-            budget.touches = true;
+            (budget.touches, budget.is_pressed) = (true, true);
             budget.bounces |= contact.bounces();
             budget.under = budget.under.max(-contact.gap);
             if world.has_surfaces() {
@@ -454,13 +465,14 @@ impl EnergyCheck {
             (budget.touches, budget.bounces, budget.is_joined) = (true, true, true);
         }
         for body in 0..bodies {
-            let Budget { touches, bounces, is_joined, .. } = self.budgets[body];
+            let Budget { touches, bounces, is_joined, is_pressed, .. } = self.budgets[body];
             let under = std::mem::take(&mut self.budgets[body].under);
             let rolled = std::mem::take(&mut self.budgets[body].rolled);
             let budget = &mut self.budgets[self.islands.label(body)];
             budget.touches |= touches;
             budget.bounces |= bounces;
             budget.is_joined |= is_joined;
+            budget.is_pressed |= is_pressed;
             budget.under += under;
             budget.rolled += rolled;
         }

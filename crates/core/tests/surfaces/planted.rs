@@ -105,7 +105,8 @@ fn contact_of_a_body_that_crosses_a_joint_of_tiles_has_no_error() {
     };
     let at = |x: f64| [body.at([x - half, 0.0], 0.0, [0.0; 3]), lies(-1.0), lies(1.0)];
     let beyond = |by: f64, normal: Vector3<f64>| {
-        let (states, next) = (at(by - 0.003), at(by));
+        let states = at(by - 0.003);
+        let next = at(by);
         let feature = Feature::Vertex(PieceSide::A, 0);
         let pair = PairFeatures { pieces: (0, 0), feature, plane: 0 };
         let key = ContactKey { body: 0, point: 0, partner: Partner::Body(1), pair: Some(pair) };

@@ -97,7 +97,8 @@ fn cones_do_not_sink_between_a_plate_and_a_ramp() {
     let mut wrong = Vec::new();
     for seed in 0..size(60, 1000) as u64 {
         let mut random = Random::new(seed);
-        let (height, radius) = (random.between(0.06, 0.2), random.between(0.04, 0.1));
+        let height = random.between(0.06, 0.2);
+        let radius = random.between(0.04, 0.1);
         let cone = Piece::cone(0.5 * height, radius, 24).unwrap();
         let (body, _) = RigidBody::solid(1.0, &[cone]).unwrap();
         let ramp = [

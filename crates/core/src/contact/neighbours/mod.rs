@@ -165,7 +165,8 @@ impl Neighbours {
             let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
             let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
-            let (reach, within) = (BAND * size, TOUCH * size);
+            let reach = BAND * size;
+            let within = TOUCH * size;
             let search = ContactSearch { reach, within, plane_of, with_hidden: false };
             let workspace = (&mut *scratch, &mut *exposure);
             pair.gap = of.contact_points(poses, &[poses], search, hint, workspace, touches).0;

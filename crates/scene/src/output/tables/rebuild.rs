@@ -140,7 +140,8 @@ impl ContactRow {
         (world, states): (&World, &[State]),
     ) -> Result<Features, Misplaced> {
         let at = (&states[self.body], self.partner.body().map(|index| &states[index]));
-        let (pose, h) = (at.0.pose(), world.lever_time());
+        let pose = at.0.pose();
+        let h = world.lever_time();
         let core = self.point + self.normal * self.radius;
         let core = pose.rotation.tr_mul(&(core - pose.position));
         features.roll(one, Vector3::zeros(), at, h);
