@@ -10,7 +10,7 @@ use tumble_core::simulation::random::Draws;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::{ACCEPTED_RESIDUAL, NativeSolver};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 /// Half the width of the bin [m].
 const HALF_WIDTH: f64 = 0.72;
@@ -47,7 +47,7 @@ fn bin(seed: u32, count: usize) -> (World, Vec<State>) {
         time_step: 0.002,
         rotation: Rotation::Momentum,
     });
-    (world.unwrap().with_fixed(walls.to_vec()).unwrap(), starts)
+    (world.unwrap().with_integrator(Integrator::Euler).with_fixed(walls.to_vec()).unwrap(), starts)
 }
 
 /// Statistics of a run.

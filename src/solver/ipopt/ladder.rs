@@ -253,7 +253,7 @@ impl Ladder {
     }
 
     fn is_rounding(&self, step: &Step<'_>, residual: f64) -> bool {
-        residual <= rounding::residual(step.world, step.states, &self.tried.states, 0.0)
+        residual <= rounding::residual(step.world, step.states, &self.tried.states)
     }
 
     /// Computes the native solution once per step. The native solver may admit contacts that

@@ -7,17 +7,11 @@ use tumble_core::mechanics::State;
 use tumble_scene::output::tables::ContactRow;
 
 impl StepJudge {
-    /// Rounding error of a residual, m/s: that of the step itself (eq. 22) with the largest sum of accelerations
-    /// on one body (m/s²), plus the one of contacts rebuilt from tables. A contact's plane is rebuilt from a gap, and a gap computed from the
+    /// Rounding error of a residual, m/s: that of the step itself (eq. 22), plus the one of contacts
+    /// rebuilt from tables. A contact's plane is rebuilt from a gap, and a gap computed from the
     /// plane, which adds two rounding errors of a gap (eq. 21).
-    pub(super) fn lost(
-        &self,
-        contacts: &[Contact],
-        states: &[State],
-        next: &[State],
-        largest_sum: f64,
-    ) -> f64 {
-        let lost = rounding::residual(&self.world, states, next, largest_sum);
+    pub(super) fn lost(&self, contacts: &[Contact], states: &[State], next: &[State]) -> f64 {
+        let lost = rounding::residual(&self.world, states, next);
         let of_gaps = contacts.iter().map(|contact| {
             let position = &states[contact.key.body].position;
             let offset = contact.features.offset;

@@ -23,7 +23,7 @@ use crate::recording::Recording;
 use energy::{OTHER_ENERGY, RetryEnergy};
 use nalgebra::Vector3;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use tumble_core::contact::{Candidates, Certificate, Contact, ContactLoad, rounding};
+use tumble_core::contact::{Candidates, Certificate, Contact, ContactLoad};
 use tumble_core::joint::{Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::Stiffness;
@@ -186,9 +186,7 @@ impl StepJudge {
             self.certifier.contact_step(&held, &claim, loads.iter().copied())
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
-        let forces = loads.iter().map(|load| load.force);
-        let sum = rounding::largest_sum(&self.world, &claim, forces);
-        let lost = self.lost(contacts, states, next, sum);
+        let lost = self.lost(contacts, states, next);
         let makes_energy = self.makes_energy(&judged);
         let status = self.another_status(&judged, lost, makes_energy);
         let (differs, overlap) = self.compare(&judged, &certificate, lost);
@@ -384,7 +382,7 @@ impl StepJudge {
             return share != 1.0 || contacts.iter().any(Contact::bounces);
         }
         let free = self.free_flight(states, wrenches);
-        let rounding = self.lost(contacts, states, &free, 0.0);
+        let rounding = self.lost(contacts, states, &free);
         let range =
             |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
         let mut pushed = vec![0.0; states.len()];

@@ -12,19 +12,16 @@
 //!
 //! Divided by h this is a speed. The velocities add their own last digits. The gyroscopic torque
 //! has an error of ε ‖I‖ |ω|², which h I⁻¹ turns into a spin error; it is large for slender bodies.
-//! Forces f and torques τ on a body that cancel leave the rounding of their impulses. The residual of an
-//! exact step is thus
+//! The residual of an exact step is thus
 //!
 //! ```text
-//! δu ≤ min(16 ε (L/h + V + h ‖I⁻¹‖ ‖I‖ |ω|² ℓ + h Σ |f| (1/m + ‖I⁻¹‖ ℓ²) + ‖I⁻¹‖ ℓ |τ|), 10⁻⁷ m/s)   (eq. 22)
+//! δu ≤ min(16 ε (L/h + V + h ‖I⁻¹‖ ‖I‖ |ω|² ℓ), 10⁻⁷ m/s)                (eq. 22)
 //! ```
 //!
-//! with L the largest coordinate plus the reach ℓ, V the largest speed, and the largest sum over the forces on
-//! one body. The cap limits the
+//! with L the largest coordinate plus the reach ℓ, and V the largest speed. The cap limits the
 //! tolerance for scenes that are far from the origin and for very short steps. Doubles cannot
 //! resolve a scene beyond it, and its steps count as not converged.
 
-use super::certificate::Claim;
 use crate::mechanics::State;
 use crate::world::World;
 use nalgebra::Vector3;
@@ -43,9 +40,8 @@ pub fn gap(normal: &Vector3<f64>, position: &Vector3<f64>, offset: f64, arm: &Ve
     ROUNDINGS * f64::EPSILON * (position + offset.abs() + normal.dot(arm).abs())
 }
 
-/// Bound on the residual of an exact step from `states` to `next` by rounding alone (eq. 22) (m/s), with the
-/// [largest sum](largest_sum) of accelerations by forces on one body (m/s²).
-pub fn residual(world: &World, states: &[State], next: &[State], largest_sum: f64) -> f64 {
+/// Bound on the residual of an exact step from `states` to `next` by rounding alone (eq. 22) (m/s).
+pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     let h = world.time_step();
     let mut length = 0.0_f64;
     let mut speed = 0.0_f64;
@@ -57,38 +53,7 @@ pub fn residual(world: &World, states: &[State], next: &[State], largest_sum: f6
         speed = speed.max(next.velocity.amax() + next.spin.amax() * reach + turning);
     }
     let length = length + world.ground().map_or(0.0, |ground| ground.offset().abs());
-    let lost = ROUNDINGS * f64::EPSILON * (length / h + speed + h * largest_sum);
+    let lost = ROUNDINGS * f64::EPSILON * (length / h + speed);
     // This order caps a NaN as well.
     if lost < LARGEST { lost } else { LARGEST }
-}
-
-/// Largest sum of the accelerations of one body by single forces (m/s²): those of joints and gears in `claim`,
-/// and the contact `forces` (N), one per contact.
-pub fn largest_sum(
-    world: &World,
-    claim: &Claim<'_>,
-    forces: impl IntoIterator<Item = Vector3<f64>>,
-) -> f64 {
-    let mut sums = vec![0.0; world.bodies().len()];
-    if !claim.is_of(world) {
-        return 0.0;
-    }
-    let mut add = |index: usize, force: f64, torque: f64| {
-        let body = &world.bodies()[index];
-        let turning = body.inertia_inverse().norm() * body.reach();
-        sums[index] += force * (1.0 / body.mass() + turning * body.reach()) + torque * turning;
-    };
-    for (contact, force) in claim.contacts.iter().zip(forces) {
-        contact.key.bodies().for_each(|body| add(body, force.norm(), 0.0));
-    }
-    let own = world.joints().iter().zip(claim.joints).map(|(joint, force)| (joint, *force));
-    let gears = world.gears().iter().zip(claim.gears);
-    let geared = gears.flat_map(|(gear, force)| gear.loads(*force, claim.joints));
-    let geared = geared.map(|(joint, force)| (&world.joints()[joint], force));
-    for (joint, force) in own.chain(geared) {
-        for body in [Some(joint.body()), joint.other()].into_iter().flatten() {
-            add(body, force.force.norm(), force.torque.norm());
-        }
-    }
-    sums.into_iter().fold(0.0, f64::max)
 }

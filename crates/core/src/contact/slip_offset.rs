@@ -13,7 +13,8 @@
 //! offset o is perpendicular to s, so that it does not change when a body stops. It is left out of
 //! slips that may stop or start within a few steps.
 //!
-//! Slow contacts whose touching point x moves over A take another offset. The slip (10) has the point of the start,
+//! Slow contacts that touch, and whose touching point x moves over A, take another offset. A body with an impact in the
+//! interval before has none, so that it can stop between two surfaces. The slip (10) has the point of the start,
 //! and rolling has none at the point of the middle. With the slip s(x) of the velocities 2V − w at the touching
 //! points x of the start and of their end,
 //!
@@ -259,7 +260,7 @@ impl InstantMotions {
         let slip = velocity - normal * normal.dot(&velocity);
         let speed = slip.norm();
         let is_slow = speed <= FAST * (a.smooth_change + b.map_or(0.0, |b| b.smooth_change));
-        if is_slow && !contact.rolls() {
+        if is_slow && !(contact.rolls() && self.goes_on(world, states, contact)) {
             return;
         }
         let h = world.time_step();
@@ -288,6 +289,15 @@ impl InstantMotions {
             let along = slip / speed;
             along * along.dot(&u) - u
         };
+    }
+
+    /// True if `contact` touches, and if the velocities of a body of it are extrapolated: no impact came before.
+    fn goes_on(&self, world: &World, states: &[State], contact: &Contact) -> bool {
+        let is_extrapolated = |body: usize| {
+            let [now, instant] = [&states[body], &self.instants[body]];
+            now.velocity != instant.velocity || now.spin != instant.spin
+        };
+        contact.gap <= world.touching_gap() && contact.key.bodies().any(is_extrapolated)
     }
 
     /// State of `body` at the instant with the velocities 2V − w.

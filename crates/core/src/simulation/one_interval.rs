@@ -238,15 +238,8 @@ fn contact_step(
     };
     // The certificate overrides the solver's status. A NaN fails every comparison.
     let residual = certificate.residual();
-    let rounding = || {
-        let sum = rounding::largest_sum(world, &claim, solution.forces());
-        rounding::residual(world, states, &solution.states, sum)
-    };
-    let is_rounding = residual > accepted && residual <= rounding();
-    let within = residual <= accepted || is_rounding;
-    if is_rounding && report.status == StepStatus::Failed {
-        report.status = StepStatus::Retried;
-    }
+    let rounding = || rounding::residual(world, states, &solution.states);
+    let within = residual <= accepted || residual <= rounding();
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;

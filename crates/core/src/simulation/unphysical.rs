@@ -41,25 +41,15 @@
 //! their work on the mean motion. A step whose directions do not rotate gains no more. Without this
 //! limit, the work of a stop hides a gain of the step.
 //!
-//! With half kicks the mean velocity of a swinging body is that along the chord of two steps. Where its spin ω
-//! changes at a rate of ω²/2, the joint's force does the work (h ω)³ ½ I ω² on it. It is returned when the spin
-//! falls. The share
-//!
-//! ```text
-//! min((h|ω|)³, 10⁻²)                                                     (eq. 32b)
-//! ```
-//!
-//! of the island's energy, for its fastest body, is not a gain if no contact presses.
-//!
 //! A touching point that rolls moves over its body. The force at its place at k does work on the velocities before and
 //! after k, which nearly cancel. The part of the velocities after it,
 //!
 //! ```text
-//! Σ ½ h f_n |n·s(w⁺) − (φ⁺ − φ)/h| + ½ h |f_t| |o|                       (eq. 32c)
+//! Σ ½ h f_n |n·s(w⁺) − (φ⁺ − φ)/h| + ½ h |f_t| |o|                       (eq. 32b)
 //! ```
 //!
-//! with the rate n·s of A's point and the offset o (38a), is not a gain of an island without joints, up to a hundredth
-//! of its energy.
+//! with the rate n·s of A's point and the offset o (38a), is not a gain of an island without joints, up to 1/200 of
+//! its energy.
 //!
 //! A step also removes the depth δ at which contacts begin, and the error ε of joints at its start.
 //! Bodies between two planes move by more than δ, here up to 2 δ. At a speed v of the island of mass m
@@ -91,8 +81,8 @@ pub use crate::mechanics::trajectory::LARGEST_TURN;
 /// Largest energy gain of an island in a valid step, relative to its kinetic energy and work.
 pub const LARGEST_GAIN: f64 = 1e-3;
 
-/// Largest share (32b) of the energy of joined bodies.
-const LARGEST_SWING: f64 = 1e-2;
+/// Largest share of the energy for the work (32b).
+const LARGEST_ROLL: f64 = 5e-3;
 
 /// Energy gain due to rounding, relative to the same energy.
 pub(super) const ROUNDING: f64 = 1e-9;
@@ -176,13 +166,12 @@ pub(super) struct Budget {
     off: f64,
     /// Energy (32a) of the depth and errors that the step removes (J); like `off`.
     lift: f64,
-    /// True if the island has a joint, and if it has a contact force.
+    /// True if the island has a joint.
     is_joined: bool,
-    is_pressed: bool,
-    /// Share of the kinetic energy by which velocities along chords of circles differ: ½ h² ω² at a start, and
-    /// (32b) in later steps of joined bodies.
+    /// Share of the kinetic energy that a body gains at its start, ½ h² ω²: its velocity is then that along the
+    /// chord of a circle instead of the tangent.
     bent: f64,
-    /// Work (32c) of forces at points that roll, before the sum over the island with those whose A is this body (J).
+    /// Work (32b) of forces at points that roll, before the sum over the island with those whose A is this body (J).
     rolled: f64,
     /// Work along mean velocities beyond that along the path of the step (J).
     mean_work: f64,
@@ -323,6 +312,8 @@ impl EnergyCheck {
                 self.budgets[self.islands.label(index)].gained -= carried;
             }
         }
+        // Parts of a step would sum up what is allowed.
+        let is_whole = world.span().is_none();
         let weight = world.gravity().norm();
         let slow = REST * world.speed_scale();
         for (index, body) in world.bodies().iter().enumerate() {
@@ -343,17 +334,16 @@ impl EnergyCheck {
             budget.mass += body.mass();
             if world.before().get(index).is_some_and(|before| *before < WINDOW * h) {
                 budget.bent = budget.bent.max(0.5 * h * h * state.spin.norm_squared());
-            } else if budget.is_joined && !budget.is_pressed && world.has_half_kicks() {
-                let turn = h * state.spin.norm().max(next.spin.norm());
-                budget.bent = budget.bent.max(turn.powi(3).min(LARGEST_SWING));
             }
         }
         // With half kicks, the smaller gain of both (32) counts.
         for budget in &mut self.budgets {
             budget.gained -= budget.mean_work.max(0.0);
-            let rolled = if budget.is_joined { 0.0 } else { budget.rolled };
-            let bent = budget.bent * budget.size + rolled.min(LARGEST_SWING * budget.size);
-            budget.gained -= budget.gained.clamp(0.0, bent);
+            let rolled = if is_whole && !budget.is_joined { budget.rolled } else { 0.0 };
+            let bent = budget.bent * budget.size + rolled.min(LARGEST_ROLL * budget.size);
+            if bent > 0.0 {
+                budget.gained -= budget.gained.clamp(0.0, bent);
+            }
         }
         for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
             let work = motions.work(joint, claim.states, claim.next, force, h);
@@ -442,7 +432,7 @@ impl EnergyCheck {
         let budgets = &mut self.budgets;
         let keys = contacts.map(|(contact, force)| {
             let budget = &mut budgets[contact.key.body];
-            (budget.touches, budget.is_pressed) = (true, true);
+            budget.touches = true;
             budget.bounces |= contact.bounces();
             budget.under = budget.under.max(-contact.gap);
             if world.has_surfaces() {
@@ -465,14 +455,13 @@ impl EnergyCheck {
             (budget.touches, budget.bounces, budget.is_joined) = (true, true, true);
         }
         for body in 0..bodies {
-            let Budget { touches, bounces, is_joined, is_pressed, .. } = self.budgets[body];
+            let Budget { touches, bounces, is_joined, .. } = self.budgets[body];
             let under = std::mem::take(&mut self.budgets[body].under);
             let rolled = std::mem::take(&mut self.budgets[body].rolled);
             let budget = &mut self.budgets[self.islands.label(body)];
             budget.touches |= touches;
             budget.bounces |= bounces;
             budget.is_joined |= is_joined;
-            budget.is_pressed |= is_pressed;
             budget.under += under;
             budget.rolled += rolled;
         }

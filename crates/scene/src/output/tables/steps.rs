@@ -66,8 +66,8 @@ struct TableShares {
     forces: f64,
 }
 
-/// Adds the mean force and slip of a contact to the same one of `contacts`, or appends it. Contacts are in the
-/// order of their first forces, whether or not the tables have rows without a force.
+/// Adds the mean force and slip of a contact to the same one of `contacts`, or appends it. Contacts have the order
+/// and the places of their first forces, whether or not the tables have rows without a force.
 fn add_contact(contacts: &mut Vec<ContactRow>, contact: ContactRow) {
     let is_same = |known: &ContactRow| {
         (known.body, known.partner, &known.key) == (contact.body, contact.partner, &contact.key)
@@ -77,14 +77,14 @@ fn add_contact(contacts: &mut Vec<ContactRow>, contact: ContactRow) {
         return;
     };
     let known = &mut contacts[place];
-    let acts_first = known.force == Vector3::zeros() && contact.force != Vector3::zeros();
+    if known.force == Vector3::zeros() && contact.force != Vector3::zeros() {
+        contacts.remove(place);
+        contacts.push(contact);
+        return;
+    }
     known.force += contact.force;
     known.moment += contact.moment;
     known.slip += contact.slip;
-    if acts_first {
-        let known = contacts.remove(place);
-        contacts.push(known);
-    }
 }
 
 impl ContactRow {
