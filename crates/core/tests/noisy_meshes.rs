@@ -1,5 +1,7 @@
 //! Distances of convex pieces from noisy meshes, against all axes and all pairs of features.
 
+#![allow(clippy::disallowed_methods)]
+
 #[path = "../../../tests/common/campaign.rs"]
 mod campaign;
 

@@ -95,7 +95,7 @@ pub(super) fn leaves_free<'a>(
     for of in surfaces.clone() {
         let lines = of.normals.iter().filter_map(|m| n.cross(m).try_normalize(LEVEL));
         let ways = lines.flat_map(|line| [line, -line]).filter(|w| has(of, w));
-        ends.extend(ways.map(|w| f64::atan2(second.dot(&w), first.dot(&w))));
+        ends.extend(ways.map(|w| libm::atan2(second.dot(&w), first.dot(&w))));
     }
     let after = |from: f64| {
         let turns = ends.iter().map(|angle| (angle - from).rem_euclid(TAU));
