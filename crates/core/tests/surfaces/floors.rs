@@ -7,7 +7,7 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::geometry::terrain::{HeightField, Surface};
 use tumble_core::geometry::{Piece, Terrain};
 use tumble_core::mechanics::{RigidBody, Rotation};
-use tumble_core::world::{Fixed, FixedTerrain, Parameters, World};
+use tumble_core::world::{Fixed, FixedTerrain, Integrator, Parameters, World};
 
 /// Names of the floors of [`floor`].
 pub const FLOORS: [&str; 7] =
@@ -24,6 +24,7 @@ pub fn world(body: &RigidBody, ground: bool, friction: f64) -> World {
         rotation: Rotation::Momentum,
     })
     .unwrap()
+    .with_integrator(Integrator::Euler)
 }
 
 /// A box from `low` to `high` (m).

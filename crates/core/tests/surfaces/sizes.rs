@@ -7,7 +7,7 @@ use tumble_core::derivative::StateChange;
 use tumble_core::mechanics::{Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Constant, Parameters, World};
+use tumble_core::world::{Constant, Integrator, Parameters, World};
 
 /// Attitudes of each pair.
 const DRAWS: usize = 80;
@@ -42,7 +42,7 @@ fn meeting(a: &Body, b: &Body, random: &mut Random) -> (World, [State; 2]) {
         time_step: 5e-4,
         rotation: Rotation::Momentum,
     });
-    (world.unwrap(), states)
+    (world.unwrap().with_integrator(Integrator::Euler), states)
 }
 
 /// End of a step of both bodies with these sizes relative to their own.

@@ -12,7 +12,7 @@ use tumble_core::geometry::terrain::HeightField;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_core::world::{FixedTerrain, Parameters, World};
+use tumble_core::world::{FixedTerrain, Integrator, Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 
@@ -151,7 +151,9 @@ fn thrown_on_terrains(count: u64, steps: usize) -> Campaign {
                 velocity: any_vector(&mut random, 1.5),
                 spin: any_vector(&mut random, 6.0),
             };
-            let world = World::new(parameters(vec![body.body], random.between(0.0, 0.8))).unwrap();
+            let world = World::new(parameters(vec![body.body], random.between(0.0, 0.8)))
+                .unwrap()
+                .with_integrator(Integrator::Euler);
             let world =
                 world.with_terrains(vec![FixedTerrain { terrain, friction: None }]).unwrap();
             campaign.run(&format!("{shape} on terrain {seed}"), &world, &[start], steps);
@@ -191,7 +193,7 @@ fn pairs_of_shapes(attitudes: u64, steps: usize) -> Campaign {
                     ground: Some(tumble_core::contact::Plane::level()),
                     ..parameters(bodies.map(|body| body.body).to_vec(), random.between(0.0, 0.8))
                 };
-                let world = World::new(parameters).unwrap();
+                let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
                 campaign.run(&format!("{one} and {other}, seed {seed}"), &world, &states, steps);
             }
         }
