@@ -190,12 +190,14 @@ fn a_hundred_thousand_steps_are_certified_and_make_no_energy() {
 
 /// Checks two loops whose bars overlap by half a millimetre at the start, where the distance of the
 /// bars is nearly the largest: a step that separates them would need hundreds of joules. They move
-/// on with the depth, in steps that are not solved or marked as unphysical, until they come apart.
+/// on with the depth, in steps that are not solved, until they come apart. The bodies of the second one have masses
+/// up to 1000 kg. A step that separates them has a solution, and its gain is marked.
 #[test]
 fn loops_that_start_in_an_overlap_move_on() {
     for (seed, is_uneven) in [(1573, false), (2028, true)] {
         let tally = run(seed..seed + 1, 60, is_uneven);
-        assert!((1..10).contains(&(tally.uncertified + tally.wild)), "{tally:?}");
+        let marked = if is_uneven { tally.wild } else { tally.uncertified };
+        assert!((1..10).contains(&marked), "{tally:?}");
         assert!(tally.unmarked.is_empty(), "{tally:?}");
     }
 }

@@ -57,7 +57,7 @@ pub(super) struct PlacementScratch {
     pair: PairScratch,
 }
 
-/// What a contact that is fixed to its bodies may be off within a step.
+/// Errors within a step that are due to a contact being fixed to its bodies.
 #[derive(Debug, Clone, Copy)]
 struct Allowance {
     /// Angle of its normal (rad).

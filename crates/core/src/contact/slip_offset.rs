@@ -13,10 +13,10 @@
 //! offset o is perpendicular to s, so that it does not change when a body stops. It is left out of
 //! slips that may stop or start within a few steps.
 //!
-//! Slow contacts that touch, and whose touching point x moves over A, take another offset. A body with an impact in the
-//! interval before has none, so that it can stop between two surfaces. The slip (10) has the point of the start,
-//! and rolling has none at the point of the middle. With the slip s(x) of the velocities 2V − w at the touching
-//! points x of the start and of their end,
+//! Slow contacts that touch, and whose touching point x moves over A, take another offset. A body with an impact in
+//! the interval before has none, so that it can stop between two surfaces. Rolling has no slip at the touching point
+//! of the middle of the step, but the slip (10) is that at the point of its start. With the slip s(x) of the
+//! velocities 2V − w at the touching points x and x⁺ of the start and of the end of their motion,
 //!
 //! ```text
 //! o = ½ (s(x) + s(x⁺)) − u_t(2V − w)                                     (eq. 38a)

@@ -7,10 +7,10 @@
 //! Without half kicks, velocities are converted before and after them: the spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!
-//! A point near the solution that adds no energy is kept if 2 or 4 intervals are not solved either, and the step is
-//! failed. If no shorter intervals of another step are solved, the step is solved with the depths and joint errors of its start, which
-//! stay: their removal can be what has no solution. Such a step is failed as well, with their residual. If
-//! that has no solution, islands that add no energy keep the best point of the solver. Other islands
+//! A point near the solution that adds no energy is kept if 2 or 4 intervals are not solved either. The step is then
+//! failed. A step without such a point, and without solved intervals, is solved with the depths and joint errors of
+//! its start. They stay, because their removal can be what has no solution. This step is failed as well, with their
+//! residual. If it has no solution, islands that add no energy keep the best point of the solver. Other islands
 //! that touch the ground or a fixed piece stand still. The rest move on as one rigid body with their
 //! momentum P and angular momentum L:
 //!

@@ -28,8 +28,8 @@
 //! rounding. An elastic bounce gains nothing by the second line, and the fraction 2 g h/|v| of its
 //! energy by the first.
 //!
-//! Islands with joints use the second line too. With half kicks, the line with the smaller gain counts. Joint reactions do no work on the mean of both
-//! velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
+//! Islands with joints use the second line too. With half kicks, the line with the smaller gain counts. Joint
+//! reactions do no work on the mean of both velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
 //! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)). The work of axes
 //! that stop and then hold a load is allowed up to
 //!
@@ -171,7 +171,7 @@ pub(super) struct Budget {
     /// Share of the kinetic energy that a body gains at its start, ½ h² ω²: its velocity is then that along the
     /// chord of a circle instead of the tangent.
     bent: f64,
-    /// Work (32b) of forces at points that roll, before the sum over the island with those whose A is this body (J).
+    /// Work (32b) of forces at points that roll over this body, then the sum over the island (J).
     rolled: f64,
     /// Work along mean velocities beyond that along the path of the step (J).
     mean_work: f64,
@@ -336,7 +336,7 @@ impl EnergyCheck {
                 budget.bent = budget.bent.max(0.5 * h * h * state.spin.norm_squared());
             }
         }
-        // With half kicks, the smaller gain of both (32) counts.
+        // With half kicks, the smaller gain of both lines (32) counts.
         for budget in &mut self.budgets {
             budget.gained -= budget.mean_work.max(0.0);
             let rolled = if is_whole && !budget.is_joined { budget.rolled } else { 0.0 };
