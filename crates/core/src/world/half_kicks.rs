@@ -16,7 +16,7 @@ use super::Constant;
 use super::{Impacts, Integrator, World};
 use crate::joint::Joint;
 #[cfg(feature = "save")]
-use crate::joint::{JointAxis, Motor};
+use crate::joint::{Drive, Motor};
 use crate::mechanics::{Rotation, State, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
@@ -157,21 +157,24 @@ impl World {
     #[cfg(feature = "save")]
     pub(crate) fn held_shares(&self, input: Constant) -> Vec<f64> {
         let share = |joint: usize| 0.5 / self.joints()[joint].kick();
-        let of_motor = |(joint, axis): (usize, JointAxis)| {
-            let drive = self.joints()[joint].drive(axis);
-            match drive.and_then(|drive| drive.motor) {
-                Some(Motor::Position { .. } | Motor::Damper { .. }) => share(joint),
-                Some(Motor::Speed { .. }) | None => 1.0,
-            }
+        let of_motor = |drive: Option<&Drive>, share: f64| match drive.and_then(|d| d.motor) {
+            Some(Motor::Position { .. } | Motor::Damper { .. }) => share,
+            Some(Motor::Speed { .. }) | None => 1.0,
         };
         match input {
             Constant::JointForce => {
                 self.driven_axes().into_iter().map(|(joint, _)| share(joint)).collect()
             }
-            // Drives of gears act at once.
             Constant::MotorTarget | Constant::MotorMaxForce => {
-                let of_gears = self.gear_motors().into_iter().map(|_| 1.0);
-                self.motors().into_iter().map(of_motor).chain(of_gears).collect()
+                let motors = self.motors().into_iter();
+                motors
+                    .map(|(joint, axis)| of_motor(self.joints()[joint].drive(axis), share(joint)))
+                    .collect()
+            }
+            // A larger offset of a gear acts like a larger target of its motor.
+            Constant::GearOffset => {
+                let gears = self.gears().iter();
+                gears.map(|gear| of_motor(gear.drive(), 0.5 / gear.kick)).collect()
             }
             other => vec![1.0; other.width(self)],
         }
