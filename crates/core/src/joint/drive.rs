@@ -125,7 +125,7 @@ impl Drive {
     }
 
     /// Drive of an interval whose drive changed from `before`: forces, targets and force limits act with
-    /// `share` of the present value and the rest of the one before. A target speed is held at once.
+    /// `share` of the present value and the rest of the one before. A target speed acts at once.
     pub(crate) fn after(self, before: &Self, share: f64) -> Self {
         let mean = |now: f64, before: f64| now * share + before * (1.0 - share);
         let motor = match (self.motor, before.motor) {

@@ -29,9 +29,9 @@
 //! energy by the first.
 //!
 //! Islands with joints use the second line too. With half kicks, the line with the smaller gain counts. Joint
-//! reactions do no work on the mean of both velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
-//! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)). The work of axes
-//! that stop and then hold a load is allowed up to
+//! reactions do no work on the mean of both velocities, except at higher order. Work of drives is allowed, and so
+//! is the work −h f·s of surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)). The work
+//! of axes that stop and then hold a load is allowed up to
 //!
 //! ```text
 //! Σ ½ h f·(v⁺ − v) + ½ h (τ − ω × Iω)·(ω⁺ − ω) + ½ Σ f ((x⁺ − x_k) − (x_k − x̃))      (eq. J6a)
