@@ -1,6 +1,7 @@
 //! The gyroscopic term I⁻¹ G(ω, ω⁺) of the rows (8d) and its derivatives with respect to ω⁺.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
+use tumble_core::mechanics::stretch::{Curve, Stretch};
 use tumble_core::mechanics::{RigidBody, Rotation};
 
 /// Gyroscopic term of one body.
@@ -50,10 +51,12 @@ impl Gyroscopic {
         }
     }
 
-    /// ∇²(y·I⁻¹ G) with respect to ω⁺ at ω⁺ = `spin`, with z = I⁻¹ y
+    /// ∇²(y·I⁻¹ G) with respect to ω⁺ at ω⁺ = `spin`. In the tutorial's form it is Σ y_k T_k. In the
+    /// momentum form, with z = I⁻¹ y, k = ½ h², m = z·I ω and c = (ω·I ω) (z·ω), it is
     ///
     /// ```text
-    /// tutorial: Σ y_k T_k,   momentum: ½ Σ y_k T_k + ½ h ((z·ω) I + z (I ω)ᵀ + (I ω) zᵀ)
+    /// ½ Σ y_k T_k + (k α′ (m E + ω ∇mᵀ + ∇m ωᵀ) + k² α″ m ω ωᵀ
+    ///   + ½ k (β ∇²c + k β′ (c E + ω ∇cᵀ + ∇c ωᵀ) + k² β″ c ω ωᵀ))/h               (D11)
     /// ```
     pub(super) fn curvature(&self, y: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
         let turning: Matrix3<f64> = self.forms.iter().zip(y).map(|(form, y)| form * *y).sum();
@@ -61,9 +64,23 @@ impl Gyroscopic {
             Rotation::Tutorial => turning,
             Rotation::Momentum => {
                 let (z, momentum) = (self.inertia_inverse * y, self.inertia * spin);
+                let k = 0.5 * self.time_step * self.time_step;
+                let [alpha, beta] = Stretch::new(0.5 * k * spin.norm_squared()).of_momentum();
+                // ∇²(f(s) g) from the value, gradient and Hessian of g.
+                let scaled = |f: &Curve, g: f64, slope: Vector3<f64>, bend: Matrix3<f64>| {
+                    let mixed = spin * slope.transpose();
+                    let along = mixed + mixed.transpose() + Matrix3::from_diagonal_element(g);
+                    bend * f.value
+                        + along * (k * f.slope)
+                        + spin * spin.transpose() * (k * k * f.bend * g)
+                };
+                let (energy, along) = (spin.dot(&momentum), z.dot(spin));
                 let half = z * momentum.transpose();
-                let cubic = self.inertia * z.dot(spin) + half + half.transpose();
-                (turning + cubic * self.time_step) * 0.5
+                let bend = 2.0 * (self.inertia * along + half + half.transpose());
+                let slope = 2.0 * along * momentum + energy * z;
+                let linear = scaled(&alpha, z.dot(&momentum), self.inertia * z, Matrix3::zeros());
+                let cubic = scaled(&beta, energy * along, slope, bend) * (0.5 * k);
+                turning * 0.5 + (linear + cubic) / self.time_step
             }
         }
     }

@@ -69,12 +69,14 @@ impl StepNlp {
         }
     }
 
-    /// Emits ω⁺ × ω⁺: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq. D6).
+    /// Emits ω⁺ × ω⁺: ∇²(y·u) of eq. 8b (eqs. D2 and D10) and −h ∇²(y·I⁻¹ G) of eq. 8d (eqs. D6 and D11).
     fn emit_spin_block(&self, next: &State, multipliers: &[f64], sink: &mut impl EntrySink) {
         let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
         let b = &self.step.attitude_rate;
-        let mut block: Matrix3<f64> =
-            b.transpose() * self.advanced_attitude(&next.spin).hessian(y) * b;
+        let (map, advanced) = (self.world.step_map(), self.advanced_attitude(&next.spin));
+        let stretched = b * map.stretch(&next.spin).slope(&next.spin);
+        let mut block: Matrix3<f64> = stretched.transpose() * advanced.hessian(y) * stretched;
+        block += map.stretch_curvature(&next.spin, &b.tr_mul(&(advanced.jacobian() * y)));
         let y = Vector3::from_column_slice(&multipliers[SPIN_ROWS]);
         block -= self.gyroscopic.curvature(&y, &next.spin) * self.world.time_step();
         sink.put_lower(SPIN.start, &block);

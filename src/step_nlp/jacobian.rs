@@ -40,9 +40,11 @@ impl StepNlp {
         }
     }
 
-    /// Emits eq. 8b: u(p) − q⁺ with p = q + B ω⁺, B = ½ h L(q) H: ∂/∂ω⁺ = ∂u/∂p B (eq. D1).
+    /// Emits eq. 8b: u(p) − q⁺ with p = q + B γ ω⁺, B = ½ h L(q) H: ∂/∂ω⁺ = ∂u/∂p B ∂(γ ω⁺)/∂ω⁺ (eq. D1).
     fn emit_attitude_rows(&self, next: &State, sink: &mut impl EntrySink) {
-        let by_spin = self.advanced_attitude(&next.spin).jacobian() * self.step.attitude_rate;
+        let stretch = self.world.step_map().stretch(&next.spin).slope(&next.spin);
+        let by_spin =
+            self.advanced_attitude(&next.spin).jacobian() * self.step.attitude_rate * stretch;
         for k in 0..4 {
             let row = ATTITUDE_ROWS.start + k;
             sink.put(row, ATTITUDE.start + k, -1.0);

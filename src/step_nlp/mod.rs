@@ -434,9 +434,10 @@ impl StepNlp {
         SmoothForce::new(self.force(x, i).xy(), self.smoothing)
     }
 
-    /// Attitude at the end of the step for the spin ω⁺ (eq. 8b): q + ½ h L(q) H ω⁺, normalised.
+    /// Attitude at the end of the step for the spin ω⁺ (eq. 8b): q + ½ h L(q) H γ ω⁺, normalised.
     fn advanced_attitude(&self, spin: &Vector3<f64>) -> Normalised {
-        Normalised::new(self.step.state.attitude + self.step.attitude_rate * spin)
+        let stretched = self.world.step_map().stretched(spin);
+        Normalised::new(self.step.state.attitude + self.step.attitude_rate * stretched)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Elastic bodies without friction. Impacts of rotating bodies conserve energy as accurately as the
 //! scheme can, and conserve both momenta.
 
+use crate::common::turning::turned_momentum;
 use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
@@ -45,14 +46,7 @@ fn follow<T>(scene: &Scene, of: impl Fn(&World, &[State]) -> T) -> (Vec<T>, usiz
     (found, bounces)
 }
 
-/// π = Iω − ½h ω×Iω + ¼h²(ω·Iω)ω [N m s, body frame]: the angular momentum that the momentum form
-/// rotates.
-fn momentum(body: &RigidBody, spin: &Vector3<f64>, h: f64) -> Vector3<f64> {
-    let turned = body.inertia() * spin;
-    turned - 0.5 * h * spin.cross(&turned) + 0.25 * h * h * spin.dot(&turned) * spin
-}
-
-/// Energy ½m|v + ½h g|² − ⅛mh²g² + ½π·I⁻¹π − m g·r of all bodies [J]. Free flight conserves it. The
+/// Energy ½m|v + ½h g|² − ⅛mh²g² + ½π·I⁻¹π − m g·r of all bodies [J] with π = P⁻(ω). Free flight conserves it. The
 /// rotational part oscillates slightly with the attitude.
 fn energy(world: &World, states: &[State]) -> f64 {
     let (g, h) = (world.gravity(), world.time_step());
@@ -60,7 +54,7 @@ fn energy(world: &World, states: &[State]) -> f64 {
         let m = body.mass();
         let middle = state.velocity + 0.5 * h * g;
         let along = 0.5 * m * (middle.norm_squared() - 0.25 * h * h * g.norm_squared());
-        let momentum = momentum(body, &state.spin, h);
+        let momentum = turned_momentum(body.inertia(), &state.spin, -h);
         let turning = 0.5 * momentum.dot(&(body.inertia_inverse() * momentum));
         along + turning - m * g.dot(&state.position)
     };
@@ -170,7 +164,7 @@ fn two_elastic_bricks_in_free_space_keep_everything() {
     let all = |world: &World, states: &[State]| {
         let of = |(body, state): (&RigidBody, &State)| {
             let (p, turn) = (body.mass() * state.velocity, rotation(&state.attitude));
-            let spin = turn * momentum(body, &state.spin, world.time_step());
+            let spin = turn * turned_momentum(body.inertia(), &state.spin, -world.time_step());
             (p, state.position.cross(&p) + spin)
         };
         let each = world.bodies().iter().zip(states).map(of);

@@ -5,6 +5,7 @@
 #![allow(dead_code)]
 
 pub mod symmetry;
+pub mod turning;
 
 use flate2::read::GzDecoder;
 use nalgebra::{Matrix3, Quaternion, SVector, Vector3, Vector4};

@@ -12,7 +12,7 @@ use crate::common::{reference, state};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use serde::Deserialize;
 use tumble_core::contact::{Contact, ContactKey, ContactLaw, Features, Partner};
-use tumble_core::mechanics::{Pose, RigidBody, State};
+use tumble_core::mechanics::{Pose, RigidBody, Rotation, State, StepMap};
 
 #[derive(Deserialize)]
 struct Point {
@@ -98,7 +98,8 @@ impl Input {
         };
         let (a, b) = (poses(self.contacts[i].a), self.contacts[i].b.map(poses));
         let b = b.as_ref().map(|[from, to]| [from, to]);
-        let u = contact.frame.tr_mul(&contact.motion([&a[0], &a[1]], b, self.dt));
+        let map = StepMap { form: Rotation::Tutorial, time_step: self.dt };
+        let u = contact.frame.tr_mul(&contact.motion([&a[0], &a[1]], b, &map));
         [u[0], u[1], u[2] * self.dt]
     }
 

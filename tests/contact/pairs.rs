@@ -2,17 +2,19 @@
 //! bodies at one point of the world. No direction of the world is special.
 
 use crate::common::symmetry::turned;
+use crate::common::turning::{step_attitude, turned_momentum};
 use crate::common::{cases, quaternion, vector};
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::{Vector3, Vector4};
 use proptest::prelude::*;
 use tumble_core::contact::certificate::{Certificate, Certifier, Claim};
 use tumble_core::contact::{Candidates, Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble_core::mechanics::quaternion::{advance, rotation};
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State, StepMap, Wrench};
 use tumble_core::world::{Parameters, World};
 
 /// Time step h [s].
 const TIME_STEP: f64 = 0.01;
+const STEP: StepMap = StepMap { form: Rotation::Momentum, time_step: TIME_STEP };
 
 /// Two bodies, their touching features, and a force.
 #[derive(Debug, Clone)]
@@ -97,7 +99,7 @@ impl Scene {
             let spin = spin_after(body, &state.spin, &torque);
             State {
                 position: state.position + TIME_STEP * velocity,
-                attitude: advance(&state.attitude, &spin, TIME_STEP),
+                attitude: step_attitude(&state.attitude, &spin, TIME_STEP),
                 velocity,
                 spin,
             }
@@ -122,18 +124,14 @@ impl Scene {
     }
 }
 
-/// P^±(ω) = (E ± [a]× + a aᵀ) I ω, a = ½ h ω (eq. 34), with the sign of `h` [s].
-fn turning(body: &RigidBody, spin: &Vector3<f64>, h: f64) -> Vector3<f64> {
-    let a = 0.5 * h * spin;
-    (Matrix3::identity() + a.cross_matrix() + a * a.transpose()) * body.inertia() * spin
-}
-
 /// Solves P⁺(ω⁺) = P⁻(ω) + h τ for ω⁺ by a fixed-point iteration. It converges if h |ω| I_max/I_min
 /// < 1.
 fn spin_after(body: &RigidBody, spin: &Vector3<f64>, torque: &Vector3<f64>) -> Vector3<f64> {
-    let given = turning(body, spin, -TIME_STEP) + TIME_STEP * torque;
+    let given = turned_momentum(body.inertia(), spin, -TIME_STEP) + TIME_STEP * torque;
     let solve = |torque: Vector3<f64>| body.inertia().lu().solve(&torque).unwrap();
-    (0..200).fold(*spin, |next, _| next + solve(given - turning(body, &next, TIME_STEP)))
+    (0..200).fold(*spin, |next, _| {
+        next + solve(given - turned_momentum(body.inertia(), &next, TIME_STEP))
+    })
 }
 
 fn level_far_below() -> Plane {
@@ -144,7 +142,8 @@ fn level_far_below() -> Plane {
 fn momentum(bodies: &[RigidBody; 2], states: &[State; 2]) -> [Vector3<f64>; 2] {
     let of_one = |(body, state): (&RigidBody, &State)| {
         let linear = body.mass() * state.velocity;
-        let spin = rotation(&state.attitude) * turning(body, &state.spin, -TIME_STEP);
+        let spin =
+            rotation(&state.attitude) * turned_momentum(body.inertia(), &state.spin, -TIME_STEP);
         [linear, state.position.cross(&linear) + spin]
     };
     let [a, b] = [0, 1].map(|i| of_one((&bodies[i], &states[i])));
@@ -249,7 +248,7 @@ proptest! {
             let state = turned(&state, &q);
             State { position: state.position + shift, ..state }.pose()
         });
-        let u = contact.motion([&poses[0], &moved[0]], Some([&poses[1], &moved[1]]), TIME_STEP);
+        let u = contact.motion([&poses[0], &moved[0]], Some([&poses[1], &moved[1]]), &STEP);
         let expected = contact.normal() * contact.gap / TIME_STEP;
         prop_assert!((u - expected).amax() < 5e-12, "{u} {expected}");
     }

@@ -279,11 +279,7 @@ fn the_certificate_knows_gears() {
         let mut next = record.next_states().to_vec();
         next[1].spin[2] += turned;
         let mut joints = record.first().solution.joints.clone();
-        next[1].attitude = tumble_core::mechanics::quaternion::advance(
-            &record.states()[1].attitude,
-            &next[1].spin,
-            H,
-        );
+        next[1].attitude = world.step_map().advance(&record.states()[1].attitude, &next[1].spin);
         joints[1].angles[2] += H * turned;
         let claim = Claim {
             states: record.states(),

@@ -164,7 +164,7 @@ fn a_force_too_much_counts_as_the_speed_that_it_makes() {
         ..JointForce::none(Vector3::z() * 1.0)
     };
     let states = [state];
-    let found = rod.joints()[0].residual(rod.bodies(), &states, &states, &force, h);
+    let found = rod.joints()[0].residual(rod.bodies(), &states, &states, &force, &rod.step_map());
     let inertia = 2.0 / 3.0 * (0.01_f64.powi(2) + 0.5_f64.powi(2));
     let expected = length * h * excess / inertia;
     assert!((found.drive - expected).abs() < 1e-6 * expected, "{found:?} {expected}");
@@ -176,7 +176,8 @@ fn a_force_too_much_counts_as_the_speed_that_it_makes() {
     let states = [at(Vector3::zeros()); 2];
     let force =
         JointForce { force: Vector3::z() * (most + excess), ..JointForce::none(Vector3::zeros()) };
-    let found = pair.joints()[0].residual(pair.bodies(), &states, &states, &force, h);
+    let found =
+        pair.joints()[0].residual(pair.bodies(), &states, &states, &force, &pair.step_map());
     let expected = h * excess * (1.0 / 1000.0 + 1.0);
     assert!((found.drive - expected).abs() < 1e-6 * expected, "{found:?} {expected}");
 }

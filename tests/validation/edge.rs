@@ -36,7 +36,7 @@ impl Planar {
 
     /// The state after a step of `h` with the spin `spin` at its end and the point `c` at `foot`.
     fn turned_on(&self, c: Vector2<f64>, foot: Vector2<f64>, spin: f64, h: f64) -> Self {
-        let tilt = self.tilt + 2.0 * (0.5 * h * spin).atan();
+        let tilt = self.tilt + turn(h, spin).0;
         let position = foot - turned(tilt, c);
         Self { position, tilt, velocity: (position - self.position) / h, spin }
     }
@@ -95,10 +95,8 @@ impl Edges {
         let mut after = *state;
         for _ in 0..ROUNDS {
             after = state.turned_on(corner, foot, after.spin, h);
-            let half = 0.5 * h * after.spin;
             let torque = cross(lever, self.impulse(state, &after));
-            // ∂φ⁺/∂ω⁺ = h/(1 + (½ h ω⁺)²)
-            let change = -turned_slope(after.tilt, corner) / (1.0 + half * half);
+            let change = -turned_slope(after.tilt, corner) * (turn(h, after.spin).1 / h);
             let (turning, slope) = momentum(h, after.spin);
             let residual = self.inertia() * (turning - momentum(h, state.spin).0) - torque;
             after.spin -= residual / (self.inertia() * slope - cross(lever, change));

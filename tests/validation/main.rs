@@ -26,6 +26,8 @@ mod residual;
 mod runner;
 mod threshold;
 mod tolerance;
+#[path = "../common/turning.rs"]
+mod turning;
 
 use inputs::{Input, TestInputs};
 use problems::PROBLEMS;

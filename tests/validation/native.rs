@@ -224,7 +224,7 @@ fn solvers_with_planted_defects_fail_validation() {
             &planted::trapezoidal,
             &[("slope-slide", "way down the slope"), ("rolling-ball", "way down the slope")],
         ),
-        ("exact turn", &planted::exact_turn, &[("spinning-box", "angle turned")]),
+        ("short turn", &planted::short_turn, &[("spinning-box", "angle turned")]),
         (
             "slippery",
             &planted::slippery,

@@ -227,18 +227,17 @@ impl Linkage {
                         let (has, slope) = momentum(h, spin);
                         (has - wanted, slope)
                     });
-                    let angle = before.angle + 2.0 * (0.5 * h * spin).atan();
+                    let angle = before.angle + turn(h, spin).0;
                     next[body] =
                         PlanarBody { place: before.place + velocity * h, angle, velocity, spin };
                 }
                 let gaps = self.stacked(|pin| pin.gap(&next));
                 let settled = gaps.amax() < 4.0 * f64::EPSILON;
-                // dφ⁺/dT of dω⁺/dT = h/(I (1 + 3θ²)), dφ⁺/dω⁺ = h/(1 + θ²).
+                // dφ⁺/dT of dω⁺/dT = h/(I dw/dω) and dφ⁺/dω⁺.
                 let compliance = |body: usize| {
-                    let square = (0.5 * h * next[body].spin).powi(2);
-                    let left = 1.0 / ((1.0 + 3.0 * square) * (1.0 + square));
-                    let bar = &self.bars[body];
-                    (h * h / bar.mass, h * h / bar.moment * left)
+                    let spin = next[body].spin;
+                    let (bar, turned) = (&self.bars[body], turn(h, spin).1 / momentum(h, spin).1);
+                    (h * h / bar.mass, h / bar.moment * turned)
                 };
                 let response = self.response(now, &next, compliance);
                 let Some(change) = response.lu().solve(&gaps) else { break };

@@ -1,10 +1,10 @@
 //! Solvers with a defect that the validation problems must find.
 
-use nalgebra::Vector4;
+use crate::turning::step_attitude;
 use tumble_core::contact::{Candidates, Contact, ContactLaw};
 use tumble_core::error::Error;
 use tumble_core::mechanics::State;
-use tumble_core::mechanics::quaternion::{advance, left};
+use tumble_core::mechanics::quaternion::advance;
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble_core::world::World;
@@ -85,7 +85,7 @@ pub fn explicit(world: &World) -> Made {
     with_defect(world, |given, state| {
         let h = given.time_step;
         state.position = given.state.position + h * given.state.velocity;
-        state.attitude = advance(&given.state.attitude, &given.state.spin, h);
+        state.attitude = step_attitude(&given.state.attitude, &given.state.spin, h);
     })
 }
 
@@ -97,13 +97,10 @@ pub fn trapezoidal(world: &World) -> Made {
     })
 }
 
-/// Turns by h ω⁺ instead of 2 atan(½ h ω⁺).
-pub fn exact_turn(world: &World) -> Made {
+/// Turns by 2 atan(½ h ω⁺) instead of h ω⁺.
+pub fn short_turn(world: &World) -> Made {
     with_defect(world, |given, state| {
-        let angle = given.time_step * state.spin.norm();
-        let axis = state.spin.try_normalize(0.0).unwrap_or_default() * (0.5 * angle).sin();
-        let turn = Vector4::new((0.5 * angle).cos(), axis[0], axis[1], axis[2]);
-        state.attitude = left(&given.state.attitude) * turn;
+        state.attitude = advance(&given.state.attitude, &state.spin, given.time_step);
     })
 }
 

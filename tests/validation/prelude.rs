@@ -5,6 +5,7 @@ pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, second_ord
 pub(crate) use crate::runner::{Runner, Setup, Subject, TestRun, TestStep, largest};
 pub(crate) use crate::threshold::{MOVING, RESOLUTION, Threshold};
 pub(crate) use crate::tolerance::{SlideStep, SlideTolerance, Slider};
+use crate::turning::half_tangent;
 pub(crate) use crate::{
     Convergence, Input, Refusal, SolvedBy, TestInputs, TestProblem, TestQuantity,
 };
@@ -97,9 +98,18 @@ pub(crate) fn newton(start: f64, function: impl Fn(f64) -> (f64, f64)) -> f64 {
     })
 }
 
-/// The angular momentum w(ω) = ω (1 + (½ h ω)²) per moment of inertia (eq. 34), and its derivative.
-/// The spin ω (rad/s) is about a principal axis, and steps have length `h` (s).
+/// The angular momentum w(ω) per moment of inertia (eq. 34), and its derivative. With x = ½ h ω and the
+/// tangent t(x) of half the angle, it is ω (1 + t²)/t′. The spin ω (rad/s) is about a principal axis,
+/// and steps have length `h` (s).
 pub(crate) fn momentum(h: f64, spin: f64) -> (f64, f64) {
-    let square = (0.5 * h * spin).powi(2);
-    (spin * (1.0 + square), 1.0 + 3.0 * square)
+    let x = 0.5 * h * spin;
+    let [t, slope, bend] = half_tangent(x);
+    let share = (1.0 + t * t) / slope;
+    (spin * share, share + x * (2.0 * t - share * bend / slope))
+}
+
+/// The rotation of a step (rad) with this spin (rad/s), 2 atan t, and its derivative (s).
+pub(crate) fn turn(h: f64, spin: f64) -> (f64, f64) {
+    let [t, slope, _] = half_tangent(0.5 * h * spin);
+    (2.0 * t.atan(), h * slope / (1.0 + t * t))
 }

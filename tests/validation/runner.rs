@@ -3,13 +3,14 @@
 use crate::Refusal;
 use crate::quantity::{Convergence, QuantityLabel, TestQuantity, equal, order};
 use crate::residual::ResidualCheck;
-use nalgebra::{Matrix3, Vector3};
+use crate::turning::{step_attitude, turned_momentum};
+use nalgebra::Vector3;
 use tumble_core::contact::detection::Detection;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::joint::{Drive, Joint, JointAxis, JointForce};
-use tumble_core::mechanics::quaternion::{advance, rotation};
+use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, StepSolver, StepStatus};
@@ -333,16 +334,11 @@ impl<'a> Runner<'a> {
                 torque -= lever.cross(&(to_body * found.force));
             }
         }
-        // P^±(ω) (eq. 34), as a matrix times I ω.
-        let momentum = |spin: &Vector3<f64>, h: f64| {
-            let turned = spin.cross_matrix() * (0.5 * h);
-            let along = spin * spin.transpose() * (0.25 * h * h);
-            (Matrix3::identity() + turned + along) * body.inertia() * spin
-        };
+        let momentum = |spin: &Vector3<f64>, h: f64| turned_momentum(body.inertia(), spin, h);
         let gravity = Vector3::new(0.0, 0.0, -setup.gravity);
 
         let position = after.position - before.position - h * after.velocity;
-        let attitude = after.attitude - advance(&before.attitude, &after.spin, h);
+        let attitude = after.attitude - step_attitude(&before.attitude, &after.spin, h);
         let velocity = after.velocity - before.velocity - h * (force / body.mass() + gravity);
         let turning = momentum(&after.spin, h) - momentum(&before.spin, -h) - h * torque;
         let spin = body.inertia_inverse() * turning;

@@ -69,7 +69,7 @@ fn mode_of(
     let poses = |body: usize| (taken.states[body].pose(), taken.solution.states[body].pose());
     let a = poses(contact.key.body);
     let b = contact.key.partner.body().map(poses);
-    let u = contact.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), h);
+    let u = contact.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), &world.step_map());
     let gap_speed = normal.dot(&u);
     let pressing = normal.dot(&impulse);
     let opening = gap_speed - contact.response.normal * pressing;

@@ -9,7 +9,6 @@ use crate::step_nlp::{ProgramPoint, SMOOTHING};
 use nalgebra::Vector3;
 use tumble_core::contact::{Contact, KeyIndex};
 use tumble_core::mechanics::State;
-use tumble_core::mechanics::quaternion::advance;
 use tumble_core::step::{ContactForce, Step, StepSolution};
 use tumble_core::world::World;
 
@@ -41,10 +40,7 @@ pub(super) fn set_previous(
 /// Moves the state from step k by one step at its own velocities. A steadily sliding body is then
 /// at its solution.
 pub(super) fn coast(x: &mut ProgramPoint, world: &World) {
-    let (h, mut state) = (world.time_step(), x.state());
-    state.position += h * state.velocity;
-    state.attitude = advance(&state.attitude, &state.spin, h);
-    x.set_state(&state);
+    x.set_state(&world.step_map().coasted(&x.state()));
 }
 
 /// Sets a solution of a step.
@@ -93,11 +89,11 @@ pub(super) fn write(
     }
     let from = step.states[BODY].pose();
     let to = next.pose();
-    let h = step.world.time_step();
+    let map = step.world.step_map();
     solution.contacts.extend(candidates.iter().map(|contact| {
         let force = x.force(contact.key.point) * program.units.force();
         let normal = contact.normal();
-        let u = contact.motion([&from, &to], None, h);
+        let u = contact.motion([&from, &to], None, &map);
         ContactForce {
             key: contact.key,
             force: contact.frame * force,

@@ -63,7 +63,7 @@ fn made(world: &World, record: &StepRecord) -> (f64, f64) {
     let (states, next) = (record.states(), record.next_states());
     let drives = world.joints().iter().zip(&record.first().solution.joints);
     let work: f64 = drives
-        .map(|(joint, force)| joint.work(states, next, force, world.time_step()).unwrap())
+        .map(|(joint, force)| joint.work(states, next, force, &world.step_map()).unwrap())
         .sum();
     let kinetic = |states: &[State]| -> f64 {
         world.bodies().iter().zip(states).map(|(body, x)| energy::kinetic(world, body, x)).sum()

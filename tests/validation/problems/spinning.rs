@@ -35,7 +35,7 @@ fn spinning_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let lean = HALF_SIDES[2] / HALF_SIDES[1];
     let slider = Slider { mobility: 3.0, friction, grip: friction * gravity * h, lean };
     let steps = discrete.windows(2).map(|pair| SlideStep {
-        slip: 2.0 * radius / h * (0.5 * turn(h, pair[1])).sin(),
+        slip: 2.0 * radius / h * (0.5 * turn(h, pair[1]).0).sin(),
         share: pair[0] / lost,
     });
     let allowed = slider.tolerance(&run, steps);
@@ -52,7 +52,7 @@ fn spinning_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let astray = run.most(0, |state| state.position.xy().norm());
     let decrement = radius * deceleration * h;
     let stop = stopping_time([&measured, &discrete], decrement, time, h, &allowed);
-    let discrete_angle = discrete[1..].iter().map(|spin| turn(h, *spin)).sum();
+    let discrete_angle = discrete[1..].iter().map(|spin| turn(h, *spin).0).sum();
     let label = ("angle turned", "rad");
     Ok(vec![
         TestQuantity { convergence: order(2, whole), ..stop },
@@ -60,11 +60,6 @@ fn spinning_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
             .stepped(discrete_angle, order(1, whole.min(fine))),
         at_most_zero(("way of the centre", "m"), astray, allowed.across),
     ])
-}
-
-/// The rotation of a step, rad.
-fn turn(h: f64, spin: f64) -> f64 {
-    2.0 * (0.5 * h * spin).atan()
 }
 
 /// The accumulated rotation in each state, rad.
@@ -80,14 +75,14 @@ fn turned(states: &[State]) -> Vec<f64> {
     angles
 }
 
-/// The spin after a step of the scheme, rad/s. It is the root of w(ω⁺) = w(ω) − D/√(1 + (½ h ω⁺)²),
-/// or zero if w(ω) ≤ D.
+/// The spin after a step of the scheme, rad/s. With the rotation θ of the step, it is the root of
+/// w(ω⁺) = w(ω) − D cos ½θ⁺, or zero if w(ω) ≤ D.
 fn after_step(spin: f64, lost: f64, h: f64) -> f64 {
     let before = momentum(h, spin).0;
     // The derivative lacks a share of ¼ h² D ω.
     let missed = |after: f64| {
         let (turning, slope) = momentum(h, after);
-        (turning + lost / (0.5 * h * after).hypot(1.0) - before, slope)
+        (turning + lost * (0.5 * turn(h, after).0).cos() - before, slope)
     };
     if before > lost { newton(spin, missed) } else { 0.0 }
 }

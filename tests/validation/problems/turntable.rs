@@ -17,7 +17,7 @@ const RADIUS: f64 = DISTANCE * RATIO / (1.0 + RATIO); // r of the block, m
 /// Both bodies with the spin ω, as after one step of rotation.
 fn setup([mass, friction, gravity]: [f64; 3], spin: f64, h: f64) -> Result<Setup, Refusal> {
     // The velocity follows from the previous position, rotated back by ψ.
-    let (sin, cos) = (2.0 * (0.5 * h * spin).atan()).sin_cos();
+    let (sin, cos) = turn(h, spin).0.sin_cos();
     let at = |x: f64, height: f64| State {
         velocity: v3(x * (1.0 - cos), x * sin, 0.0) / h,
         spin: v3(0.0, 0.0, spin),
@@ -61,8 +61,8 @@ pub(crate) const TURNTABLE: TestProblem = TestProblem {
     ..TestProblem::solved_by(turntable)
 };
 
-/// μ g = r ω² at the threshold. A step has the acceleration r ω²/(1 + (½ h ω)²), and the threshold
-/// ω² = (μ g/r)/(1 − ¼ h² μ g/r).
+/// μ g = r ω² at the threshold. A step that turns by θ has the acceleration r (2 sin(½ θ)/h)², and the
+/// threshold 2 sin(½ θ)/h = √(μ g/r).
 fn turntable(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let values = inputs.all([Mass, Friction, Gravity])?;
     let ([mass, friction, gravity], h) = (values, runner.time_step);
@@ -74,7 +74,11 @@ fn turntable(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     );
     let tips = friction * BLOCK[2] > 0.9 * BLOCK[0];
     Refusal::when(critical * h > MOST_TURN || tips, why)?;
-    let discrete = (square / (1.0 - 0.25 * h * h * square)).sqrt();
+    let angle = 2.0 * (0.5 * h * critical).asin();
+    let discrete = newton(critical, |spin| {
+        let (turned, slope) = turn(h, spin);
+        (turned - angle, slope)
+    });
     let carried = 0.9 * critical;
     let run = runner.run(&setup(values, carried, h)?)?;
     let force = |k: usize| run.forces(1)[k].xy().norm() / mass;
@@ -92,7 +96,7 @@ fn turntable(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let label = ("acceleration of the block", "m/s²");
     Ok(vec![
         equal(label, force(run.steps() - 1), expected, allowed)
-            .stepped(expected / (1.0 + (0.5 * h * carried).powi(2)), second_order),
+            .stepped(RADIUS * (2.0 * (0.5 * turn(h, carried).0).sin() / h).powi(2), second_order),
         at_most_zero(("way on the table", "m"), way, 2.0 * h * held + 8.0 * run.seat()),
         equal(("spin of the table", "rad/s"), run.end(0).spin[2], carried, spin_off),
         found.equals(("threshold of the spin", "rad/s"), critical).stepped(discrete, second_order),

@@ -13,7 +13,6 @@
 use super::{Contact, ContactLoad, Partner};
 use crate::joint::{JointForce, JointMotion};
 use crate::mechanics::dynamics::rk4_step;
-use crate::mechanics::quaternion::advance;
 use crate::mechanics::{Pose, RigidBody, State, Wrench, largest};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -175,7 +174,8 @@ impl Certifier {
         if !claim.is_of(world) {
             return Certificate::UNKNOWN;
         }
-        let h = world.time_step();
+        let map = world.step_map();
+        let h = map.time_step;
         let has_moments = world.has_turning_friction();
         self.begin(claim, &asked);
         let mut certificate = Certificate::default();
@@ -188,7 +188,7 @@ impl Certifier {
             self.add_force(contact, &force);
             let a = &self.poses[contact.key.body];
             let b = contact.key.partner.body().map(|index| &self.poses[index]);
-            let u = contact.motion([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), h);
+            let u = contact.motion([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), &map);
             let u = contact.law_motion(u, world, claim.states, claim.next);
             let mut p = force * (h / world.bodies()[contact.key.body].mass());
             let mut w = u;
@@ -208,10 +208,10 @@ impl Certifier {
         }
         self.joint_motions.clear();
         for (joint, force) in world.joints().iter().zip(claim.joints) {
-            let joint_motion = joint.step_motion(claim.states, claim.next, force, h);
+            let joint_motion = joint.step_motion(claim.states, claim.next, force, &map);
             let parts = joint_motion.as_ref().and_then(|joint_motion| {
                 joint_motion.add_loads(joint, claim.states, force, &mut self.loads);
-                joint_motion.residual(joint, world.bodies(), claim.states, force, h)
+                joint_motion.residual(joint, world.bodies(), claim.states, force, &map)
             });
             self.joint_motions.extend(joint_motion);
             let (locked, drive) = parts.map_or((f64::NAN, f64::NAN), |of| (of.locked, of.drive));
@@ -221,7 +221,7 @@ impl Certifier {
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let joints = world.joints();
             for (joint, load) in gear.loads(*force, claim.joints) {
-                joints[joint].add_loads(claim.states, &load, h, &mut self.loads);
+                joints[joint].add_loads(claim.states, &load, &map, &mut self.loads);
             }
             let missed = gear.residual(world, claim.states, claim.next, claim.joints, *force);
             let part = match gear.drive() {
@@ -291,8 +291,8 @@ impl Certifier {
         let other = contact.key.partner.body();
         let a = &self.poses[own];
         let b = other.map(|other| &self.poses[other]);
-        let h = world.time_step();
-        let turned = contact.relative_turning([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), h);
+        let map = world.step_map();
+        let turned = contact.relative_turning([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), &map);
         let b = b.map(|b| &b.0);
         let (on_a, on_b) = Contact::moment_torques(&load.moment, &a.0, b);
         let missed = contact.moment_residual(world, &a.0, b, load, &turned);
@@ -364,7 +364,7 @@ fn momentum_residual(
     let h = world.time_step();
     let gyroscopic = world.rotation().gyroscopic(body.inertia(), &state.spin, &next.spin, h);
     let position = next.position - state.position - h * next.velocity;
-    let attitude = next.attitude - advance(&state.attitude, &next.spin, h);
+    let attitude = next.attitude - world.step_map().advance(&state.attitude, &next.spin);
     let acceleration = load.force / body.mass() + world.gravity();
     let velocity = next.velocity - state.velocity - h * acceleration;
     let spin = next.spin - state.spin - h * (body.inertia_inverse() * (load.torque - gyroscopic));

@@ -163,11 +163,11 @@ impl ContactBuilder<'_> {
         };
         let found = -one.coordinates(&features.point);
         let at = (&self.states[body], other);
-        let h = self.world.lever_time();
-        features.roll(one, Vector3::zeros(), at, h);
+        let map = self.world.lever_step();
+        features.roll(one, Vector3::zeros(), at, &map);
         let Some(Curved::Ellipsoid(nearest)) = features.curved else { return };
         if !nearest.reaches(&found) {
-            features.roll(one, found.normalize(), at, h);
+            features.roll(one, found.normalize(), at, &map);
         }
     }
 

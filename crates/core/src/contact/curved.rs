@@ -41,7 +41,8 @@
 //! This is the distance from the cone behind the other core.
 
 use crate::geometry::{Ellipsoid, closest_segment_parameters};
-use crate::mechanics::quaternion::{advance, rotation};
+use crate::kinematics::StepMap;
+use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, Vector3};
 
@@ -114,18 +115,17 @@ impl EllipsoidPoint {
     /// y: vector from the centre to the point where the force acts (m, frame of B, or world without
     /// B).
     ///
-    /// The step of `time_step` (s) begins at the states of A and B. `normal` is the unit normal of
+    /// The step `map` begins at the states of A and B. `normal` is the unit normal of
     /// the plane in the same frame as y.
     ///
-    /// It is the nearest point of the start or of the end after `time_step`, as predicted with the spins at the
-    /// start.
+    /// It is the nearest point of the start or of the end, as predicted with the spins at the start.
     pub fn lever(
         &self,
         normal: &Vector3<f64>,
         (a, b): (&State, Option<&State>),
-        time_step: f64,
+        map: &StepMap,
     ) -> Vector3<f64> {
-        let ahead_of = |state: &State| rotation(&advance(&state.attitude, &state.spin, time_step));
+        let ahead_of = |state: &State| rotation(&map.advance(&state.attitude, &state.spin));
         let turn = turn_from(&rotation(&a.attitude), b.map(|b| rotation(&b.attitude)));
         let end = turn_from(&ahead_of(a), b.map(ahead_of));
         let start = -(turn * (self.shape.axes * self.toward));

@@ -170,7 +170,7 @@ fn ground_contact(
     let mut features =
         Features::from_plane(found.position, found.radius, *ground.frame(), ground.offset());
     if let Some(one) = found.smooth() {
-        features.roll(one, toward, (state, None), world.lever_time());
+        features.roll(one, toward, (state, None), &world.lever_step());
     }
     let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
     let law = world.law_between(body, Partner::Ground);

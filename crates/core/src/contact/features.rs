@@ -3,6 +3,7 @@
 use super::Curved;
 use super::curved::{EllipsoidPoint, turn_from};
 use crate::geometry::Ellipsoid;
+use crate::kinematics::StepMap;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use nalgebra::{Matrix3, Vector3};
@@ -40,7 +41,7 @@ impl Features {
         shape: Ellipsoid,
         toward: Vector3<f64>,
         at: (&State, Option<&State>),
-        time_step: f64,
+        map: &StepMap,
     ) {
         let mut one = EllipsoidPoint { shape, toward };
         if toward != Vector3::zeros() {
@@ -49,7 +50,7 @@ impl Features {
             let normal = self.frame.column(2).into_owned();
             let turn = turn_from(&rotation(&at.0.attitude), at.1.map(|b| rotation(&b.attitude)));
             one.toward = shape.direction(&turn.tr_mul(&normal));
-            self.point = shape.centre + turn.tr_mul(&one.lever(&normal, at, time_step));
+            self.point = shape.centre + turn.tr_mul(&one.lever(&normal, at, map));
         }
         self.curved = Some(Curved::Ellipsoid(one));
     }

@@ -77,7 +77,8 @@ pub use neighbours::Overlap;
 pub use slip_offset::InstantMotions;
 
 use crate::geometry::Ellipsoid;
-use crate::mechanics::quaternion::{rotation, turning_rate};
+use crate::kinematics::StepMap;
+use crate::mechanics::quaternion::rotation;
 use crate::mechanics::state::Pose;
 use crate::mechanics::{RigidBody, State};
 use crate::world::World;
@@ -315,11 +316,12 @@ impl Contact {
     /// ```
     ///
     /// `a` and `b` are the poses of the two bodies at start and end. `b` is `None` for the ground.
-    pub fn motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
+    pub fn motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, map: &StepMap) -> Vector3<f64> {
+        let h = map.time_step;
         match &self.features.curved {
             None => {}
-            Some(Curved::Cores(pair)) => return self.round_motion(pair, a, b, h),
-            Some(Curved::Ellipsoid(one)) => return self.ellipsoid_motion(&one.shape, a, b, h),
+            Some(Curved::Cores(pair)) => return self.round_motion(pair, a, b, map),
+            Some(Curved::Ellipsoid(one)) => return self.ellipsoid_motion(&one.shape, a, b, map),
         }
         let (normal, radius) = (self.normal(), self.features.radius);
         let mut arm = self.arm;
@@ -334,7 +336,7 @@ impl Contact {
             moved = b.rotation * moved;
         }
         if radius > 0.0 {
-            let relative = turning(a, h) - b.map_or(Vector3::zeros(), |b| turning(b, h));
+            let relative = turning(a, map) - b.map_or(Vector3::zeros(), |b| turning(b, map));
             moved -= h * radius * relative.cross(&normal);
         }
         let gap = self.features.frame.column(2).dot(&after) - self.features.offset - radius;
@@ -389,7 +391,7 @@ impl Contact {
             return Vector3::repeat(f64::NAN);
         };
         let b = b.flatten();
-        let u = self.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), world.time_step());
+        let u = self.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), &world.step_map());
         let slip = u - self.normal() * self.normal().dot(&u);
         if world.has_surfaces() { slip + self.carried(world, states) } else { slip }
     }
@@ -401,17 +403,18 @@ impl Contact {
         curved: &CorePair,
         a: [&Pose; 2],
         b: Option<[&Pose; 2]>,
-        h: f64,
+        map: &StepMap,
     ) -> Vector3<f64> {
+        let h = map.time_step;
         let apart = |a: &Pose, b: Option<&Pose>| {
             let (point, foot) = (curved.point(), curved.foot());
             let foot = b.map_or(foot, |b| b.position + b.rotation * foot);
             a.position + a.rotation * point - foot
         };
         let normal = self.normal();
-        let mut rolling = turning(a, h) * self.features.radius;
+        let mut rolling = turning(a, map) * self.features.radius;
         if let Some(b) = b {
-            rolling += turning(b, h) * curved.radius;
+            rolling += turning(b, map) * curved.radius;
         }
         let moved = apart(a[1], b.map(|b| b[1])) - apart(a[0], b.map(|b| b[0]));
         let moved = moved - h * rolling.cross(&normal);
@@ -425,8 +428,9 @@ impl Contact {
         one: &Ellipsoid,
         a: [&Pose; 2],
         b: Option<[&Pose; 2]>,
-        h: f64,
+        map: &StepMap,
     ) -> Vector3<f64> {
+        let h = map.time_step;
         let centre = |a: &Pose| a.position + a.rotation * one.centre;
         let mut moved = centre(a[1]) - centre(a[0]);
         if let Some([from, to]) = b {
@@ -435,7 +439,7 @@ impl Contact {
             moved -= to.position - from.position + to.rotation * foot - from.rotation * foot;
         }
         let beyond = self.arm - a[0].rotation * one.centre;
-        moved += h * turning(a, h).cross(&beyond);
+        moved += h * turning(a, map).cross(&beyond);
         slip_and_gap(&self.normal(), &moved, self.gap_at(a[1], b.map(|b| b[1]))) / h
     }
 }
@@ -471,8 +475,8 @@ pub fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// Ω: angular velocity over the step (rad/s, world).
-fn turning([from, to]: [&Pose; 2], h: f64) -> Vector3<f64> {
-    turning_rate(&from.rotation, &to.rotation, h)
+fn turning([from, to]: [&Pose; 2], map: &StepMap) -> Vector3<f64> {
+    map.rate_between(&from.rotation, &to.rotation)
 }
 
 /// Tangential part of `moved` plus the gap along the normal (m).

@@ -13,6 +13,7 @@
 
 use super::law::{project_on_disc, project_on_interval};
 use super::{Contact, turning};
+use crate::kinematics::StepMap;
 use crate::mechanics::{Pose, largest};
 use crate::partner::TurningFriction;
 use crate::world::World;
@@ -51,8 +52,13 @@ impl Contact {
 
     /// Angular velocity Ω of A relative to B over the step (rad/s, world). `a` and `b` are the poses at
     /// both ends; `b` is `None` for a fixed partner.
-    pub fn relative_turning(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
-        turning(a, h) - b.map_or(Vector3::zeros(), |b| turning(b, h))
+    pub fn relative_turning(
+        &self,
+        a: [&Pose; 2],
+        b: Option<[&Pose; 2]>,
+        map: &StepMap,
+    ) -> Vector3<f64> {
+        turning(a, map) - b.map_or(Vector3::zeros(), |b| turning(b, map))
     }
 
     /// Scales of the moment, with the rotations of A and B at the start of the step. W_tt and W_nn are

@@ -23,7 +23,8 @@
 //! ```
 
 use super::Contact;
-use crate::mechanics::quaternion::{advance, rotation};
+use crate::kinematics::StepMap;
+use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -263,10 +264,10 @@ impl InstantMotions {
         if is_slow && !(contact.rolls() && self.goes_on(world, states, contact)) {
             return;
         }
-        let h = world.time_step();
-        let a = self.predicted(states, own, h);
-        let b = other.map(|body| self.predicted(states, body, h));
-        let mut u = contact.motion([&a[0], &a[1]], b.as_ref().map(|[from, to]| [from, to]), h);
+        let map = world.step_map();
+        let a = self.predicted(states, own, &map);
+        let b = other.map(|body| self.predicted(states, body, &map));
+        let mut u = contact.motion([&a[0], &a[1]], b.as_ref().map(|[from, to]| [from, to]), &map);
         if world.has_surfaces() {
             u += contact.carried(world, states);
         }
@@ -315,11 +316,11 @@ impl InstantMotions {
         })
     }
 
-    fn predicted(&mut self, states: &[State], body: usize, h: f64) -> [Pose; 2] {
+    fn predicted(&mut self, states: &[State], body: usize, map: &StepMap) -> [Pose; 2] {
         *self.predicted[body].get_or_insert_with(|| {
             let (State { velocity, spin, .. }, instant) = (&states[body], &self.instants[body]);
-            let attitude = advance(&instant.attitude, &(2.0 * instant.spin - spin), h);
-            let position = instant.position + h * (2.0 * instant.velocity - velocity);
+            let attitude = map.advance(&instant.attitude, &(2.0 * instant.spin - spin));
+            let position = instant.position + map.time_step * (2.0 * instant.velocity - velocity);
             [instant.pose(), State { position, attitude, ..*instant }.pose()]
         })
     }

@@ -19,6 +19,7 @@ pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::SideChangeInput;
 pub(crate) use untracked::nearest_untracked;
 
+use crate::kinematics::StepMap;
 use crate::mechanics::{State, quaternion};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector4};
 
@@ -131,10 +132,11 @@ impl StateChange {
     }
 }
 
-/// Linear map from the start of a step to its end. With a = ½ h ω⁺ and the Cayley map C of a,
+/// Linear map from the start of a step to its end. With a = ½ h γ ω⁺ (8e), the Cayley map C of a and
+/// W = ∂(γ ω)/∂ω⁺,
 ///
 /// ```text
-/// δr⁺ = δr + h δv⁺,   δθ⁺ = Cᵀ δθ + h T δω⁺,   T = (E − [a]×)/(1 + a·a)                  (G1)
+/// δr⁺ = δr + h δv⁺,   δθ⁺ = Cᵀ δθ + h T δω⁺,   T = (E − [a]×) W/(1 + a·a)                (G1)
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EndMap {
@@ -144,20 +146,22 @@ pub(crate) struct EndMap {
     /// Matrix h T.
     turning: Matrix3<f64>,
     velocity: Vector3<f64>,
-    /// Derivative of the rotation with respect to h, ω⁺/(1 + a·a) (rad/s).
+    /// Derivative of the rotation with respect to h (rad/s).
     rate: Vector3<f64>,
 }
 
 impl EndMap {
-    /// Map of a step of `time_step` (s) with these final velocities.
-    pub(crate) fn new(velocity: &Vector3<f64>, spin: &Vector3<f64>, time_step: f64) -> Self {
-        let a = spin * (0.5 * time_step);
+    /// Map of a step with these final velocities.
+    pub(crate) fn new(velocity: &Vector3<f64>, spin: &Vector3<f64>, map: &StepMap) -> Self {
+        let time_step = map.time_step;
+        let stretch = map.stretch(spin);
+        let a = spin * (0.5 * time_step * stretch.gamma);
         let shrink = 1.0 / (1.0 + a.norm_squared());
         let cross = a.cross_matrix();
         // C = E + 2 ([a]× + [a]×[a]×)/(1 + a·a); its transpose has −a.
         let back = Matrix3::identity() + (cross * cross - cross) * (2.0 * shrink);
-        let turning = (Matrix3::identity() - cross) * (shrink * time_step);
-        Self { time_step, back, turning, velocity: *velocity, rate: spin * shrink }
+        let turning = stretch.chained((Matrix3::identity() - cross) * (shrink * time_step), spin);
+        Self { time_step, back, turning, velocity: *velocity, rate: spin * map.rate(spin) }
     }
 
     /// Applies the map to differentials of the initial state, of V⁺ and of h.

@@ -70,7 +70,7 @@ impl StepSide {
             turned: end.pose().rotation,
             linear: end.velocity,
             spin_world,
-            rate: spin_world / (1.0 + 0.25 * h * h * end.spin.norm_squared()),
+            rate: spin_world * world.step_map().rate(&end.spin),
             radius,
             surface: Vector3::zeros(),
             impact: Some(impact),
@@ -124,12 +124,10 @@ impl ImpactMotion {
         let (spin, change) = if *form == Rotation::Tutorial {
             if departs { (*new, zero) } else { (*old, given.spin) }
         } else if departs {
-            let momentum = |inertia: &Matrix3<f64>| {
-                inertia * new + form.gyroscopic(inertia, &zero, new, *h) * *h
-            };
+            let by_inertia = form.momentum(&given.inertia, new, -h);
             let spin = form.departing_spin(inertia, inverse, new, *h);
             let longer = form.momentum_rate(inertia, new, *h, 1.0) * time_step;
-            (spin, inverse * (momentum(&given.inertia) - given.inertia * spin + longer))
+            (spin, inverse * (by_inertia - given.inertia * spin + longer))
         } else {
             let h = h * self.before;
             let spin = form.arriving_spin(inertia, inverse, old, h);

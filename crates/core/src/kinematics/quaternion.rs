@@ -135,12 +135,12 @@ pub fn unit(q: Vector4<f64>) -> Vector4<f64> {
     if (q.norm_squared() - 1.0).abs() <= ROUNDING { q } else { q.normalize() }
 }
 
-/// Attitude after the rotation h ω of the semi-implicit step (eq. 8b): normalise(q + ½ h L(q) H ω).
+/// Attitude after a step with the stretched spin γ ω (eq. 8b): normalise(q + ½ h L(q) H γ ω).
 pub fn advance(q: &Vector4<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector4<f64> {
     (q + attitude_map(q) * (spin * (0.5 * time_step))).normalize()
 }
 
-/// Angular velocity Ω (rad/s), world frame, with which [`advance`] rotates a body from the attitude
+/// Stretched angular velocity Ω (rad/s), world frame, with which [`advance`] rotates a body from the attitude
 /// `from` to `to` (rotation matrices, body → world) in `time_step` (s). S = A⁺ Aᵀ is the Cayley map
 /// of a = ½ h Ω:
 ///

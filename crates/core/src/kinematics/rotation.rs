@@ -1,7 +1,8 @@
 //! Integrators of free rotation.
 //!
-//! A step rotates its body with one spin ω⁺ by the Cayley map. The two integrators differ in the
-//! corresponding momentum. Both have the form (eq. 8d of `docs/formulation.md`)
+//! A step rotates its body with one spin ω⁺ (eq. 8e of `docs/formulation.md`). The two integrators
+//! differ in the angle ([`StepMap`](super::StepMap)) and in the corresponding momentum. Both have
+//! the form (8d)
 //!
 //! ```text
 //! I (ω⁺ − ω) + h G(ω, ω⁺) = h τ
@@ -15,25 +16,26 @@
 //! ```
 //!
 //! It conserves angular momentum and energy to first order in h. [`Momentum`](Rotation::Momentum)
-//! balances angular momentum. With
+//! balances angular momentum. With α and β of [`Stretch`]
 //!
 //! ```text
-//! P^±(ω) = I ω ± ½ h ω × I ω + ¼ h² (ω·I ω) ω                             (eq. 34)
+//! P^±(ω) = α I ω ± ½ h ω × I ω + ¼ h² β (ω·I ω) ω                         (eq. 34)
 //! ```
 //!
 //! P⁻(ω) is the momentum in body axes at the end of a step with the spin ω, and P⁺(ω) is the one at
-//! its start: A⁺ P⁻(ω) = A P⁺(ω) holds exactly for A⁺ = A cay(hω). P⁺(ω⁺) = P⁻(ω) + h τ then states
-//! that only the impulse of the torque changes A P⁻(ω). This is the discrete Euler–Poincaré
-//! equation of the Cayley map, a variational integrator. It is of second order, and its energy has
-//! no drift. As G,
+//! its start: A⁺ P⁻(ω) = A P⁺(ω) holds exactly for the rotation (8e). P⁺(ω⁺) = P⁻(ω) + h τ then
+//! states that only the impulse of the torque changes A P⁻(ω). This is the discrete Euler–Poincaré
+//! equation of that rotation, a variational integrator. It is of second order, and its energy has
+//! no drift. G follows from it:
 //!
 //! ```text
-//! G = ½ (ω⁺ × I ω⁺ + ω × I ω) + ¼ h ((ω⁺·I ω⁺) ω⁺ − (ω·I ω) ω)            (eq. 33b)
+//! h G = (P⁺(ω⁺) − I ω⁺) − (P⁻(ω) − I ω)                                   (eq. 33b)
 //! ```
 //!
 //! Without torque, a body with equal principal moments keeps ω in both. All functions are linear in
 //! the inertia; with I/m they compute momenta per mass.
 
+use super::stretch::Stretch;
 use nalgebra::{Matrix3, Vector3};
 
 /// Integrator of free rotation.
@@ -41,7 +43,8 @@ use nalgebra::{Matrix3, Vector3};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Rotation {
-    /// P⁺(ω⁺) = P⁻(ω) + h τ: conserves angular momentum to rounding, and energy without drift.
+    /// P⁺(ω⁺) = P⁻(ω) + h τ, with a rotation by h ω: conserves angular momentum to rounding, and
+    /// energy without drift.
     Momentum,
     /// I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ of the tutorial: conserves both to first order in h.
     Tutorial,
@@ -70,23 +73,15 @@ impl Rotation {
         new: &Vector3<f64>,
         time_step: f64,
     ) -> Vector3<f64> {
-        let after = inertia * new;
         match self {
-            Self::Tutorial => new.cross(&after),
+            Self::Tutorial => new.cross(&(inertia * new)),
             Self::Momentum => {
-                let before = inertia * old;
-                let mean = (new.cross(&after) + old.cross(&before)) * 0.5;
-                let along = new * new.dot(&after) - old * old.dot(&before);
-                mean + along * (0.25 * time_step)
+                (turned(inertia, new, time_step) - turned(inertia, old, -time_step)) / time_step
             }
         }
     }
 
-    /// Derivative ∂G/∂ω⁺ at ω⁺ = `spin` (N m s), body frame. With K = \[ω\]× I − \[I ω\]×,
-    ///
-    /// ```text
-    /// tutorial: K,   momentum: ½ K + ¼ h ((ω·I ω) E + 2 ω (I ω)ᵀ)
-    /// ```
+    /// Derivative ∂G/∂ω⁺ at ω⁺ = `spin` (N m s), body frame. For `Tutorial` it is \[ω\]× I − \[I ω\]×.
     #[inline]
     pub fn gyroscopic_slope(
         self,
@@ -94,11 +89,9 @@ impl Rotation {
         spin: &Vector3<f64>,
         time_step: f64,
     ) -> Matrix3<f64> {
-        let momentum = inertia * spin;
-        let turning = spin.cross_matrix() * inertia - momentum.cross_matrix();
         match self {
-            Self::Tutorial => turning,
-            Self::Momentum => turning * 0.5 + quadratic_slope(&momentum, spin) * (0.25 * time_step),
+            Self::Tutorial => spin.cross_matrix() * inertia - (inertia * spin).cross_matrix(),
+            Self::Momentum => turned_slope(inertia, spin, time_step) / time_step,
         }
     }
 
@@ -113,37 +106,31 @@ impl Rotation {
         let momentum = inertia * spin;
         match self {
             Self::Tutorial => momentum,
-            Self::Momentum => {
-                let half = 0.5 * time_step;
-                let turning = spin.cross(&momentum) * half;
-                momentum - turning + spin * (half * half * spin.dot(&momentum))
-            }
+            Self::Momentum => momentum + turned(inertia, spin, -time_step),
         }
     }
 
-    /// Derivative of [`Rotation::momentum`] with respect to ω. For `Momentum` it is
-    ///
-    /// ```text
-    /// I − ½ h ([ω]× I − [I ω]×) + ¼ h² ((ω·I ω) E + 2 ω (I ω)ᵀ)
-    /// ```
+    /// Derivative of [`Rotation::momentum`] with respect to ω.
     pub fn momentum_slope(
         self,
         inertia: &Matrix3<f64>,
         spin: &Vector3<f64>,
         time_step: f64,
     ) -> Matrix3<f64> {
-        let (momentum, half) = (inertia * spin, 0.5 * time_step);
         match self {
             Self::Tutorial => *inertia,
-            Self::Momentum => {
-                let turning = spin.cross_matrix() * inertia - momentum.cross_matrix();
-                inertia - turning * half + quadratic_slope(&momentum, spin) * (half * half)
-            }
+            Self::Momentum => inertia + turned_slope(inertia, spin, -time_step),
         }
     }
 
     /// Derivative of P^±(ω) (eq. 34) with respect to h (N m), body frame; `sign` is 1 for P⁺ and −1
-    /// for P⁻. For `Tutorial`, P⁺ is I ω + h ω × I ω, and P⁻ is I ω.
+    /// for P⁻. For `Momentum` it is, with α′ and β′ by s,
+    ///
+    /// ```text
+    /// ½ h α′ (ω·ω) I ω ± ½ ω × I ω + ½ h (β + s β′) (ω·I ω) ω
+    /// ```
+    ///
+    /// For `Tutorial`, P⁺ is I ω + h ω × I ω, and P⁻ is I ω.
     pub fn momentum_rate(
         self,
         inertia: &Matrix3<f64>,
@@ -156,7 +143,13 @@ impl Rotation {
         match self {
             Self::Tutorial => turning * (0.5 + 0.5 * sign),
             Self::Momentum => {
-                turning * (0.5 * sign) + spin * (0.5 * time_step * spin.dot(&momentum))
+                let half = 0.5 * time_step;
+                let stretch = Stretch::new(half * half * spin.norm_squared());
+                let [alpha, beta] = stretch.of_momentum();
+                let along = half * (beta.value + stretch.s * beta.slope) * spin.dot(&momentum);
+                momentum * (half * alpha.slope * spin.norm_squared())
+                    + turning * (0.5 * sign)
+                    + spin * along
             }
         }
     }
@@ -188,11 +181,7 @@ impl Rotation {
     ) -> Vector3<f64> {
         match self {
             Self::Tutorial => *spin,
-            // P⁺(ω) = I ω + h G(0, ω)
-            Self::Momentum => {
-                let gyroscopic = self.gyroscopic(inertia, &Vector3::zeros(), spin, time_step);
-                spin + inverse * gyroscopic * time_step
-            }
+            Self::Momentum => spin + inverse * turned(inertia, spin, time_step),
         }
     }
 
@@ -207,14 +196,46 @@ impl Rotation {
         match self {
             Self::Tutorial => Matrix3::identity(),
             Self::Momentum => {
-                let slope = self.gyroscopic_slope(inertia, spin, time_step);
-                Matrix3::identity() + inverse * slope * time_step
+                Matrix3::identity() + inverse * turned_slope(inertia, spin, time_step)
             }
         }
     }
 }
 
-/// Derivative ∂/∂ω ((ω·I ω) ω) = (ω·I ω) E + 2 ω (I ω)ᵀ, with the `momentum` I ω.
-fn quadratic_slope(momentum: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::from_diagonal_element(spin.dot(momentum)) + 2.0 * spin * momentum.transpose()
+/// P⁺(ω) − I ω (eq. 34), or P⁻(ω) − I ω with −h.
+///
+/// ```text
+/// (α − 1) I ω + ½ h ω × I ω + ¼ h² β (ω·I ω) ω
+/// ```
+#[inline(always)]
+fn turned(inertia: &Matrix3<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector3<f64> {
+    let momentum = inertia * spin;
+    let half = 0.5 * time_step;
+    let square = half * half;
+    let [alpha, beta] = Stretch::new(square * spin.norm_squared()).of_momentum();
+    spin.cross(&momentum) * half
+        + momentum * (alpha.value - 1.0)
+        + spin * (square * beta.value * spin.dot(&momentum))
+}
+
+/// Derivative of [`turned`] with respect to ω. With c = ω·I ω and ∂s/∂ω = ½ h² ωᵀ:
+///
+/// ```text
+/// (α − 1) I + ½ h² α′ (I ω) ωᵀ + ½ h ([ω]× I − [I ω]×)
+///   + ¼ h² (β (c E + 2 ω (I ω)ᵀ) + ½ h² β′ c ω ωᵀ)
+/// ```
+#[inline]
+fn turned_slope(inertia: &Matrix3<f64>, spin: &Vector3<f64>, time_step: f64) -> Matrix3<f64> {
+    let momentum = inertia * spin;
+    let half = 0.5 * time_step;
+    let square = half * half;
+    let [alpha, beta] = Stretch::new(square * spin.norm_squared()).of_momentum();
+    let along = spin.dot(&momentum);
+    let turning = spin.cross_matrix() * inertia - momentum.cross_matrix();
+    let by_spin = momentum * alpha.slope + spin * (square * beta.slope * along);
+    let by_momentum = 2.0 * spin * momentum.transpose() + Matrix3::from_diagonal_element(along);
+    inertia * (alpha.value - 1.0)
+        + turning * half
+        + by_spin * (2.0 * square * spin).transpose()
+        + by_momentum * (square * beta.value)
 }

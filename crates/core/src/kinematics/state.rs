@@ -1,6 +1,6 @@
 //! State of a rigid body, and external wrench on it.
 
-use super::quaternion::{advance, rotation};
+use super::quaternion::rotation;
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
@@ -70,15 +70,6 @@ impl State {
             attitude: x.fixed_rows::<4>(3).into(),
             velocity: x.fixed_rows::<3>(7).into(),
             spin: x.fixed_rows::<3>(10).into(),
-        }
-    }
-
-    /// State after `time_step` (s) at constant velocities.
-    pub fn coasted(&self, time_step: f64) -> Self {
-        Self {
-            position: self.position + self.velocity * time_step,
-            attitude: advance(&self.attitude, &self.spin, time_step),
-            ..*self
         }
     }
 

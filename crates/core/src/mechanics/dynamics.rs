@@ -4,7 +4,8 @@
 //! Equation numbers are those of `docs/formulation.md`.
 
 use super::body::RigidBody;
-use crate::kinematics::quaternion::{advance, attitude_map};
+use crate::kinematics::StepMap;
+use crate::kinematics::quaternion::attitude_map;
 use crate::kinematics::rotation::Rotation;
 use crate::kinematics::state::{State, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3};
@@ -47,7 +48,7 @@ pub fn rk4_step(body: &RigidBody, state: &State, wrench: &Wrench, time_step: f64
 ///
 /// ```text
 /// v⁺ = v + h (f/m + g),   I (ω⁺ − ω) + h (G(ω, ω⁺) − τ) = 0,
-/// r⁺ = r + h v⁺,          q⁺ = normalise(q + ½ h L(q) H ω⁺)
+/// r⁺ = r + h v⁺,          q⁺ = normalise(q + ½ h L(q) H γ ω⁺)
 /// ```
 ///
 /// `gravity` is in m/s², world frame.
@@ -64,7 +65,7 @@ pub fn free_flight(
     let spin = free_spin(&equation, time_step);
     State {
         position: state.position + time_step * velocity,
-        attitude: advance(&state.attitude, &spin, time_step),
+        attitude: StepMap { form: rotation, time_step }.advance(&state.attitude, &spin),
         velocity,
         spin,
     }

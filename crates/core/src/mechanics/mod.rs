@@ -5,7 +5,8 @@ pub mod dynamics;
 pub mod load;
 
 pub use crate::kinematics::{
-    Pose, Rotation, State, Trajectory, Wrench, quaternion, rotation, state, trajectory,
+    Pose, Rotation, State, StepMap, Trajectory, Wrench, quaternion, rotation, state, stretch,
+    trajectory,
 };
 pub use body::RigidBody;
 pub use load::{Load, Polyline};

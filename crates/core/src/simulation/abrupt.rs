@@ -310,7 +310,10 @@ impl TakenStep<'_> {
             return false;
         }
         let time = SOON * self.world.time_step();
-        let ends = (joint.coordinates(self.states), joint.coasted(self.states, time));
+        let ends = (
+            joint.coordinates(self.states),
+            joint.coasted(self.states, &self.world.step_map().over(time)),
+        );
         let (Some(now), Some(soon), false) = (ends.0, ends.1, joint.moves()) else { return true };
         let turns = joint.turns(&now, angles);
         let (along, about) = joint.rates(&now, &soon, &turns, time);
@@ -363,10 +366,12 @@ impl TakenStep<'_> {
             let along = |rate: f64| Vector3::x() * rate;
             if drive.rubs() && ends(&along(before[k]), &along(after[k]), least, kick) {
                 let soon = SOON * h;
-                let turn = joint.coasted(&self.instants.states, soon).and_then(|coasted| {
-                    let start = numbers(&joint.rates(&now, &coasted, &turns, soon));
-                    self.turn(bodies(), &along(before[k]), &along(start[k]))
-                });
+                let turn = joint
+                    .coasted(&self.instants.states, &self.world.step_map().over(soon))
+                    .and_then(|coasted| {
+                        let start = numbers(&joint.rates(&now, &coasted, &turns, soon));
+                        self.turn(bodies(), &along(before[k]), &along(start[k]))
+                    });
                 stop = Some(AxisStop::Friction(turn));
             }
         }

@@ -20,6 +20,7 @@
 use crate::contact::certificate::Claim;
 use crate::contact::{Contact, ContactLoad, Partner};
 use crate::joint::{Axis, JointForce};
+use crate::kinematics::StepMap;
 use crate::mechanics::{RigidBody, Rotation, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -97,8 +98,9 @@ impl EnergyBalance {
                 torque: force.torque - reaction.torque,
                 ..*force
             };
-            let h = means.h;
-            let work = |of| means.work_of_all(|loads| joint.add_loads(claim.states, of, h, loads));
+            let map = means.map;
+            let work =
+                |of| means.work_of_all(|loads| joint.add_loads(claim.states, of, &map, loads));
             balance.drives += work(&drive);
             let kind = if joint.moves() { &mut balance.drives } else { &mut balance.reactions };
             *kind += work(&reaction);
@@ -107,8 +109,8 @@ impl EnergyBalance {
             let mut work = 0.0;
             for (index, load) in gear.loads(*force, claim.joints) {
                 let joint = &world.joints()[index];
-                work +=
-                    means.work_of_all(|loads| joint.add_loads(claim.states, &load, means.h, loads));
+                work += means
+                    .work_of_all(|loads| joint.add_loads(claim.states, &load, &means.map, loads));
             }
             let kind = match gear.drive() {
                 None => &mut balance.reactions,
@@ -135,14 +137,15 @@ impl EnergyBalance {
 /// Mean velocities of a step.
 struct Means<'a> {
     claim: &'a Claim<'a>,
-    h: f64,
+    map: StepMap,
     /// Means v̄ (world frame) and ω̄ (body frame); zero for held bodies.
     velocities: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
 impl<'a> Means<'a> {
     fn new(world: &World, claim: &'a Claim<'a>) -> Self {
-        let h = world.time_step();
+        let map = world.step_map();
+        let h = map.time_step;
         let mean = |(index, body): (usize, &RigidBody)| {
             if world.is_held(index) {
                 return (Vector3::zeros(), Vector3::zeros());
@@ -154,12 +157,12 @@ impl<'a> Means<'a> {
             let after = form.departing_spin(inertia, inverse, &next.spin, h);
             (0.5 * (state.velocity + next.velocity), 0.5 * (before + after))
         };
-        Self { claim, h, velocities: world.bodies().iter().enumerate().map(mean).collect() }
+        Self { claim, map, velocities: world.bodies().iter().enumerate().map(mean).collect() }
     }
 
     fn work(&self, body: usize, wrench: &Wrench) -> f64 {
         let (velocity, spin) = &self.velocities[body];
-        self.h * (wrench.force.dot(velocity) + wrench.torque.dot(spin))
+        self.map.time_step * (wrench.force.dot(velocity) + wrench.torque.dot(spin))
     }
 
     /// Work of a contact force on A and of its reaction on B.

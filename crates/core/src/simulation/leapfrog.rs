@@ -31,7 +31,6 @@ use super::interval::Interval;
 use super::moment::Moment;
 use super::workspace::Workspace;
 use crate::contact::ContactKey;
-use crate::mechanics::quaternion::advance;
 use crate::mechanics::{State, Wrench};
 use crate::step::StepStatus;
 use crate::world::{Impacts, World};
@@ -171,15 +170,6 @@ fn turning_spin(
     (torque == Vector3::zeros()).then(arriving)
 }
 
-/// State one step of `h` (s) before `state`, at its velocity.
-fn moved_back(state: &State, h: f64) -> State {
-    State {
-        position: state.position - h * state.velocity,
-        attitude: advance(&state.attitude, &state.spin, -h),
-        ..*state
-    }
-}
-
 /// Velocities of the instant at the end of the interval `taken` from `moment` (eq. 37a), and the
 /// growth of errors (40).
 pub(super) fn end(
@@ -203,8 +193,11 @@ pub(super) fn end(
     let h = world.time_step();
     // After an interval of another length, the poses before are those of one of the same length.
     let is_regular = world.before().is_empty();
-    let moved_back = |state| moved_back(state, h);
-    let moved_back: Vec<_> = now.states.iter().filter(|_| !is_regular).map(moved_back).collect();
+    let map = world.step_map();
+    let moved_back: Vec<_> = match is_regular {
+        true => Vec::new(),
+        false => now.states.iter().map(|state| map.over(-h).coasted(state)).collect(),
+    };
     let earlier = match before {
         _ if !is_regular => &moved_back,
         Some(before) => &before.states,
@@ -272,7 +265,7 @@ pub(super) fn end(
             let apart = 0.5 * (past + kick * h);
             [0, 1].map(|k| (acceleration[k] - before[k]) / apart)
         });
-        let turning = h.powi(3) / 12.0 * reach * state.spin.norm().powi(3);
+        let turning = reach * map.angle_error(&state.spin);
         let error = jerk.map_or(0.0, |jerk| h.powi(3) / 24.0 * size(&jerk)) + turning;
         instants.errors[body] += error;
         added_error.smooth = added_error.smooth.max(error);

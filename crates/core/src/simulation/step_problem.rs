@@ -54,7 +54,8 @@ impl ContactProblem {
         let mass = SparseMatrix::from_triplets(6 * bodies, 6 * bodies, entries)?;
         let (mut entries, mut laws) = (Vec::new(), Vec::new());
         let (mut impulses, mut motion) = (Vec::new(), Vec::new());
-        let h = world.time_step();
+        let map = world.step_map();
+        let h = map.time_step;
         for (index, contact) in contacts.iter().enumerate() {
             let tensor = contact.friction_tensor(world, states);
             let mut frame = normal_first(&contact.frame);
@@ -70,7 +71,7 @@ impl ContactProblem {
             let poses = |body: usize| (states[body].pose(), next[body].pose());
             let a = poses(contact.key.body);
             let b = contact.key.partner.body().map(poses);
-            let u = contact.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), h);
+            let u = contact.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), &map);
             let u = contact.law_motion(u, world, states, next);
             motion.extend(frame.tr_mul(&u).iter());
             laws.push(Law::contact(3, contact.law.friction)?);
@@ -97,7 +98,7 @@ impl ContactProblem {
             let a = poses(contact.key.body);
             let b = contact.key.partner.body().map(poses);
             let b = b.as_ref().map(|b| [&b.0, &b.1]);
-            let turned = contact.relative_turning([&a.0, &a.1], b, h) * length;
+            let turned = contact.relative_turning([&a.0, &a.1], b, &map) * length;
             motion.extend(contact.frame.tr_mul(&turned).iter());
             laws.push(Law::moment(index, friction.rolling / length, friction.torsional / length)?);
             for (body, sign) in contact.key.bodies().zip([length, -length]) {

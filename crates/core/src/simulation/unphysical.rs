@@ -233,8 +233,8 @@ impl EnergyCheck {
         }
         let joints = world.joints().iter().zip(claim.joints);
         let ends = (claim.states, claim.next);
-        let motions = joints
-            .map(|(joint, force)| joint.step_motion(ends.0, ends.1, force, world.time_step()));
+        let map = world.step_map();
+        let motions = joints.map(|(joint, force)| joint.step_motion(ends.0, ends.1, force, &map));
         let motions: Vec<JointMotion> = motions.flatten().collect();
         self.cause(world, claim, &motions, forces, accepted).is_some()
     }
@@ -346,7 +346,7 @@ impl EnergyCheck {
             }
         }
         for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
-            let work = motions.work(joint, claim.states, claim.next, force, h);
+            let work = motions.work(joint, claim.states, claim.next, force, &world.step_map());
             let work = work.unwrap_or(JointWork::UNKNOWN);
             let budget = &mut self.budgets[self.islands.label(joint.body())];
             budget.gained -= work.drives;

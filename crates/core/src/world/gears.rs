@@ -52,7 +52,7 @@ impl Gear {
         let Some(angles) = self.angles(of_joints) else { return JointWork::UNKNOWN };
         let before = |(at, near): (GearAxis, &Vector3<f64>)| {
             let joint = &world.joints()[at.joint];
-            let coasted = joint.coasted(states, -world.time_step());
+            let coasted = joint.coasted(states, &world.step_map().over(-world.time_step()));
             coasted.map_or(f64::NAN, |of| match at.axis {
                 JointAxis::Linear(k) => of.place[k],
                 JointAxis::Angular(k) => joint.counted(&of, near)[k],

@@ -11,12 +11,13 @@
 //! starts has h₁ = 0. Problems are posed with h alone. If h₁ is another length, gravity and the
 //! gyroscopic term act over κ h = ½ (h₁ + h) by a [wrench](World::missing_kick) in addition.
 
-#[cfg(feature = "save")]
 use super::Constant;
 use super::{Impacts, Integrator, World};
 use crate::joint::Joint;
 #[cfg(feature = "save")]
 use crate::joint::{Drive, Motor};
+#[cfg(feature = "save")]
+use crate::kinematics::StepMap;
 use crate::mechanics::{Rotation, State, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
@@ -77,10 +78,10 @@ impl World {
         self.integrator == Integrator::Leapfrog
     }
 
-    /// Time after the start of a step at which the touching point of an ellipsoid may take its force (s). With half
-    /// kicks it is 0.
-    pub fn lever_time(&self) -> f64 {
-        if self.has_half_kicks() { 0.0 } else { self.time_step() }
+    /// Map from the start of a step to the time at which the touching point of an ellipsoid may take its force. With
+    /// half kicks this is the start.
+    pub fn lever_step(&self) -> StepMap {
+        if self.has_half_kicks() { StepMap::STILL } else { self.step_map() }
     }
 
     /// Time over which loads on `body` act in step `index` (s), and over which their mean is taken. With

@@ -18,6 +18,7 @@ mod static_friction;
 mod terrain;
 mod turning_friction;
 
+use crate::kinematics::StepMap;
 pub use crate::partner::{Coefficient, ContactLaw, FrictionAxis, Partner, TurningFriction};
 pub(crate) use apart::KnownSeparations;
 pub(crate) use changes::Changeable;
@@ -370,6 +371,11 @@ impl World {
     /// Time step h (s).
     pub fn time_step(&self) -> f64 {
         self.parameters.time_step
+    }
+
+    /// Map of a step from the velocities at its end to the change of the poses.
+    pub fn step_map(&self) -> StepMap {
+        StepMap { form: self.parameters.rotation, time_step: self.parameters.time_step }
     }
 
     /// Returns this world with the given meaning of the velocities of a run.

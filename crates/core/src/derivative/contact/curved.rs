@@ -4,6 +4,7 @@ use super::{ContactTangent, RowChange, across};
 use crate::contact::curved::{Core, Reach, closest_vector};
 use crate::contact::{Contact, CorePair, Curved, EllipsoidPoint};
 use crate::derivative::side::{SideChangeInput, StepSide};
+use crate::kinematics::StepMap;
 use crate::mechanics::Pose;
 use crate::mechanics::quaternion::rotation;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3, Vector4};
@@ -147,10 +148,13 @@ impl ContactTangent {
         }
         let ahead = |side: &StepSide, given: &SideChangeInput| {
             let Some(motion) = &side.impact else { return (side.rotation, given.turn) };
-            // Cayley map of a = h ω/2: δS Sᵀ = [2 (δa + a × δa)/(1 + |a|²)]×.
-            let half = motion.old * (0.5 * h);
-            let change = given.spin * (0.5 * h) + motion.old * (0.5 * time_step);
-            let turned = (change + half.cross(&change)) * (2.0 / (1.0 + half.norm_squared()));
+            // Cayley map of a = h γ ω/2: δS Sᵀ = [2 (δa + a × δa)/(1 + |a|²)]×.
+            let map = StepMap { form: motion.form, time_step: h };
+            let stretch = map.stretch(&motion.old);
+            let half = motion.old * (0.5 * h * stretch.gamma);
+            let change = stretch.slope(&motion.old) * (given.spin * (0.5 * h));
+            let turned = (change + half.cross(&change)) * (2.0 / (1.0 + half.norm_squared()))
+                + motion.old * (map.rate(&motion.old) * time_step);
             let turn = rotation(&Vector4::new(1.0, half.x, half.y, half.z).normalize());
             (side.rotation * turn, given.turn + side.rotation * turned)
         };

@@ -148,7 +148,8 @@ impl ContactTangent {
                 StepSide::from_body(world, body, states, next, radius)
             })
         };
-        let (key, h) = (&contact.key, world.time_step());
+        let (key, map) = (&contact.key, world.step_map());
+        let h = map.time_step;
         let other = key.partner.body();
         let radius_b = match (contact.features.curved, key.partner, key.pair) {
             (Some(Curved::Cores(pair)), ..) => pair.radius,
@@ -169,7 +170,7 @@ impl ContactTangent {
         b.surface = surface(&b, key.partner);
         let ends = |body: usize| (states[body].pose(), next[body].pose());
         let (of_a, of_b) = (ends(key.body), other.map(ends));
-        let gap = contact.motion([&of_a.0, &of_a.1], of_b.as_ref().map(|b| [&b.0, &b.1]), h);
+        let gap = contact.motion([&of_a.0, &of_a.1], of_b.as_ref().map(|b| [&b.0, &b.1]), &map);
         let motion = contact.law_motion(gap, world, states, next);
         let plain = gap + contact.law_offset(world, states);
         let coming = contact.coming_speed(world, states);

@@ -9,6 +9,7 @@ mod tests;
 
 use super::EndMap;
 use crate::joint::{Axis, Joint, Turn, TurnKind};
+use crate::kinematics::StepMap;
 use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -74,7 +75,7 @@ pub(crate) struct Rates {
 pub(crate) struct JointTangent<'a> {
     joint: &'a Joint,
     states: &'a [State],
-    time_step: f64,
+    map: StepMap,
     /// Data of A and B; `None` for the world.
     sides: [Option<Side>; 2],
 }
@@ -112,26 +113,27 @@ fn part<const R: usize>(of: &ByPoses<R>, column: usize) -> SMatrix<f64, R, 3> {
 }
 
 impl<'a> JointTangent<'a> {
-    /// Prepares `joint` for a step of `time_step` (s) from `states`, with the final `velocities` v⁺
+    /// Prepares `joint` for the step `map` from `states`, with the final `velocities` v⁺
     /// and ω⁺ of A and B.
     pub(crate) fn new(
         joint: &'a Joint,
         states: &'a [State],
-        time_step: f64,
+        map: &StepMap,
         velocities: [Option<(Vector3<f64>, Vector3<f64>)>; 2],
     ) -> Self {
         let bodies = [Some(joint.body()), joint.other()];
         let side = |number: usize| {
             let (state, (velocity, spin)) = (&states[bodies[number]?], velocities[number]?);
-            let end = State { velocity, spin, ..*state }.coasted(time_step).pose();
+            let back = map.over(-map.time_step);
+            let end = map.coasted(&State { velocity, spin, ..*state }).pose();
             Some(Side {
-                poses: [state.coasted(-time_step).pose(), state.pose(), end],
+                poses: [back.coasted(state).pose(), state.pose(), end],
                 spin,
-                on: EndMap::new(&velocity, &spin, time_step),
-                back: EndMap::new(&state.velocity, &state.spin, -time_step),
+                on: EndMap::new(&velocity, &spin, map),
+                back: EndMap::new(&state.velocity, &state.spin, &back),
             })
         };
-        Self { joint, states, time_step, sides: [side(0), side(1)] }
+        Self { joint, states, map: *map, sides: [side(0), side(1)] }
     }
 
     /// Pose of a side at one of the times.
@@ -179,7 +181,7 @@ impl<'a> JointTangent<'a> {
     /// δτ_A = δa_A × A_Aᵀ P,   δτ_B = A_Bᵀ A_A δa_A × p_B                               (G12)
     /// ```
     fn anchors(&self, impulse: &Vector3<f64>) -> Box<Anchors> {
-        let h = self.time_step;
+        let h = self.map.time_step;
         let coordinates = self.place_by_anchors(START);
         let mut motion = self.place_by_anchors(END);
         for k in (0..3).filter(|k| self.joint.linear()[*k] != Axis::Locked) {
@@ -234,7 +236,7 @@ impl<'a> JointTangent<'a> {
         before: &ByPoses<3>,
         was: &Vector3<f64>,
     ) -> Box<Rates> {
-        let h = self.time_step;
+        let h = self.map.time_step;
         let (poses, velocities, longer) = self.led(before, |side| &side.back, -1.0);
         Box::new(Rates {
             by_poses: (now - poses) / h,
@@ -251,7 +253,7 @@ impl<'a> JointTangent<'a> {
     /// δP = A_B δθ_B × P,   δτ_A = a × (A_Aᵀ P × δθ_A),   δτ_B = δw × p_B + w × (p_B × δθ_B)      (G9)
     /// ```
     pub(crate) fn place_rows(&self, impulse: &Vector3<f64>) -> RowsTangent {
-        let (joint, h) = (self.joint, self.time_step);
+        let (joint, h) = (self.joint, self.map.time_step);
         let (l, relative, coordinates) = self.place(START);
         let (end, _, at_end) = self.place(END);
         let (mut motion, _, mut by_time_step) = self.led(&at_end, |side| &side.on, 1.0);
@@ -298,10 +300,10 @@ impl<'a> JointTangent<'a> {
         length: f64,
         impulse: &Vector3<f64>,
     ) -> Option<RowsTangent> {
-        let (joint, h) = (self.joint, self.time_step);
+        let (joint, h) = (self.joint, self.map.time_step);
         let at = joint.coordinates(self.states)?;
         let spin = |body: usize| &self.states[body].spin;
-        let turn = Turn::new(joint, &at, angles, h, length)
+        let turn = Turn::new(joint, &at, angles, &self.map, length)
             .with_stop(spin(joint.body()), joint.other().map(spin));
         let spins = self.sides.map(|side| side.map(|side| side.spin));
         let own = turn.tangent(&spins[0]?, spins[1].as_ref(), impulse);
@@ -313,9 +315,9 @@ impl<'a> JointTangent<'a> {
         };
         let coordinates = by_turns(&own.angles);
         let rates = joint.needs_rates().then(|| {
-            let was = joint.coasted(self.states, -h)?;
+            let was = joint.coasted(self.states, &self.map.over(-h))?;
             let counted = joint.counted(&was, angles);
-            let before = Turn::new(joint, &was, &counted, h, length);
+            let before = Turn::new(joint, &was, &counted, &self.map, length);
             let still = Vector3::zeros();
             if joint.turning() == TurnKind::Driven {
                 let (turned, [now, then]) = turn.turned_since(&before);

@@ -1,6 +1,7 @@
 //! Unit tests of `derivative/mod.rs`.
 
 use super::*;
+use crate::kinematics::Rotation;
 
 fn state() -> State {
     State {
@@ -28,8 +29,9 @@ fn a_change_and_what_it_makes_belong_together() {
 #[test]
 fn the_end_of_a_step_follows_its_start() {
     let (start, h) = (state(), 0.03);
-    let end = |start: &State, h: f64| start.coasted(h);
-    let map = EndMap::new(&start.velocity, &start.spin, h);
+    let step = |h: f64| StepMap { form: Rotation::Momentum, time_step: h };
+    let end = |start: &State, h: f64| step(h).coasted(start);
+    let map = EndMap::new(&start.velocity, &start.spin, &step(h));
     for k in 0..StateChange::LEN + 1 {
         let mut numbers = [0.0; 13];
         numbers[k] = 1e-6;

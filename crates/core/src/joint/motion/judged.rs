@@ -7,6 +7,7 @@ use super::{
     Axis, AxisStart, Coordinates, Joint, JointAxis, JointForce, JointFrame, JointResidual, Turn,
     TurnKind, aside, between, largest, rotation,
 };
+use crate::kinematics::StepMap;
 use crate::mechanics::{RigidBody, State, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
@@ -41,28 +42,28 @@ impl JointWork {
 }
 
 impl Joint {
-    /// Motion of the joint in the step `states` → `next` of `time_step` (s) with `force`. `None` if
+    /// Motion of the joint in the step `states` → `next` with `force`. `None` if
     /// a body has no state.
     pub(crate) fn step_motion(
         &self,
         states: &[State],
         next: &[State],
         force: &JointForce,
-        time_step: f64,
+        map: &StepMap,
     ) -> Option<JointMotion> {
         let frames = self.placed(states)?;
         let at = between(&frames[0], &frames[1]);
         let after = self.coordinates(next)?;
-        let before = self.coasted(states, -time_step)?;
+        let before = self.coasted(states, &map.over(-map.time_step))?;
         let end = self.counted(&after, &force.angles);
         let angles = self.counted(&at, &end);
         let came = self.counted(&before, &angles);
-        let torque_map = self.turning_map(states, &at, &angles, time_step);
+        let torque_map = self.turning_map(states, &at, &angles, map);
         let (at, after, before) = ((at, angles), (after, end), (before, came));
         Some(JointMotion { frames, at, after, before, torque_map })
     }
 
-    /// Adds the loads of the joint's `force` in a step of `time_step` (s) from `states` to `loads`.
+    /// Adds the loads of the joint's `force` in a step from `states` to `loads`.
     /// `loads` has a wrench per body: force in N, world frame, and torque in N m, body frame. The force acts on A
     /// at its anchor, and the opposite force on B at the same point. Bodies without a load or a
     /// state are skipped.
@@ -70,12 +71,12 @@ impl Joint {
         &self,
         states: &[State],
         force: &JointForce,
-        time_step: f64,
+        map: &StepMap,
         loads: &mut [Wrench],
     ) {
         if let Some(frames) = self.placed(states) {
             let at = between(&frames[0], &frames[1]);
-            let torque_map = self.turning_map(states, &at, &force.angles, time_step);
+            let torque_map = self.turning_map(states, &at, &force.angles, map);
             self.add_loads_at(&frames, &torque_map, states, force, loads);
         }
     }
@@ -102,7 +103,7 @@ impl Joint {
         }
     }
 
-    /// Work of the joint's drives under `force` in the step `states` → `next` of `time_step` (s)
+    /// Work of the joint's drives under `force` in the step `states` → `next`
     /// (J). It uses the mean of the displacements before and after the impulses:
     ///
     /// ```text
@@ -120,14 +121,14 @@ impl Joint {
         states: &[State],
         next: &[State],
         force: &JointForce,
-        time_step: f64,
+        map: &StepMap,
     ) -> Option<f64> {
-        let motion = self.step_motion(states, next, force, time_step)?;
-        let work = motion.work(self, states, next, force, time_step)?;
+        let motion = self.step_motion(states, next, force, map)?;
+        let work = motion.work(self, states, next, force, map)?;
         Some(work.drives + work.holding)
     }
 
-    /// Residual of the joint's laws in the step `states` → `next` of `time_step` (s) with `force`,
+    /// Residual of the joint's laws in the step `states` → `next` with `force`,
     /// computed from the states only. A force error counts as the speed that it would give the
     /// joint's bodies alone. NaN if a body has no state.
     pub fn residual(
@@ -136,11 +137,10 @@ impl Joint {
         states: &[State],
         next: &[State],
         force: &JointForce,
-        time_step: f64,
+        map: &StepMap,
     ) -> JointResidual {
-        let motion = self.step_motion(states, next, force, time_step);
-        let residual =
-            motion.and_then(|motion| motion.residual(self, bodies, states, force, time_step));
+        let motion = self.step_motion(states, next, force, map);
+        let residual = motion.and_then(|motion| motion.residual(self, bodies, states, force, map));
         residual.unwrap_or(JointResidual { locked: f64::NAN, drive: f64::NAN })
     }
 }
@@ -165,10 +165,11 @@ impl JointMotion {
         states: &[State],
         next: &[State],
         force: &JointForce,
-        time_step: f64,
+        map: &StepMap,
     ) -> Option<JointWork> {
         let Self { frames, at: (at, angles), after: (after, end), before: (before, came), .. } =
             self;
+        let time_step = map.time_step;
         if joint.moves {
             let (state, next) = (states.get(joint.body)?, next.get(joint.body)?);
             let load = joint.acting_at(frames, &self.torque_map, state, force).on(state, 1.0);
@@ -213,7 +214,7 @@ impl JointMotion {
         excess += torque.dot(&(later - earlier));
         let mut about = torque.dot(&(earlier + later));
         if matches!(joint.turning(), TurnKind::Gimbal | TurnKind::Universal) {
-            let turn = Turn::new(joint, at, angles, time_step, 1.0);
+            let turn = Turn::new(joint, at, angles, map, 1.0);
             let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
             let other = joint.other.and_then(spins);
             about =
@@ -263,11 +264,11 @@ impl JointMotion {
         bodies: &[RigidBody],
         states: &[State],
         force: &JointForce,
-        time_step: f64,
+        map: &StepMap,
     ) -> Option<JointResidual> {
         let Self { at: (at, angles), after: (after, end), before: (before, came), .. } = self;
         // Impulses are scaled by the mass of A.
-        let (h, unit) = (time_step, bodies.get(joint.body)?.mass());
+        let (h, unit) = (map.time_step, bodies.get(joint.body)?.mass());
         let mut residual = JointResidual::default();
         let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length, which| {
             let is_finite = f.is_finite() && u.is_finite();

@@ -6,6 +6,7 @@ pub(crate) use judged::{JointMotion, JointWork};
 
 use super::gimbal::{self, nearest};
 use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointFrame, Turn, TurnKind};
+use crate::kinematics::StepMap;
 use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{State, Wrench, largest};
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -177,7 +178,7 @@ impl Joint {
         Some((place, turn))
     }
 
-    /// States of the linear and the angular axes at the start of a step of `time_step` (s) from
+    /// States of the linear and the angular axes at the start of a step from
     /// `states`, with the coordinates `at` and the `angles` (rad). Rates are computed only if
     /// an axis needs them.
     pub(crate) fn starts(
@@ -185,10 +186,10 @@ impl Joint {
         states: &[State],
         at: &Coordinates,
         angles: &Vector3<f64>,
-        time_step: f64,
+        map: &StepMap,
     ) -> [[AxisStart; 3]; 2] {
         if self.needs_rates() {
-            self.starts_with_rates(states, at, angles, time_step)
+            self.starts_with_rates(states, at, angles, map)
         } else {
             self.starts_at(at, angles, &Vector3::zeros(), &Vector3::zeros())
         }
@@ -201,11 +202,11 @@ impl Joint {
         states: &[State],
         at: &Coordinates,
         angles: &Vector3<f64>,
-        time_step: f64,
+        map: &StepMap,
     ) -> [[AxisStart; 3]; 2] {
-        let rates = self.coasted(states, -time_step).map(|before| {
+        let rates = self.coasted(states, &map.over(-map.time_step)).map(|before| {
             let turned = self.turned(&before, &self.counted(&before, angles), at, angles);
-            ((at.place - before.place) / time_step, turned / time_step)
+            ((at.place - before.place) / map.time_step, turned / map.time_step)
         });
         let (rates, turning) = rates.unwrap_or_default();
         self.starts_at(at, angles, &rates, &turning)
@@ -252,10 +253,10 @@ impl Joint {
         [std::array::from_fn(along), std::array::from_fn(about)]
     }
 
-    /// Coordinates after both bodies coasted with their velocities for `time` (s).
-    pub(crate) fn coasted(&self, states: &[State], time: f64) -> Option<Coordinates> {
+    /// Coordinates after both bodies coasted with their velocities over the step `map`.
+    pub(crate) fn coasted(&self, states: &[State], map: &StepMap) -> Option<Coordinates> {
         let placed = |body: usize, frame: &JointFrame| {
-            states.get(body).map(|state| frame.placed(&state.coasted(time)))
+            states.get(body).map(|state| frame.placed(&map.coasted(state)))
         };
         let b = match self.other {
             Some(other) => placed(other, &self.frames[1])?,
@@ -278,7 +279,7 @@ impl Joint {
         let frames = self.placed(states)?;
         let state = states.get(self.body)?;
         // Drives act along the directions at the start.
-        let torque_map = self.turning_map(states, &at, &force.angles, 0.0);
+        let torque_map = self.turning_map(states, &at, &force.angles, &StepMap::STILL);
         let acting = self.acting_at(&frames, &torque_map, state, &force);
         let other = match self.other {
             Some(other) => acting.on(states.get(other)?, -1.0),
@@ -312,13 +313,13 @@ impl Joint {
         states: &[State],
         at: &Coordinates,
         angles: &Vector3<f64>,
-        time_step: f64,
+        map: &StepMap,
     ) -> Matrix3<f64> {
         if self.turning() == TurnKind::Free {
             return Matrix3::zeros();
         }
         let spin = |body: usize| states.get(body).map(|state| &state.spin);
-        let turn = Turn::new(self, at, angles, time_step, 1.0);
+        let turn = Turn::new(self, at, angles, map, 1.0);
         let turn = match spin(self.body) {
             Some(own) => turn.with_stop(own, self.other.and_then(spin)),
             None => turn,

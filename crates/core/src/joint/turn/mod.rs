@@ -8,11 +8,12 @@ mod tangent;
 use super::gimbal::{self, nearest};
 use super::motion::{conjugated, crossing, swing, swinging, twist};
 use super::{Coordinates, Joint, Middle, TurnKind};
+use crate::kinematics::StepMap;
 use crate::mechanics::quaternion::{attitude_map, left, product, right, rotation};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 
-/// Angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With a = ½ h Fᵀ
-/// ω⁺ of each body and R at the start of the step,
+/// Angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With
+/// a = ½ h γ Fᵀ ω⁺ (8e) of each body and R at the start of the step,
 ///
 /// ```text
 /// E = R* ⊗ (1, −a_B) ⊗ Q_k ⊗ (1, a_A) / √((1 + a_A²)(1 + a_B²))
@@ -28,7 +29,7 @@ use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turn {
     turning: TurnKind,
-    time_step: f64,
+    map: StepMap,
     length: f64,
     /// Rotation Q_k; `back` is R*, and `rest` is R* ⊗ Q_k.
     start: Vector4<f64>,
@@ -77,13 +78,13 @@ struct TurnPoint {
 }
 
 impl Turn {
-    /// Rows of `joint` at the coordinates `at` and the `angles` (rad), in a step of `time_step`
-    /// (s), scaled by `length` (m).
+    /// Rows of `joint` at the coordinates `at` and the `angles` (rad), in the step `map`,
+    /// scaled by `length` (m).
     pub(crate) fn new(
         joint: &Joint,
         at: &Coordinates,
         angles: &Vector3<f64>,
-        time_step: f64,
+        map: &StepMap,
         length: f64,
     ) -> Self {
         let ([a, b], middle) = (&joint.frames, joint.middle());
@@ -96,7 +97,7 @@ impl Turn {
         let back = conjugated(&twist(joint.turning(), &at.turn));
         Self {
             turning: joint.turning(),
-            time_step,
+            map: *map,
             length,
             start: at.turn,
             back,
@@ -141,10 +142,10 @@ impl Turn {
     /// E = (R* ⊗ Q_k + R* ⊗ (Q_k ⊗ (0, a_A) − (0, a_B) ⊗ Q_k − (0, a_B) ⊗ Q_k ⊗ (0, a_A)))/n
     /// ```
     fn at(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> TurnPoint {
-        let half = 0.5 * self.time_step;
-        let a = self.frames.0.tr_mul(spin) * half;
+        let half = 0.5 * self.map.time_step;
+        let a = self.frames.0.tr_mul(&self.map.stretched(spin)) * half;
         let b = match (&self.frames.1, other) {
-            (Some(frame), Some(spin)) => frame.tr_mul(spin) * half,
+            (Some(frame), Some(spin)) => frame.tr_mul(&self.map.stretched(spin)) * half,
             _ => Vector3::zeros(),
         };
         let by_a = by_pure(&self.start, &a);
@@ -167,7 +168,7 @@ impl Turn {
                 Vector3::new(half[0], half[1], crossing(&e))
             }
         };
-        half * (2.0 * self.length / self.time_step)
+        half * (2.0 * self.length / self.map.time_step)
     }
 
     /// Angles of a gimbal at E.
@@ -179,7 +180,7 @@ impl Turn {
     ///
     /// ```text
     /// ∂E/∂a_A = L(R* ⊗ (1, −a_B) ⊗ Q_k) H/n − E a_Aᵀ/(1 + a_A²)
-    /// ∂E/∂a_B = −L(R*) R(Q_k ⊗ (1, a_A)) H/n − E a_Bᵀ/(1 + a_B²),   ∂a/∂ω = ½ h Fᵀ
+    /// ∂E/∂a_B = −L(R*) R(Q_k ⊗ (1, a_A)) H/n − E a_Bᵀ/(1 + a_B²),   ∂a/∂ω = ½ h Fᵀ ∂(γ ω)/∂ω
     /// ```
     pub(crate) fn slopes(
         &self,
@@ -188,11 +189,12 @@ impl Turn {
     ) -> (Matrix3<f64>, Matrix3<f64>) {
         let point = self.at(spin, other);
         let [by_a, by_b] = self.end_slopes(&point);
-        let of_b = self
-            .frames
-            .1
-            .map_or(Matrix3::zeros(), |frame| self.rows(&point.e, &by_b) * frame.transpose());
-        (self.rows(&point.e, &by_a) * self.frames.0.transpose(), of_b)
+        let chained =
+            |rows: Matrix3<f64>, spin: &Vector3<f64>| self.map.stretch(spin).chained(rows, spin);
+        let of_b = self.frames.1.zip(other).map_or(Matrix3::zeros(), |(frame, spin)| {
+            chained(self.rows(&point.e, &by_b) * frame.transpose(), spin)
+        });
+        (chained(self.rows(&point.e, &by_a) * self.frames.0.transpose(), spin), of_b)
     }
 
     /// Derivatives of E with respect to a_A and a_B.
@@ -258,7 +260,7 @@ impl Turn {
 
     /// Rotation C of the frame of A in a step with its spin ω (rad/s).
     fn turned_on(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
-        let half = spin * (0.5 * self.time_step);
+        let half = self.map.stretched(spin) * (0.5 * self.map.time_step);
         rotation(&Vector4::new(1.0, half[0], half[1], half[2]).normalize())
     }
 }

@@ -212,7 +212,7 @@ impl Turn {
         along: &Vector3<f64>,
     ) -> TurnTangent {
         let TurnPoint { e, n, a, b } = self.at(spin, other);
-        let (h, length, q) = (self.time_step, self.length, &self.start);
+        let (h, length, q) = (self.map.time_step, self.length, &self.start);
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let back = left(&self.back);
         let moved = back * left(&whole(-b)) * right(&whole(a)) / n;
@@ -284,7 +284,7 @@ impl Turn {
     }
 
     /// Derivatives of the torque of a cone's stop with the impulse `p`, along its direction at the
-    /// end of the step. With w = ½ h ω_A and t = ℓ p C F_A g (J21),
+    /// end of the step. With w = ½ h γ ω_A (8e) and t = ℓ p C F_A g (J21),
     ///
     /// ```text
     /// δt = ℓ p C F_A δg + 2/(1 + w²) (δw + w × δw) × t                              (G20)
@@ -309,20 +309,23 @@ impl Turn {
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let moved = left(&self.back) * left(&whole(-b)) * right(&whole(*a)) / *n;
         let turns = self.attitudes().map(|turned| by_end(&(moved * turned)));
-        let h = self.time_step;
+        let h = self.map.time_step;
         let ends = self.end_slopes(&point);
         let frames = [Some(self.frames.0), self.frames.1];
         let mut spins = [Matrix3::zeros(); 2];
-        for ((spins, end), frame) in spins.iter_mut().zip(&ends).zip(frames) {
+        let stretches = [spin, other].map(|spin| self.map.stretch(spin).slope(spin));
+        for (((spins, end), frame), stretch) in
+            spins.iter_mut().zip(&ends).zip(frames).zip(stretches)
+        {
             if let Some(frame) = frame {
-                *spins = by_end(&(end * frame.transpose() * (0.5 * h)));
+                *spins = by_end(&(end * frame.transpose() * stretch * (0.5 * h)));
             }
         }
         let mut time_step = (spins[0] * spin + spins[1] * other) / h;
-        let w = spin * (0.5 * h);
-        let shrink = 1.0 / (1.0 + w.norm_squared());
-        spins[0] -= torque.cross_matrix() * (Matrix3::identity() + w.cross_matrix()) * (h * shrink);
-        time_step += (spin * shrink).cross(&torque);
+        let w = self.map.stretched(spin) * (0.5 * h);
+        let turned = (Matrix3::identity() + w.cross_matrix()) * stretches[0];
+        spins[0] -= torque.cross_matrix() * turned * (h / (1.0 + w.norm_squared()));
+        time_step += (spin * self.map.rate(spin)).cross(&torque);
         Some(StopTangent { spins, time_step, turns })
     }
 }

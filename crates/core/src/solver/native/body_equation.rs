@@ -5,6 +5,7 @@
 use super::equations::Velocity;
 use super::settings::LARGE_TURN;
 use super::turning::BodyTurning;
+use crate::kinematics::StepMap;
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{Rotation, Wrench};
 use crate::step::Step;
@@ -47,7 +48,7 @@ impl BodyPerturbation {
 pub(super) struct BodyEquation {
     /// h (s).
     time_step: f64,
-    /// Form of the equation of rotation.
+    /// Form of the rotation and of its equation.
     form: Rotation,
     /// True if the gyroscopic term of that equation vanishes.
     turns_alike: bool,
@@ -186,8 +187,7 @@ impl BodyEquation {
         let longer = self.torque_impulse / h
             + self.form.momentum_rate(&self.inertia, &old.spin, h, -1.0)
             - self.form.momentum_rate(&self.inertia, new, h, 1.0);
-        let zero = Vector3::zeros();
-        let after = inertia * new + self.form.gyroscopic(inertia, &zero, new, h) * h;
+        let after = self.form.momentum(inertia, new, -h);
         let before = self.form.momentum(inertia, &old.spin, h);
         let angular = slope
             + wrench.torque * (h / self.mass)
@@ -274,7 +274,7 @@ impl BodyEquation {
 
     /// Rotation of its points in a step that ends with `spin` (rad/s).
     pub(super) fn turning(&self, spin: Vector3<f64>) -> BodyTurning {
-        BodyTurning::new(&self.rotation, spin, self.time_step)
+        BodyTurning::new(&self.rotation, spin, &self.map())
     }
 
     /// Sets that rotation and the inverse one of its frame.
@@ -285,7 +285,13 @@ impl BodyEquation {
         there: &mut BodyTurning,
         back: &mut BodyTurning,
     ) {
-        BodyTurning::set_there_and_back(&self.rotation, spin, self.time_step, there, back);
+        BodyTurning::set_there_and_back(&self.rotation, spin, &self.map(), there, back);
+    }
+
+    /// Map from its velocities to the change of its pose.
+    #[inline]
+    pub(super) fn map(&self) -> StepMap {
+        StepMap { form: self.form, time_step: self.time_step }
     }
 
     /// v⁺ + Gᵀ ω̃⁺ (eq. 29): velocity of the point with this torque map after the impulses.

@@ -10,7 +10,6 @@ use super::stages::{StageOutcome, StageSolver};
 use crate::contact::Contact;
 use crate::error::Error;
 use crate::mechanics::State;
-use crate::mechanics::quaternion::advance;
 use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -340,10 +339,10 @@ fn together<'a>(
 /// X⁺ of a body (eq. 8).
 #[inline(always)]
 pub(super) fn next_state(step: &Step<'_>, body: usize, velocity: &Velocity) -> State {
-    let (state, h) = (&step.states[body], step.world.time_step());
+    let (state, map) = (&step.states[body], step.world.step_map());
     State {
-        position: state.position + h * velocity.linear,
-        attitude: advance(&state.attitude, &velocity.spin, h),
+        position: state.position + map.time_step * velocity.linear,
+        attitude: map.advance(&state.attitude, &velocity.spin),
         velocity: velocity.linear,
         spin: velocity.spin,
     }

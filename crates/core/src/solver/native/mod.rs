@@ -55,7 +55,6 @@ use crate::contact::{Candidates, Contact, rounding};
 use crate::error::{Error, in_range};
 use crate::joint::JointForce;
 use crate::mechanics::State;
-use crate::mechanics::quaternion::advance;
 use crate::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
@@ -203,7 +202,7 @@ impl NativeSolver {
                 let spin = 0.5 * (now.spin + free.spin);
                 self.reached[body] = State {
                     position: now.position + h * velocity,
-                    attitude: advance(&now.attitude, &spin, h),
+                    attitude: step.world.step_map().advance(&now.attitude, &spin),
                     velocity,
                     spin,
                 };

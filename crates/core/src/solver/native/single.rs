@@ -251,7 +251,7 @@ pub(super) struct Evaluated {
 
 impl Default for Evaluated {
     fn default() -> Self {
-        let turning = BodyTurning::new(&Matrix3::identity(), Vector3::zeros(), 0.0);
+        let turning = BodyTurning::STILL;
         Self { residual: Velocity::zero(), turning }
     }
 }

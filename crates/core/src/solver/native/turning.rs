@@ -1,22 +1,25 @@
 //! Motion of a body's points in a step that ends with a given spin (N2, N3).
 
+use crate::kinematics::{SpinStretch, StepMap};
 use nalgebra::{Matrix3, Vector3};
 
 /// Sweep of a body's points at one spin.
 ///
-/// The attitude step rotates the body by the Cayley map of h ω/2, so that
+/// The attitude step rotates the body by the Cayley map of h w/2 with the stretched spin w = γ ω
+/// (8e), so that
 ///
 /// ```text
-/// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
+/// (A(q⁺) − A(q)) c / h = A K c,   K c = (w × c + (h/2) w × (w × c)) / (1 + h²w²/4)
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyTurning {
+    /// ω (rad/s, body), and A ω (rad/s, world).
     spin: Vector3<f64>,
-    /// A ω (rad/s, world).
     spin_world: Vector3<f64>,
+    stretch: SpinStretch,
     /// h/2 (s).
     half: f64,
-    /// 1/(1 + h²ω²/4).
+    /// 1/(1 + h²w²/4).
     shrink: f64,
     /// A K (1/s).
     sweep: Matrix3<f64>,
@@ -24,24 +27,27 @@ pub(super) struct BodyTurning {
 
 impl BodyTurning {
     /// Sweep of a body with the `rotation` A(q) at the start of the step and the spin ω⁺ (rad/s,
-    /// body), over a step of `time_step` (s).
+    /// body), over the step `map`.
     #[inline]
-    pub(super) fn new(rotation: &Matrix3<f64>, spin: Vector3<f64>, time_step: f64) -> Self {
-        let half = 0.5 * time_step;
-        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
-        // K = ([ω]× + (h/2) (ω ωᵀ − ω² E)) / (1 + h²ω²/4)
-        let mut sweep = spin.cross_matrix() + half * spin * spin.transpose();
+    pub(super) fn new(rotation: &Matrix3<f64>, spin: Vector3<f64>, map: &StepMap) -> Self {
+        let half = 0.5 * map.time_step;
+        let stretch = map.stretch(&spin);
+        let w = spin * stretch.gamma;
+        let shrink = 1.0 / (1.0 + half * half * w.norm_squared());
+        // K = ([w]× + (h/2) (w wᵀ − w² E)) / (1 + h²w²/4)
+        let mut sweep = w.cross_matrix() + half * w * w.transpose();
         for k in 0..3 {
-            sweep[(k, k)] -= half * spin.norm_squared();
+            sweep[(k, k)] -= half * w.norm_squared();
         }
         let sweep = rotation * sweep * shrink;
-        Self { spin, spin_world: rotation * spin, half, shrink, sweep }
+        Self { spin, spin_world: rotation * spin, stretch, half, shrink, sweep }
     }
 
     /// Sweep without rotation.
     pub(super) const STILL: Self = Self {
         spin: Vector3::new(0.0, 0.0, 0.0),
         spin_world: Vector3::new(0.0, 0.0, 0.0),
+        stretch: SpinStretch::NONE,
         half: 0.0,
         shrink: 1.0,
         sweep: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -53,19 +59,22 @@ impl BodyTurning {
     pub(super) fn set_there_and_back(
         rotation: &Matrix3<f64>,
         spin: &Vector3<f64>,
-        time_step: f64,
+        map: &StepMap,
         there: &mut Self,
         back: &mut Self,
     ) {
-        let half = 0.5 * time_step;
-        let squared = spin.norm_squared();
+        let half = 0.5 * map.time_step;
+        let stretch = map.stretch(spin);
+        let w = spin * stretch.gamma;
+        let squared = w.norm_squared();
         let shrink = 1.0 / (1.0 + half * half * squared);
-        let odd = spin.cross_matrix();
-        let mut even = half * spin * spin.transpose();
+        let odd = w.cross_matrix();
+        let mut even = half * w * w.transpose();
         (0..3).for_each(|k| even[(k, k)] -= half * squared);
         let spin_world = rotation * spin;
         (there.spin, there.spin_world) = (*spin, spin_world);
         (back.spin, back.spin_world) = (-spin, -spin_world);
+        (there.stretch, back.stretch) = (stretch, stretch);
         (there.half, there.shrink, back.half, back.shrink) = (half, shrink, half, shrink);
         there.sweep = rotation * (odd + even) * shrink;
         back.sweep = rotation * (even - odd) * shrink;
@@ -76,13 +85,14 @@ impl BodyTurning {
     pub(super) fn swept_once(
         rotation: &Matrix3<f64>,
         spin: &Vector3<f64>,
-        time_step: f64,
+        map: &StepMap,
         point: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let half = 0.5 * time_step;
-        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
-        let turned = spin.cross(point);
-        rotation * ((turned + spin.cross(&turned) * half) * shrink)
+        let half = 0.5 * map.time_step;
+        let w = map.stretched(spin);
+        let shrink = 1.0 / (1.0 + half * half * w.norm_squared());
+        let turned = w.cross(point);
+        rotation * ((turned + w.cross(&turned) * half) * shrink)
     }
 
     /// A K c of the body's point c (m/s, world).
@@ -103,12 +113,14 @@ impl BodyTurning {
 
     /// ∂(A K c)/∂ω⁺ of the body's point c, from A, c, A c, −A [c]× and A K c.
     ///
-    /// With ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
+    /// With ∂/∂w (w × c) = −[c]× and ∂/∂w (w × (w × c)) = w cᵀ + (w·c) E − 2 c wᵀ, it is the product of
     ///
     /// ```text
-    /// (−A [c]× + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
-    ///   − (h²/2) A K c ωᵀ / (1 + h²ω²/4)
+    /// (−A [c]× + (h/2) (A w cᵀ + (w·c) A − 2 A c wᵀ)) / (1 + h²w²/4)
+    ///   − (h²/2) A K c wᵀ / (1 + h²w²/4)
     /// ```
+    ///
+    /// and ∂w/∂ω.
     #[inline]
     pub(super) fn slope(
         &self,
@@ -118,13 +130,13 @@ impl BodyTurning {
         turned: Matrix3<f64>,
         swept: &Vector3<f64>,
     ) -> Matrix3<f64> {
-        let half = self.half;
-        let back = (arm + half * swept) * (2.0 * half);
+        let stretched = self.stretch.gamma * self.half;
+        let back = (arm + self.half * swept) * (2.0 * stretched);
         let mut slope = turned;
-        slope += self.spin_world * (half * point).transpose();
-        slope += rotation * (half * self.spin.dot(point));
+        slope += self.spin_world * (stretched * point).transpose();
+        slope += rotation * (stretched * self.spin.dot(point));
         slope -= back * self.spin.transpose();
-        slope * self.shrink
+        self.stretch.chained(slope * self.shrink, &self.spin)
     }
 
     /// ∂(A K c)/∂ω⁺ of the body's point c, from A and c alone.

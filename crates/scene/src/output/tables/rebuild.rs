@@ -141,10 +141,10 @@ impl ContactRow {
     ) -> Result<Features, Misplaced> {
         let at = (&states[self.body], self.partner.body().map(|index| &states[index]));
         let pose = at.0.pose();
-        let h = world.lever_time();
+        let map = world.lever_step();
         let core = self.point + self.normal * self.radius;
         let core = pose.rotation.tr_mul(&(core - pose.position));
-        features.roll(one, Vector3::zeros(), at, h);
+        features.roll(one, Vector3::zeros(), at, &map);
         // In a short interval, other points are close to the nearest one.
         if !anywhere || (features.point - core).amax() <= 0.01 * UNIT * one.size() {
             return Ok(features);
@@ -158,7 +158,7 @@ impl ContactRow {
         if length > 0.5 {
             toward /= length;
         }
-        features.roll(one, toward, at, h);
+        features.roll(one, toward, at, &map);
         Ok(features)
     }
 

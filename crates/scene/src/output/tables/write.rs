@@ -383,7 +383,7 @@ impl JointRow {
             let rates = after.map(|after| joint.rates(&at, &after, &turns, h));
             (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
             let held = &held.joints()[index];
-            row.residual = held.residual(world.bodies(), states, next, force, h);
+            row.residual = held.residual(world.bodies(), states, next, force, &world.step_map());
         }
         row
     }

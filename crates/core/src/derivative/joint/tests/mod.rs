@@ -3,6 +3,7 @@
 use super::*;
 use crate::derivative::StateChange;
 use crate::joint::{Drive, JointFrame, Middle};
+use crate::kinematics::Rotation;
 use nalgebra::Vector4;
 
 const STEP: f64 = 0.01;
@@ -46,6 +47,11 @@ fn joints(twister: &mut rand_mt::Mt) -> Vec<Joint> {
     all
 }
 
+/// Step of `h` (s).
+fn step(h: f64) -> StepMap {
+    StepMap { form: Rotation::Momentum, time_step: h }
+}
+
 /// Closed forms of the differentiated quantities as functions of the states and h: u, the
 /// coordinates, their rates, the impulse and its torques.
 fn rows(
@@ -63,17 +69,18 @@ fn rows(
         .iter()
         .zip(ends)
         .map(|(state, end)| State { velocity: end.velocity, spin: end.spin, ..*state })
-        .map(|state| state.coasted(h))
+        .map(|state| step(h).coasted(&state))
         .collect();
     let [a, b] = joint.frames();
     let pose = |body: Option<usize>| body.map_or_else(still, |body| states[body].pose());
     let (of_a, of_b) = (pose(Some(0)), pose(joint.other()));
-    let starts = joint.starts(states, &at, &counted, h);
+    let starts = joint.starts(states, &at, &counted, &step(h));
     let has_other = if joint.other().is_some() { 1.0 } else { 0.0 };
     let rates = |starts: &[crate::joint::AxisStart; 3]| Vector3::from_fn(|k, _| starts[k].rate);
     if about {
         let before = joint.other().map(|other| &states[other].spin);
-        let turn = Turn::new(joint, &at, angles, h, LENGTH).with_stop(&states[0].spin, before);
+        let turn =
+            Turn::new(joint, &at, angles, &step(h), LENGTH).with_stop(&states[0].spin, before);
         let other = joint.other().map(|other| &ends[other].spin);
         let torque = turn.torque_map() * impulse;
         let on_b = of_b.rotation.tr_mul(&(of_a.rotation * torque)) * has_other;
@@ -109,7 +116,7 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
             let angles = joint.counted(&at, &Vector3::zeros());
             let velocities =
                 [Some(0), joint.other()].map(|b| b.map(|b| (ends[b].velocity, ends[b].spin)));
-            let tangent = JointTangent::new(&joint, &states, STEP, velocities);
+            let tangent = JointTangent::new(&joint, &states, &step(STEP), velocities);
             for about in [false, true] {
                 let found = if about {
                     tangent.turn_rows(&angles, LENGTH, &impulse).unwrap()

@@ -53,7 +53,7 @@ impl Island {
         let angles = joint.counted(&at, &before);
         let length = joint.length(step.world.bodies());
         let sides = (place(joint.body()), joint.other().map(place));
-        let [along, about] = joint.starts(step.states, &at, &angles, self.time_step);
+        let [along, about] = joint.starts(step.states, &at, &angles, &step.world.step_map());
         let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
         let turn = (joint.turning() != TurnKind::Free)
             .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));
@@ -110,8 +110,9 @@ impl Island {
     ) -> usize {
         let h = self.time_step;
         let member = &self.members[a];
+        let map = member.map();
         let other = b.map(|index| &self.members[index].old().spin);
-        let turn = Turn::new(joint, at.0, at.1, h, length).with_stop(&member.old().spin, other);
+        let turn = Turn::new(joint, at.0, at.1, &map, length).with_stop(&member.old().spin, other);
         let torque_map = turn.torque_map();
         let mut response = member.response(&torque_map, false);
         let b = b.map(|index| {

@@ -190,7 +190,8 @@ impl Island {
     fn anchor_velocity(&self, linked: LinkedCoupling<'_>, velocity: &[Velocity]) -> Vector3<f64> {
         let LinkedCoupling { link, coupling } = linked;
         let swept = |index: usize, spin: &Vector3<f64>, point: &Vector3<f64>| {
-            BodyTurning::swept_once(&self.members[index].rotation, spin, self.time_step, point)
+            let member = &self.members[index];
+            BodyTurning::swept_once(&member.rotation, spin, &member.map(), point)
         };
         let of_a = &velocity[link.a];
         let moved = of_a.linear + swept(link.a, &of_a.spin, &coupling.lever.centre);
@@ -280,8 +281,7 @@ impl Island {
 
 /// Rotation of a body and its inverse.
 ///
-/// The inverse has the spin −ω: w = A_Bᵀ (…), and the Cayley map of −a is the transposed Cayley map
-/// of a.
+/// The inverse has the spin −ω: the Cayley map of −a is the transposed Cayley map of a.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Both {
     pub(super) there: BodyTurning,

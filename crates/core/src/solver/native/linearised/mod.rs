@@ -222,7 +222,7 @@ impl StepDerivative {
         self.gravity = *world.gravity();
         self.ends.clear();
         self.ends.extend(solution.states.iter().enumerate().map(|(body, end)| {
-            let map = EndMap::new(&end.velocity, &end.spin, world.time_step());
+            let map = EndMap::new(&end.velocity, &end.spin, &world.step_map());
             (!world.is_held(body)).then_some(map)
         }));
         self.shapes.clear();
@@ -295,10 +295,10 @@ impl StepDerivative {
         let at = IslandStep { step, contacts, view };
         let kept = linear.linearise(at, &self.slots, &mut self.next, self.smoothing)?;
         self.kept |= kept;
-        let (point, h) = (&linear.points[0], step.world.time_step());
+        let (point, map) = (&linear.points[0], step.world.step_map());
         if self.smoothing.is_some() {
             for (&body, end) in view.bodies.iter().zip(&point.iterate.velocity) {
-                self.ends[body] = Some(EndMap::new(&end.linear, &end.spin, h));
+                self.ends[body] = Some(EndMap::new(&end.linear, &end.spin, &map));
             }
         }
         // Contacts on the central path have no kinks.
@@ -306,7 +306,7 @@ impl StepDerivative {
         let smooth = if is_central { view.contacts.len() } else { 0 };
         self.margin = self.margin.min(linear.margin(smooth));
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
-        let rooms = pressing.map(|c| c.tangent.room() / h);
+        let rooms = pressing.map(|c| c.tangent.room() / map.time_step);
         let stops = point.joints.iter().map(LinearRows::stop_margin);
         self.room = rooms.chain(stops).fold(self.room, f64::min);
         // Some sticking contacts slip under arbitrarily small changes.

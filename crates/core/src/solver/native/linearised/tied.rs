@@ -267,11 +267,12 @@ pub(super) fn linearise(
         let JointPlace { joint: number, place: at_place, turn, length, angles, .. } = place;
         let joint = &step.world.joints()[*number];
         let bodies = [Some(joint.body()), joint.other()];
-        let h = step.world.time_step();
+        let map = step.world.step_map();
+        let h = map.time_step;
         let velocities = bodies.map(|body| body.map(&velocity));
-        let tangent = JointTangent::new(joint, step.states, h, velocities);
+        let tangent = JointTangent::new(joint, step.states, &map, velocities);
         let Some(at) = joint.coordinates(step.states) else { continue };
-        let starts = joint.starts_with_rates(step.states, &at, angles, h);
+        let starts = joint.starts_with_rates(step.states, &at, angles, &map);
         let acting = joint.acting_axes();
         let own = [
             at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
