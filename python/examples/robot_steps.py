@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import tumble
+from tumble import referee
 
 Floats = npt.NDArray[np.float64]
 
@@ -111,8 +112,7 @@ class _Rows:
 
     def momentum(self, inertia: Floats, spin: Floats, sign: float) -> Floats:
         """Spin of a rigid body with the angular momentum of (34) in docs/formulation.md."""
-        half, own = 0.5 * self.h * spin, inertia @ spin
-        return np.asarray(np.linalg.solve(inertia, own + sign * np.cross(half, own) + half * (half @ own)))
+        return np.asarray(np.linalg.solve(inertia, referee.step_momentum(inertia, spin, sign * self.h)))
 
     def row(self, body: int, other: int | None, along: Floats, point: Floats | None) -> Floats:
         """Direction of a row: along an axis at a point, or about the axis without a point."""

@@ -35,9 +35,7 @@ def thrown(count):
     assert run.unsolved == []
 
     def momentum(spin, sign):
-        # (34) of docs/formulation.md.
-        a, own = 0.5 * scene.time_step * spin, inertia @ spin
-        return np.linalg.solve(inertia, own + sign * np.cross(a, own) + a * (a @ own))
+        return np.linalg.solve(inertia, referee.step_momentum(inertia, spin, sign * scene.time_step))
 
     contacts, steps = run.contacts, []
     for k in range(count):

@@ -27,9 +27,7 @@ def tumbles():
     contacts = run.contacts
 
     def momentum(spin, sign):
-        # (34) of docs/formulation.md.
-        a = 0.5 * scene.time_step * spin
-        return np.linalg.solve(inertia, inertia @ spin + sign * np.cross(a, inertia @ spin) + a * (a @ inertia @ spin))
+        return np.linalg.solve(inertia, referee.step_momentum(inertia, spin, sign * scene.time_step))
 
     for k in range(STEPS):
         own = contacts["k"] == k

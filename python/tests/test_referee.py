@@ -134,10 +134,7 @@ def test_the_steps_of_a_thrown_box_are_certified(size):
     assert run.unsolved == []
 
     def momentum(spin, sign):
-        # (34) of docs/formulation.md.
-        a = 0.5 * scene.time_step * spin
-        own = inertia @ spin
-        return np.linalg.solve(inertia, own + sign * np.cross(a, own) + a * (a @ own))
+        return np.linalg.solve(inertia, referee.step_momentum(inertia, spin, sign * scene.time_step))
 
     contacts, touched = run.contacts, 0
     for k in range(400):

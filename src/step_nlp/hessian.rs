@@ -69,7 +69,7 @@ impl StepNlp {
         }
     }
 
-    /// Emits ω⁺ × ω⁺: ∇²(y·u) of eq. 8b (eqs. D2 and D10) and −h ∇²(y·I⁻¹ G) of eq. 8d (eqs. D6 and D11).
+    /// Emits ω⁺ × ω⁺: ∇²(y·u) of eq. 8b (eqs. D2 and D12) and −h ∇²(y·I⁻¹ G) of eq. 8d (eqs. D6 and D11).
     fn emit_spin_block(&self, next: &State, multipliers: &[f64], sink: &mut impl EntrySink) {
         let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
         let b = &self.step.attitude_rate;

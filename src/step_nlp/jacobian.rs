@@ -40,7 +40,7 @@ impl StepNlp {
         }
     }
 
-    /// Emits eq. 8b: u(p) − q⁺ with p = q + B γ ω⁺, B = ½ h L(q) H: ∂/∂ω⁺ = ∂u/∂p B ∂(γ ω⁺)/∂ω⁺ (eq. D1).
+    /// Emits eq. 8b: u(p) − q⁺ with p = q + B γ ω⁺, B = ½ h L(q) H: ∂/∂ω⁺ = ∂u/∂p B ∂(γ ω⁺)/∂ω⁺ (eqs. D1 and D12).
     fn emit_attitude_rows(&self, next: &State, sink: &mut impl EntrySink) {
         let stretch = self.world.step_map().stretch(&next.spin).slope(&next.spin);
         let by_spin =

@@ -29,7 +29,7 @@ from ._problem import Law
 from ._tumble import TumbleError
 from ._types import Floats, Integers, Location
 
-__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies", "export"]
+__all__ = ["Audit", "Certificate", "CertificateRow", "Finding", "audit", "certify", "certify_bodies", "export", "step_momentum"]
 
 
 def certify(
@@ -259,6 +259,28 @@ def export(path: Location, certificates: Iterable[Certificate], *, engine: str, 
     :raises TumbleError: if an entry is not a certificate.
     """
     return exported(path, certificates, engine, about)
+
+
+def step_momentum(inertia: Any, spin: Any, time_step: float) -> Floats:
+    """Angular momentum of a body in a step of tumble (N m s, body frame), for a referee of its steps.
+
+    A step turns a body by ``time_step * spin``, and its angular momentum is (34) of docs/formulation.md: P⁺ at the
+    start of the step, and P⁻ at its end, with ``-time_step``. The rotation of the step maps P⁻ to P⁺.
+
+    :param inertia: I (3, 3) (kg m²), body frame.
+    :param spin: ω at the end of the step (3,) (rad/s), body frame.
+    :param time_step: h (s); -h for P⁻.
+    :raises TumbleError: for arrays of other shapes or values that are not finite.
+    """
+    own, spin = numbers("inertia", inertia, (3, 3)), numbers("spin", spin, (3,))
+    momentum, half = own @ spin, 0.5 * real("time_step", time_step)
+    s = half * half * float(spin @ spin)
+    # Stretch γ of the spin (8e), its derivative γ′, and α and β of (34).
+    stretch = 1 + s / 3 + 2 * s**2 / 15 + 17 * s**3 / 315
+    slope = 1 / 3 + 4 * s / 15 + 17 * s**2 / 105
+    beta = (stretch**3 - 2 * slope) / (stretch * (stretch + 2 * s * slope))
+    along = half * half * beta * float(spin @ momentum)
+    return np.asarray(momentum / stretch + half * np.cross(spin, momentum) + along * spin)
 
 
 def _entries(columns: Mapping[str, Any], count: int) -> list[dict[str, Any]]:

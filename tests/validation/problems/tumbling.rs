@@ -72,12 +72,12 @@ fn turning_energy(body: &RigidBody, h: f64, state: &State) -> (f64, f64) {
 /// The energy balance of a step, J, with impulses p = h f at corners c and V = v⁺ + A(q) (ω⁺ × c):
 ///
 /// ```text
-/// E⁺ − E = Σ p·V − ½ m |v⁺ − v|² − B ≤ Σ |p| |ω⁺ × c| sin ½θ,   B = Λ⁺ − Λ − P(ω)·(ω⁺ − ω) ≥ 0
+/// E⁺ − E = Σ p·V − ½ m |v⁺ − v|² − B ≤ Σ |p| |ω⁺ × c| ½ψ,   B = Λ⁺ − Λ − P(ω)·(ω⁺ − ω) ≥ 0
 /// ```
 struct Balance {
     change: f64,  // E⁺ − E
     entered: f64, // Σ p·V − ½ m |v⁺ − v|² − B
-    turning: f64, // Σ |p| |ω⁺ × c| sin ½θ
+    turning: f64, // Σ |p| |ω⁺ × c| ½ψ
     impulse: f64, // Σ |p|, N s
 }
 
@@ -95,7 +95,7 @@ impl Balance {
             let corner = body.contact_points()[contact.key.point].position;
             let (p, swing) = (h * contact.force, to_world * new.spin.cross(&corner));
             work += p.dot(&(new.velocity + swing));
-            turning += p.norm() * swing.norm() * (0.5 * angle).sin();
+            turning += p.norm() * swing.norm() * 0.5 * angle;
             impulse += p.norm();
         }
         let change = energy(setup, h, new) - energy(setup, h, old);

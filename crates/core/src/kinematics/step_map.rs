@@ -79,7 +79,7 @@ impl StepMap {
     /// Hessian of `along`·γ ω with respect to ω = `spin`. With k = ½ h²:
     ///
     /// ```text
-    /// k γ′ (ω cᵀ + c ωᵀ) + (c·ω) (k γ′ E + k² γ″ ω ωᵀ)                          (D10)
+    /// k γ′ (ω cᵀ + c ωᵀ) + (c·ω) (k γ′ E + k² γ″ ω ωᵀ)                          (D12)
     /// ```
     pub fn stretch_curvature(&self, spin: &Vector3<f64>, along: &Vector3<f64>) -> Matrix3<f64> {
         if self.form == Rotation::Tutorial {
