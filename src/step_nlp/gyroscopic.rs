@@ -65,7 +65,7 @@ impl Gyroscopic {
             Rotation::Momentum => {
                 let (z, momentum) = (self.inertia_inverse * y, self.inertia * spin);
                 let k = 0.5 * self.time_step * self.time_step;
-                let [alpha, beta] = Stretch::new(0.5 * k * spin.norm_squared()).of_momentum();
+                let [alpha, beta] = Stretch::new(0.5 * k * spin.norm_squared()).momentum_factors();
                 // ∇²(f(s) g) from the value, gradient and Hessian of g.
                 let scaled = |f: &Curve, g: f64, slope: Vector3<f64>, bend: Matrix3<f64>| {
                     let mixed = spin * slope.transpose();

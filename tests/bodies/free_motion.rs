@@ -173,7 +173,10 @@ fn the_gyroscopic_equation_is_solved_at_any_speed() {
             let next = free_flight(&body, &start, &none.0, &none.1, h, form).spin;
             let gyroscopic = h * form.gyroscopic(&inertia, &spin, &next, h);
             let residual = (inertia * (next - spin) + gyroscopic).norm();
-            assert!(residual < 1e-12 * gyroscopic.norm(), "{form:?} {moments:?}: {residual:e}");
+            // The residual of a spin that is right to its last bits.
+            let slope = inertia + h * form.gyroscopic_slope(&inertia, &next, h);
+            let least = f64::EPSILON * slope.norm() * next.norm();
+            assert!(residual <= 4.0 * least, "{form:?} {moments:?}: {residual:e} {least:e}");
         }
     }
 }

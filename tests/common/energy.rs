@@ -1,12 +1,12 @@
 //! Energy of recorded steps, computed from the states alone.
 
-use nalgebra::{Matrix3, Vector3};
+use crate::turning::turned_momentum;
 use std::fmt;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble_core::mechanics::State;
+use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
@@ -29,16 +29,14 @@ fn kinetic(world: &World, states: &[State]) -> f64 {
 }
 
 /// Energy that free motion conserves [J], with velocities of the middle of an interval of length h [s] of each
-/// body. With a = ½ h ω,
+/// body,
 ///
-/// ½ m (v·v + h g·v) + ½ π·I⁻¹ π − m g·r,   π = (E − [a]× + a aᵀ) I ω
+/// ½ m (v·v + h g·v) + ½ π·I⁻¹ π − m g·r,   π = P⁻(ω)
 pub fn total(world: &World, states: &[State], lengths: &[f64]) -> f64 {
     let g = world.gravity();
     let bodies = world.bodies().iter().zip(states).zip(lengths);
     let of = bodies.map(|((body, state), &h)| {
-        let a: Vector3<f64> = state.spin * (0.5 * h);
-        let map = Matrix3::identity() - a.cross_matrix() + a * a.transpose();
-        let momentum = map * (body.inertia() * state.spin);
+        let momentum = turned_momentum(body.inertia(), &state.spin, -h);
         let turning = momentum.dot(&(body.inertia_inverse() * momentum));
         let moving = body.mass() * state.velocity.dot(&(state.velocity + h * g));
         0.5 * (moving + turning) - body.mass() * g.dot(&state.position)
@@ -100,7 +98,15 @@ impl PassiveSteps {
                 let last = vec![record.last().length; bodies];
                 let mut first = record.first().before.clone();
                 first.resize(bodies, record.first().length);
-                total(world, after, &last) - total(world, before, &first)
+                // Where lengths change, forces that carry a weight act in half of the difference, which
+                // the energy of free motion does not have.
+                let carried = |(body, state): (&RigidBody, &State)| {
+                    body.mass() * world.gravity().dot(&state.velocity).abs()
+                };
+                let power: f64 = world.bodies().iter().zip(before).map(carried).sum();
+                let longer = first.iter().zip(&last).map(|(before, own)| (before - own).abs());
+                let unknown = 0.5 * power * longer.fold(0.0, f64::max);
+                total(world, after, &last) - total(world, before, &first) - unknown
             }
         };
         let residual = record.residual();

@@ -24,6 +24,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::scene;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble_core::world::{Parameters, World};
+use turning::{step_attitude, turned_by, turned_momentum};
 
 /// Seeds of the runs in `data/tutorial`.
 pub const SEEDS: [u32; 4] = [42, 0, 1, 2];
@@ -237,26 +238,25 @@ pub fn certificate_by_hand(
         parts[3] = parts[3].max((w_t * p - nearest).norm());
         parts[4] = parts[4].max(w_t * (p.norm() - mu * normal));
     }
-    // Momentum form: P^±(ω) = (E ± [a]× + a aᵀ) I ω with a = ½ h ω (eq. 34).
     let inertia = body(world).inertia();
-    let momentum = |spin: Vector3<f64>, sign: f64| {
-        let a = 0.5 * h * spin;
-        let map = Matrix3::identity() + sign * a.cross_matrix() + a * a.transpose();
-        map * inertia * spin
-    };
     let missing = match world.rotation() {
         Rotation::Tutorial => {
             let rate = solved(torque - new.spin.cross(&(inertia * new.spin)));
             old.spin + rate * h - new.spin
         }
         Rotation::Momentum => {
-            solved(momentum(old.spin, -1.0) + torque * h - momentum(new.spin, 1.0))
+            let [before, after] =
+                [(old.spin, -h), (new.spin, h)].map(|(spin, h)| turned_momentum(inertia, &spin, h));
+            solved(before + torque * h - after)
         }
     };
-    let turned = q(old) + q(old) * Quaternion::from_imag(new.spin) * (0.5 * h);
+    let next = match world.rotation() {
+        Rotation::Tutorial => turned_by(&old.attitude, &(0.5 * h * new.spin)),
+        Rotation::Momentum => step_attitude(&old.attitude, &new.spin, h),
+    };
     parts[0] = [
         (old.position + new.velocity * h - new.position).amax() / h,
-        (turned.normalize() - q(new)).coords.amax() * reach / h,
+        (next - new.attitude).amax() * reach / h,
         (old.velocity + (f / mass + world.gravity()) * h - new.velocity).amax(),
         missing.amax() * reach,
     ]

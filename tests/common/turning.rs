@@ -22,11 +22,15 @@ fn half_vector(spin: &Vector3<f64>, h: f64) -> Vector3<f64> {
 
 /// Unit attitude after a step of `h` (s) with the spin ω⁺ (rad/s, body frame).
 pub fn step_attitude(q: &Vector4<f64>, spin: &Vector3<f64>, h: f64) -> Vector4<f64> {
-    let a = half_vector(spin, h);
+    turned_by(q, &half_vector(spin, h))
+}
+
+/// Unit attitude q ⊗ (1, a)/|q ⊗ (1, a)|: the Cayley map of a.
+pub fn turned_by(q: &Vector4<f64>, a: &Vector3<f64>) -> Vector4<f64> {
     let [w, x, y, z] = q.data.0[0];
     let real = w - x * a[0] - y * a[1] - z * a[2];
     let v = Vector3::new(x, y, z);
-    let imaginary = v + w * a + v.cross(&a);
+    let imaginary = v + w * a + v.cross(a);
     Vector4::new(real, imaginary[0], imaginary[1], imaginary[2]).normalize()
 }
 

@@ -13,7 +13,6 @@ use tumble::solver::ipopt::IpoptSolver;
 use tumble::step_nlp::{SMOOTHING, StepNlp};
 use tumble_core::contact::{Candidates, Certificate};
 use tumble_core::error::Error;
-use tumble_core::mechanics::quaternion::advance;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::step::{Step, StepReport, StepSolution, StepStatus};
 use tumble_core::world::World;
@@ -306,7 +305,7 @@ proptest! {
             }
             _ => {
                 new.spin += by;
-                new.attitude = advance(&old.attitude, &new.spin, h);
+                new.attitude = world.step_map().advance(&old.attitude, &new.spin);
             }
         }
         let certificate = certify(&world, (&old, &new), forces, &wrench);

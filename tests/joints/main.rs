@@ -9,3 +9,6 @@ mod joints;
 mod mechanisms;
 mod passive;
 mod sums;
+#[allow(dead_code)]
+#[path = "../common/turning.rs"]
+mod turning;

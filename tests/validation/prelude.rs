@@ -1,7 +1,7 @@
 //! Imports of most problems, and small functions that they share.
 
 pub(crate) use crate::Input::{Friction, Gravity, Mass, Restitution, Slope, Speed};
-pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, second_order, within};
+pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, within};
 pub(crate) use crate::runner::{Runner, Setup, Subject, TestRun, TestStep, largest};
 pub(crate) use crate::threshold::{MOVING, RESOLUTION, Threshold};
 pub(crate) use crate::tolerance::{SlideStep, SlideTolerance, Slider};
@@ -106,6 +106,12 @@ pub(crate) fn momentum(h: f64, spin: f64) -> (f64, f64) {
     let [t, slope, bend] = half_tangent(x);
     let share = (1.0 + t * t) / slope;
     (spin * share, share + x * (2.0 * t - share * bend / slope))
+}
+
+/// The convergence of a `value` whose error is that of w(ω), ω at the end `spin` (rad/s): the series of
+/// the tangent lacks (62/315) x⁸ of its derivative.
+pub(crate) fn lagging(h: f64, spin: f64, value: f64, steps: f64) -> Convergence {
+    within(0.2 * (0.5 * h * spin).powi(8) * value.abs(), steps)
 }
 
 /// The rotation of a step (rad) with this spin (rad/s), 2 atan t, and its derivative (s).

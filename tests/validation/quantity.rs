@@ -49,7 +49,6 @@ pub enum Convergence {
 /// expansion in h changes the order by about 1/n for n steps of the motion.
 const ORDER_TOLERANCE: f64 = 0.1;
 const LEAST_STEPS: f64 = 20.0;
-const LEAST_SHARE: f64 = 1e-9;
 /// The largest uncertainty of an order that is reported.
 const ORDER_UNCERTAINTY: f64 = 0.2;
 
@@ -61,12 +60,6 @@ pub(crate) fn order(p: i32, steps: f64) -> Convergence {
 /// At most `bound` to first order, for a motion of `steps` steps.
 pub(crate) fn within(bound: f64, steps: f64) -> Convergence {
     if steps >= LEAST_STEPS { Convergence::Within(bound) } else { Convergence::Unresolved }
-}
-
-/// Second order for an error that is about `share` of `value`, in a motion of `steps` steps. Rounding hides
-/// the order of a small share.
-pub(crate) fn second_order(share: f64, value: f64, steps: f64) -> Convergence {
-    if share < LEAST_SHARE { within(share * value, steps) } else { order(2, steps) }
 }
 
 /// A name and its unit.

@@ -19,15 +19,10 @@ struct Ball {
 type Speeds = (f64, f64);
 
 impl Ball {
-    /// κ, s/m.
-    fn lag(&self) -> f64 {
-        0.5 * self.time_step / RADIUS
-    }
-
     /// The scheme's step, with the p of |p| ≤ μ g_z h that rolls, or the next to it:
     ///
     /// ```text
-    /// v⁺ = v + h g_x − p,   w(u⁺) = w(u) + ⁵⁄₂ p,   w(u) = u (1 + κ² u²),   κ = h/(2R)
+    /// v⁺ = v + h g_x − p,   w(u⁺) = w(u) + ⁵⁄₂ p
     /// ```
     fn step(&self, (v, u): Speeds) -> Speeds {
         let h = self.time_step;
@@ -54,9 +49,9 @@ impl Ball {
         Ok(Setup::new(Subject::balls(mass, RADIUS, [start])?, self.onto, self.friction, duration))
     }
 
-    /// The convergence of a speed, whose error is about the share κ² u².
+    /// The convergence of a speed.
     fn lagging(&self, rim: f64, steps: f64) -> Convergence {
-        second_order((self.lag() * rim).powi(2), rim, steps)
+        lagging(self.time_step / RADIUS, rim, rim, steps)
     }
 }
 
@@ -124,10 +119,8 @@ fn rolling_ball(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let or_exact = |convergence| if a > 0.0 { convergence } else { Convergence::Exact };
     let v_lags = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
     let u_lags = ball.lagging(spin_up * t, steps);
-    // The distance is longer by ½ v h, and shorter by about (²⁄₇) κ² v³ t/4 for the lag.
-    let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 14.0);
-    let both = rolls && shorter > 0.05 * longer;
-    let way_lags = if both { within(longer + 1.2 * shorter, steps) } else { order(1, steps) };
+    // The distance is longer by ½ v h.
+    let way_lags = order(1, steps);
     let ((v, u), label) = (discrete[count], ("speed down the slope", "m/s"));
     Ok(vec![
         equal(label, end.velocity[0], a * t, speed).stepped(v, or_exact(v_lags)),

@@ -124,7 +124,7 @@ impl ImpactMotion {
         let (spin, change) = if *form == Rotation::Tutorial {
             if departs { (*new, zero) } else { (*old, given.spin) }
         } else if departs {
-            let by_inertia = form.momentum(&given.inertia, new, -h);
+            let by_inertia = form.start_momentum(&given.inertia, new, *h);
             let spin = form.departing_spin(inertia, inverse, new, *h);
             let longer = form.momentum_rate(inertia, new, *h, 1.0) * time_step;
             (spin, inverse * (by_inertia - given.inertia * spin + longer))

@@ -45,11 +45,13 @@ pub(super) fn best_axis(
     if best.gap >= least && meets_face(pair, scratch, &best, tie.within) {
         return Some(SeparatingAxis { exact: true, ..best });
     }
-    let best = if pair.b.is_facet() {
+    let edges = if pair.b.is_facet() {
         facet::best_edges(pair, scratch, best)
     } else {
         best_edges(pair, scratch, best)
     };
+    // Rounding must not decide between a face and edges that span the same plane.
+    let best = if edges.gap > best.gap + tie.within { edges } else { best };
     Some(SeparatingAxis { exact: best.gap <= 0.0, ..best })
 }
 

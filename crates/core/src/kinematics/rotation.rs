@@ -110,6 +110,21 @@ impl Rotation {
         }
     }
 
+    /// Angular momentum at the start of a step with this spin ω⁺ (N m s), body frame, before its torque:
+    /// P⁺(ω⁺) (eq. 34). For `Tutorial` it is I ω⁺ + h ω⁺ × I ω⁺.
+    pub fn start_momentum(
+        self,
+        inertia: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+        time_step: f64,
+    ) -> Vector3<f64> {
+        let momentum = inertia * spin;
+        match self {
+            Self::Tutorial => momentum + spin.cross(&momentum) * time_step,
+            Self::Momentum => momentum + turned(inertia, spin, time_step),
+        }
+    }
+
     /// Derivative of [`Rotation::momentum`] with respect to ω.
     pub fn momentum_slope(
         self,
@@ -145,7 +160,7 @@ impl Rotation {
             Self::Momentum => {
                 let half = 0.5 * time_step;
                 let stretch = Stretch::new(half * half * spin.norm_squared());
-                let [alpha, beta] = stretch.of_momentum();
+                let [alpha, beta] = stretch.momentum_factors();
                 let along = half * (beta.value + stretch.s * beta.slope) * spin.dot(&momentum);
                 momentum * (half * alpha.slope * spin.norm_squared())
                     + turning * (0.5 * sign)
@@ -212,7 +227,7 @@ fn turned(inertia: &Matrix3<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector
     let momentum = inertia * spin;
     let half = 0.5 * time_step;
     let square = half * half;
-    let [alpha, beta] = Stretch::new(square * spin.norm_squared()).of_momentum();
+    let [alpha, beta] = Stretch::new(square * spin.norm_squared()).momentum_factors();
     spin.cross(&momentum) * half
         + momentum * (alpha.value - 1.0)
         + spin * (square * beta.value * spin.dot(&momentum))
@@ -229,7 +244,7 @@ fn turned_slope(inertia: &Matrix3<f64>, spin: &Vector3<f64>, time_step: f64) -> 
     let momentum = inertia * spin;
     let half = 0.5 * time_step;
     let square = half * half;
-    let [alpha, beta] = Stretch::new(square * spin.norm_squared()).of_momentum();
+    let [alpha, beta] = Stretch::new(square * spin.norm_squared()).momentum_factors();
     let along = spin.dot(&momentum);
     let turning = spin.cross_matrix() * inertia - momentum.cross_matrix();
     let by_spin = momentum * alpha.slope + spin * (square * beta.slope * along);

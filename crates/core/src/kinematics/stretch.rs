@@ -79,7 +79,7 @@ impl Stretch {
     /// α = 1/γ,   β = (γ³ − 2 γ′)/(γ (γ + 2 s γ′))
     /// ```
     #[inline]
-    pub fn of_momentum(&self) -> [Curve; 2] {
+    pub fn momentum_factors(&self) -> [Curve; 2] {
         let Self { s, gamma: Curve { value: g, slope, bend }, gamma_twist: twist } = *self;
         let value = 1.0 / g;
         let first = -slope * value * value;

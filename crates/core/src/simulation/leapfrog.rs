@@ -194,10 +194,8 @@ pub(super) fn end(
     // After an interval of another length, the poses before are those of one of the same length.
     let is_regular = world.before().is_empty();
     let map = world.step_map();
-    let moved_back: Vec<_> = match is_regular {
-        true => Vec::new(),
-        false => now.states.iter().map(|state| map.over(-h).coasted(state)).collect(),
-    };
+    let moved_back = |state| map.over(-h).coasted(state);
+    let moved_back: Vec<_> = now.states.iter().filter(|_| !is_regular).map(moved_back).collect();
     let earlier = match before {
         _ if !is_regular => &moved_back,
         Some(before) => &before.states,

@@ -72,7 +72,7 @@ use super::islands::Islands;
 use crate::contact::certificate::Claim;
 use crate::joint::{JointMotion, JointWork};
 use crate::mechanics::{RigidBody, State, Wrench};
-use crate::world::{Partner, WINDOW, World};
+use crate::world::{Partner, World};
 use nalgebra::Vector3;
 
 /// Largest rotation of a body in a valid step (rad).
@@ -168,8 +168,7 @@ pub(super) struct Budget {
     lift: f64,
     /// True if the island has a joint.
     is_joined: bool,
-    /// Share of the kinetic energy that a body gains at its start, ½ h² ω²: its velocity is then that along the
-    /// chord of a circle instead of the tangent.
+    /// Share of the kinetic energy that a body may gain [at its start](World::bent_share).
     bent: f64,
     /// Work (32b) of forces at points that roll over this body, then the sum over the island (J).
     rolled: f64,
@@ -332,9 +331,7 @@ impl EnergyCheck {
             let lift = weight * (h * accepted + budget.under);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
             budget.mass += body.mass();
-            if world.before().get(index).is_some_and(|before| *before < WINDOW * h) {
-                budget.bent = budget.bent.max(0.5 * h * h * state.spin.norm_squared());
-            }
+            budget.bent = budget.bent.max(world.bent_share(index, state));
         }
         // With half kicks, the smaller gain of both lines (32) counts.
         for budget in &mut self.budgets {

@@ -12,7 +12,7 @@
 //! gyroscopic term act over κ h = ½ (h₁ + h) by a [wrench](World::missing_kick) in addition.
 
 use super::Constant;
-use super::{Impacts, Integrator, World};
+use super::{Impacts, Integrator, WINDOW, World};
 use crate::joint::Joint;
 #[cfg(feature = "save")]
 use crate::joint::{Drive, Motor};
@@ -71,6 +71,14 @@ impl World {
     /// Time κ over which forces on `body` act in the present problem, in its lengths.
     pub fn kick(&self, body: usize) -> f64 {
         self.before.get(body).map_or(1.0, |before| 0.5 * (1.0 + before / self.time_step()))
+    }
+
+    /// Share of its kinetic energy that `body` may gain at its start from `state`, ½ h² ω²: its velocity is then
+    /// that along the chord of a circle instead of the tangent.
+    pub fn bent_share(&self, body: usize, state: &State) -> f64 {
+        let h = self.time_step();
+        let starts = self.before.get(body).is_some_and(|before| *before < WINDOW * h);
+        if starts { 0.5 * h * h * state.spin.norm_squared() } else { 0.0 }
     }
 
     /// True if inputs act from middle to middle.

@@ -187,7 +187,7 @@ impl BodyEquation {
         let longer = self.torque_impulse / h
             + self.form.momentum_rate(&self.inertia, &old.spin, h, -1.0)
             - self.form.momentum_rate(&self.inertia, new, h, 1.0);
-        let after = self.form.momentum(inertia, new, -h);
+        let after = self.form.start_momentum(inertia, new, h);
         let before = self.form.momentum(inertia, &old.spin, h);
         let angular = slope
             + wrench.torque * (h / self.mass)

@@ -73,6 +73,7 @@ impl Island {
                 Source::Course => self.mean_rate(link, index, velocity).dot(impulse),
             };
         }
+        gained -= gained.min(self.bent * kinetic).max(0.0);
         if gained > LARGE_GAIN * kinetic + least { gained / (kinetic + least) } else { 0.0 }
     }
 

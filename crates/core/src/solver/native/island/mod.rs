@@ -119,6 +119,8 @@ pub(super) struct Island {
     ahead: (Vec<Velocity>, Vec<Vector3<f64>>),
     /// Speed below which kinetic energy is ignored (m/s).
     slow: f64,
+    /// Share of the kinetic energy that is no gain ([`World::bent_share`]).
+    bent: f64,
     /// Sparsity pattern of the linear system.
     pattern: Pattern,
 }
@@ -143,6 +145,7 @@ impl Island {
             back: Vec::new(),
             ahead: (Vec::new(), Vec::new()),
             slow: SLOW * world.speed_scale(),
+            bent: 0.0,
             pattern: Pattern::default(),
         }
     }
@@ -167,6 +170,8 @@ impl Island {
         self.ahead.0.clear();
         self.ahead.1.clear();
         self.slow = SLOW * step.world.speed_scale();
+        let bent = indices.iter().map(|&body| step.world.bent_share(body, &step.states[body]));
+        self.bent = bent.fold(0.0, f64::max);
         let repeats_exactly = indices.len() == 1 || !island.joints.is_empty();
         let tolerances = Tolerances::for_several(step.world, self.speed(), repeats_exactly);
         self.setting.begin(tolerances, island.unsettled);
