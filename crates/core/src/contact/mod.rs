@@ -348,6 +348,15 @@ impl Contact {
         self.features.radius > 0.0 || self.features.curved.is_some()
     }
 
+    /// Point of A whose chord the slip has (m, frame of A): its own point, or the centre of a round one.
+    pub(crate) fn centre(&self) -> Vector3<f64> {
+        match &self.features.curved {
+            None => self.features.point,
+            Some(Curved::Cores(pair)) => pair.point(),
+            Some(Curved::Ellipsoid(one)) => one.shape.centre,
+        }
+    }
+
     /// Touching point of A at these poses (m, world).
     pub(crate) fn touching_point(&self, a: &Pose, b: Option<&Pose>) -> Vector3<f64> {
         let Features { point, radius, frame, curved, .. } = &self.features;

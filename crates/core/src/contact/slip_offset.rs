@@ -19,8 +19,12 @@
 //! velocities 2V − w at the touching points x and x⁺ of the start and of the end of their motion,
 //!
 //! ```text
-//! o = ½ (s(x) + s(x⁺)) − u_t(2V − w)                                     (eq. 38a)
+//! o = ½ (s(x) + s(x⁺)) − d − u_t(2V − w)                                 (eq. 38a)
 //! ```
+//!
+//! u_t has the chords of the centres of A's features and of B's touched points, and s has their arcs. Their
+//! difference d is left out, so that a point that sticks does not creep. The rounded end of a capsule, whose centre
+//! is fixed in A, has no offset on a fixed plane.
 
 use super::Contact;
 use crate::kinematics::StepMap;
@@ -261,7 +265,8 @@ impl InstantMotions {
         let slip = velocity - normal * normal.dot(&velocity);
         let speed = slip.norm();
         let is_slow = speed <= FAST * (a.smooth_change + b.map_or(0.0, |b| b.smooth_change));
-        if is_slow && !(contact.rolls() && self.goes_on(world, states, contact)) {
+        let moves = contact.features.curved.is_some() || contact.rolls() && other.is_some();
+        if is_slow && !(moves && self.goes_on(world, states, contact)) {
             return;
         }
         let map = world.step_map();
@@ -284,7 +289,17 @@ impl InstantMotions {
                 let point = contact.touching_point(&a[k], pose_b);
                 contact.relative_velocity(world, &self.instants, twists, &point)
             });
-            let mean = (mean[0] + mean[1]) * 0.5;
+            // Arc beyond the chord of a point of a body.
+            let beyond = |body: usize, poses: &[Pose; 2], local: &Vector3<f64>| {
+                let spin = self.extrapolated(states, body).spin;
+                let turned = poses[0].rotation * (spin - map.stretched(&spin));
+                turned.cross(&((poses[0].rotation + poses[1].rotation) * local * 0.5))
+            };
+            let mut mean = (mean[0] + mean[1]) * 0.5 - beyond(own, &a, &contact.centre());
+            if let Some((body, poses)) = other.zip(b.as_ref()) {
+                let touched = contact.touching_point(&a[0], Some(&poses[0])) - poses[0].position;
+                mean += beyond(body, poses, &poses[0].rotation.tr_mul(&touched));
+            }
             mean - normal * normal.dot(&mean) - u
         } else {
             let along = slip / speed;
